@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+#include <palpate/geometry/triangle_mesh.h>
+#include <palpate/volume/scalar_field.h>
+#include <palpate/volume/voxel_volume.h>
+
+namespace palpate {
+
+/// A scalar field on an OpenVDB grid: trilinear value, slope of the trilinear value, gradient of interpolated central
+/// differences and its derivative, all from one gather of 32 nodes (numerics 3.3, contact.md 1.2); exact first roots.
+///
+/// Outside the nodes the field is the background, which must be free: below every level that is asked for.
+class GridField final : public ScalarField {
+public:
+    /// Pads by two voxels of background (the gradient's stencil needs them) and moves the voxels into OpenVDB.     [setup]
+    /// NaN and infinite voxels become background and are counted. Throws std::invalid_argument on an empty volume or a
+    /// singular affine.
+    explicit GridField(const VoxelVolume& volume, float background);
+    ~GridField() override;
+
+    std::unique_ptr<FieldSampler> make_sampler() const override;
+    Box bounds() const override;
+    double feature_size_m() const noexcept override;  ///< smallest spacing
+    double patch_cosine() const noexcept override;    ///< 0.9 (contact.md 1.6)
+    double typical_slope(double level) const override;
+
+    const AffineTransform& index_to_scene() const noexcept;  ///< node index -> scene, m
+    std::size_t replaced_voxels() const noexcept;            ///< NaN or infinite ones
+
+    /// Mesh of the level by OpenVDB, projected onto it by Newton steps, oriented towards free space: quick, complete in its
+    /// components, poor in its angles. Seeds and reference for the extraction.           [setup]
+    TriangleMesh preview(double level) const;
+
+    /// The grid as .vdb (millimetres, LPS; metadata strings beside it), complete or not at all; and back.         [setup]
+    /// Throw std::runtime_error naming the file.
+    void write_vdb(const std::filesystem::path& file, const std::map<std::string, std::string>& metadata) const;
+    static std::unique_ptr<GridField> read_vdb(const std::filesystem::path& file, std::map<std::string, std::string>& metadata);
+
+private:
+    struct Grid;
+    explicit GridField(std::unique_ptr<Grid> grid);
+    std::unique_ptr<Grid> grid_;
+};
+
+}  // namespace palpate
