@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace palpate {
+
+/// What may happen in a frame: bits of FrameReport::flags.
+enum FrameFlag : std::uint32_t {
+    kProbeNotFinite = 1u << 0,
+    kEvaluationCap = 1u << 1,
+    kStalled = 1u << 2,
+    kInsideAtStart = 1u << 3,
+    kForceClamped = 1u << 4,
+    kForceSlewed = 1u << 5,
+    kTimeBudgetSpent = 1u << 6,
+    kNoData = 1u << 7,
+    kSolverCap = 1u << 8,
+    kPrimitivesFull = 1u << 9,
+    kForceNotFinite = 1u << 10,
+};
+
+/// A flag with its name in files, what it means and what to do about it.
+struct FrameFlagText {
+    FrameFlag flag;
+    const char* name;
+    const char* meaning;
+};
+
+inline constexpr std::array<FrameFlagText, 11> kFrameFlagTexts{{
+    {kProbeNotFinite, "probe_not_finite",
+     "the device gave a position that is not a number: proxy held, force to zero; check the device or path"},
+    {kEvaluationCap, "evaluation_cap",
+     "the proxy is certified but not at its end yet and goes on in the next frame; move slower or raise the cap"},
+    {kStalled, "stalled", "no certified step was left towards the probe: the proxy stays; usually one frame long"},
+    {kInsideAtStart, "inside_at_start",
+     "the trial began inside a surface, which is not felt until the proxy has left it; begin in free space"},
+    {kForceClamped, "force_clamped", "the coupling's force exceeded limits.force_n and was shortened to it"},
+    {kForceSlewed, "force_slewed", "the force changed faster than limits.slew_n_per_s and was held back"},
+    {kTimeBudgetSpent, "time_budget_spent", "the last sub-step ended after the frame's time budget"},
+    {kNoData, "no_data", "the proxy is where a volume has no voxels: nothing is felt of it there"},
+    {kSolverCap, "solver_cap",
+     "the solver ran into its iteration cap; its residual is in residual_m and the certificate still holds"},
+    {kPrimitivesFull, "primitives_full",
+     "more haptic primitives than the fixed capacity: the last ones were left out; use fewer effects"},
+    {kForceNotFinite, "force_not_finite", "the force was not a number and was sent as zero; please report it"},
+}};
+
+}  // namespace palpate

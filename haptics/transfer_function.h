@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace palpate {
+
+/// Strength over a field's value: linear between its nodes, constant outside; a plain struct of fixed capacity.
+struct TransferFunction {
+    struct Node {
+        double value = 0.0;       ///< the field's own unit
+        double strength_n = 0.0;  ///< N, >= 0; infinity only in a function of one node
+    };
+    static constexpr std::size_t kCapacity = 32;
+
+    std::array<Node, kCapacity> nodes{};
+    std::size_t count = 0;  ///< nodes in use, by strictly increasing value
+
+    /// The same strength everywhere: N, >= 0, may be infinite.                          [any]
+    static TransferFunction constant(double strength_n) noexcept {
+        TransferFunction f;
+        f.nodes[0].strength_n = strength_n;
+        f.count = 1;
+        return f;
+    }
+
+    /// Strength in N at a value; 0 for a function without nodes or a value that is NaN. [loop]
+    double operator()(double value) const noexcept {
+        if (count == 0 || !(value == value)) return 0.0;
+        if (count == 1 || value <= nodes[0].value) return nodes[0].strength_n;
+        for (std::size_t i = 1; i < count; ++i) {
+            if (value > nodes[i].value) continue;
+            const Node& low = nodes[i - 1];
+            const Node& high = nodes[i];
+            const double share = (value - low.value) / (high.value - low.value);  // increasing values: > 0
+            return low.strength_n + share * (high.strength_n - low.strength_n);
+        }
+        return nodes[count - 1].strength_n;
+    }
+
+    /// Strength 0 for every value: an effect with it can never be felt.                 [any]
+    bool is_zero() const noexcept {
+        for (std::size_t i = 0; i < count; ++i)
+            if (nodes[i].strength_n != 0.0) return false;
+        return true;
+    }
+};
+
+}  // namespace palpate
