@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// What may happen in a frame: bits of FrameReport::flags.
+/// What may happen in a frame: bits of FrameReport::flags. Nothing here depends on a clock, so that a replay has the same.
 enum FrameFlag : std::uint32_t {
     kProbeNotFinite = 1u << 0,
     kEvaluationCap = 1u << 1,
@@ -14,11 +14,9 @@ enum FrameFlag : std::uint32_t {
     kInsideAtStart = 1u << 3,
     kForceClamped = 1u << 4,
     kForceSlewed = 1u << 5,
-    kTimeBudgetSpent = 1u << 6,
-    kNoData = 1u << 7,
-    kSolverCap = 1u << 8,
-    kPrimitivesFull = 1u << 9,
-    kForceNotFinite = 1u << 10,
+    kSolverCap = 1u << 6,
+    kPrimitivesFull = 1u << 7,
+    kForceNotFinite = 1u << 8,
 };
 
 /// A flag with its name in files, what it means and what to do about it.
@@ -28,7 +26,7 @@ struct FrameFlagText {
     const char* meaning;
 };
 
-inline constexpr std::array<FrameFlagText, 11> kFrameFlagTexts{{
+inline constexpr std::array<FrameFlagText, 9> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
      "the device gave a position that is not a number: proxy held, force to zero; check the device or path"},
     {kEvaluationCap, "evaluation_cap",
@@ -38,8 +36,6 @@ inline constexpr std::array<FrameFlagText, 11> kFrameFlagTexts{{
      "the trial began inside a surface, which is not felt until the proxy has left it; begin in free space"},
     {kForceClamped, "force_clamped", "the coupling's force exceeded limits.force_n and was shortened to it"},
     {kForceSlewed, "force_slewed", "the force changed faster than limits.slew_n_per_s and was held back"},
-    {kTimeBudgetSpent, "time_budget_spent", "the last sub-step ended after the frame's time budget"},
-    {kNoData, "no_data", "the proxy is where a volume has no voxels: nothing is felt of it there"},
     {kSolverCap, "solver_cap",
      "the solver ran into its iteration cap; its residual is in residual_m and the certificate still holds"},
     {kPrimitivesFull, "primitives_full",

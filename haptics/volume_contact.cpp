@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/volume_contact.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+// A chord may not rise above its start by more than this share of tau: rounding of the value, 1e-9 HU on CT (contact.md 1.2).
+constexpr double kRoundingShare = 1e-10;
+// Continuous and trilinear gradient disagree by more than 60 degrees: neither curvature nor the mean is worth anything.
+constexpr double kReliableCosine = 0.5;
+// An obstacle's plane is sampled this share of the chord past the root, where its normal is its own.
+constexpr double kPastRoot = 0.03;
+constexpr int kRestoreHalvings = 5;
+
+Vec3 between(const Vec3& from, const Vec3& to, double t) noexcept { return from + t * (to - from); }
+
+}  // namespace
+
+LevelScale LevelScale::of(const ScalarField& field, const LevelSettings& settings) {
+    if (!(settings.strength_n > 0.0) || !(settings.certificate_m > 0.0) || !(settings.free_m > 0.0))
+        throw std::invalid_argument("surface: strength, certificate and free distance must be above 0");
+    const double slope = field.typical_slope(settings.level);
+    if (!(slope > 0.0))
+        throw std::invalid_argument("surface: no voxel reaches the level; choose one inside the value range");
+    return {settings.certificate_m * slope, 0.05 * slope, 0.5 * field.feature_size_m()};
+}
+
+bool level_plane(const FieldSample& sample, const Vec3& point, double level, const LevelSettings& settings,
+                 const LevelScale& scale, ContactPlane& contact) noexcept {
+    if (!sample.valid) return false;
+    Vec3 gradient = sample.gradient;
+    double length = glm::length(gradient);
+    const double slope_length = glm::length(sample.slope);
+    const bool reliable = length > scale.smallest_gradient &&
+                          glm::dot(gradient, sample.slope) > kReliableCosine * length * slope_length;
+    if (!reliable) {
+        gradient = sample.slope;
+        length = slope_length;
+    }
+    if (!(length > 0.0)) return false;
+    const double depth = (sample.value - level) / length;
+    if (depth < -settings.free_m) return false;
+
+    const Vec3 normal = -gradient / length;
+    const double to_level = std::clamp(depth, -0.5 * scale.trust_m, 0.5 * scale.trust_m);
+    contact.plane = {point + to_level * normal, normal, settings.strength_n};
+    contact.level_gap = level - sample.value;
+    contact.slope = sample.slope;
+    contact.gradient_length = length;
+    contact.depth_hessian = reliable ? sample.hessian / length : Mat3{0.0};
+    return true;
+}
+
+VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field, const LevelSettings& settings)
+    : field_(std::move(field)),
+      settings_(settings),
+      scale_(LevelScale::of(*field_, settings)),
+      patch_cosine_(field_->patch_cosine()),
+      sampler_(field_->make_sampler()),
+      level_(settings.level) {}
+
+bool VolumeContact::restart(const Vec3& proxy) noexcept {
+    bundle_.clear();
+    engaged_ = false;
+    level_ = settings_.level;
+    open_ = sampler_->value(proxy) >= level_;
+    return open_;
+}
+
+void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
+    engaged_ = false;
+    offered_ = 0;
+    if (open_) return;
+    here_ = sampler_->sample(proxy);
+    ContactPlane contact;
+    if (!level_plane(here_, proxy, level_, settings_, scale_, contact)) {
+        bundle_.clear();
+        return;
+    }
+    engaged_ = true;
+    bundle_.forget_beyond(proxy, scale_.trust_m);
+    bundle_.remember(contact, proxy, patch_cosine_);
+    for (std::size_t i = 0; i < bundle_.size(); ++i)
+        if (contacts.add(bundle_[i])) ++offered_;
+}
+
+void VolumeContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
+    if (offered_ == bundle_.size()) bundle_.keep_active(solution, first);
+}
+
+std::optional<Vec3> VolumeContact::restore(const Vec3& proxy, double share) noexcept {
+    if (open_ || !(here_.value > level_ + share * scale_.certificate)) return std::nullopt;
+    const double slope = glm::length(here_.slope);
+    if (!here_.valid || !(slope > 0.0)) return std::nullopt;
+
+    const Vec3 downhill = -here_.slope / slope;
+    double step = std::min(2.0 * (here_.value - level_) / slope, scale_.trust_m);
+    const double ceiling = here_.value + kRoundingShare * scale_.certificate;
+    for (int halving = 0; halving <= kRestoreHalvings; ++halving, step *= 0.5) {
+        const Vec3 target = proxy + step * downhill;
+        const double value = sampler_->value(target);
+        if (!(value < here_.value) || sampler_->first_root(proxy, target, ceiling)) continue;
+        bundle_.clear();
+        if (value >= level_) return target;
+        // Past the level: back to where it is met from below.
+        const std::optional<double> root = sampler_->first_root(target, proxy, level_);
+        return root ? between(target, proxy, *root) : target;
+    }
+    return std::nullopt;
+}
+
+Chord VolumeContact::carry(const Vec3& from, const Vec3& to) noexcept {
+    if (open_) return {};
+    const double limit =
+        engaged_ ? std::max(level_ + scale_.certificate, here_.value + kRoundingShare * scale_.certificate)
+                 : level_;
+    return {sampler_->first_root(from, to, limit).value_or(1.0), engaged_};
+}
+
+std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to, double fraction) noexcept {
+    if (open_) return std::nullopt;
+    std::optional<Vec3> reached;
+    double blocked_at = fraction;
+    if (here_.value < level_) {
+        if (const std::optional<double> root = sampler_->first_root(from, to, level_)) {
+            reached = between(from, to, *root);
+            blocked_at = *root;
+        }
+    }
+    const Vec3 beyond = between(from, to, blocked_at + kPastRoot);
+    ContactPlane contact;
+    if (level_plane(sampler_->sample(beyond), beyond, level_, settings_, scale_, contact))
+        bundle_.remember(contact, from, patch_cosine_);
+    return reached;
+}
+
+void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
+    if (open_) {
+        open_ = sampler_->value(proxy) >= level_;
+        return;
+    }
+    // Play: a yielding surface holds where it was pushed to. A hard one never moves its level (composition.md 4.1).
+    if (std::isinf(settings_.strength_n) || (felt && !yielded)) return;
+    level_ = std::max(settings_.level, sampler_->value(proxy));
+}
+
+QueryCount VolumeContact::queries() const noexcept { return {sampler_->samples(), sampler_->roots(), 0}; }
+
+}  // namespace palpate
