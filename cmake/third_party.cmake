@@ -32,6 +32,10 @@ add_library(palpate_hdf5 INTERFACE)
 target_include_directories(palpate_hdf5 SYSTEM INTERFACE ${HDF5_C_INCLUDE_DIRS})
 target_link_libraries(palpate_hdf5 INTERFACE ${HDF5_C_LIBRARIES})
 
+find_package(OpenSSL REQUIRED COMPONENTS Crypto)
+add_library(palpate_hash INTERFACE)
+target_link_libraries(palpate_hash INTERFACE OpenSSL::Crypto)
+
 find_package(PNG REQUIRED)
 add_library(palpate_png INTERFACE)
 target_link_libraries(palpate_png INTERFACE PNG::PNG)

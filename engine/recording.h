@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -26,6 +27,7 @@ struct Recording {
     std::vector<RecordedSource> sources;  ///< volumes and meshes
     std::vector<DeviceState> inputs;      ///< a row per frame
     std::vector<FrameReport> frames;      ///< what came out; clock columns included
+    std::vector<std::uint32_t> steps_left; ///< N_steps of eq. (8) after each evaluation, frame by frame; empty where no clock decided
 };
 
 /// Writes recording.h5 (HDF5: one data set per column, units as attributes).            [setup]

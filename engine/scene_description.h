@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/volume/volume_filters.h>
 
@@ -61,8 +62,6 @@ struct LimitsDescription {
     double force_n = 5.0;          ///< (0, 1e3]
     double slew_n_per_s = 2000.0;  ///< (0, 1e7]
 };
-
-enum class SteppingMethod { single, paper, fixed, adaptive };
 
 struct LoopDescription {
     double rate_hz = 1000.0;   ///< [50, 20000]

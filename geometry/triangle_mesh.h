@@ -47,6 +47,9 @@ struct MeshReport {
 /// Throws std::invalid_argument when a triangle names a vertex that does not exist.
 MeshReport inspect(const TriangleMesh& mesh);
 
+/// True when |cross product| <= 1e-9 times the longest edge squared: no normal worth the name. [any]
+bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) noexcept;
+
 /// Unit normal of a triangle by the right-hand rule; zero for a degenerate one.         [any]
 Vec3 triangle_normal(const Vec3& a, const Vec3& b, const Vec3& c) noexcept;
 

@@ -12,22 +12,26 @@ namespace palpate {
 /// A copy with `margin` voxels of `background` around it; the affine follows, so voxels keep their places.        [setup]
 VoxelVolume padded(const VoxelVolume& volume, int margin, float background);
 
-/// Gaussian of standard deviation `sigma_voxels` (>= 0; along each axis in its own spacing; 0 = unchanged).       [setup]
+/// Gaussian of standard deviation `sigma_voxels` (>= 0; along each axis in its own spacing; 0 = unchanged). The border's values go
+/// on outside. NaN spreads over the kernel, about 4 sigma. Bits do not depend on the number of threads.  [setup]
 void smooth(VoxelVolume& volume, double sigma_voxels);
 
 /// How far the surface of one field lies from that of another, along normals, positive = into free space (the material grew).
 struct SurfaceShift {
     double mean_m = 0.0;
     double deviation_m = 0.0;  ///< standard deviation
-    std::size_t points = 0;    ///< points of the reference surface where both were found within the search length
+    std::size_t points = 0;    ///< points of the reference surface where both were found within 2 voxels along the normal
 };
 
-/// Shift of the surface smoothed = smoothed_level against original = original_level.     [setup]
+/// Shift of the surface smoothed = smoothed_level against original = original_level, averaged over the latter's area. Of more than
+/// 200 000 points a regular subset. Both of one size and place, with free space around (padded()); else
+/// std::invalid_argument. No surface: all 0.                                             [setup]
 SurfaceShift surface_shift(const VoxelVolume& original, double original_level, const VoxelVolume& smoothed,
                            double smoothed_level);
 
 /// The level of `smoothed` whose surface does not move on average against `original` at `original_level` (contact.md 5):
-/// |surface_shift| <= 1e-6 m.                                                            [setup]
+/// |surface_shift| <= 1e-6 m. Where points of a small surface vanish from one level to the next, so that the mean jumps over 0:
+/// the side nearer to 0, if within a hundredth of a voxel.                               [setup]
 /// Throws std::runtime_error when no level does that.
 double level_keeping_position(const VoxelVolume& original, double original_level, const VoxelVolume& smoothed);
 

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include <palpate/engine/scene.h>
+
+namespace palpate::command {
+
+/// Exit codes of the command: what scripts rely on.
+enum ExitCode { kDone = 0, kCheckFailed = 1, kUsage = 2, kBadInput = 3, kDevice = 4, kInternal = 5 };
+
+/// A mistake in the options that the parser cannot see: exit 2.
+struct UsageError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// Each adds its sub-command to `app`; its options live in the closure. The function to run goes to `run`.
+using Run = std::function<int()>;
+void add_info(CLI::App& app, Run& run);
+void add_extract(CLI::App& app, Run& run);
+void add_explain(CLI::App& app, Run& run);
+void add_trace(CLI::App& app, Run& run);
+void add_replay(CLI::App& app, Run& run);
+void add_report(CLI::App& app, Run& run);
+void add_phantom(CLI::App& app, Run& run);
+
+/// Where baked fields and meshes are kept: $PALPATE_CACHE, else $XDG_CACHE_HOME/palpate, else ~/.cache/palpate, else nowhere.
+std::filesystem::path cache_folder();
+
+/// What the command gives a scene to be built with: the cache, CGAL where this build has it, a progress bar.
+SceneResources resources();
+
+/// Draws a progress bar on stderr where that is a terminal, and nothing elsewhere.
+Progress progress_bar();
+
+/// The JSON text of a document ends with a newline on stdout.
+void print(const std::string& text);
+
+}  // namespace palpate::command

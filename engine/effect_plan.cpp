@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/effect_plan.h>
+
+#include <algorithm>
+#include <set>
+
+#include <palpate/engine/scene_file.h>
+
+namespace palpate {
+namespace {
+
+PlannedEffect plan_surface(const SurfaceDescription& surface, bool repeated) {
+    PlannedEffect planned;
+    planned.contact = name(surface.contact);
+    if (repeated) return {0, false, "the same surface is felt already", planned.contact};
+    if (surface.strength_n == 0.0)
+        return {0, false, "strength_n is 0: it cannot be felt", planned.contact};
+    planned.reason = "felt up to its strength";
+    planned.samples = 1.0;
+    if (surface.contact == ContactKind::direct) {
+        planned.rays = 1.0;
+        planned.needs_mesh = true;
+    } else {
+        planned.roots = 1.0;
+        planned.needs_hessian = true;
+    }
+    return planned;
+}
+
+PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription& effect,
+                          std::set<std::string>& felt) {
+    switch (effect.kind) {
+    case EffectKind::surface: {
+        const bool repeated = !felt.insert(effect.surface).second;
+        return plan_surface(scene.surfaces.at(effect.surface), repeated);
+    }
+    case EffectKind::gradient_surface:
+        if (effect.strength.is_zero()) return {0, false, "strength_n is 0 everywhere: it cannot be felt", ""};
+        return {0, true, "a plane through the proxy, against the gradient", "", 1.0};
+    case EffectKind::constant_force:
+        if (effect.force_n == std::array<double, 3>{0.0, 0.0, 0.0})
+            return {0, false, "force_n is 0: it cannot be felt", ""};
+        return {0, true, "shifts the probe's target exactly: needs no query", ""};
+    }
+    return {};
+}
+
+}  // namespace
+
+bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& surface) const {
+    return std::any_of(effects.begin(), effects.end(), [&](const PlannedEffect& planned) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        return planned.on && effect.kind == EffectKind::surface && effect.surface == surface;
+    });
+}
+
+EffectPlan plan_effects(const SceneDescription& scene) {
+    EffectPlan plan;
+    std::set<std::string> felt;
+    std::set<std::string> used_volumes;
+    for (std::size_t i = 0; i < scene.effects.size(); ++i) {
+        PlannedEffect planned = plan_effect(scene, scene.effects[i], felt);
+        planned.effect = i;
+        if (planned.on && scene.effects[i].kind == EffectKind::gradient_surface)
+            used_volumes.insert(scene.effects[i].volume);
+        plan.effects.push_back(planned);
+    }
+    for (const auto& [surface, description] : scene.surfaces) {
+        if (plan.uses_surface(scene, surface))
+            used_volumes.insert(description.volume);
+        else
+            plan.left_out.push_back("surface " + surface + ": no effect that is on names it");
+    }
+    for (const auto& [volume, description] : scene.volumes)
+        if (!used_volumes.contains(volume))
+            plan.left_out.push_back("volume " + volume + ": nothing that is on needs it; it is not read");
+    return plan;
+}
+
+}  // namespace palpate

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <palpate/engine/scene_description.h>
+
+namespace palpate {
+
+/// What one effect of a scene needs per evaluation, or why it is left out.
+struct PlannedEffect {
+    std::size_t effect = 0;   ///< index into SceneDescription::effects
+    bool on = true;
+    std::string reason;       ///< why on or off, in words
+    std::string contact;      ///< kind surface: how the proxy is carried
+    double samples = 0.0;     ///< field samples per evaluation
+    double roots = 0.0;       ///< exact first roots per evaluation
+    double rays = 0.0;        ///< Embree rays per evaluation
+    bool needs_mesh = false;
+    bool needs_hessian = false;
+};
+
+/// Which effects, fields and queries a scene needs, and why: nothing else is built.
+struct EffectPlan {
+    std::vector<PlannedEffect> effects;     ///< one for each of the scene's, in its order
+    std::vector<std::string> left_out;      ///< surfaces and volumes that nothing uses, in words
+
+    bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
+};
+
+/// Plans a scene.                                                                       [setup]
+EffectPlan plan_effects(const SceneDescription& scene);
+
+}  // namespace palpate

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include <palpate/engine/orbit.h>
+#include <palpate/engine/trace.h>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kPoints = 2000;      // evaluations timed
+constexpr std::size_t kPerReading = 10;    // evaluations between two readings of the clock, whose cost is then below 1 %
+constexpr double kSpeed = 0.2;             // m/s: how far apart a hand's frames are
+
+/// Places where a hand would be: along an orbit on the surface, or across the box of a field.
+std::vector<Vec3> places(const ScalarField& field, std::optional<double> level) {
+    std::vector<Vec3> points;
+    if (level) {
+        DeviceDescription orbit;
+        orbit.depth_min_mm = orbit.depth_max_mm = 0.0;
+        orbit.speed_m_per_s = kSpeed;
+        orbit.duration_s = kPoints / 1000.0 + 0.5;
+        for (const DeviceState& state : make_orbit(field, *level, orbit, 1000.0)) points.push_back(state.position);
+        return points;
+    }
+    const Box box = field.bounds();
+    for (std::size_t i = 0; i < kPoints; ++i)
+        points.push_back(box.center() + Vec3{(static_cast<double>(i) - kPoints / 2.0) * kSpeed / 1000.0, 0, 0});
+    return points;
+}
+
+/// Median us of `evaluate(from, to)` over successive points.
+template <class Evaluate>
+double median_us(const std::vector<Vec3>& points, const Evaluate& evaluate) {
+    SteadyClock clock;
+    std::vector<double> readings;
+    for (std::size_t i = 0; i + kPerReading < points.size(); i += kPerReading) {
+        const double began = clock.now_us();
+        for (std::size_t k = 0; k < kPerReading; ++k) evaluate(points[i + k], points[i + k + 1]);
+        readings.push_back((clock.now_us() - began) / kPerReading);
+    }
+    if (readings.empty()) return 0.0;
+    std::nth_element(readings.begin(), readings.begin() + readings.size() / 2, readings.end());
+    return readings[readings.size() / 2];
+}
+
+}  // namespace
+
+std::vector<double> measure_prices(const Scene& scene) {
+    std::vector<double> prices(scene.plan().effects.size(), 0.0);
+    const std::vector<std::unique_ptr<Effect>> effects = scene.make_effects();
+    std::size_t next_effect = 0;
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        if (!planned.on) continue;
+        const EffectDescription& effect = scene.description().effects[planned.effect];
+        if (effect.kind == EffectKind::surface) {
+            for (const SceneSurface& surface : scene.surfaces()) {
+                if (surface.name != effect.surface) continue;
+                const std::unique_ptr<SurfaceContact> contact = scene.make_contact(surface);
+                const std::vector<Vec3> points = places(*surface.baked.field, surface.level.level);
+                contact->restart(points.front());
+                prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3& to) {
+                    ContactSet planes;
+                    contact->offer(from, planes);
+                    contact->carry(from, to);
+                });
+            }
+            continue;
+        }
+        Effect& built = *effects[next_effect++];
+        std::vector<Vec3> points(kPoints, Vec3{0.0});
+        if (!effect.volume.empty()) {
+            const auto field = scene.effect_field(effect.volume);
+            points = places(*field, std::nullopt);
+        }
+        prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3&) {
+            PrimitiveSet primitives;
+            built.gather(from, primitives);
+        });
+    }
+    return prices;
+}
+
+}  // namespace palpate

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/haptic_loop.h>
+
+#include <cmath>
+
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
+namespace palpate {
+namespace {
+
+// Beyond this no scene reaches, and Embree's float32 would overflow.
+constexpr double kProbeRange = SurfaceScene::kQueryRange;
+
+/// Denormal numbers cost hundreds of cycles each: flushed to zero within a frame, the caller's mode restored after it.
+class FlushDenormals {
+public:
+#if defined(__x86_64__)
+    FlushDenormals() noexcept : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero); }
+    ~FlushDenormals() { _mm_setcsr(saved_); }
+
+private:
+    static constexpr unsigned kFlushToZero = 0x8000;
+    static constexpr unsigned kDenormalsAreZero = 0x0040;
+    unsigned saved_;
+#else
+    FlushDenormals() noexcept {}
+#endif
+};
+
+SteppingSettings stepping(const LoopDescription& loop) {
+    SteppingSettings settings;
+    settings.method = loop.method;
+    settings.sub_steps = loop.sub_steps;
+    settings.budget_us = loop.budget_us;
+    settings.tolerance_m = 1e-6 * loop.tolerance_um;
+    settings.evaluation_cap = loop.evaluation_cap;
+    return settings;
+}
+
+template <class T>
+std::vector<T*> pointers(const std::vector<std::unique_ptr<T>>& owners) {
+    std::vector<T*> result;
+    for (const std::unique_ptr<T>& owner : owners) result.push_back(owner.get());
+    return result;
+}
+
+bool in_range(const Vec3& p) noexcept {
+    return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
+}
+
+}  // namespace
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock)
+    : scene_(std::move(scene)),
+      clock_(clock),
+      contacts_(scene_->make_contacts()),
+      effects_(scene_->make_effects()),
+      coupling_{scene_->description().coupling.stiffness_n_per_m,
+                scene_->description().coupling.damping_n_s_per_m},
+      limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
+                1.0 / scene_->description().loop.rate_hz}),
+      period_s_(1.0 / scene_->description().loop.rate_hz) {
+    subdivision_ = std::make_unique<Subdivision>(stepping(scene_->description().loop), pointers(contacts_),
+                                                 pointers(effects_), clock_);
+}
+
+HapticLoop::~HapticLoop() = default;
+
+FrameReport HapticLoop::frame(const DeviceState& device) noexcept { return frame(device, {}); }
+
+FrameReport HapticLoop::frame(const DeviceState& device, std::span<const std::uint32_t> steps_left) noexcept {
+    const FlushDenormals flush_denormals;
+    const double began_us = clock_.now_us();
+    const QueryCount before = queries();
+
+    FrameReport report;
+    report.frame = frames_++;
+    report.trial = device.trial;
+    report.time_s = device.time_s;
+    report.probe = device.position;
+
+    Vec3 wanted{0.0};
+    if (in_range(device.position)) {
+        const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
+        move_proxy(device, steps_left, report);
+        const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
+        wanted = coupling_force(coupling_, device.position, proxy_, device.velocity, proxy_velocity);  // (3)
+    } else {
+        report.flags |= kProbeNotFinite;
+    }
+    report.proxy = proxy_;
+    report.force = limiter_.limit(wanted, report.flags);
+
+    const QueryCount after = queries();
+    report.field_samples = static_cast<std::uint32_t>(after.field_samples - before.field_samples);
+    report.root_queries = static_cast<std::uint32_t>(after.roots - before.roots);
+    report.surface_queries = static_cast<std::uint32_t>(after.surface_queries - before.surface_queries);
+    report.estimate_us = subdivision_->estimate_us();
+    report.spent_us = clock_.now_us() - began_us;
+    return report;
+}
+
+void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
+                            FrameReport& report) noexcept {
+    if (!started_ || device.trial != trial_) {
+        started_ = true;
+        trial_ = device.trial;
+        proxy_ = device.position;
+        report.flags |= subdivision_->restart(proxy_);
+    }
+    const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_};
+    const SubdivisionResult result = steps_left.empty() ? subdivision_->advance(context)
+                                                        : subdivision_->advance(context, steps_left);
+    proxy_ = result.proxy;
+    report.sub_steps = result.sub_steps;
+    report.evaluations = result.evaluations;
+    report.contacts = result.contacts;
+    report.residual_m = result.residual_m;
+    report.flags |= result.flags;
+}
+
+QueryCount HapticLoop::queries() const noexcept {
+    QueryCount total;
+    const auto add = [&](const QueryCount& one) {
+        total.field_samples += one.field_samples;
+        total.roots += one.roots;
+        total.surface_queries += one.surface_queries;
+    };
+    for (const auto& contact : contacts_) add(contact->queries());
+    for (const auto& effect : effects_) add(effect->queries());
+    return total;
+}
+
+}  // namespace palpate

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <palpate/drivers/haptic_device.h>
+#include <palpate/engine/frame_report.h>
+#include <palpate/engine/scene.h>
+#include <palpate/haptics/force_limiter.h>
+#include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/virtual_coupling.h>
+
+namespace palpate {
+
+/// All mutable state of one haptic loop over a shared scene. frame() is an ordinary function: call it from whichever thread you
+/// like, one at a time. Below it there is no allocation, lock, exception or unbounded loop.
+class HapticLoop {
+public:
+    /// Builds contacts, effects and buffers; the clock must outlive the loop.            [setup]
+    HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock);
+    ~HapticLoop();
+    HapticLoop(const HapticLoop&) = delete;
+    HapticLoop& operator=(const HapticLoop&) = delete;
+
+    /// One haptic frame: probe in, force out (FrameReport::force, N, scene frame).       [loop]
+    /// A probe that is not finite, or beyond 1e6 m, holds the proxy and takes the force to zero at the slew limit.
+    FrameReport frame(const DeviceState& device) noexcept;
+
+    /// The same with the clock's decisions of an earlier run (see steps_left()).         [loop]
+    FrameReport frame(const DeviceState& device, std::span<const std::uint32_t> steps_left) noexcept;
+
+    /// The proxy's corners in the last frame.                                            [loop]
+    std::span<const Vec3> path() const noexcept { return subdivision_->path(); }
+    /// N_steps of eq. (8) after each evaluation of the last frame.                        [loop]
+    std::span<const std::uint32_t> steps_left() const noexcept { return subdivision_->steps_left(); }
+
+private:
+    void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
+                    FrameReport& report) noexcept;
+    QueryCount queries() const noexcept;
+
+    std::shared_ptr<const Scene> scene_;
+    Clock& clock_;
+    std::vector<std::unique_ptr<SurfaceContact>> contacts_;
+    std::vector<std::unique_ptr<Effect>> effects_;
+    std::unique_ptr<Subdivision> subdivision_;
+    VirtualCoupling coupling_;
+    ForceLimiter limiter_;
+    double period_s_;
+
+    std::uint64_t frames_ = 0;
+    bool started_ = false;
+    std::uint32_t trial_ = 0;
+    Vec3 proxy_{0.0};
+};
+
+}  // namespace palpate

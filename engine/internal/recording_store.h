@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <palpate/geometry/vec.h>
+
+namespace palpate::internal {
+
+/// Columns and texts into an HDF5 image in memory, compressed; names are paths in the file. In memory because HDF5 1.10 can
+/// crash the process when a disk is full while it closes a file.
+/// Throws std::runtime_error naming the file.                                           [setup]
+class RecordingWriter {
+public:
+    explicit RecordingWriter(const std::filesystem::path& file);
+    ~RecordingWriter();
+
+    void make_group(const std::string& name);
+    void write_column(const std::string& name, const char* unit, const std::vector<double>& values);
+    void write_column(const std::string& name, const char* unit, const std::vector<Vec3>& values);
+    void write_column(const std::string& name, const char* unit,
+                      const std::vector<std::uint32_t>& values);
+    void write_column(const std::string& name, const char* unit,
+                      const std::vector<std::uint64_t>& values);
+    /// UTF-8; zeros at a text's end are not kept.
+    void write_texts(const std::string& name, const std::vector<std::string>& texts);
+
+    /// Adds a hash of everything above and gives the whole file as it is to be written.
+    std::string finish();
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Reads what RecordingWriter wrote, in the same order; HDF5 itself stays silent.       [setup]
+/// Throws std::runtime_error "FILE: what is wrong; what to do".
+class RecordingReader {
+public:
+    explicit RecordingReader(const std::filesystem::path& file);
+    ~RecordingReader();
+
+    void read_column(const std::string& name, std::vector<double>& values);
+    void read_column(const std::string& name, std::vector<Vec3>& values);
+    void read_column(const std::string& name, std::vector<std::uint32_t>& values);
+    void read_column(const std::string& name, std::vector<std::uint64_t>& values);
+    std::vector<std::string> read_texts(const std::string& name);
+    /// The only text of a data set.
+    std::string read_text(const std::string& name);
+    /// Fails unless everything that was read is what was written.
+    void check_content();
+
+    [[noreturn]] void fail(const std::string& what) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate::internal

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/recording.h>
+
+#include <fstream>
+#include <stdexcept>
+#include <type_traits>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/internal/recording_store.h>
+#include <palpate/engine/internal/sha256.h>
+#include <palpate/engine/internal/whole_file.h>
+
+namespace palpate {
+namespace {
+
+constexpr const char* kFormat = "palpate recording";
+constexpr std::uint64_t kFormatVersion = 1;
+
+/// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and reader.
+template <typename Columns>
+void for_each_input_column(Columns&& column) {
+    column("time_s", "s", &DeviceState::time_s);
+    column("position_m", "m", &DeviceState::position);
+    column("velocity_m_per_s", "m/s", &DeviceState::velocity);
+    column("trial", "1", &DeviceState::trial);
+}
+
+/// The same for the frames.
+template <typename Columns>
+void for_each_frame_column(Columns&& column) {
+    column("frame", "1", &FrameReport::frame);
+    column("trial", "1", &FrameReport::trial);
+    column("time_s", "s", &FrameReport::time_s);
+    column("probe_m", "m", &FrameReport::probe);
+    column("proxy_m", "m", &FrameReport::proxy);
+    column("force_n", "N", &FrameReport::force);
+    column("sub_steps", "1", &FrameReport::sub_steps);
+    column("evaluations", "1", &FrameReport::evaluations);
+    column("contacts", "1", &FrameReport::contacts);
+    column("residual_m", "m", &FrameReport::residual_m);
+    column("flags", "bits", &FrameReport::flags);
+    column("field_samples", "1", &FrameReport::field_samples);
+    column("surface_queries", "1", &FrameReport::surface_queries);
+    column("root_queries", "1", &FrameReport::root_queries);
+    column("spent_us", "us", &FrameReport::spent_us);
+    column("estimate_us", "us", &FrameReport::estimate_us);
+    column("late_us", "us", &FrameReport::late_us);
+}
+
+/// Writes the columns of `rows` into a group.
+template <typename Row>
+auto column_writer(internal::RecordingWriter& writer, const std::string& group,
+                   const std::vector<Row>& rows) {
+    return [&writer, group, &rows](const char* name, const char* unit, auto member) {
+        using Value = std::remove_cvref_t<decltype(rows.front().*member)>;
+        std::vector<Value> values;
+        values.reserve(rows.size());
+        for (const Row& row : rows) values.push_back(row.*member);
+        writer.write_column(group + "/" + name, unit, values);
+    };
+}
+
+/// Reads the columns of a group into `rows`; the first one says how many there are.
+template <typename Row>
+auto column_reader(internal::RecordingReader& reader, const std::string& group,
+                   std::vector<Row>& rows) {
+    return [&reader, group, &rows, first = true](const char* name, const char*,
+                                                 auto member) mutable {
+        using Value = std::remove_cvref_t<decltype(rows.front().*member)>;
+        std::vector<Value> values;
+        reader.read_column(group + "/" + name, values);
+        if (first) rows.resize(values.size());
+        first = false;
+        if (values.size() != rows.size())
+            reader.fail(fmt::format("data set {}/{} has {} rows where {} are needed", group, name,
+                                    values.size(), rows.size()));
+        for (std::size_t i = 0; i < values.size(); ++i) rows[i].*member = values[i];
+    };
+}
+
+void check_format(internal::RecordingReader& reader) {
+    if (reader.read_text("format") != kFormat) reader.fail("is HDF5 but not a recording");
+    std::vector<std::uint64_t> version;
+    reader.read_column("format_version", version);
+    if (version.size() != 1 || version.front() != kFormatVersion)
+        reader.fail(fmt::format("has another version of the format than {}", kFormatVersion));
+}
+
+std::vector<RecordedSource> read_sources(internal::RecordingReader& reader) {
+    const std::vector<std::string> files = reader.read_texts("sources/file");
+    const std::vector<std::string> hashes = reader.read_texts("sources/sha256");
+    if (files.size() != hashes.size()) reader.fail("has sources without a hash");
+    std::vector<RecordedSource> sources;
+    for (std::size_t i = 0; i < files.size(); ++i) sources.push_back({files[i], hashes[i]});
+    return sources;
+}
+
+}  // namespace
+
+void write_recording(const std::filesystem::path& file, const Recording& recording) {
+    // The store wants the data sets to be read in the order they are written in.
+    internal::RecordingWriter writer(file);
+    writer.write_texts("format", {kFormat});
+    writer.write_column("format_version", "1", std::vector<std::uint64_t>{kFormatVersion});
+    writer.write_texts("version", {recording.version});
+    writer.make_group("scene");
+    writer.write_texts("scene/file", {recording.scene_file});
+    writer.write_texts("scene/text", {recording.scene_text});
+    writer.write_texts("scene/overrides", {recording.overrides});
+
+    std::vector<std::string> source_files;
+    std::vector<std::string> source_hashes;
+    for (const RecordedSource& source : recording.sources) {
+        source_files.push_back(source.file);
+        source_hashes.push_back(source.sha256);
+    }
+    writer.make_group("sources");
+    writer.write_texts("sources/file", source_files);
+    writer.write_texts("sources/sha256", source_hashes);
+
+    writer.make_group("inputs");
+    for_each_input_column(column_writer(writer, "inputs", recording.inputs));
+    writer.make_group("frames");
+    for_each_frame_column(column_writer(writer, "frames", recording.frames));
+    writer.make_group("clock");
+    writer.write_column("clock/steps_left", "1", recording.steps_left);
+    internal::write_whole_file(file, writer.finish());
+}
+
+Recording read_recording(const std::filesystem::path& file) {
+    internal::RecordingReader reader(file);
+    check_format(reader);
+
+    Recording recording;
+    recording.version = reader.read_text("version");
+    recording.scene_file = reader.read_text("scene/file");
+    recording.scene_text = reader.read_text("scene/text");
+    recording.overrides = reader.read_text("scene/overrides");
+    recording.sources = read_sources(reader);
+    for_each_input_column(column_reader(reader, "inputs", recording.inputs));
+    for_each_frame_column(column_reader(reader, "frames", recording.frames));
+    reader.read_column("clock/steps_left", recording.steps_left);
+    reader.check_content();
+    return recording;
+}
+
+std::string sha256_of_file(const std::filesystem::path& file) {
+    constexpr std::size_t kPiece = std::size_t{1} << 20;  // bytes
+    const auto fail = [&] {
+        throw std::runtime_error(file.string() +
+                                 ": cannot be read; check that it exists and is a readable file");
+    };
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream || std::filesystem::is_directory(file)) fail();
+    internal::Sha256 hash;
+    std::string piece(kPiece, '\0');
+    while (stream) {
+        stream.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+        hash.add(std::string_view(piece).substr(0, static_cast<std::size_t>(stream.gcount())));
+    }
+    if (stream.bad()) fail();
+    return hash.hexadecimal();
+}
+
+std::string sha256_of_text(std::string_view text) {
+    internal::Sha256 hash;
+    hash.add(text);
+    return hash.hexadecimal();
+}
+
+}  // namespace palpate

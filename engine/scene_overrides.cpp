@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene_overrides.h>
+
+#include <array>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/scene_file.h>
+
+namespace palpate {
+namespace {
+
+/// The value whose name is `text`; throws with the names there are.
+template <class Kind, std::size_t N>
+Kind named(const char* option, const std::string& text, const std::array<Kind, N>& kinds) {
+    std::string names;
+    for (Kind kind : kinds) {
+        if (name(kind) == text) return kind;
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", name(kind));
+    }
+    throw std::invalid_argument(fmt::format("{} {}: must be one of {}", option, text, names));
+}
+
+template <class Number>
+void set(const char* option, const std::optional<Number>& value, double low, double high, Number& target) {
+    if (!value) return;
+    if (!(*value >= low && *value <= high))
+        throw std::invalid_argument(fmt::format("{} {}: must be between {} and {}", option, *value, low, high));
+    target = *value;
+}
+
+void set_device(const std::string& text, DeviceDescription& device) {
+    constexpr std::string_view path = "path:";
+    if (text == "orbit") {
+        device.kind = DeviceDescription::Kind::orbit;
+    } else if (text.starts_with(path)) {
+        device.kind = DeviceDescription::Kind::path;
+        device.file = std::filesystem::absolute(text.substr(path.size()));
+    } else {
+        throw std::invalid_argument(fmt::format("--device {}: must be orbit or path:FILE", text));
+    }
+}
+
+}  // namespace
+
+void apply(const SceneOverrides& overrides, SceneDescription& scene) {
+    if (overrides.device) set_device(*overrides.device, scene.device);
+    if (overrides.method)
+        scene.loop.method = named("--method", *overrides.method,
+                                  std::array{SteppingMethod::single, SteppingMethod::paper, SteppingMethod::fixed,
+                                             SteppingMethod::adaptive});
+    if (overrides.contact) {
+        const ContactKind contact =
+            named("--contact", *overrides.contact, std::array{ContactKind::volume, ContactKind::direct});
+        for (auto& [surface, description] : scene.surfaces) description.contact = contact;
+    }
+    set("--sub-steps", overrides.sub_steps, 1, Subdivision::kMostEvaluations, scene.loop.sub_steps);
+    set("--tolerance-um", overrides.tolerance_um, 1e-6, 1e3, scene.loop.tolerance_um);
+    set("--budget-us", overrides.budget_us, 1e-3, 1e6 / scene.loop.rate_hz, scene.loop.budget_us);
+}
+
+std::string to_json(const SceneOverrides& overrides) {
+    nlohmann::json json = nlohmann::json::object();
+    const auto put = [&](const char* key, const auto& value) {
+        if (value) json[key] = *value;
+    };
+    put("device", overrides.device);
+    put("method", overrides.method);
+    put("contact", overrides.contact);
+    put("sub_steps", overrides.sub_steps);
+    put("tolerance_um", overrides.tolerance_um);
+    put("budget_us", overrides.budget_us);
+    put("every", overrides.every);
+    return json.dump();
+}
+
+SceneOverrides overrides_from_json(const std::string& text) {
+    SceneOverrides overrides;
+    try {
+        const nlohmann::json json = nlohmann::json::parse(text);
+        const auto take = [&]<class T>(const char* key, std::optional<T>& value) {
+            if (json.contains(key)) value = json.at(key).get<T>();
+        };
+        take("device", overrides.device);
+        take("method", overrides.method);
+        take("contact", overrides.contact);
+        take("sub_steps", overrides.sub_steps);
+        take("tolerance_um", overrides.tolerance_um);
+        take("budget_us", overrides.budget_us);
+        take("every", overrides.every);
+    } catch (const nlohmann::json::exception& error) {
+        throw std::runtime_error(fmt::format("recording: its overrides are damaged ({})", error.what()));
+    }
+    return overrides;
+}
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/surface_audit.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr int kChordSamples = 20;        // a chord is at most half a voxel in contact: every 25 um or closer
+constexpr double kSearchRadius = 50e-3;  // m: deeper than any lost proxy in a head
+constexpr int kNewtonSteps = 30;
+
+}  // namespace
+
+double level_distance(FieldSampler& sampler, const Vec3& point, double level, double longest_step_m) {
+    Vec3 x = point;
+    for (int step = 0; step < kNewtonSteps; ++step) {
+        const FieldSample here = sampler.sample(x);
+        const double slope_squared = squared_length(here.slope);
+        if (!(slope_squared > 0.0)) break;
+        Vec3 move = ((level - here.value) / slope_squared) * here.slope;
+        const double length = glm::length(move);
+        if (length > longest_step_m) move *= longest_step_m / length;
+        const Vec3 next = x + move;
+        if (next == x) break;
+        x = next;
+    }
+    const double distance = glm::length(point - x);
+    return sampler.value(point) >= level ? distance : -distance;
+}
+
+SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
+    : surface_(surface),
+      scale_(LevelScale::of(*surface.baked.field, surface.level)),
+      sampler_(surface.baked.field->make_sampler()) {
+    const VolumeDescription& volume =
+        scene.description().volumes.at(scene.description().surfaces.at(surface.name).volume);
+    const double outwards = volume.analytic == "sphere_cavity" ? 1.0 : volume.analytic == "solid_sphere" ? -1.0 : 0.0;
+    if (outwards != 0.0)
+        sphere_radius_m_ = 1e-3 * volume.parameters.at("radius_mm") + outwards * surface.level.level;
+}
+
+void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
+    if (frame.flags & kProbeNotFinite) return;
+    for (std::size_t i = 1; i < path.size(); ++i)
+        for (int k = 0; k <= kChordSamples; ++k) {
+            const Vec3 p = path[i - 1] + (static_cast<double>(k) / kChordSamples) * (path[i] - path[i - 1]);
+            const double above = sampler_->value(p) - surface_.level.level;
+            if (above <= deepest_.above_level) continue;
+            deepest_.above_level = above;
+            deepest_.frame = frame.frame;
+            deepest_at_ = p;
+        }
+    if (frame.contacts == 0) return;
+    level_distance_m_.push_back(level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m));
+    if (sphere_radius_m_) {
+        const Vec3 closest = *sphere_radius_m_ * glm::normalize(frame.probe);
+        position_error_m_.push_back(glm::length(frame.proxy - closest));
+    }
+}
+
+SurfaceAudit::Deepest SurfaceAudit::deepest() const {
+    Deepest result = deepest_;
+    if (result.above_level <= 0.0) return result;
+    std::optional<SurfaceHit> hit;
+    if (surface_.mesh) hit = surface_.mesh->closest_point(deepest_at_, kSearchRadius);
+    result.depth_m = hit ? hit->distance_m
+                         : std::abs(level_distance(*sampler_, deepest_at_, surface_.level.level, scale_.trust_m));
+    return result;
+}
+
+}  // namespace palpate

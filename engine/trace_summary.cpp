@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <span>
+#include <string>
+#include <thread>
+
+#include <sys/utsname.h>
+
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/orbit.h>
+#include <palpate/engine/recording.h>
+#include <palpate/engine/scene_file.h>
+#include <palpate/engine/trace.h>
+#include <palpate/version.h>
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMicrometres = 1e6;  // um per m
+
+/// Mean, rms and percentiles of a column; the nearest rank, so that every number is one that occurred.
+json statistics(std::vector<double> values) {
+    if (values.empty()) return json::object();
+    std::sort(values.begin(), values.end());
+    const auto rank = [&](double share) {
+        const auto index = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+        return values[std::clamp<std::size_t>(index, 1, values.size()) - 1];
+    };
+    double sum = 0.0;
+    double squares = 0.0;
+    for (double value : values) {
+        sum += value;
+        squares += value * value;
+    }
+    const double count = static_cast<double>(values.size());
+    return {{"frames", values.size()}, {"mean", sum / count},  {"rms", std::sqrt(squares / count)},
+            {"p50", rank(0.50)},       {"p90", rank(0.90)},    {"p99", rank(0.99)},
+            {"max", values.back()}};
+}
+
+template <class Column>
+json statistics_of(std::span<const FrameReport> frames, const Column& column) {
+    std::vector<double> values;
+    values.reserve(frames.size());
+    for (const FrameReport& frame : frames) values.push_back(column(frame));
+    return statistics(std::move(values));
+}
+
+json absolute_um(const std::vector<double>& metres) {
+    std::vector<double> values;
+    for (double value : metres) values.push_back(kMicrometres * std::abs(value));
+    return statistics(std::move(values));
+}
+
+json machine() {
+    std::string cpu = "unknown";
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);)
+        if (line.starts_with("model name")) {
+            cpu = line.substr(line.find(':') + 2);
+            break;
+        }
+    utsname system{};
+    uname(&system);
+    return {{"cpu", cpu},
+            {"cores", std::thread::hardware_concurrency()},
+            {"system", std::string(system.sysname) + " " + system.release}};
+}
+
+json surface_summary(const SurfaceAudit& audit) {
+    const SceneSurface& surface = audit.surface();
+    const SurfaceAudit::Deepest deepest = audit.deepest();
+    return {{"name", surface.name},
+            {"contact", name(surface.contact)},
+            {"level", surface.level.level},
+            {"shift_mean_mm", 1e3 * surface.baked.shift.mean_m},
+            {"shift_sd_mm", 1e3 * surface.baked.shift.deviation_m},
+            {"level_distance_um", absolute_um(audit.level_distance_m())},
+            {"deepest_chord",
+             {{"value_above_level", deepest.above_level},
+              {"tolerance", audit.certificate()},
+              {"depth_mm", 1e3 * deepest.depth_m},
+              {"frame", deepest.frame}}}};
+}
+
+json flag_summary(std::span<const FrameReport> frames) {
+    json flags = json::array();
+    for (const FrameFlagText& text : kFrameFlagTexts) {
+        const auto count = std::count_if(frames.begin(), frames.end(),
+                                         [&](const FrameReport& frame) { return (frame.flags & text.flag) != 0; });
+        if (count > 0) flags.push_back({{"name", text.name}, {"frames", count}, {"meaning", text.meaning}});
+    }
+    return flags;
+}
+
+json effect_summary(const Scene& scene) {
+    json effects = json::array();
+    const std::vector<double> prices = measure_prices(scene);
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const EffectDescription& effect = scene.description().effects[planned.effect];
+        json entry = {{"type", name(effect.kind)}, {"on", planned.on}, {"cost_us", prices[planned.effect]}};
+        if (!effect.surface.empty()) entry["surface"] = effect.surface;
+        if (!effect.volume.empty()) entry["volume"] = effect.volume;
+        effects.push_back(entry);
+    }
+    return effects;
+}
+
+/// Level and position errors where the truth is a formula.
+json truth(const Scene& scene, const Trace& trace) {
+    json result = json::object();
+    for (const SurfaceAudit& audit : trace.audits) {
+        const std::string& volume = scene.description().surfaces.at(audit.surface().name).volume;
+        if (scene.description().volumes.at(volume).analytic.empty()) continue;
+        result["level_um"] = absolute_um(audit.level_distance_m());
+        if (!audit.position_error_m().empty()) result["position_um"] = absolute_um(audit.position_error_m());
+    }
+    return result;
+}
+
+std::string contact_names(const Scene& scene) {
+    std::set<std::string> names;
+    for (const SceneSurface& surface : scene.surfaces()) names.insert(std::string(name(surface.contact)));
+    std::string text;
+    for (const std::string& one : names) text += (text.empty() ? "" : ", ") + one;
+    return text;
+}
+
+}  // namespace
+
+std::string summarize(const Scene& scene, const Trace& trace) {
+    const std::span<const FrameReport> frames = trace.frames;
+    const SceneDescription& description = scene.description();
+    const auto in_contact = std::count_if(frames.begin(), frames.end(),
+                                          [](const FrameReport& frame) { return frame.contacts > 0; });
+    const auto overruns = std::count_if(frames.begin(), frames.end(), [&](const FrameReport& frame) {
+        return frame.spent_us > 1e6 / description.loop.rate_hz;
+    });
+    std::set<std::uint32_t> trials;
+    for (const FrameReport& frame : frames) trials.insert(frame.trial);
+
+    json summary;
+    summary["version"] = kVersion;
+    summary["scene"] = {{"file", description.file.filename().string()},
+                        {"sha256", sha256_of_text(description.text)}};
+    summary["machine"] = machine();
+    summary["method"] = name(description.loop.method);
+    summary["contact"] = contact_names(scene);
+    summary["pace"] = "asap";
+    summary["frames"] = frames.size();
+    summary["trials"] = trials.size();
+    summary["frames_in_contact"] = in_contact;
+    summary["overruns"] = overruns;
+    summary["spent_us"] = statistics_of(frames, [](const FrameReport& f) { return f.spent_us; });
+    summary["sub_steps"] = statistics_of(frames, [](const FrameReport& f) { return f.sub_steps; });
+    summary["evaluations"] = statistics_of(frames, [](const FrameReport& f) { return f.evaluations; });
+    const auto mean = [&](auto column) { return statistics_of(frames, column).value("mean", 0.0); };
+    summary["queries_per_frame"] = {
+        {"field_samples", mean([](const FrameReport& f) { return f.field_samples; })},
+        {"roots", mean([](const FrameReport& f) { return f.root_queries; })},
+        {"surface_queries", mean([](const FrameReport& f) { return f.surface_queries; })}};
+    summary["force_n"] = statistics_of(frames, [](const FrameReport& f) { return glm::length(f.force); });
+    summary["surfaces"] = json::array();
+    for (const SurfaceAudit& audit : trace.audits) summary["surfaces"].push_back(surface_summary(audit));
+    summary["truth"] = truth(scene, trace);
+    summary["flags"] = flag_summary(frames);
+    summary["effects"] = effect_summary(scene);
+    return summary.dump(2) + "\n";
+}
+
+}  // namespace palpate

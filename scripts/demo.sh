@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# The main job: a real head CT and a real brain to haptic traces of their surfaces, and a page about them.
+# palpate.sh demo builds the command and runs this; results go to demo-output/.
+set -euo pipefail
+top=$(cd "$(dirname "$0")/.." && pwd)
+palpate=$top/build/release/palpate
+out=$top/demo-output
+data=$out/data
+mkdir -p "$data"
+export PALPATE_CACHE=${PALPATE_CACHE:-$out/cache}
+
+step() { printf '\n== %s\n' "$*"; }
+seconds() { date +%s.%N; }
+
+step "Data"
+if "$top/scripts/fetch_demo_data.sh" "$data"; then
+    subjects=(skull brain)
+    notes=(--note "The skull is a real head CT (Debian package invesalius-examples), bone at 226 HU; the brain is the ch2better template (mricron-data), cortex at 60. Left and right of the skull are not verified.")
+else
+    echo "The real volumes cannot be had here: a generated phantom takes their place."
+    "$palpate" phantom "$data/phantom.nrrd"
+    subjects=(phantom)
+    notes=(--note "The real volumes could not be had on this machine: this is a generated phantom.")
+fi
+main=${subjects[0]}
+
+step "Volumes"
+for subject in "${subjects[@]}"; do
+    case $subject in
+        skull) "$palpate" info "$data/skull.nhdr" ;;
+        brain) "$palpate" info "$data/brain.nii.gz" ;;
+        phantom) "$palpate" info "$data/phantom.nrrd" ;;
+    esac
+done
+
+step "Surfaces"
+extract() {
+    local began; began=$(seconds)
+    "$palpate" extract "$@"
+    awk -v a="$began" -v b="$(seconds)" 'BEGIN {printf "extracted in %.1f s\n", b - a}'
+}
+for subject in "${subjects[@]}"; do
+    case $subject in
+        skull) extract "$data/skull.nhdr" -o "$out/skull.ply" --iso 226 --smooth-voxels 0.7 --keep largest ;;
+        brain) extract "$data/brain.nii.gz" -o "$out/brain.ply" --iso 60 --smooth-voxels 0.7 --keep largest ;;
+        phantom) extract "$data/phantom.nrrd" -o "$out/phantom.ply" --iso 226 --smooth-voxels 0.7 --keep largest ;;
+    esac
+done
+
+step "What a sub-step computes"
+"$palpate" explain "$top/examples/$main.toml"
+
+step "Traces"
+traces=()
+trace() {
+    local name=$1; shift
+    echo "-- $name"
+    "$palpate" trace "$@" --out "$out/$name"
+    traces+=("$out/$name")
+}
+trace "$main-adaptive" "$top/examples/$main.toml"
+trace "$main-paper" "$top/examples/$main.toml" --method paper
+trace "$main-direct" "$top/examples/$main.toml" --contact direct
+for subject in "${subjects[@]:1}"; do trace "$subject-adaptive" "$top/examples/$subject.toml"; done
+
+step "The same bits again"
+"$palpate" replay "$out/$main-adaptive/recording.h5" --check
+
+step "Report"
+"$palpate" report "${traces[@]}" -o "$out/index.html" "${notes[@]}"

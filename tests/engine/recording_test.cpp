@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/recording.h>
+
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace palpate {
+namespace {
+
+class RecordingFile : public testing::Test {
+protected:
+    std::filesystem::path file() const { return folder_.path() / "recording.h5"; }
+    const std::filesystem::path& folder() const { return folder_.path(); }
+
+private:
+    test::TemporaryFolder folder_;
+};
+
+/// Every column has other bits in every row, NaN with payloads among them.
+Recording random_recording(std::size_t frames, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    const auto number = [&] { return std::bit_cast<double>(random()); };
+    const auto vector = [&] { return Vec3(number(), number(), number()); };
+    const auto count = [&] { return static_cast<std::uint32_t>(random()); };
+
+    Recording recording;
+    recording.version = "0.1.0";
+    recording.scene_file = "/scenes/Schädel mit Leerzeichen.toml";
+    recording.scene_text = "[volume.head]\nfile = \"skull.nhdr\" # \"quoted\"\n";
+    recording.overrides = "";
+    recording.sources = {{"/data/skull.nhdr", std::string(64, 'a')}, {"/d", std::string(64, '0')}};
+    for (std::size_t i = 0; i < frames; ++i) {
+        DeviceState input;
+        input.time_s = number();
+        input.position = vector();
+        input.velocity = vector();
+        input.trial = count();
+        recording.inputs.push_back(input);
+
+        FrameReport f;
+        f.frame = random();
+        f.trial = count();
+        f.time_s = number();
+        f.probe = vector();
+        f.proxy = vector();
+        f.force = vector();
+        f.sub_steps = count();
+        f.evaluations = count();
+        f.contacts = count();
+        f.residual_m = number();
+        f.flags = count();
+        f.field_samples = count();
+        f.surface_queries = count();
+        f.root_queries = count();
+        f.spent_us = number();
+        f.estimate_us = number();
+        f.late_us = number();
+        recording.frames.push_back(f);
+    }
+    return recording;
+}
+
+bool same_bits(double a, double b) {
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+bool same_bits(const Vec3& a, const Vec3& b) {
+    return same_bits(a.x, b.x) && same_bits(a.y, b.y) && same_bits(a.z, b.z);
+}
+bool same_bits(const DeviceState& a, const DeviceState& b) {
+    return same_bits(a.time_s, b.time_s) && same_bits(a.position, b.position) &&
+           same_bits(a.velocity, b.velocity) && a.trial == b.trial;
+}
+bool same_bits(const FrameReport& a, const FrameReport& b) {
+    return a.frame == b.frame && a.trial == b.trial && same_bits(a.time_s, b.time_s) &&
+           same_bits(a.probe, b.probe) && same_bits(a.proxy, b.proxy) &&
+           same_bits(a.force, b.force) && a.sub_steps == b.sub_steps &&
+           a.evaluations == b.evaluations && a.contacts == b.contacts &&
+           same_bits(a.residual_m, b.residual_m) && a.flags == b.flags &&
+           a.field_samples == b.field_samples && a.surface_queries == b.surface_queries &&
+           a.root_queries == b.root_queries && same_bits(a.spent_us, b.spent_us) &&
+           same_bits(a.estimate_us, b.estimate_us) && same_bits(a.late_us, b.late_us);
+}
+template <typename Row>
+bool same_bits(const std::vector<Row>& a, const std::vector<Row>& b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (!same_bits(a[i], b[i])) return false;
+    return true;
+}
+bool same_bits(const Recording& a, const Recording& b) {
+    bool same = a.version == b.version && a.scene_file == b.scene_file &&
+                a.scene_text == b.scene_text && a.overrides == b.overrides &&
+                a.sources.size() == b.sources.size();
+    for (std::size_t i = 0; same && i < a.sources.size(); ++i)
+        same = a.sources[i].file == b.sources[i].file && a.sources[i].sha256 == b.sources[i].sha256;
+    return same && same_bits(a.inputs, b.inputs) && same_bits(a.frames, b.frames);
+}
+
+/// The message of the error that `action` must throw; one line that begins with the file's name.
+std::string message_of(const std::filesystem::path& file, const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const std::runtime_error& error) {
+        const std::string message = error.what();
+        EXPECT_EQ(message.rfind(file.string() + ": ", 0), 0u) << message;
+        EXPECT_NE(message.find("; "), std::string::npos) << "no remedy: " << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+        return message;
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return {};
+}
+
+TEST_F(RecordingFile, GivesEveryBitBack) {
+    // More rows than a chunk has, so that the last chunk is a part of one.
+    constexpr std::size_t kFrames = 20000;
+    constexpr std::uint64_t kSeed = 11;
+    SCOPED_TRACE(kSeed);
+    const Recording recording = random_recording(kFrames, kSeed);
+    write_recording(file(), recording);
+    EXPECT_TRUE(same_bits(read_recording(file()), recording));
+    EXPECT_EQ(test::files_in(folder()), 1u);
+}
+
+TEST_F(RecordingFile, EmptyRecordingComesBackEmpty) {
+    write_recording(file(), Recording{});
+    EXPECT_TRUE(same_bits(read_recording(file()), Recording{}));
+}
+
+TEST_F(RecordingFile, SameRecordingGivesTheSameBytes) {
+    const Recording recording = random_recording(50, 1);
+    write_recording(file(), recording);
+    const std::string first = test::content_of(file());
+    write_recording(file(), recording);
+    EXPECT_EQ(test::content_of(file()), first);
+}
+
+TEST_F(RecordingFile, OtherProgramsFindColumnsWithTheirUnits) {
+    write_recording(file(), random_recording(10, 2));
+    const hid_t h5 = H5Fopen(file().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    ASSERT_GE(h5, 0);
+    const hid_t set = H5Dopen2(h5, "/frames/force_n", H5P_DEFAULT);
+    ASSERT_GE(set, 0);
+    const hid_t space = H5Dget_space(set);
+    hsize_t size[2] = {0, 0};
+    EXPECT_EQ(H5Sget_simple_extent_ndims(space), 2);
+    H5Sget_simple_extent_dims(space, size, nullptr);
+    EXPECT_EQ(size[0], 10u);
+    EXPECT_EQ(size[1], 3u);
+    const hid_t unit = H5Aopen(set, "unit", H5P_DEFAULT);
+    const hid_t type = H5Aget_type(unit);
+    std::string text(H5Tget_size(type), '?');
+    EXPECT_GE(H5Aread(unit, type, text.data()), 0);
+    EXPECT_EQ(text, "N");
+    H5Tclose(type);
+    H5Aclose(unit);
+    H5Sclose(space);
+    H5Dclose(set);
+    H5Fclose(h5);
+}
+
+TEST_F(RecordingFile, FileCutShortIsRefusedWhereverItIsCut) {
+    write_recording(file(), random_recording(30, 3));
+    const std::string whole = test::content_of(file());
+    const std::size_t step = whole.size() / 97 + 1;
+    for (std::size_t size = 0; size < whole.size(); size += step) {
+        SCOPED_TRACE(size);
+        test::make_file(file(), whole.substr(0, size));
+        message_of(file(), [&] { read_recording(file()); });
+    }
+}
+
+TEST_F(RecordingFile, ChangedByteIsRefusedOrMeansNothing) {
+    // A hash over all that is read: it is what was written, or nothing is read.
+    const Recording recording = random_recording(30, 4);
+    write_recording(file(), recording);
+    const std::string whole = test::content_of(file());
+    std::size_t refused = 0;
+    std::size_t tried = 0;
+    const std::size_t step = whole.size() / 211 + 1;
+    for (std::size_t at = 0; at < whole.size(); at += step, ++tried) {
+        SCOPED_TRACE(at);
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+        test::make_file(file(), damaged);
+        try {
+            EXPECT_TRUE(same_bits(read_recording(file()), recording));
+        } catch (const std::runtime_error&) {
+            ++refused;
+        }
+    }
+    RecordProperty("refused", static_cast<int>(refused));
+    // The rest is unused space between HDF5's blocks; more than half of the file is data.
+    EXPECT_GT(refused, tried / 2);
+}
+
+TEST_F(RecordingFile, OtherFilesAreRefusedWithTheReason) {
+    EXPECT_NE(message_of(file(), [&] { read_recording(file()); }).find("no such file"),
+              std::string::npos);
+
+    test::make_file(file(), "frame,trial,time_s\n");
+    EXPECT_NE(message_of(file(), [&] { read_recording(file()); }).find("not an HDF5 file"),
+              std::string::npos);
+
+    H5Fclose(H5Fcreate(file().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
+    EXPECT_NE(message_of(file(), [&] { read_recording(file()); }).find("not a recording"),
+              std::string::npos);
+}
+
+TEST_F(RecordingFile, MissingDataSetIsNamed) {
+    write_recording(file(), random_recording(5, 5));
+    const hid_t h5 = H5Fopen(file().c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(H5Ldelete(h5, "frames/proxy_m", H5P_DEFAULT), 0);
+    H5Fclose(h5);
+    EXPECT_NE(message_of(file(), [&] { read_recording(file()); }).find("frames/proxy_m"),
+              std::string::npos);
+}
+
+TEST_F(RecordingFile, ColumnsOfDifferentLengthAreRefused) {
+    write_recording(file(), random_recording(5, 6));
+    const hid_t h5 = H5Fopen(file().c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(H5Ldelete(h5, "frames/flags", H5P_DEFAULT), 0);
+    const hsize_t rows = 4;
+    const std::uint32_t values[4] = {1, 2, 3, 4};
+    const hid_t space = H5Screate_simple(1, &rows, nullptr);
+    const hid_t set = H5Dcreate2(h5, "frames/flags", H5T_STD_U32LE, space, H5P_DEFAULT, H5P_DEFAULT,
+                                 H5P_DEFAULT);
+    H5Dwrite(set, H5T_NATIVE_UINT32, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
+    H5Dclose(set);
+    H5Sclose(space);
+    H5Fclose(h5);
+    EXPECT_NE(message_of(file(), [&] { read_recording(file()); }).find("frames/flags has 4 rows"),
+              std::string::npos);
+}
+
+TEST_F(RecordingFile, DataSetThatClaimsMoreThanItStoresIsRefusedBeforeAllocating) {
+    write_recording(file(), random_recording(5, 7));
+    const hid_t h5 = H5Fopen(file().c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(H5Ldelete(h5, "inputs/time_s", H5P_DEFAULT), 0);
+    const hsize_t rows = hsize_t{1} << 36;
+    const hsize_t chunk = 1024;
+    const hid_t space = H5Screate_simple(1, &rows, nullptr);
+    const hid_t plist = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(plist, 1, &chunk);
+    H5Dclose(H5Dcreate2(h5, "inputs/time_s", H5T_IEEE_F64LE, space, H5P_DEFAULT, plist, H5P_DEFAULT));
+    H5Pclose(plist);
+    H5Sclose(space);
+    H5Fclose(h5);
+    EXPECT_NE(message_of(file(), [&] { read_recording(file()); }).find("inputs/time_s claims"),
+              std::string::npos);
+}
+
+TEST_F(RecordingFile, NothingIsLeftWhereItCannotBeWritten) {
+    const std::filesystem::path missing = folder() / "missing" / "recording.h5";
+    message_of(missing, [&] { write_recording(missing, random_recording(5, 8)); });
+    EXPECT_EQ(test::files_in(folder()), 0u);
+}
+
+TEST_F(RecordingFile, Hdf5StaysSilentAndItsSettingIsPutBack) {
+    const auto print = [](hid_t, void*) -> herr_t { return 0; };
+    H5E_auto2_t before = nullptr;
+    void* data_before = nullptr;
+    H5Eget_auto2(H5E_DEFAULT, &before, &data_before);
+    const H5E_auto2_t mine = print;
+    H5Eset_auto2(H5E_DEFAULT, mine, nullptr);
+
+    testing::internal::CaptureStderr();
+    test::make_file(file(), "\x89HDF\r\n\x1a\n and nothing else");
+    message_of(file(), [&] { read_recording(file()); });
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+
+    H5E_auto2_t after = nullptr;
+    void* data_after = nullptr;
+    H5Eget_auto2(H5E_DEFAULT, &after, &data_after);
+    EXPECT_EQ(after, mine);
+    H5Eset_auto2(H5E_DEFAULT, before, data_before);
+}
+
+// The vectors of FIPS 180-4's examples (NIST, "SHA256.pdf") and of a million times "a".
+TEST_F(RecordingFile, Sha256GivesThePublishedValues) {
+    EXPECT_EQ(sha256_of_text(""),
+              "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+    EXPECT_EQ(sha256_of_text("abc"),
+              "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+    EXPECT_EQ(sha256_of_text("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+              "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+    EXPECT_EQ(sha256_of_text(std::string(1000000, 'a')),
+              "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST_F(RecordingFile, Sha256OfAFileIsThatOfItsBytes) {
+    // Sizes around the piece that is read at a time.
+    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, (std::size_t{1} << 20) - 1,
+                                   std::size_t{1} << 20, (std::size_t{1} << 20) + 1}) {
+        std::string bytes(size, '\0');
+        for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(i * 7);
+        test::make_file(file(), bytes);
+        EXPECT_EQ(sha256_of_file(file()), sha256_of_text(bytes)) << size;
+    }
+}
+
+TEST_F(RecordingFile, Sha256OfWhatIsNoFileIsAnError) {
+    message_of(file(), [&] { sha256_of_file(file()); });
+    message_of(folder(), [&] { sha256_of_file(folder()); });
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,472 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/volume/volume_filters.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <deque>
+#include <random>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_volumes.h"
+
+namespace palpate {
+namespace {
+
+using test::middle_of;
+using test::oblique_frame;
+using test::sampled;
+using test::sheared_frame;
+
+constexpr double kMm = 1e-3;
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+// --- padding ---------------------------------------------------------------------------------
+
+TEST(Padded, VoxelsKeepTheirPlacesAndBackgroundSurroundsThem) {
+    const auto frame = sheared_frame(kMm);
+    const VoxelVolume volume =
+        sampled({3, 4, 5}, frame, [](const Vec3& p) { return 1e3 * (p.x + 2 * p.y + 5 * p.z); });
+    const VoxelVolume wide = padded(volume, 2, -7.0F);
+    EXPECT_EQ(wide.size, (std::array<int, 3>{7, 8, 9}));
+    for (int k = 0; k < 9; ++k)
+        for (int j = 0; j < 8; ++j)
+            for (int i = 0; i < 7; ++i) {
+                const bool inside = i >= 2 && i < 5 && j >= 2 && j < 6 && k >= 2 && k < 7;
+                EXPECT_EQ(wide.at(i, j, k), inside ? volume.at(i - 2, j - 2, k - 2) : -7.0F);
+            }
+    const Vec3 before = volume.index_to_scene.point({1, 2, 3});
+    const Vec3 after = wide.index_to_scene.point({3, 4, 5});
+    EXPECT_LT(glm::length(before - after), 1e-16); // a few roundings of coordinates of 0.03 m
+    EXPECT_THROW(padded(volume, -1, 0.0F), std::invalid_argument);
+    EXPECT_THROW(padded(VoxelVolume{}, 2, 0.0F), std::invalid_argument);
+}
+
+// --- smoothing -------------------------------------------------------------------------------
+
+/// The discrete Gaussian exp(-t) I_n(t), t = sigma^2, far enough out to be exact in float.
+std::vector<double> discrete_gaussian(double sigma) {
+    std::vector<double> half;
+    for (int n = 0; n <= 40; ++n)
+        half.push_back(std::exp(-sigma * sigma) * std::cyl_bessel_i(n, sigma * sigma));
+    return half;
+}
+
+TEST(Smooth, EqualsDirectConvolutionAlongEveryAxis) {
+    const double sigma = 0.7;
+    SCOPED_TRACE("seed 5");
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
+    VoxelVolume volume = sampled({9, 8, 7}, oblique_frame(Vec3(kMm, 2 * kMm, 3 * kMm), Vec3(0.0)),
+                                 [&](const Vec3&) { return uniform(random); });
+    VoxelVolume twin = volume;
+    const auto weights = discrete_gaussian(sigma);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const VoxelVolume from = twin;
+        for (int k = 0; k < 7; ++k)
+            for (int j = 0; j < 8; ++j)
+                for (int i = 0; i < 9; ++i) {
+                    double sum = 0.0;
+                    for (int n = -40; n <= 40; ++n) {
+                        std::array<int, 3> at{i, j, k}; // the border's value goes on outside
+                        at[axis] = std::clamp(at[axis] + n, 0, from.size[axis] - 1);
+                        sum += weights[static_cast<std::size_t>(std::abs(n))] *
+                               from.at(at[0], at[1], at[2]);
+                    }
+                    twin.values[twin.index(i, j, k)] = static_cast<float>(sum);
+                }
+    }
+    smooth(volume, sigma);
+    // The kernel may lack 1e-4 of its weight per axis, which its normalisation moves to the rest.
+    for (std::size_t n = 0; n < volume.values.size(); ++n)
+        EXPECT_NEAR(volume.values[n], twin.values[n], 3 * 2e-4);
+}
+
+TEST(Smooth, VarianceOfAPointIsSigmaSquaredInVoxelsOfEachAxis) {
+    const double sigma = 2.5;
+    VoxelVolume volume = sampled({51, 51, 51},
+                                 oblique_frame(Vec3(kMm, 2 * kMm, 0.3 * kMm), Vec3(0.0)),
+                                 [](const Vec3&) { return 0.0; });
+    volume.values[volume.index(25, 25, 25)] = 1000.0F;
+    smooth(volume, sigma);
+    Vec3 variance(0.0);
+    double sum = 0.0;
+    for (int k = 0; k < 51; ++k)
+        for (int j = 0; j < 51; ++j)
+            for (int i = 0; i < 51; ++i) {
+                const Vec3 d(i - 25, j - 25, k - 25);
+                sum += volume.at(i, j, k);
+                variance += static_cast<double>(volume.at(i, j, k)) * d * d;
+            }
+    EXPECT_NEAR(sum, 1000.0, 1e-3); // 1e5 float roundings of 1e-6 at most
+    // Cut where 1e-4 of the weight is left, at about 4 sigma: 16 sigma^2 * 1e-4.
+    for (int axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(variance[axis] / sum, sigma * sigma, 0.003 * sigma * sigma);
+}
+
+TEST(Smooth, LeavesConstantsAndInnerPartsOfRampsAlone) {
+    VoxelVolume volume = sampled({30, 20, 20}, AffineTransform{}, [](const Vec3& p) { return p.x; });
+    smooth(volume, 0.7);
+    for (int i = 8; i < 22; ++i) // away from the border, whose value goes on outside
+        EXPECT_NEAR(volume.at(i, 10, 10), i, 1e-5 * i);
+    VoxelVolume constant = sampled({9, 9, 9}, AffineTransform{}, [](const Vec3&) { return 300.0; });
+    smooth(constant, 1.5);
+    for (const float value : constant.values)
+        EXPECT_NEAR(value, 300.0, 300.0 * 1e-6); // float rounding of three normalised sums
+}
+
+TEST(Smooth, SigmaZeroChangesNoBitAndRepetitionGivesTheSameBits) {
+    SCOPED_TRACE("seed 6");
+    std::mt19937 random(6);
+    std::uniform_real_distribution<float> uniform(-1000.0F, 2000.0F);
+    const VoxelVolume volume =
+        sampled({40, 37, 33}, AffineTransform{}, [&](const Vec3&) { return uniform(random); });
+    VoxelVolume same = volume;
+    smooth(same, 0.0);
+    EXPECT_TRUE(same_bits(same.values, volume.values));
+    VoxelVolume first = volume;
+    smooth(first, 0.7);
+    for (int run = 0; run < 5; ++run) {
+        VoxelVolume again = volume;
+        smooth(again, 0.7);
+        EXPECT_TRUE(same_bits(again.values, first.values));
+    }
+}
+
+TEST(Smooth, RefusesWhatIsNoStandardDeviation) {
+    VoxelVolume volume = sampled({3, 3, 3}, AffineTransform{}, [](const Vec3&) { return 0.0; });
+    EXPECT_THROW(smooth(volume, -0.1), std::invalid_argument);
+    EXPECT_THROW(smooth(volume, std::nan("")), std::invalid_argument);
+    VoxelVolume empty;
+    EXPECT_THROW(smooth(empty, 0.7), std::invalid_argument);
+}
+
+// --- shift of a surface ------------------------------------------------------------------------
+
+/// radius - |x - middle|: a solid sphere; a distance, so that levels are places.
+VoxelVolume sphere(const std::array<int, 3>& size, const AffineTransform& frame, double radius) {
+    const Vec3 c = middle_of(size, frame);
+    return sampled(size, frame, [=](const Vec3& p) { return radius - glm::length(p - c); });
+}
+
+TEST(SurfaceShift, OfAFieldAgainstItselfIsZero) {
+    const VoxelVolume volume = sphere({40, 40, 32}, sheared_frame(kMm), 9 * kMm);
+    const SurfaceShift shift = surface_shift(volume, 0.0, volume, 0.0);
+    EXPECT_GT(shift.points, 1000U);
+    // Points lie on the trilinear level by construction: only bisection is left.
+    EXPECT_LT(std::abs(shift.mean_m), 1e-9);
+    EXPECT_LT(shift.deviation_m, 1e-9);
+}
+
+TEST(SurfaceShift, IsTheDistanceBetweenLevelsOfADistanceFieldAndPositiveWhenMaterialGrows) {
+    const double radius = 12 * kMm;
+    for (const AffineTransform& frame :
+         {sheared_frame(kMm), oblique_frame(Vec3(0.6, 1.0, 1.4) * kMm, Vec3(0.1, 0.2, -0.3))}) {
+        const VoxelVolume volume = sphere({60, 48, 40}, frame, radius);
+        for (const double grown : {-1.0 * kMm, -0.2 * kMm, 0.3 * kMm, 1.0 * kMm}) {
+            const SurfaceShift shift = surface_shift(volume, 0.0, volume, -grown);
+            // A trilinear sphere lies off by at most (voxel diagonal)^2 / (8 radius), 45 um for a
+            // diagonal of 2.1 mm, on either surface to the same side: less than half of that is
+            // left in their difference. The normal's error enters squared.
+            EXPECT_NEAR(shift.mean_m, grown, 20e-6) << grown;
+            EXPECT_LT(shift.deviation_m, 45e-6) << grown;
+        }
+    }
+}
+
+TEST(SurfaceShift, CountsOnlyPointsWithinTwoVoxels) {
+    const VoxelVolume volume = sphere({60, 60, 60}, AffineTransform{Mat3(kMm), Vec3(0.0)}, 15 * kMm);
+    const std::size_t all = surface_shift(volume, 0.0, volume, 0.0).points;
+    EXPECT_EQ(surface_shift(volume, 0.0, volume, -1.5 * kMm).points, all);
+    const SurfaceShift far = surface_shift(volume, 0.0, volume, -3.8 * kMm);
+    EXPECT_EQ(far.points, 0U); // a voxel along a diagonal is sqrt(3) mm long, two of them 3.5 mm
+    EXPECT_EQ(far.mean_m, 0.0);
+}
+
+TEST(SurfaceShift, AveragesOverAreaNotOverCrossings) {
+    // The second surface is moved by amount * n_x^4: 1/5 of it over a sphere's area. Crossings lie
+    // denser where the surface is oblique to the grid and where voxels are small: their plain mean
+    // differs, which the unweighted twin below confirms.
+    const double radius = 15 * kMm, amount = 0.4 * kMm;
+    const std::array<int, 3> size{84, 44, 30};
+    const AffineTransform frame{Mat3(Vec3(0.5 * kMm, 0, 0), Vec3(0, 1.0 * kMm, 0),
+                                     Vec3(0, 0, 1.5 * kMm)),
+                                Vec3(0.0)};
+    const Vec3 c = middle_of(size, frame) + Vec3(0.07, 0.11, 0.13) * kMm;
+    const auto quartic = [&](const Vec3& p) {
+        return std::pow(glm::dot(glm::normalize(p - c), Vec3(1.0, 0.0, 0.0)), 4);
+    };
+    const VoxelVolume plain =
+        sampled(size, frame, [&](const Vec3& p) { return radius - glm::length(p - c); });
+    const VoxelVolume moved = sampled(size, frame, [&](const Vec3& p) {
+        return radius - glm::length(p - c) + amount * quartic(p);
+    });
+
+    double crossings = 0.0, unweighted = 0.0;
+    for (int k = 0; k + 1 < size[2]; ++k)
+        for (int j = 0; j + 1 < size[1]; ++j)
+            for (int i = 0; i + 1 < size[0]; ++i)
+                for (int axis = 0; axis < 3; ++axis) {
+                    const Vec3 a(i, j, k);
+                    Vec3 b = a;
+                    b[axis] += 1.0;
+                    const float fa = plain.at(i, j, k);
+                    const float fb = plain.at(static_cast<int>(b.x), static_cast<int>(b.y),
+                                              static_cast<int>(b.z));
+                    if ((fa >= 0) == (fb >= 0))
+                        continue;
+                    crossings += 1.0;
+                    unweighted += amount * quartic(frame.point(0.5 * (a + b)));
+                }
+    const double expected = amount / 5.0;
+    EXPECT_GT(std::abs(unweighted / crossings - expected), 0.1 * expected);
+
+    const SurfaceShift shift = surface_shift(plain, 0.0, moved, 0.0);
+    // Lattice noise of a sphere of ~10 000 crossings and the trilinear difference of n_x^4: 2 %.
+    EXPECT_NEAR(shift.mean_m, expected, 0.02 * expected);
+    // Standard deviation of n_x^4 over the sphere: sqrt(1/9 - 1/25).
+    EXPECT_NEAR(shift.deviation_m, amount * std::sqrt(1.0 / 9.0 - 1.0 / 25.0), 0.03 * amount);
+}
+
+TEST(SurfaceShift, RefusesVolumesOfDifferentSize) {
+    const VoxelVolume a = sphere({20, 20, 20}, AffineTransform{}, 5.0);
+    const VoxelVolume b = sphere({20, 20, 21}, AffineTransform{}, 5.0);
+    EXPECT_THROW(surface_shift(a, 0.0, b, 0.0), std::invalid_argument);
+    EXPECT_THROW(level_keeping_position(a, 0.0, b), std::invalid_argument);
+}
+
+// --- the level that keeps a surface in its place -----------------------------------------------
+
+/// CT-like: 1000 inside, -1000 outside, a steep edge of 0.8 voxel; seen at a level near its foot.
+VoxelVolume ct_like_sphere(double radius_voxels) {
+    const std::array<int, 3> size{44, 44, 44};
+    const AffineTransform frame{Mat3(kMm), Vec3(0.0)};
+    const Vec3 c = middle_of(size, frame);
+    return sampled(size, frame, [=](const Vec3& p) {
+        return 1000.0 * std::erf((radius_voxels - glm::length(p - c) / kMm) / 0.8);
+    });
+}
+
+TEST(LevelKeepingPosition, LeavesAMeanShiftBelowAMicrometre) {
+    for (const double level : {-800.0, -500.0, 0.0, 600.0})
+        for (const double sigma : {0.5, 0.7, 1.0}) {
+            const VoxelVolume original = ct_like_sphere(12.0);
+            VoxelVolume smoothed = original;
+            smooth(smoothed, sigma);
+            const double kept = level_keeping_position(original, level, smoothed);
+            EXPECT_LE(std::abs(surface_shift(original, level, smoothed, kept).mean_m), 1e-6);
+            if (level <= -500.0) { // at the foot of the edge smoothing grows: a higher level is due
+                EXPECT_GT(surface_shift(original, level, smoothed, level).mean_m, 20e-6);
+                EXPECT_GT(kept, level);
+            }
+        }
+}
+
+TEST(LevelKeepingPosition, MovesTheLevelOfAFlatEdgeAsTheErrorFunctionSays) {
+    // A flat edge erf(x/a) smoothed by sigma is erf(x/sqrt(a^2 + 2 sigma^2)): the place x of level
+    // c keeps if the level becomes that value at x. Tilted off the grid by a little.
+    const double a = 2.0, sigma = 0.7;
+    const Vec3 n = glm::normalize(Vec3(0.9, 0.3, 0.2));
+    const std::array<int, 3> size{48, 40, 40};
+    const Vec3 c = middle_of(size, AffineTransform{});
+    const VoxelVolume original = sampled(
+        size, AffineTransform{}, [&](const Vec3& p) { return std::erf(glm::dot(p - c, n) / a); });
+    VoxelVolume smoothed = original;
+    smooth(smoothed, sigma);
+    // Only the inner part is an edge without a border.
+    const auto inner = [](const VoxelVolume& v) {
+        VoxelVolume part = v;
+        part.size = {v.size[0] - 16, v.size[1] - 16, v.size[2] - 16};
+        part.values.clear();
+        for (int k = 8; k < v.size[2] - 8; ++k)
+            for (int j = 8; j < v.size[1] - 8; ++j)
+                for (int i = 8; i < v.size[0] - 8; ++i)
+                    part.values.push_back(v.at(i, j, k));
+        part.index_to_scene.offset = v.index_to_scene.point(Vec3(8.0));
+        return part;
+    };
+    const double x = -1.0; // voxels; level erf(-1/2)
+    const double level = std::erf(x / a);
+    const double expected = std::erf(x / std::sqrt(a * a + 2.0 * sigma * sigma));
+    const double kept = level_keeping_position(inner(original), level, inner(smoothed));
+    // Trilinear values of a curved profile are off by h^2 |f''| / 8 = 0.027 at most, on both
+    // fields alike (f'' falls by a fifth): what is left is a quarter of that.
+    EXPECT_NEAR(kept, expected, 0.007);
+    EXPECT_GT(std::abs(expected - level), 0.04); // not met by leaving the level alone
+}
+
+TEST(LevelKeepingPosition, SaysSoWhenThereIsNone) {
+    const VoxelVolume original = ct_like_sphere(12.0);
+    EXPECT_THROW(level_keeping_position(original, 5000.0, original), std::runtime_error);
+    VoxelVolume nothing = original;
+    std::fill(nothing.values.begin(), nothing.values.end(), 0.0F);
+    EXPECT_THROW(level_keeping_position(original, 0.0, nothing), std::runtime_error);
+    // A ball that smoothing dissolves: its surface is not to be found any more.
+    const VoxelVolume crumb = ct_like_sphere(1.0);
+    VoxelVolume dissolved = crumb;
+    smooth(dissolved, 6.0);
+    EXPECT_THROW(level_keeping_position(crumb, 0.0, dissolved), std::runtime_error);
+}
+
+// --- components ----------------------------------------------------------------------------------
+
+/// Brute force: sizes of 26-connected parts by flood filling, largest first; labels beside.
+std::vector<std::size_t> flood_sizes(const VoxelVolume& v, double level, std::vector<int>& labels) {
+    labels.assign(v.voxels(), -1);
+    std::vector<std::size_t> sizes;
+    for (int k = 0; k < v.size[2]; ++k)
+        for (int j = 0; j < v.size[1]; ++j)
+            for (int i = 0; i < v.size[0]; ++i) {
+                if (!(v.at(i, j, k) >= level) || labels[v.index(i, j, k)] >= 0)
+                    continue;
+                const int label = static_cast<int>(sizes.size());
+                sizes.push_back(0);
+                std::deque<std::array<int, 3>> open{{i, j, k}};
+                labels[v.index(i, j, k)] = label;
+                while (!open.empty()) {
+                    const auto [x, y, z] = open.front();
+                    open.pop_front();
+                    ++sizes.back();
+                    for (int n = 0; n < 27; ++n) {
+                        const int a = x + n % 3 - 1, b = y + n / 3 % 3 - 1, c = z + n / 9 - 1;
+                        if (a < 0 || b < 0 || c < 0 || a >= v.size[0] || b >= v.size[1] ||
+                            c >= v.size[2] || !(v.at(a, b, c) >= level) ||
+                            labels[v.index(a, b, c)] >= 0)
+                            continue;
+                        labels[v.index(a, b, c)] = label;
+                        open.push_back({a, b, c});
+                    }
+                }
+            }
+    return sizes;
+}
+
+VoxelVolume random_crumbs(unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
+    VoxelVolume volume = sampled({30, 25, 20}, sheared_frame(kMm),
+                                 [&](const Vec3&) { return uniform(random); });
+    volume.values[123] = std::nanf(""); // belongs to nothing
+    return volume;
+}
+
+TEST(RemoveComponents, FindsTheSamePartsAsFloodFilling) {
+    for (const unsigned seed : {1U, 2U, 3U}) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        VoxelVolume volume = random_crumbs(seed);
+        const VoxelVolume before = volume;
+        std::vector<int> labels;
+        auto sizes = flood_sizes(volume, 0.94, labels);
+        std::sort(sizes.rbegin(), sizes.rend());
+        const auto found = remove_components(volume, 0.94, {}, 0.1);
+        ASSERT_EQ(found.size(), sizes.size());
+        const double voxel_mm3 = 1e9 * std::abs(glm::determinant(volume.index_to_scene.linear));
+        for (std::size_t n = 0; n < sizes.size(); ++n) {
+            EXPECT_EQ(found[n].voxels, sizes[n]);
+            EXPECT_DOUBLE_EQ(found[n].volume_mm3, voxel_mm3 * static_cast<double>(sizes[n]));
+            EXPECT_TRUE(found[n].kept);
+        }
+        EXPECT_TRUE(same_bits(volume.values, before.values));
+    }
+}
+
+TEST(RemoveComponents, RemovedPartsLeaveNoCornerAtTheLevelAndKeptOnesNoBitChanged) {
+    SCOPED_TRACE("seed 4");
+    VoxelVolume volume = random_crumbs(4);
+    const VoxelVolume before = volume;
+    std::vector<int> labels;
+    const auto sizes = flood_sizes(before, 0.94, labels);
+    ComponentPolicy policy;
+    policy.kind = ComponentPolicy::Kind::largest;
+    const auto found = remove_components(volume, 0.94, policy, 0.1);
+    const auto largest = std::max_element(sizes.begin(), sizes.end()) - sizes.begin();
+    for (std::size_t n = 0; n < labels.size(); ++n) {
+        if (labels[n] >= 0 && labels[n] != largest) {
+            EXPECT_EQ(volume.values[n], static_cast<float>(0.94 - 0.1));
+        } else {
+            EXPECT_EQ(std::memcmp(&volume.values[n], &before.values[n], sizeof(float)), 0);
+        }
+    }
+    EXPECT_EQ(std::count_if(found.begin(), found.end(), [](const auto& c) { return c.kept; }), 1);
+    std::vector<int> ignored;
+    EXPECT_EQ(flood_sizes(volume, 0.94, ignored).size(), 1U);
+}
+
+/// Blocks of 27, 8, 8 and 1 voxels that touch nothing.
+VoxelVolume blocks() {
+    VoxelVolume volume = sampled({16, 8, 8}, AffineTransform{Mat3(2 * kMm), Vec3(0.0)},
+                                 [](const Vec3&) { return -100.0; });
+    const auto fill = [&](int i0, int edge) {
+        for (int k = 1; k < 1 + edge; ++k)
+            for (int j = 1; j < 1 + edge; ++j)
+                for (int i = i0; i < i0 + edge; ++i)
+                    volume.values[volume.index(i, j, k)] = 50.0F;
+    };
+    fill(1, 3);
+    fill(6, 2);
+    fill(9, 2);
+    fill(13, 1);
+    return volume;
+}
+
+std::vector<bool> kept_after(const ComponentPolicy& policy) {
+    VoxelVolume volume = blocks();
+    std::vector<bool> kept;
+    for (const auto& component : remove_components(volume, 0.0, policy, 1.0))
+        kept.push_back(component.kept);
+    return kept;
+}
+
+TEST(RemoveComponents, FollowsThePolicy) {
+    using Kind = ComponentPolicy::Kind;
+    EXPECT_EQ(kept_after({Kind::all, 1, 0.0}), (std::vector<bool>{true, true, true, true}));
+    EXPECT_EQ(kept_after({Kind::largest, 1, 0.0}), (std::vector<bool>{true, false, false, false}));
+    EXPECT_EQ(kept_after({Kind::count, 2, 0.0}), (std::vector<bool>{true, true, false, false}));
+    EXPECT_EQ(kept_after({Kind::count, 9, 0.0}), (std::vector<bool>{true, true, true, true}));
+    // 8 voxels of 8 mm3 are 64 mm3 within rounding: the thresholds lie off that value.
+    EXPECT_EQ(kept_after({Kind::volume, 1, 63.9}), (std::vector<bool>{true, true, true, false}));
+    EXPECT_EQ(kept_after({Kind::volume, 1, 64.1}), (std::vector<bool>{true, false, false, false}));
+}
+
+TEST(RemoveComponents, OfEqualsTheFirstInTheVolumeComesFirstAndSamplesLieInside) {
+    VoxelVolume volume = blocks();
+    const auto found = remove_components(volume, 0.0, {}, 1.0);
+    ASSERT_EQ(found.size(), 4U);
+    EXPECT_EQ(found[1].sample, volume.index_to_scene.point({6, 1, 1}));
+    EXPECT_EQ(found[2].sample, volume.index_to_scene.point({9, 1, 1}));
+    EXPECT_EQ(found[3].sample, volume.index_to_scene.point({13, 1, 1}));
+}
+
+TEST(RemoveComponents, CornersConnect) {
+    VoxelVolume volume = blocks();
+    volume.values[volume.index(4, 4, 4)] = 50.0F; // diagonal neighbour of the block's last voxel
+    const auto found = remove_components(volume, 0.0, {}, 1.0);
+    ASSERT_EQ(found.size(), 4U);
+    EXPECT_EQ(found[0].voxels, 28U);
+}
+
+TEST(RemoveComponents, WithoutMaterialThereIsNothingToDo) {
+    VoxelVolume volume = blocks();
+    EXPECT_TRUE(remove_components(volume, 60.0, {}, 1.0).empty());
+}
+
+TEST(RemoveComponents, RefusesAMarginThatLeavesTheLevelReached) {
+    VoxelVolume volume = blocks();
+    EXPECT_THROW(remove_components(volume, 0.0, {}, 0.0), std::invalid_argument);
+    EXPECT_THROW(remove_components(volume, 0.0, {}, -1.0), std::invalid_argument);
+    EXPECT_THROW(remove_components(volume, std::nan(""), {}, 1.0), std::invalid_argument);
+    // 1e8 - 1 is 1e8 in float: the removed voxels would still be material.
+    EXPECT_THROW(remove_components(volume, 1e8, {}, 1.0), std::invalid_argument);
+    ComponentPolicy none;
+    none.kind = ComponentPolicy::Kind::count;
+    none.count = 0;
+    EXPECT_THROW(remove_components(volume, 0.0, none, 1.0), std::invalid_argument);
+}
+
+} // namespace
+} // namespace palpate

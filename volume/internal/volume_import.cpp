@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/volume/internal/volume_import.h>
+
+#include <cctype>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+// More cannot be addressed by a VoxelVolume's float values in a process of today; it also keeps
+// size * bytes per voxel far from overflow.
+constexpr double kMaxVoxels = 1e12;
+
+// |determinant| / product of column lengths: below this the axes lie in a plane but for rounding of
+// a float header (6e-8 per entry).
+constexpr double kMinAxesVolume = 1e-6;
+
+constexpr std::uint64_t kMaxDeflation = 1032; // zlib.net/zlib_tech.html
+
+} // namespace
+
+std::runtime_error import_error(const std::filesystem::path& file, const std::string& what) {
+    std::string line;
+    for (const char c : file.string() + ": " + what) {
+        if (!std::isspace(static_cast<unsigned char>(c)))
+            line += c;
+        else if (!line.empty() && line.back() != ' ')
+            line += ' ';
+    }
+    while (!line.empty() && line.back() == ' ')
+        line.pop_back();
+    return std::runtime_error(line);
+}
+
+void require_regular(const std::filesystem::path& file, const Mat3& linear, const Vec3& offset,
+                     const std::string& what) {
+    double product = 1.0;
+    bool finite = is_finite(offset);
+    for (int axis = 0; axis < 3; ++axis) {
+        finite = finite && is_finite(linear[axis]);
+        product *= glm::length(linear[axis]);
+    }
+    if (!finite) throw import_error(file, what + " is not finite; correct its header");
+    if (!(product > 0.0) || std::abs(glm::determinant(linear)) < kMinAxesVolume * product)
+        throw import_error(file, what +
+                                     " is singular: an axis has no length or lies in the plane of "
+                                     "the others; correct its spacing and directions");
+}
+
+std::array<int, 3> require_three_dimensions(const std::filesystem::path& file,
+                                            std::vector<std::int64_t> sizes) {
+    while (sizes.size() > 3 && sizes.back() == 1)
+        sizes.pop_back();
+    std::string text;
+    double voxels = 1.0;
+    bool in_range = true;
+    for (const std::int64_t size : sizes) {
+        text += (text.empty() ? "" : "x") + std::to_string(size);
+        in_range = in_range && size >= 1 && size <= std::numeric_limits<int>::max();
+        voxels *= static_cast<double>(size);
+    }
+    if (sizes.size() != 3)
+        throw import_error(file, "has " + std::to_string(sizes.size()) + " dimensions (" + text +
+                                     "), not 3; save one scalar volume of it");
+    if (!in_range || voxels > kMaxVoxels)
+        throw import_error(file, "states an impossible size, " + text + "; correct its header");
+    return {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
+}
+
+void require_plausible_deflation(const std::filesystem::path& file, std::uint64_t stored_bytes,
+                                 std::uint64_t bytes) {
+    if (bytes / kMaxDeflation > stored_bytes)
+        throw import_error(file, "is truncated: " + std::to_string(stored_bytes) +
+                                     " compressed bytes cannot hold the " + std::to_string(bytes) +
+                                     " that its header states; get the file again");
+}
+
+} // namespace palpate
