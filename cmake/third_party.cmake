@@ -14,11 +14,15 @@ add_library(palpate_openvdb INTERFACE)
 target_include_directories(palpate_openvdb SYSTEM INTERFACE ${OPENVDB_INCLUDE})
 target_link_libraries(palpate_openvdb INTERFACE ${OPENVDB_LIBRARY} TBB::tbb)
 
-# NRRD and NIfTI, the Gaussian and connected components. ITK's own use file sets directory-wide flags, so its variables are used.
+# NRRD and writing NIfTI, the Gaussian and connected components. ITK's own use file sets directory-wide flags, so its variables are used.
 find_package(ITK 5 REQUIRED COMPONENTS ITKCommon ITKIOImageBase ITKIONRRD ITKIONIFTI ITKSmoothing ITKConnectedComponents)
 add_library(palpate_itk INTERFACE)
 target_include_directories(palpate_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS})
 target_link_libraries(palpate_itk INTERFACE ${ITK_LIBRARIES})
+
+find_package(ZLIB REQUIRED)
+add_library(palpate_zlib INTERFACE)
+target_link_libraries(palpate_zlib INTERFACE ZLIB::ZLIB)
 
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)

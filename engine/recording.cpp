@@ -64,7 +64,7 @@ auto column_writer(internal::RecordingWriter& writer, const std::string& group,
 
 /// Reads the columns of a group into `rows`; the first one says how many there are.
 template <typename Row>
-auto column_reader(internal::RecordingReader& reader, const std::string& group,
+auto column_reader(const internal::RecordingReader& reader, const std::string& group,
                    std::vector<Row>& rows) {
     return [&reader, group, &rows, first = true](const char* name, const char*,
                                                  auto member) mutable {
@@ -80,7 +80,7 @@ auto column_reader(internal::RecordingReader& reader, const std::string& group,
     };
 }
 
-void check_format(internal::RecordingReader& reader) {
+void check_format(const internal::RecordingReader& reader) {
     if (reader.read_text("format") != kFormat) reader.fail("is HDF5 but not a recording");
     std::vector<std::uint64_t> version;
     reader.read_column("format_version", version);
@@ -88,7 +88,7 @@ void check_format(internal::RecordingReader& reader) {
         reader.fail(fmt::format("has another version of the format than {}", kFormatVersion));
 }
 
-std::vector<RecordedSource> read_sources(internal::RecordingReader& reader) {
+std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader) {
     const std::vector<std::string> files = reader.read_texts("sources/file");
     const std::vector<std::string> hashes = reader.read_texts("sources/sha256");
     if (files.size() != hashes.size()) reader.fail("has sources without a hash");
@@ -100,7 +100,6 @@ std::vector<RecordedSource> read_sources(internal::RecordingReader& reader) {
 }  // namespace
 
 void write_recording(const std::filesystem::path& file, const Recording& recording) {
-    // The store wants the data sets to be read in the order they are written in.
     internal::RecordingWriter writer(file);
     writer.write_texts("format", {kFormat});
     writer.write_column("format_version", "1", std::vector<std::uint64_t>{kFormatVersion});
@@ -126,11 +125,11 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
     for_each_frame_column(column_writer(writer, "frames", recording.frames));
     writer.make_group("clock");
     writer.write_column("clock/steps_left", "1", recording.steps_left);
-    internal::write_whole_file(file, writer.finish());
+    internal::write_whole_file(file, writer.bytes());
 }
 
 Recording read_recording(const std::filesystem::path& file) {
-    internal::RecordingReader reader(file);
+    const internal::RecordingReader reader(file);
     check_format(reader);
 
     Recording recording;
@@ -142,7 +141,6 @@ Recording read_recording(const std::filesystem::path& file) {
     for_each_input_column(column_reader(reader, "inputs", recording.inputs));
     for_each_frame_column(column_reader(reader, "frames", recording.frames));
     reader.read_column("clock/steps_left", recording.steps_left);
-    reader.check_content();
     return recording;
 }
 

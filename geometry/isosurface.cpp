@@ -72,10 +72,11 @@ public:
     Vec3 from_scene(const Vec3& p_m) const { return kMmPerM * (p_m - center_); }
     int label(const Point& p_mm) { return value(to_vec(p_mm)) > 0.0 ? kMaterial : 0; }
 
-    void report(double fraction, std::string_view what) {
+    void report(double fraction, std::string_view phase) {
+        phase_ = phase;
         last_fraction_ = std::max(last_fraction_, fraction);
         last_report_ = std::chrono::steady_clock::now();
-        if (progress_ && !progress_(last_fraction_, what)) throw Cancelled{};
+        if (progress_ && !progress_(last_fraction_, phase_)) throw Cancelled{};
     }
 
 private:
@@ -85,7 +86,7 @@ private:
             std::chrono::steady_clock::now() - last_report_;
         if (since.count() < kProgressPeriod) return;
         // Nobody knows how many triangles there will be: near the end the fraction only creeps.
-        report(0.95 * (1.0 - std::exp(-static_cast<double>(evaluations_) / expected_)), "meshing");
+        report(0.95 * (1.0 - std::exp(-static_cast<double>(evaluations_) / expected_)), phase_);
     }
 
     const Isosurface& surface_;
@@ -93,6 +94,7 @@ private:
     Vec3 center_;  // m, scene frame: the origin in millimetres
     double expected_;
     double last_fraction_ = 0.0;
+    std::string_view phase_;  // of string literals only
     std::uint64_t evaluations_ = 0;
     std::chrono::steady_clock::time_point last_report_ = std::chrono::steady_clock::now();
 };
@@ -188,16 +190,13 @@ public:
             throw std::runtime_error("no surface found at the seeds; give seeds within a facet "
                                      "size of where the value changes sign");
         for (int round = 1;; ++round) {
+            material_.report(0.0, "refining the surface");
             CGAL::refine_mesh_3(complex_, domain_, criteria_, CGAL::parameters::no_exude(),
                                 CGAL::parameters::no_perturb(), CGAL::parameters::no_reset_c3t3(),
                                 CGAL::parameters::manifold());
             TriangleMesh mesh = collect();
             const std::vector<VertexHandle> lost = lost_seeds(mesh);
-            if (lost.empty()) return finished(std::move(mesh));
-            if (round == kMostRounds)
-                throw std::runtime_error(std::to_string(lost.size()) +
-                                         " seeds are farther than a facet size from the mesh; "
-                                         "choose a smaller facet_size_m or drop tiny components");
+            if (lost.empty() || round == kMostRounds) return finished(std::move(mesh));
             densify(lost, facet_size_ * std::pow(0.5, round));
         }
     }

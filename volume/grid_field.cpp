@@ -337,7 +337,11 @@ void GridField::write_vdb(const std::filesystem::path& file,
     const std::filesystem::path partial = file.string() + ".partial" + std::to_string(getpid());
     try {
         write_stream(partial, grid_->vdb, map);
-        std::filesystem::rename(partial, file);
+        std::error_code failed;
+        std::filesystem::rename(partial, file, failed);
+        if (failed)
+            throw std::runtime_error("cannot be put in place, " + failed.message() +
+                                     "; check that nothing else has that name");
     } catch (const std::exception& error) {
         std::error_code ignored;
         std::filesystem::remove(partial, ignored);
@@ -354,8 +358,13 @@ std::unique_ptr<GridField> GridField::read_vdb(const std::filesystem::path& file
             throw std::runtime_error("a size is not positive; write the file again");
         auto grid = std::make_unique<Grid>(vdb, size, read_affine(*vdb));
         return std::unique_ptr<GridField>(new GridField(std::move(grid)));
-    } catch (const std::exception& error) {
+    } catch (const std::runtime_error& error) { // ours: they say what to do
         throw std::runtime_error(file.string() + ": " + error.what());
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(file.string() + ": " + error.what());
+    } catch (const std::exception& error) { // OpenVDB's, or no memory for a size that is garbage
+        throw std::runtime_error(file.string() + ": " + error.what() +
+                                 "; check that it exists and is whole, or write it again");
     }
 }
 

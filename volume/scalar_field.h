@@ -14,8 +14,8 @@ struct FieldSample {
     double value = 0.0;       ///< U
     Vec3 slope{0.0};          ///< exact derivative of `value` as it is interpolated, U/m; jumps from cell to cell in a grid
     Vec3 gradient{0.0};       ///< continuous gradient, U/m; in a grid node central differences interpolated (numerics 3.3)
-    Mat3 hessian{0.0};        ///< derivative of `gradient`, U/m^2; need not be symmetric in a grid
-    bool valid = false;       ///< false: no data here (outside the grid, NaN voxels); the rest is then the background
+    Mat3 hessian{0.0};        ///< derivative of `gradient`, U/m^2: hessian * step is its change; need not be symmetric in a grid
+    bool valid = false;       ///< false: no data here (outside the grid, all corners NaN); the value is then the background, the rest 0
 };
 
 /// One loop's access to a field: keeps what makes the next query cheap. Not for two threads at once.
@@ -31,7 +31,8 @@ public:
 
     /// The smallest t in [0,1] at which the value on the segment from + t (to - from) reaches `level` from below; 0 when it
     /// starts there. The returned t is on the lower side of the root: no value before it reaches the level, up to rounding.
-    /// Nothing where there is none. Exact for the field as interpolated: a cell's cubic, not a march.      [loop]
+    /// Nothing where there is none. Exact for the field as interpolated: a cell's cubic, not a march. A segment that is not finite
+    /// is answered by 0: it leads nowhere.                                              [loop]
     virtual std::optional<double> first_root(const Vec3& from, const Vec3& to, double level) noexcept = 0;
 
     std::uint64_t samples() const noexcept { return samples_; }  ///< sample() and value() calls so far

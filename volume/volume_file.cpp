@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <mutex>
 #include <new>
@@ -19,7 +20,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kMetresPerMm = 1e-3;
 constexpr double kMmPerMetre = 1e3;
 
 enum class Format { nrrd, nifti, vdb };
@@ -33,8 +33,7 @@ bool ends_with(const std::string& name, const std::string& ending) {
 std::string known_ending(const std::filesystem::path& file) {
     const std::string name = file.filename().string();
     for (const char* ending : {".nrrd", ".nhdr", ".nii.gz", ".nii", ".vdb"})
-        if (ends_with(name, ending))
-            return ending;
+        if (ends_with(name, ending)) return ending;
     return {};
 }
 
@@ -43,8 +42,7 @@ Format format_of(const std::filesystem::path& file) {
     if (ending.empty())
         throw import_error(file, "is not a volume by its name; .nrrd, .nhdr, .nii, .nii.gz and "
                                  ".vdb are read");
-    if (ending == ".vdb")
-        return Format::vdb;
+    if (ending == ".vdb") return Format::vdb;
     return ending == ".nrrd" || ending == ".nhdr" ? Format::nrrd : Format::nifti;
 }
 
@@ -89,15 +87,15 @@ std::string description(const itk::ExceptionObject& error) {
     return text.substr(0, 200);
 }
 
-template <class T> void append_as_float(const std::vector<char>& bytes, std::vector<float>& out) {
+template <class T>
+void append_as_float(const std::vector<char>& bytes, std::vector<float>& out) {
     const T* const values = reinterpret_cast<const T*>(bytes.data());
     out.resize(bytes.size() / sizeof(T));
     std::transform(values, values + out.size(), out.begin(),
                    [](T value) { return static_cast<float>(value); });
 }
 
-/// ITK's buffer as floats; ITK's component is what its Read() delivers, not what the file holds
-/// (a rescaled NIfTI comes as float).
+/// ITK's buffer as floats.
 std::vector<float> as_floats(itk::IOComponentEnum component, const std::vector<char>& bytes) {
     std::vector<float> floats;
     switch (component) {
@@ -156,8 +154,7 @@ void read_voxels(const std::filesystem::path& file, itk::ImageIOBase& io, VoxelV
             throw std::runtime_error("the reader finds another size than the header states");
         region.SetSize(axis, size);
     }
-    if (io.GetNumberOfComponents() != 1)
-        throw std::runtime_error("voxels are not scalars");
+    if (io.GetNumberOfComponents() != 1) throw std::runtime_error("voxels are not scalars");
     io.SetIORegion(region);
     std::vector<char> bytes(static_cast<std::size_t>(io.GetImageSizeInBytes()));
     io.Read(bytes.data());
@@ -168,10 +165,9 @@ void read_voxels(const std::filesystem::path& file, itk::ImageIOBase& io, VoxelV
 }
 
 /// The same, with whatever goes wrong as one line about the file.
-void read_voxels_or_explain(const std::filesystem::path& file, itk::ImageIOBase& io,
-                            VoxelVolume& volume) {
+void read_voxels_or_explain(const std::filesystem::path& file, VoxelVolume& volume) {
     try {
-        read_voxels(file, io, volume);
+        read_voxels(file, *itk::NrrdImageIO::New(), volume);
     } catch (const itk::ExceptionObject& error) {
         throw import_error(file, "cannot be read, truncated or damaged (" + description(error) +
                                      "); get the file again");
@@ -183,43 +179,15 @@ void read_voxels_or_explain(const std::filesystem::path& file, itk::ImageIOBase&
     }
 }
 
-VoxelVolume read_nifti(const std::filesystem::path& file) {
-    NiftiHeader header = read_nifti_header(file);
+VoxelVolume read_nrrd(const std::filesystem::path& file) {
+    NrrdHeader header = read_nrrd_header(file);
     VoxelVolume volume;
     volume.size = header.size;
     volume.index_to_scene = header.index_to_scene;
     volume.source_type = std::move(header.type);
     volume.warnings = std::move(header.warnings);
-    const auto io = itk::NiftiImageIO::New();
-    read_voxels_or_explain(file, *io, volume);
-    return volume;
-}
-
-/// ITK turns RAS and LAS spaces into LPS.
-AffineTransform affine_of(const itk::ImageIOBase& io) {
-    AffineTransform affine;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-        const std::vector<double> direction = io.GetDirection(axis);
-        const int column = static_cast<int>(axis);
-        for (unsigned row = 0; row < 3; ++row)
-            affine.linear[column][static_cast<int>(row)] =
-                kMetresPerMm * io.GetSpacing(axis) * direction[row];
-        affine.offset[column] = kMetresPerMm * io.GetOrigin(axis);
-    }
-    return affine;
-}
-
-VoxelVolume read_nrrd(const std::filesystem::path& file) {
-    NrrdHeader header = read_nrrd_header(file);
-    VoxelVolume volume;
-    volume.size = header.size;
-    volume.source_type = std::move(header.type);
-    volume.warnings = std::move(header.warnings);
-    const auto io = itk::NrrdImageIO::New();
-    read_voxels_or_explain(file, *io, volume);
-    volume.index_to_scene = affine_of(*io);
-    require_regular(file, volume.index_to_scene.linear, volume.index_to_scene.offset,
-                    "its space directions");
+    const QuietItk quiet;
+    read_voxels_or_explain(file, volume);
     return volume;
 }
 
@@ -228,10 +196,14 @@ VoxelVolume read_nrrd(const std::filesystem::path& file) {
 VoxelVolume read_volume(const std::filesystem::path& file) {
     const Format format = format_of(file);
     require_file(file);
-    if (format == Format::vdb)
+    switch (format) {
+    case Format::nrrd:
+        return read_nrrd(file);
+    case Format::nifti:
+        return read_nifti_volume(file);
+    default:
         return read_vdb_volume(file);
-    const QuietItk quiet;
-    return format == Format::nrrd ? read_nrrd(file) : read_nifti(file);
+    }
 }
 
 namespace {
@@ -251,8 +223,7 @@ void require_writable(const VoxelVolume& volume, const std::filesystem::path& fi
     if (ending != ".nrrd" && ending != ".nii" && ending != ".nii.gz")
         throw import_error(file, "is not a name that a volume is written to; use .nrrd, .nii or "
                                  ".nii.gz");
-    if (ending == ".nrrd")
-        return;
+    if (ending == ".nrrd") return;
     if (std::max({i, j, k}) > kMaxNiftiSize)
         throw import_error(file, "would have more than 32767 voxels along an axis, which NIfTI "
                                  "cannot hold; write .nrrd");
@@ -309,6 +280,10 @@ void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) 
 
     const std::filesystem::path temporary = temporary_beside(file);
     std::error_code ignored;
+    // The NIfTI library prints to stderr when it cannot open its file: try that before it does.
+    if (!std::ofstream(temporary))
+        throw import_error(file, "cannot be written: its folder does not exist or does not let us; "
+                                 "check the folder");
     try {
         io->SetFileName(temporary.string());
         io->WriteImageInformation();

@@ -31,7 +31,8 @@ void require_filled(const VoxelVolume& volume, const char* who) {
                                     ": the volume is empty or its values do not fill its size");
 }
 
-template <class Pixel> typename itk::Image<Pixel, 3>::RegionType region_of(const VoxelVolume& v) {
+template <class Pixel>
+typename itk::Image<Pixel, 3>::RegionType region_of(const VoxelVolume& v) {
     typename itk::Image<Pixel, 3>::SizeType size;
     for (unsigned axis = 0; axis < 3; ++axis)
         size[axis] = static_cast<itk::SizeValueType>(v.size[axis]);
@@ -73,13 +74,10 @@ struct Component {
 std::vector<Component> sorted_components(const std::vector<Label>& labels) {
     std::vector<Component> components;
     for (std::size_t voxel = 0; voxel < labels.size(); ++voxel) {
-        if (labels[voxel] == 0)
-            continue;
-        if (labels[voxel] > components.size())
-            components.resize(labels[voxel]);
+        if (labels[voxel] == 0) continue;
+        if (labels[voxel] > components.size()) components.resize(labels[voxel]);
         Component& component = components[labels[voxel] - 1];
-        if (component.voxels++ == 0)
-            component.first = voxel;
+        if (component.voxels++ == 0) component.first = voxel;
         component.label = labels[voxel];
     }
     std::erase_if(components, [](const Component& c) { return c.voxels == 0; });
@@ -125,19 +123,18 @@ float value_of_removed(double level, double margin) {
 
 VoxelVolume padded(const VoxelVolume& volume, int margin, float background) {
     require_filled(volume, "padded");
-    if (margin < 0)
-        throw std::invalid_argument("padded: margin must be >= 0");
+    if (margin < 0) throw std::invalid_argument("padded: margin must be >= 0");
     VoxelVolume result;
     for (std::size_t axis = 0; axis < 3; ++axis)
         result.size[axis] = volume.size[axis] + 2 * margin;
     result.values.assign(result.voxels(), background);
     for (int k = 0; k < volume.size[2]; ++k)
         for (int j = 0; j < volume.size[1]; ++j) {
-            const auto row = volume.values.begin() +
-                             static_cast<std::ptrdiff_t>(volume.index(0, j, k));
+            const auto row =
+                volume.values.begin() + static_cast<std::ptrdiff_t>(volume.index(0, j, k));
             std::copy(row, row + volume.size[0],
-                      result.values.begin() + static_cast<std::ptrdiff_t>(result.index(
-                                                  margin, j + margin, k + margin)));
+                      result.values.begin() + static_cast<std::ptrdiff_t>(
+                                                  result.index(margin, j + margin, k + margin)));
         }
     result.index_to_scene = volume.index_to_scene;
     result.index_to_scene.offset = volume.index_to_scene.point(Vec3(-margin));
@@ -150,8 +147,7 @@ void smooth(VoxelVolume& volume, double sigma_voxels) {
     require_filled(volume, "smooth");
     if (!(sigma_voxels >= 0.0) || !std::isfinite(sigma_voxels))
         throw std::invalid_argument("smooth: sigma_voxels must be finite and >= 0");
-    if (sigma_voxels == 0.0)
-        return;
+    if (sigma_voxels == 0.0) return;
     using Image = itk::Image<float, 3>;
     const auto filter = itk::DiscreteGaussianImageFilter<Image, Image>::New();
     filter->SetInput(image_on(volume, volume.values));
@@ -183,14 +179,12 @@ std::vector<VolumeComponent> remove_components(VoxelVolume& volume, double level
         described.volume_mm3 = voxel_mm3 * static_cast<double>(component.voxels);
         described.kept = is_kept(policy, result.size(), described.volume_mm3);
         described.sample = scene_position(volume, component.first);
-        if (component.label >= unwanted.size())
-            unwanted.resize(component.label + 1, false);
+        if (component.label >= unwanted.size()) unwanted.resize(component.label + 1, false);
         unwanted[component.label] = !described.kept;
         result.push_back(described);
     }
     for (std::size_t voxel = 0; voxel < labels.size(); ++voxel)
-        if (unwanted[labels[voxel]])
-            volume.values[voxel] = removed;
+        if (unwanted[labels[voxel]]) volume.values[voxel] = removed;
     return result;
 }
 

@@ -41,8 +41,7 @@ std::array<int, 3> patient_axes(const Mat3& directions) {
 
 std::string degrees_off(double cosine) {
     const double degrees = std::acos(std::clamp(std::abs(cosine), 0.0, 1.0)) * kDegreesPerRadian;
-    if (degrees < kStraightDegrees)
-        return {};
+    if (degrees < kStraightDegrees) return {};
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), " (%.1f degrees off)", degrees);
     return text.data();
@@ -55,8 +54,7 @@ std::array<double, 2> value_range(const VoxelVolume& volume) noexcept {
     float smallest = 0.0F;
     float largest = 0.0F;
     for (const float value : volume.values) {
-        if (!std::isfinite(value))
-            continue;
+        if (!std::isfinite(value)) continue;
         smallest = found ? std::min(smallest, value) : value;
         largest = found ? std::max(largest, value) : value;
         found = true;
@@ -78,8 +76,8 @@ std::string orientation_in_words(const VoxelVolume& volume) {
         const AxisWords& words = kPatientAxes[axis];
         const bool positive = cosine >= 0.0;
         corner[axis] = positive ? words.negative : words.positive; // it runs away from there
-        runs += std::array{"; i runs to the patient's ", ", j ", ", k "}[static_cast<std::size_t>(
-            index)];
+        runs += std::array{"; i runs to the patient's ", ", j ",
+                           ", k "}[static_cast<std::size_t>(index)];
         runs += positive ? words.positive : words.negative;
         runs += degrees_off(cosine);
     }

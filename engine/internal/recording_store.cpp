@@ -11,11 +11,23 @@
 #include <hdf5.h>
 
 #include <palpate/engine/internal/sha256.h>
+#include <palpate/engine/internal/text_file.h>
 
 namespace palpate::internal {
 namespace {
 
-constexpr const char* kContentHash = "content_sha256";
+constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
+constexpr std::string_view kSealMark = "\npalpate sha256 ";
+constexpr std::size_t kHashDigits = 64;  // of a SHA-256 in hexadecimal
+constexpr std::size_t kSealSize = kSealMark.size() + kHashDigits + 1;
+
+/// What follows the HDF5 part of a file, which HDF5 itself ignores: a hash of that part. HDF5 is then only shown what was
+/// written; from damaged files it reads wrong numbers without a word, or stops the process at its end.
+std::string seal_of(std::string_view bytes) {
+    Sha256 hash;
+    hash.add(bytes);
+    return std::string(kSealMark) + hash.hexadecimal() + "\n";
+}
 
 /// An HDF5 identifier, closed when it goes out of scope.
 class Handle {
@@ -96,6 +108,7 @@ Handle chunked(hsize_t rows, hsize_t width) {
     constexpr hsize_t kChunkRows = 16384;
     constexpr unsigned kDeflateLevel = 4;  // 0 to 9; higher ones take longer for a few per cent
     Handle plist(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(plist.id(), 0);  // the same recording gives the same bytes
     if (rows == 0) return plist;  // a chunk may not be larger than a data set
     const std::array<hsize_t, 2> chunk{std::min(rows, kChunkRows), width};
     H5Pset_chunk(plist.id(), width == 1 ? 1 : 2, chunk.data());
@@ -115,11 +128,10 @@ struct RecordingWriter::State {
     Silence silence;
     std::filesystem::path path;
     Handle file{-1, H5Fclose};
-    Sha256 hash;
 
     /// Makes a data set and fills it.
     Handle write(const std::string& name, hid_t in_file, hid_t in_memory, hsize_t rows,
-                 hsize_t width, const void* values) {
+                 hsize_t width, const void* values) const {
         const Handle space = row_space(rows, width);
         const Handle plist = chunked(rows, width);
         Handle set(H5Dcreate2(file.id(), name.c_str(), in_file, space.id(), H5P_DEFAULT, plist.id(),
@@ -128,14 +140,12 @@ struct RecordingWriter::State {
         if (!set.valid()) fail_to_store(path, name);
         if (rows > 0 && H5Dwrite(set.id(), in_memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
             fail_to_store(path, name);
-        hash.add(name);
-        hash.add(values, rows * width * H5Tget_size(in_memory));
         return set;
     }
 
     template <typename Value>
     void write_column(const std::string& name, std::string_view unit,
-                      const std::vector<Value>& values) {
+                      const std::vector<Value>& values) const {
         const Storage storage = storage_of(values.data());
         const Handle set = write(name, storage.in_file, storage.in_memory, values.size(),
                                  storage.width, values.data());
@@ -155,8 +165,8 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& file)
     state_->path = file;
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_fapl_core(access.id(), kGrowth, 0);
-    // Checksums on most of what is not data. Not the format of 1.10: H5Fget_file_image spoils its superblock's checksum.
-    H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18);
+    // The oldest format: H5Fget_file_image of 1.10 spoils the superblock's checksum of the newer ones.
+    H5Pset_libver_bounds(access.id(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
     state_->file = Handle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
     if (!state_->file.valid()) fail_to_store(file, "anything");
 }
@@ -197,8 +207,7 @@ void RecordingWriter::write_texts(const std::string& name, const std::vector<std
     state_->write(name, type.id(), type.id(), texts.size(), 1, padded.data());
 }
 
-std::string RecordingWriter::finish() {
-    write_texts(kContentHash, {state_->hash.hexadecimal()});
+std::string RecordingWriter::bytes() const {
     const hid_t file = state_->file.id();
     if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) fail_to_store(state_->path, "the recording");
     const ssize_t size = H5Fget_file_image(file, nullptr, 0);
@@ -206,14 +215,13 @@ std::string RecordingWriter::finish() {
     std::string image(static_cast<std::size_t>(size), '\0');
     if (H5Fget_file_image(file, image.data(), image.size()) != size)
         fail_to_store(state_->path, "the recording");
-    return image;
+    return image + seal_of(image);
 }
 
 struct RecordingReader::State {
     Silence silence;
     std::filesystem::path path;
     Handle file{-1, H5Fclose};
-    Sha256 hash;
 
     [[noreturn]] void fail(const std::string& what) const {
         throw std::runtime_error(path.string() + ": " + what +
@@ -249,60 +257,59 @@ struct RecordingReader::State {
     }
 
     /// Fills `values` with the elements of a data set.
-    void read(const Opened& opened, const std::string& name, hsize_t width, hid_t in_memory,
-              void* values) {
+    void read(const Opened& opened, const std::string& name, hid_t in_memory, void* values) const {
         if (opened.rows > 0 &&
             H5Dread(opened.set.id(), in_memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
             fail("is damaged: data set " + name + " cannot be read");
-        hash.add(name);
-        hash.add(values, opened.rows * width * H5Tget_size(in_memory));
     }
 
     template <typename Value>
-    void read_column(const std::string& name, std::vector<Value>& values) {
+    void read_column(const std::string& name, std::vector<Value>& values) const {
         const Storage storage = storage_of(values.data());
         const Opened opened = open(name, storage.kind, storage.width);
         if (H5Tequal(opened.type.id(), storage.in_file) <= 0)
             fail("is damaged or not a recording: data set " + name + " has another number type");
         values.resize(opened.rows);
-        read(opened, name, storage.width, storage.in_memory, values.data());
+        read(opened, name, storage.in_memory, values.data());
     }
 };
 
 RecordingReader::RecordingReader(const std::filesystem::path& file)
     : state_(std::make_unique<State>()) {
     state_->path = file;
-    if (!std::filesystem::is_regular_file(file))
-        throw std::runtime_error(file.string() + ": there is no such file; check the name");
-    const htri_t is_hdf5 = H5Fis_hdf5(file.c_str());
-    if (is_hdf5 < 0)
-        throw std::runtime_error(file.string() + ": cannot be opened; check its permissions");
-    if (is_hdf5 == 0) state_->fail("is not an HDF5 file");
+    std::string bytes = read_text_file(file, "a recording of palpate trace");
+    if (!bytes.starts_with(kSignature)) state_->fail("is not an HDF5 file");
+    if (bytes.size() < kSealSize) state_->fail("is damaged or was cut short");
+    const std::string seal = bytes.substr(bytes.size() - kSealSize);
+    bytes.resize(bytes.size() - kSealSize);
+    if (!seal.starts_with(kSealMark)) state_->fail("is not a recording or was cut short");
+    if (seal != seal_of(bytes)) state_->fail("is damaged or was changed after it was recorded");
+
     state_->file = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (!state_->file.valid()) state_->fail("is damaged or was cut short");
+    if (!state_->file.valid()) state_->fail("cannot be opened by HDF5");
 }
 
 RecordingReader::~RecordingReader() = default;
 
-void RecordingReader::read_column(const std::string& name, std::vector<double>& values) {
+void RecordingReader::read_column(const std::string& name, std::vector<double>& values) const {
     state_->read_column(name, values);
 }
-void RecordingReader::read_column(const std::string& name, std::vector<Vec3>& values) {
+void RecordingReader::read_column(const std::string& name, std::vector<Vec3>& values) const {
     state_->read_column(name, values);
 }
-void RecordingReader::read_column(const std::string& name, std::vector<std::uint32_t>& values) {
+void RecordingReader::read_column(const std::string& name, std::vector<std::uint32_t>& values) const {
     state_->read_column(name, values);
 }
-void RecordingReader::read_column(const std::string& name, std::vector<std::uint64_t>& values) {
+void RecordingReader::read_column(const std::string& name, std::vector<std::uint64_t>& values) const {
     state_->read_column(name, values);
 }
 
-std::vector<std::string> RecordingReader::read_texts(const std::string& name) {
+std::vector<std::string> RecordingReader::read_texts(const std::string& name) const {
     const State::Opened opened = state_->open(name, H5T_STRING, 1);
     if (H5Tis_variable_str(opened.type.id()) != 0) state_->fail("has data set " + name + " as text of another kind");
     const std::size_t width = H5Tget_size(opened.type.id());
     std::string padded(width * opened.rows, '\0');
-    state_->read(opened, name, 1, opened.type.id(), padded.data());
+    state_->read(opened, name, opened.type.id(), padded.data());
 
     std::vector<std::string> texts;
     for (std::size_t i = 0; i < opened.rows; ++i) {
@@ -312,15 +319,10 @@ std::vector<std::string> RecordingReader::read_texts(const std::string& name) {
     return texts;
 }
 
-std::string RecordingReader::read_text(const std::string& name) {
+std::string RecordingReader::read_text(const std::string& name) const {
     const std::vector<std::string> texts = read_texts(name);
     if (texts.size() != 1) state_->fail("is damaged: data set " + name + " is not one text");
     return texts.front();
-}
-
-void RecordingReader::check_content() {
-    const std::string found = state_->hash.hexadecimal();
-    if (read_text(kContentHash) != found) fail("is damaged: its content is not what was recorded");
 }
 
 void RecordingReader::fail(const std::string& what) const { state_->fail(what); }

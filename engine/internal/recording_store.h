@@ -29,30 +29,28 @@ public:
     /// UTF-8; zeros at a text's end are not kept.
     void write_texts(const std::string& name, const std::vector<std::string>& texts);
 
-    /// Adds a hash of everything above and gives the whole file as it is to be written.
-    std::string finish();
+    /// The whole file as it is to be written, sealed with a hash.
+    std::string bytes() const;
 
 private:
     struct State;
     std::unique_ptr<State> state_;
 };
 
-/// Reads what RecordingWriter wrote, in the same order; HDF5 itself stays silent.       [setup]
+/// Reads what RecordingWriter wrote, and nothing else; HDF5 itself stays silent.        [setup]
 /// Throws std::runtime_error "FILE: what is wrong; what to do".
 class RecordingReader {
 public:
     explicit RecordingReader(const std::filesystem::path& file);
     ~RecordingReader();
 
-    void read_column(const std::string& name, std::vector<double>& values);
-    void read_column(const std::string& name, std::vector<Vec3>& values);
-    void read_column(const std::string& name, std::vector<std::uint32_t>& values);
-    void read_column(const std::string& name, std::vector<std::uint64_t>& values);
-    std::vector<std::string> read_texts(const std::string& name);
+    void read_column(const std::string& name, std::vector<double>& values) const;
+    void read_column(const std::string& name, std::vector<Vec3>& values) const;
+    void read_column(const std::string& name, std::vector<std::uint32_t>& values) const;
+    void read_column(const std::string& name, std::vector<std::uint64_t>& values) const;
+    std::vector<std::string> read_texts(const std::string& name) const;
     /// The only text of a data set.
-    std::string read_text(const std::string& name);
-    /// Fails unless everything that was read is what was written.
-    void check_content();
+    std::string read_text(const std::string& name) const;
 
     [[noreturn]] void fail(const std::string& what) const;
 

@@ -74,7 +74,7 @@ TEST(Allocation, TheCounterCounts) {
 
 TEST(Allocation, FramesOfContactVolumeMakeNone) {
     for (const char* method : {"adaptive", "fixed", "paper", "single"})
-        EXPECT_EQ(allocations_of(test::phantom_scene("volume", method)), 0) << method;
+        EXPECT_EQ(allocations_of(test::phantom_scene("volume", method, "budget_us = 50\n")), 0) << method;
 }
 
 TEST(Allocation, FramesOfContactDirectMakeNone) {

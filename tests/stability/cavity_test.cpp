@@ -27,7 +27,7 @@ std::vector<DeviceState> circle() {
     }
     const double turn = 2.0 * std::numbers::pi;
     for (double angle = 0.0; angle < 2.0 * turn; angle += 0.2e-3 / 0.055) {
-        state.position = 0.055 * Vec3{std::cos(angle), std::sin(angle), 0.2 * std::sin(angle)};
+        state.position = 0.055 * Vec3{std::cos(angle), std::sin(angle), 0};
         states.push_back(state);
     }
     return states;
@@ -42,7 +42,7 @@ std::shared_ptr<const Scene> scene(const std::string& effect, const std::string&
 
 const char* kSurface = "[[effect]]\ntype = \"surface\"\nsurface = \"wall\"\n";
 const char* kGradientSurface =
-    "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"cavity\"\nstrength_n = [[-0.0002, 0], [0.0, 1e6]]\n";
+    "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"cavity\"\nstrength_n = [[-1e-9, 0], [0, 1e6]]\n";
 
 double final_drift(const std::string& loop) {
     test::ScriptedClock clock;

@@ -14,15 +14,17 @@
 /// Brute-force twins of field queries: slow, plain, sharing no code with the library.
 namespace palpate::test {
 
-/// A grid field as its definition says: weights of the eight corners, each with central differences of its own, in
-/// long double, the voxels as they came. NaN, infinite and missing voxels are background.
+/// A grid field as its definition says: weights of the eight corners, each with central differences
+/// of its own, in long double, the voxels as they came. NaN, infinite and missing voxels are
+/// background.
 class DenseReference {
 public:
-    DenseReference(const VoxelVolume& volume, float background) : volume_(volume), background_(background) {}
+    DenseReference(const VoxelVolume& volume, float background)
+        : volume_(volume), background_(background) {}
 
     /// Node index of a scene point, by Cramer's rule.
     std::array<long double, 3> index_of(const Vec3& point) const {
-        std::array<std::array<long double, 3>, 4> c;  // three columns and the right-hand side
+        std::array<std::array<long double, 3>, 4> c; // three columns and the right-hand side
         for (int row = 0; row < 3; ++row) {
             for (int column = 0; column < 3; ++column)
                 c[static_cast<std::size_t>(column)][static_cast<std::size_t>(row)] =
@@ -36,7 +38,8 @@ public:
     }
 
     float node(int i, int j, int k) const {
-        if (i < 0 || j < 0 || k < 0 || i >= volume_.size[0] || j >= volume_.size[1] || k >= volume_.size[2])
+        if (i < 0 || j < 0 || k < 0 || i >= volume_.size[0] || j >= volume_.size[1] ||
+            k >= volume_.size[2])
             return background_;
         const float value = volume_.at(i, j, k);
         return std::isfinite(value) ? value : background_;
@@ -53,11 +56,13 @@ public:
             base[a] = static_cast<int>(floor);
             f[a] = x[a] - floor;
         }
-        long double at[4] = {}, by[4][3] = {};  // value and central differences, and their derivatives by index
+        long double at[4] = {},
+                    by[4][3] = {}; // value and central differences, and their derivatives by index
         for (int corner = 0; corner < 8; ++corner) {
             const int bit[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
             const int i = base[0] + bit[0], j = base[1] + bit[1], k = base[2] + bit[2];
-            const long double quantity[4] = {node(i, j, k), half(node(i + 1, j, k), node(i - 1, j, k)),
+            const long double quantity[4] = {node(i, j, k),
+                                             half(node(i + 1, j, k), node(i - 1, j, k)),
                                              half(node(i, j + 1, k), node(i, j - 1, k)),
                                              half(node(i, j, k + 1), node(i, j, k - 1))};
             long double weight[3], change[3];
@@ -77,7 +82,8 @@ public:
         s.value = static_cast<double>(at[0]);
         for (int row = 0; row < 3; ++row)
             for (int a = 0; a < 3; ++a) {
-                const long double a_row = index_derivative(a, row);  // of index a by scene axis `row`
+                const long double a_row =
+                    index_derivative(a, row); // of index a by scene axis `row`
                 s.slope[row] += static_cast<double>(by[0][a] * a_row);
                 s.gradient[row] += static_cast<double>(at[1 + a] * a_row);
                 for (int column = 0; column < 3; ++column)
@@ -111,12 +117,11 @@ private:
 
 /// Where one of `count` points spread evenly on a segment is the first with value >= level.
 template <typename Value>
-std::optional<double> first_sampled(const Value& value, const Vec3& from, const Vec3& to, double level,
-                                    int count) {
+std::optional<double> first_sampled(const Value& value, const Vec3& from, const Vec3& to,
+                                    double level, int count) {
     for (int n = 0; n <= count; ++n) {
         const double t = static_cast<double>(n) / count;
-        if (value(from + t * (to - from)) >= level)
-            return t;
+        if (value(from + t * (to - from)) >= level) return t;
     }
     return std::nullopt;
 }
@@ -143,4 +148,4 @@ inline Vec3 random_point(std::mt19937_64& random, const Box& box) {
     return box.lower + share * box.extent();
 }
 
-}  // namespace palpate::test
+} // namespace palpate::test

@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <random>
+#include <stdexcept>
 #include <string>
-#include <utility>
 
+#include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <palpate/volume/volume_file.h>
 #include <palpate/volume/voxel_volume.h>
+
+#include "tests/support/temporary_folder.h"
 
 /// Volumes made from formulas, and a place for their files.
 namespace palpate::test {
@@ -50,34 +58,66 @@ inline Vec3 middle_of(const std::array<int, 3>& size, const AffineTransform& fra
     return frame.point(0.5 * Vec3(size[0] - 1, size[1] - 1, size[2] - 1));
 }
 
-/// A folder of its own that goes away with the test.
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
-        path_ = mkdtemp(pattern.data());
+/// The message of reading that file; it must be one line that begins with the file's name, and
+/// nothing may be printed meanwhile.
+inline std::string refusal(const std::filesystem::path& file) {
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    std::string message;
+    try {
+        read_volume(file);
+    } catch (const std::runtime_error& error) {
+        message = error.what();
     }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
-
-inline void write_bytes(const std::filesystem::path& file, const std::string& bytes) {
-    std::ofstream(file, std::ios::binary) << bytes;
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "") << file;
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << file;
+    EXPECT_NE(message, "") << "was read: " << file;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_LT(message.size(), 600U) << message;
+    EXPECT_NE(message.find("; "), std::string::npos) << "no remedy: " << message;
+    return message;
 }
 
-inline std::string read_bytes(const std::filesystem::path& file) {
-    std::ifstream input(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(input), {}};
+#define EXPECT_REFUSED(file, words)                                                                \
+    do {                                                                                           \
+        const std::string message_ = palpate::test::refusal(file);                                 \
+        EXPECT_NE(message_.find(words), std::string::npos) << message_;                            \
+        EXPECT_EQ(message_.find((file).parent_path().string()), 0U) << message_;                   \
+    } while (false)
+
+/// Largest distance of two maps over ten voxels along each axis, m.
+inline double distance(const AffineTransform& a, const AffineTransform& b) {
+    double largest = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 index(10 * (corner & 1), 10 * (corner >> 1 & 1), 10 * (corner >> 2));
+        largest = std::max(largest, glm::length(a.point(index) - b.point(index)));
+    }
+    return largest;
+}
+
+/// 11 x 7 x 5 values of a fixed seed.
+inline VoxelVolume random_volume(const AffineTransform& frame) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> uniform(-1000.0F, 3000.0F);
+    return sampled({11, 7, 5}, frame, [&](const Vec3&) { return uniform(random); });
+}
+
+template <class T>
+void append(std::string& bytes, T value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
+/// The bytes of an int16 volume 0, 1, 2 ...
+inline std::string counting(int voxels) {
+    std::string bytes;
+    for (int n = 0; n < voxels; ++n)
+        append<std::int16_t>(bytes, static_cast<std::int16_t>(n));
+    return bytes;
+}
+
+/// A frame stated in mm.
+inline AffineTransform frame_mm(const Mat3& linear, const Vec3& offset) {
+    return {1e-3 * linear, 1e-3 * offset};
 }
 
 } // namespace palpate::test

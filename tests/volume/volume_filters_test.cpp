@@ -89,9 +89,9 @@ TEST(Smooth, EqualsDirectConvolutionAlongEveryAxis) {
 
 TEST(Smooth, VarianceOfAPointIsSigmaSquaredInVoxelsOfEachAxis) {
     const double sigma = 2.5;
-    VoxelVolume volume = sampled({51, 51, 51},
-                                 oblique_frame(Vec3(kMm, 2 * kMm, 0.3 * kMm), Vec3(0.0)),
-                                 [](const Vec3&) { return 0.0; });
+    VoxelVolume volume =
+        sampled({51, 51, 51}, oblique_frame(Vec3(kMm, 2 * kMm, 0.3 * kMm), Vec3(0.0)),
+                [](const Vec3&) { return 0.0; });
     volume.values[volume.index(25, 25, 25)] = 1000.0F;
     smooth(volume, sigma);
     Vec3 variance(0.0);
@@ -110,7 +110,8 @@ TEST(Smooth, VarianceOfAPointIsSigmaSquaredInVoxelsOfEachAxis) {
 }
 
 TEST(Smooth, LeavesConstantsAndInnerPartsOfRampsAlone) {
-    VoxelVolume volume = sampled({30, 20, 20}, AffineTransform{}, [](const Vec3& p) { return p.x; });
+    VoxelVolume volume =
+        sampled({30, 20, 20}, AffineTransform{}, [](const Vec3& p) { return p.x; });
     smooth(volume, 0.7);
     for (int i = 8; i < 22; ++i) // away from the border, whose value goes on outside
         EXPECT_NEAR(volume.at(i, 10, 10), i, 1e-5 * i);
@@ -180,7 +181,8 @@ TEST(SurfaceShift, IsTheDistanceBetweenLevelsOfADistanceFieldAndPositiveWhenMate
 }
 
 TEST(SurfaceShift, CountsOnlyPointsWithinTwoVoxels) {
-    const VoxelVolume volume = sphere({60, 60, 60}, AffineTransform{Mat3(kMm), Vec3(0.0)}, 15 * kMm);
+    const VoxelVolume volume =
+        sphere({60, 60, 60}, AffineTransform{Mat3(kMm), Vec3(0.0)}, 15 * kMm);
     const std::size_t all = surface_shift(volume, 0.0, volume, 0.0).points;
     EXPECT_EQ(surface_shift(volume, 0.0, volume, -1.5 * kMm).points, all);
     const SurfaceShift far = surface_shift(volume, 0.0, volume, -3.8 * kMm);
@@ -194,9 +196,8 @@ TEST(SurfaceShift, AveragesOverAreaNotOverCrossings) {
     // differs, which the unweighted twin below confirms.
     const double radius = 15 * kMm, amount = 0.4 * kMm;
     const std::array<int, 3> size{84, 44, 30};
-    const AffineTransform frame{Mat3(Vec3(0.5 * kMm, 0, 0), Vec3(0, 1.0 * kMm, 0),
-                                     Vec3(0, 0, 1.5 * kMm)),
-                                Vec3(0.0)};
+    const AffineTransform frame{
+        Mat3(Vec3(0.5 * kMm, 0, 0), Vec3(0, 1.0 * kMm, 0), Vec3(0, 0, 1.5 * kMm)), Vec3(0.0)};
     const Vec3 c = middle_of(size, frame) + Vec3(0.07, 0.11, 0.13) * kMm;
     const auto quartic = [&](const Vec3& p) {
         return std::pow(glm::dot(glm::normalize(p - c), Vec3(1.0, 0.0, 0.0)), 4);
@@ -218,8 +219,7 @@ TEST(SurfaceShift, AveragesOverAreaNotOverCrossings) {
                     const float fa = plain.at(i, j, k);
                     const float fb = plain.at(static_cast<int>(b.x), static_cast<int>(b.y),
                                               static_cast<int>(b.z));
-                    if ((fa >= 0) == (fb >= 0))
-                        continue;
+                    if ((fa >= 0) == (fb >= 0)) continue;
                     crossings += 1.0;
                     unweighted += amount * quartic(frame.point(0.5 * (a + b)));
                 }
@@ -322,8 +322,7 @@ std::vector<std::size_t> flood_sizes(const VoxelVolume& v, double level, std::ve
     for (int k = 0; k < v.size[2]; ++k)
         for (int j = 0; j < v.size[1]; ++j)
             for (int i = 0; i < v.size[0]; ++i) {
-                if (!(v.at(i, j, k) >= level) || labels[v.index(i, j, k)] >= 0)
-                    continue;
+                if (!(v.at(i, j, k) >= level) || labels[v.index(i, j, k)] >= 0) continue;
                 const int label = static_cast<int>(sizes.size());
                 sizes.push_back(0);
                 std::deque<std::array<int, 3>> open{{i, j, k}};
@@ -349,8 +348,8 @@ std::vector<std::size_t> flood_sizes(const VoxelVolume& v, double level, std::ve
 VoxelVolume random_crumbs(unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
-    VoxelVolume volume = sampled({30, 25, 20}, sheared_frame(kMm),
-                                 [&](const Vec3&) { return uniform(random); });
+    VoxelVolume volume =
+        sampled({30, 25, 20}, sheared_frame(kMm), [&](const Vec3&) { return uniform(random); });
     volume.values[123] = std::nanf(""); // belongs to nothing
     return volume;
 }

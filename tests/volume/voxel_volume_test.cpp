@@ -32,8 +32,8 @@ TEST(VoxelVolume, FirstIndexRunsFastest) {
 
 TEST(ValueRange, IgnoresWhatIsNotFinite) {
     VoxelVolume volume;
-    volume.values = {std::nanf(""), 3.0F, -std::numeric_limits<float>::infinity(), 7.0F, -2.0F,
-                     std::numeric_limits<float>::infinity()};
+    volume.values = {std::nanf(""), 3.0F,  -std::numeric_limits<float>::infinity(),
+                     7.0F,          -2.0F, std::numeric_limits<float>::infinity()};
     EXPECT_EQ(value_range(volume), (std::array<double, 2>{-2.0, 7.0}));
     volume.values = {5.0F};
     EXPECT_EQ(value_range(volume), (std::array<double, 2>{5.0, 5.0}));
@@ -75,8 +75,8 @@ TEST(OrientationInWords, SaysByHowManyDegreesAnAxisIsOff) {
 
 TEST(OrientationInWords, EachPatientAxisIsNamedOnceHoweverObliqueTheVolume) {
     // All three axes are nearest to z: only a choice for all of them together keeps words distinct.
-    const std::string words = orientation_in_words(
-        with_axes({0.6, 0.0, 0.8}, {-0.3, 0.52, 0.8}, {-0.3, -0.52, 0.8}));
+    const std::string words =
+        orientation_in_words(with_axes({0.6, 0.0, 0.8}, {-0.3, 0.52, 0.8}, {-0.3, -0.52, 0.8}));
     EXPECT_NE(words.find("left"), std::string::npos) << words;
     EXPECT_TRUE(words.find("posterior") != std::string::npos ||
                 words.find("anterior") != std::string::npos)

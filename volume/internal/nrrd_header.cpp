@@ -3,15 +3,18 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <map>
-#include <set>
+#include <optional>
 #include <sstream>
 
 // NRRD: teem.sourceforge.net/nrrd/format.html.
 namespace palpate {
 namespace {
 
+constexpr double kMetresPerMm = 1e-3;
 constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 20; // no real header comes near
 
 struct Type {
@@ -185,11 +188,63 @@ void check_units(const std::filesystem::path& file, const Fields& fields) {
                                          "; state it in \"mm\"");
 }
 
-void describe_what_is_missing(const Fields& fields, NrrdHeader& header) {
-    static const std::set<std::string> patient_spaces{"right-anterior-superior", "ras",
-                                                      "left-anterior-superior",  "las",
-                                                      "left-posterior-superior", "lps"};
-    if (!patient_spaces.contains(lower(fields.value("space"))))
+/// Turns the axes of a patient space into LPS by the signs of x and y; nothing for another space.
+std::optional<Vec3> lps_from_space(const std::string& space) {
+    static const std::map<std::string, Vec3> spaces{
+        {"left-posterior-superior", {1, 1, 1}},   {"lps", {1, 1, 1}},
+        {"left-anterior-superior", {1, -1, 1}},   {"las", {1, -1, 1}},
+        {"right-anterior-superior", {-1, -1, 1}}, {"ras", {-1, -1, 1}}};
+    const auto found = spaces.find(lower(space));
+    return found == spaces.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// The numbers of a text, with brackets and commas between them; "none" counts as none.
+std::vector<double> numbers(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == '(' || c == ')' || c == ','; }, ' ');
+    std::istringstream input(text);
+    std::vector<double> result;
+    for (std::string word; input >> word;) {
+        if (word == "none") continue;
+        char* end = nullptr;
+        const double number = std::strtod(word.c_str(), &end); // also nan and inf
+        result.push_back(*end == '\0' ? number : std::nan(""));
+    }
+    return result;
+}
+
+/// Columns and origin as the header states them, mm, in its own space.
+AffineTransform stated_frame(const std::filesystem::path& file, const Fields& fields) {
+    AffineTransform frame;
+    const bool has_directions = fields.has("spacedirections");
+    if (has_directions) {
+        const std::vector<double> n = numbers(fields.value("spacedirections"));
+        if (n.size() != 9)
+            throw import_error(file, "does not state three space directions of three numbers; "
+                                     "correct its header");
+        frame.linear = Mat3(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8]);
+    } else if (fields.has("spacings")) {
+        const std::vector<double> n = numbers(fields.value("spacings"));
+        if (n.size() < 3)
+            throw import_error(file, "does not state three spacings; correct its header");
+        frame.linear = Mat3(n[0], 0, 0, 0, n[1], 0, 0, 0, n[2]);
+    }
+    if (fields.has("spaceorigin")) {
+        const std::vector<double> n = numbers(fields.value("spaceorigin"));
+        if (n.size() != 3)
+            throw import_error(file, "does not state a space origin of three numbers; correct its "
+                                     "header");
+        frame.offset = {n[0], n[1], n[2]};
+    }
+    require_regular(file, frame.linear, frame.offset, "its space directions");
+    return frame;
+}
+
+/// Done here rather than by ITK, which (5.2) turns a left-anterior-superior space into the wrong
+/// one: it mirrors x where y has to be.
+void place(const std::filesystem::path& file, const Fields& fields, NrrdHeader& header) {
+    const auto lps = lps_from_space(fields.value("space"));
+    if (!lps)
         header.warnings.emplace_back(
             (fields.has("space") ? "its space \"" + fields.value("space") + "\" is no patient space"
                                  : std::string("states no patient space")) +
@@ -198,6 +253,11 @@ void describe_what_is_missing(const Fields& fields, NrrdHeader& header) {
             "be wrong");
     if (!fields.has("spacedirections") && !fields.has("spacings"))
         header.warnings.emplace_back("states no spacing: 1 mm is assumed");
+    const AffineTransform frame = stated_frame(file, fields);
+    const Vec3 scale = kMetresPerMm * lps.value_or(Vec3(1.0));
+    for (int axis = 0; axis < 3; ++axis)
+        header.index_to_scene.linear[axis] = scale * frame.linear[axis];
+    header.index_to_scene.offset = scale * frame.offset;
 }
 
 } // namespace
@@ -213,7 +273,7 @@ NrrdHeader read_nrrd_header(const std::filesystem::path& file) {
         bytes *= static_cast<std::uint64_t>(size);
     check_units(file, fields);
     check_length(file, fields, bytes);
-    describe_what_is_missing(fields, header);
+    place(file, fields, header);
     return header;
 }
 

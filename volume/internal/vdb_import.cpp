@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/internal/volume_import.h>
 
+#include <cstdint>
 #include <fstream>
-#include <limits>
 #include <mutex>
 
 #include <openvdb/io/Stream.h>
@@ -23,11 +23,28 @@ void initialise_openvdb() {
     std::call_once(once, [] { openvdb::initialize(); });
 }
 
+/// OpenVDB prints a warning for versions that it does not know and tries; so look first.
+void check_version(const std::filesystem::path& file, std::istream& input) {
+    std::int64_t magic = 0; // both little-endian, as are the machines this is built for
+    std::uint32_t version = 0;
+    input.read(reinterpret_cast<char*>(&magic), sizeof(magic));
+    input.read(reinterpret_cast<char*>(&version), sizeof(version));
+    if (!input || magic != openvdb::OPENVDB_MAGIC)
+        throw import_error(file, "is not an OpenVDB file; check the file or its name");
+    if (version > openvdb::OPENVDB_FILE_VERSION)
+        throw import_error(file, "is of OpenVDB file version " + std::to_string(version) +
+                                     ", newer than " +
+                                     std::to_string(openvdb::OPENVDB_FILE_VERSION) +
+                                     " which is read; write it with an older OpenVDB");
+    input.seekg(0);
+}
+
 /// All grids of a file. A stream that throws at its end finds every truncation; a mapped file with
 /// delayed loading would find it while somebody feels the surface.
 openvdb::GridPtrVecPtr read_grids(const std::filesystem::path& file) {
     std::ifstream input(file, std::ios::binary);
     if (!input) throw import_error(file, "cannot be opened; check its permissions");
+    check_version(file, input);
     input.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
     try {
         openvdb::io::Stream stream(input, /*delayLoad=*/false);

@@ -33,21 +33,14 @@ std::array<int, 3> require_three_dimensions(const std::filesystem::path& file,
 void require_plausible_deflation(const std::filesystem::path& file, std::uint64_t stored_bytes,
                                  std::uint64_t bytes);
 
-/// A NIfTI-1 header as far as it matters here.
-struct NiftiHeader {
-    std::array<int, 3> size{0, 0, 0};
-    std::string type;                  ///< as "int16"
-    AffineTransform index_to_scene;    ///< LPS, m: sform, qform, or neither
-    std::vector<std::string> warnings; ///< how the forms were chosen
-};
-
-/// Reads and checks the 348 bytes, plain or deflated, against the file's length.        [setup]
-NiftiHeader read_nifti_header(const std::filesystem::path& file);
+/// Reads a NIfTI-1 volume, plain or gzipped.                                            [setup]
+VoxelVolume read_nifti_volume(const std::filesystem::path& file);
 
 /// An NRRD header as far as it matters here.
 struct NrrdHeader {
     std::array<int, 3> size{0, 0, 0};
     std::string type;                  ///< as "int16"
+    AffineTransform index_to_scene;    ///< LPS, m
     std::vector<std::string> warnings; ///< orientation or spacing not stated
 };
 

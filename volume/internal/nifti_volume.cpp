@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <span>
 
 #include <zlib.h>
 
@@ -17,15 +18,20 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 348;
 constexpr std::int32_t kNifti2HeaderBytes = 540;
+constexpr std::uint64_t kMinVoxelOffset = 352; // header and the four bytes that announce extensions
+constexpr double kMaxVoxelOffset = 1e9;        // extensions of a gigabyte are none
 
 // Forms that differ by less are the same one, rounded: the quaternion's dependent component alone
 // carries the square root of float's rounding, 3e-4 rad. In voxels.
 constexpr double kSameFormVoxels = 0.1;
 
+// Voxels that are read and converted at a time: little beside the volume, much beside a call.
+constexpr std::size_t kChunkVoxels = std::size_t{1} << 18;
+
 struct TypeName {
     std::int16_t code;
     const char* name;
-    int bytes;
+    std::size_t bytes;
 };
 constexpr std::array<TypeName, 10> kTypes{{{2, "uint8", 1},
                                            {4, "int16", 2},
@@ -38,36 +44,83 @@ constexpr std::array<TypeName, 10> kTypes{{{2, "uint8", 1},
                                            {1024, "int64", 8},
                                            {1280, "uint64", 8}}};
 
+/// A file's bytes in order, inflated when it is gzipped, whatever its name. Read here rather than
+/// by ITK: its NIfTI reader fills what is missing from a truncated .nii.gz with zeros and says
+/// nothing.
+class InputBytes {
+public:
+    explicit InputBytes(const std::filesystem::path& file)
+        : file_(file), input_(gzopen(file.c_str(), "rb"), gzclose) {
+        if (!input_) throw import_error(file, "cannot be opened; check its permissions");
+    }
+
+    bool is_plain() const { return gzdirect(input_.get()) == 1; }
+
+    /// Fills `bytes`, which `what` names in the exception when they are not all there.
+    void read(std::span<char> bytes, const char* what) {
+        while (!bytes.empty()) {
+            const std::size_t wanted = std::min(bytes.size(), std::size_t{1} << 30);
+            const int got = gzread(input_.get(), bytes.data(), static_cast<unsigned>(wanted));
+            if (got < 0) fail_inflating();
+            if (got == 0)
+                throw import_error(file_, std::string("is truncated: it ends within its ") + what +
+                                              "; get the file again");
+            bytes = bytes.subspan(static_cast<std::size_t>(got));
+        }
+    }
+
+    void skip_to(std::uint64_t position) {
+        if (gzseek(input_.get(), static_cast<z_off_t>(position), SEEK_SET) < 0)
+            throw import_error(file_,
+                               "is truncated: it ends before its voxels; get the file again");
+    }
+
+    /// True when something follows. Reaching the end also checks the sum of a gzipped file.
+    bool has_more() {
+        char byte = 0;
+        const int got = gzread(input_.get(), &byte, 1);
+        if (got < 0) fail_inflating();
+        return got > 0;
+    }
+
+private:
+    [[noreturn]] void fail_inflating() const {
+        throw import_error(file_, "is truncated or damaged: it cannot be inflated; get the file "
+                                  "again");
+    }
+
+    std::filesystem::path file_;
+    std::unique_ptr<gzFile_s, int (*)(gzFile)> input_;
+};
+
+template <class T>
+T value_at(const char* from, bool swapped) {
+    std::array<char, sizeof(T)> part{};
+    std::memcpy(part.data(), from, sizeof(T));
+    if (swapped) std::reverse(part.begin(), part.end());
+    return std::bit_cast<T>(part);
+}
+
 /// The header's bytes and their order.
 class RawHeader {
 public:
-    explicit RawHeader(const std::filesystem::path& file) {
-        // gzread passes a file that is not compressed through as it is.
-        const std::unique_ptr<gzFile_s, int (*)(gzFile)> input(gzopen(file.c_str(), "rb"), gzclose);
-        if (!input) throw import_error(file, "cannot be opened; check its permissions");
-        const int read = gzread(input.get(), bytes_.data(), kHeaderBytes);
-        if (read < 0) throw import_error(file, "is not a valid gzip file; get the file again");
-        if (static_cast<std::size_t>(read) < kHeaderBytes)
-            throw import_error(file, "is truncated: it ends within its NIfTI header; get the file "
-                                     "again");
+    RawHeader(const std::filesystem::path& file, InputBytes& input) {
+        input.read(bytes_, "NIfTI header");
         swapped_ = at<std::int32_t>(0) != static_cast<std::int32_t>(kHeaderBytes);
         check_magic(file);
     }
 
     template <class T>
     T at(std::size_t offset) const {
-        std::array<char, sizeof(T)> part{};
-        std::memcpy(part.data(), bytes_.data() + offset, sizeof(T));
-        if (swapped_) std::reverse(part.begin(), part.end());
-        return std::bit_cast<T>(part);
+        return value_at<T>(bytes_.data() + offset, swapped_);
     }
+    bool swapped() const { return swapped_; }
 
 private:
     void check_magic(const std::filesystem::path& file) const {
         const auto size = at<std::int32_t>(0);
-        RawHeader other = *this;
-        other.swapped_ = !swapped_;
-        if (size == kNifti2HeaderBytes || other.at<std::int32_t>(0) == kNifti2HeaderBytes)
+        if (size == kNifti2HeaderBytes ||
+            value_at<std::int32_t>(bytes_.data(), !swapped_) == kNifti2HeaderBytes)
             throw import_error(file, "is NIfTI-2, which is not read; convert it to NIfTI-1");
         if (size != static_cast<std::int32_t>(kHeaderBytes) ||
             std::memcmp(bytes_.data() + 344, "n+1", 4) != 0)
@@ -182,53 +235,124 @@ const TypeName& scalar_type(const std::filesystem::path& file, std::int16_t code
                                  "float32 or int16");
 }
 
-void check_length(const std::filesystem::path& file, const RawHeader& header,
-                  std::uint64_t data_bytes, std::vector<std::string>& warnings) {
-    const std::uint64_t stored = std::filesystem::file_size(file);
-    if (file.extension() == ".gz") return require_plausible_deflation(file, stored, data_bytes);
-    const double vox_offset = header.at<float>(108);
-    if (!(vox_offset >= 0.0 && vox_offset < 1e9))
+/// Where the voxels begin.
+std::uint64_t voxel_offset(const std::filesystem::path& file, const RawHeader& header) {
+    const double offset = header.at<float>(108);
+    if (!(offset >= 0.0 && offset < kMaxVoxelOffset))
         throw import_error(file, "states an impossible vox_offset; correct its header");
-    const std::uint64_t start =
-        std::max<std::uint64_t>(352, static_cast<std::uint64_t>(vox_offset));
-    const std::uint64_t expected = start + data_bytes;
+    return std::max(kMinVoxelOffset, static_cast<std::uint64_t>(offset));
+}
+
+/// Before memory is asked for: can this file hold that many voxels?
+void check_length(const std::filesystem::path& file, const InputBytes& input,
+                  std::uint64_t expected) {
+    const std::uint64_t stored = std::filesystem::file_size(file);
+    if (!input.is_plain()) return require_plausible_deflation(file, stored, expected);
     if (stored < expected)
         throw import_error(file, "is truncated: " + std::to_string(stored) + " bytes of the " +
                                      std::to_string(expected) +
                                      " that its header states; get the file again");
-    if (stored > expected)
-        warnings.push_back(std::to_string(stored - expected) + " bytes after the voxels ignored");
 }
 
-} // namespace
+/// value = slope * stored + intercept, where the file states a slope.
+struct Scaling {
+    explicit Scaling(const RawHeader& header) {
+        const double stated = header.at<float>(112);
+        const double offset = header.at<float>(116);
+        if (stated == 0.0 || !std::isfinite(stated) || !std::isfinite(offset))
+            return; // "no scaling", or nonsense
+        slope = stated;
+        intercept = offset;
+    }
+    double slope = 1.0;
+    double intercept = 0.0;
+};
 
-NiftiHeader read_nifti_header(const std::filesystem::path& file) {
-    const RawHeader raw(file);
-    const int dimensions = raw.at<std::int16_t>(40);
+template <class T>
+void read_as(InputBytes& input, bool swapped, const Scaling& scaling, std::vector<float>& values) {
+    std::vector<char> bytes(kChunkVoxels * sizeof(T));
+    for (std::size_t first = 0; first < values.size(); first += kChunkVoxels) {
+        const std::size_t count = std::min(kChunkVoxels, values.size() - first);
+        input.read(std::span(bytes).first(count * sizeof(T)), "voxels");
+        for (std::size_t n = 0; n < count; ++n) {
+            const T stored = value_at<T>(bytes.data() + n * sizeof(T), swapped);
+            values[first + n] =
+                static_cast<float>(scaling.slope * static_cast<double>(stored) + scaling.intercept);
+        }
+    }
+}
+
+void read_values(InputBytes& input, const RawHeader& header, const TypeName& type,
+                 std::vector<float>& values) {
+    const Scaling scaling(header);
+    const bool swapped = header.swapped();
+    switch (type.code) {
+    case 2:
+        return read_as<std::uint8_t>(input, swapped, scaling, values);
+    case 4:
+        return read_as<std::int16_t>(input, swapped, scaling, values);
+    case 8:
+        return read_as<std::int32_t>(input, swapped, scaling, values);
+    case 16:
+        return read_as<float>(input, swapped, scaling, values);
+    case 64:
+        return read_as<double>(input, swapped, scaling, values);
+    case 256:
+        return read_as<std::int8_t>(input, swapped, scaling, values);
+    case 512:
+        return read_as<std::uint16_t>(input, swapped, scaling, values);
+    case 768:
+        return read_as<std::uint32_t>(input, swapped, scaling, values);
+    case 1024:
+        return read_as<std::int64_t>(input, swapped, scaling, values);
+    default:
+        return read_as<std::uint64_t>(input, swapped, scaling, values);
+    }
+}
+
+AffineTransform scene_from(const Form& form, double unit_in_mm) {
+    const double metres = 1e-3 * unit_in_mm;
+    const Vec3 lps_from_ras(-metres, -metres, metres);
+    AffineTransform scene;
+    for (int axis = 0; axis < 3; ++axis)
+        scene.linear[axis] = lps_from_ras * form.linear[axis];
+    scene.offset = lps_from_ras * form.offset;
+    return scene;
+}
+
+std::array<int, 3> read_size(const std::filesystem::path& file, const RawHeader& header) {
+    const int dimensions = header.at<std::int16_t>(40);
     if (dimensions < 1 || dimensions > 7)
         throw import_error(file, "states " + std::to_string(dimensions) +
                                      " dimensions; correct its header");
     std::vector<std::int64_t> sizes;
     for (int axis = 0; axis < dimensions; ++axis)
-        sizes.push_back(raw.at<std::int16_t>(42 + 2 * static_cast<std::size_t>(axis)));
+        sizes.push_back(header.at<std::int16_t>(42 + 2 * static_cast<std::size_t>(axis)));
+    return require_three_dimensions(file, sizes);
+}
 
-    NiftiHeader header;
-    header.size = require_three_dimensions(file, sizes);
-    const TypeName& type = scalar_type(file, raw.at<std::int16_t>(70));
-    header.type = type.name;
-    std::uint64_t bytes = static_cast<std::uint64_t>(type.bytes);
-    for (const int size : header.size)
-        bytes *= static_cast<std::uint64_t>(size);
-    check_length(file, raw, bytes, header.warnings);
+} // namespace
 
-    const Form form = choose_form(raw, header.size, header.warnings);
+VoxelVolume read_nifti_volume(const std::filesystem::path& file) {
+    InputBytes input(file);
+    const RawHeader header(file, input);
+    VoxelVolume volume;
+    volume.size = read_size(file, header);
+    const TypeName& type = scalar_type(file, header.at<std::int16_t>(70));
+    volume.source_type = type.name;
+    const std::uint64_t start = voxel_offset(file, header);
+    check_length(file, input, start + volume.voxels() * type.bytes);
+
+    const Form form = choose_form(header, volume.size, volume.warnings);
     require_regular(file, form.linear, form.offset, "its voxel-to-patient matrix");
-    const double metres = 1e-3 * unit_mm(raw);
-    const Vec3 lps_from_ras(-metres, -metres, metres);
-    for (int axis = 0; axis < 3; ++axis)
-        header.index_to_scene.linear[axis] = lps_from_ras * form.linear[axis];
-    header.index_to_scene.offset = lps_from_ras * form.offset;
-    return header;
+    volume.index_to_scene = scene_from(form, unit_mm(header));
+
+    volume.values.resize(volume.voxels());
+    input.skip_to(start);
+    read_values(input, header, type, volume.values);
+    if (input.has_more())
+        volume.warnings.emplace_back("goes on after its voxels; the rest is ignored");
+    return volume;
 }
 
 } // namespace palpate

@@ -1,0 +1,124 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Palpate from a bare clone on Debian: installs what is missing, builds, and does one of the things below.
+set -euo pipefail
+cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")"
+
+usage() {
+    cat <<'EOT'
+usage: ./palpate.sh demo|test|build|bench|help
+  demo   build, get the demo data, trace it, and say where the report is
+  test   build and run every test, the fast ones once more under AddressSanitizer
+  build  leave the command at build/release/palpate
+  bench  build and run the benchmarks: build/release/bench-results/*.json
+  help   this text
+Missing Debian packages (scripts/packages.txt) are installed with apt-get, as root or through sudo.
+EOT
+}
+
+say() { printf 'palpate.sh: %s\n' "$*" >&2; }
+
+# Names in scripts/packages.txt that are not installed, a line each.
+missing_packages() {
+    local package
+    while read -r package; do
+        case $(dpkg-query -W -f='${db:Status-Abbrev}' "$package" 2>/dev/null) in
+        ii*) ;;
+        *) echo "$package" ;;
+        esac
+    done < <(sed 's/#.*//' scripts/packages.txt | tr -s ' \t' '\n' | grep .)
+}
+
+install_packages() {
+    if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+        say "no Debian here: the packages of scripts/packages.txt are taken to be there"
+        return
+    fi
+    local missing as_root=()
+    mapfile -t missing < <(missing_packages)
+    [ ${#missing[@]} -gt 0 ] || return 0
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! command -v sudo >/dev/null; then
+            say "neither root nor sudo: as root, run: apt-get install --no-install-recommends ${missing[*]}"
+            exit 1
+        fi
+        as_root=(sudo)
+    fi
+    say "installing ${#missing[@]} missing packages: ${missing[*]}"
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"
+}
+
+# Compilers at once: a core each, and 2 GiB each, which is what a source with CGAL or ITK in it takes.
+build_jobs() {
+    local cores memory
+    cores=$(nproc)
+    memory=$(awk '/^MemAvailable:/ {print int($2 / (2 * 1024 * 1024))}' /proc/meminfo)
+    [ "$memory" -ge 1 ] || memory=1
+    echo $((cores < memory ? cores : memory))
+}
+
+# build_targets PRESET [TARGET...]: everything, or these targets.
+build_targets() {
+    local preset=$1 targets=()
+    shift
+    [ $# -eq 0 ] || targets=(--target "$@")
+    say "building build/$preset with $(build_jobs) jobs"
+    cmake --preset "$preset"
+    cmake --build --preset "$preset" --parallel "$(build_jobs)" "${targets[@]}"
+}
+
+run_tests() {
+    build_targets release
+    build_targets asan
+    say "all tests (build/release)"
+    ctest --test-dir build/release --output-on-failure --parallel "$(build_jobs)"
+    say "the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer (build/asan)"
+    # Last, so that the last line is ctest's own; a failure above has ended the script with ctest's words too.
+    exec ctest --test-dir build/asan --output-on-failure --parallel "$(build_jobs)" \
+        --label-regex '^(geometry|volume|haptics|drivers|engine)$'
+}
+
+run_benchmarks() {
+    local source name results=build/release/bench-results targets=()
+    for source in bench/*.cpp; do
+        [ -e "$source" ] || { say "no benchmarks in bench/"; exit 1; }
+        targets+=("bench_$(basename "$source" .cpp)")
+    done
+    build_targets release "${targets[@]}"
+    mkdir -p "$results"
+    for name in "${targets[@]}"; do
+        say "running $name"
+        "build/release/$name" --benchmark_format=json >"$results/$name.json.part"
+        mv "$results/$name.json.part" "$results/$name.json"
+        say "wrote $results/$name.json"
+    done
+}
+
+[ $# -eq 1 ] || { usage >&2; exit 2; }
+case $1 in
+help | --help | -h) usage ;;
+build)
+    install_packages
+    build_targets release palpate_command
+    say "the command is build/release/palpate"
+    ;;
+test)
+    install_packages
+    run_tests
+    ;;
+bench)
+    install_packages
+    run_benchmarks
+    ;;
+demo)
+    install_packages
+    build_targets release palpate_command
+    exec scripts/demo.sh
+    ;;
+*)
+    printf 'palpate.sh: unknown argument "%s"\n' "$1" >&2
+    usage >&2
+    exit 2
+    ;;
+esac

@@ -1,0 +1,119 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Checks which folder includes what, and that every source and script names its licence.
+#   scripts/check_includes.sh [ROOT]      ROOT: a checkout, by default this one
+# Prints FILE:LINE: what is wrong, for each violation; exit status 1 when there is one, 2 when ROOT is not a checkout.
+#
+#   geometry <- volume <- haptics <- engine, geometry <- drivers <- engine     (docs/architecture.md)
+# Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
+# sources named below. haptics does its work in the loop: nothing there may wait, print or open files.
+set -euo pipefail
+
+root=${1:-$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/..}
+cd "$root"
+if [ ! -d geometry ] || [ ! -d engine ]; then
+    echo "check_includes.sh: $root: no checkout: it has no geometry/ and engine/" >&2
+    exit 2
+fi
+
+library_sources() { find geometry volume haptics drivers engine -type f \( -name '*.h' -o -name '*.cpp' \) | sort; }
+
+# Everything of ours that has comments. Build trees, downloaded data and results are not ours.
+licensed_files() {
+    find . \( -name .git -o -path ./build -o -path ./data -o -path ./demo-output \) -prune -o -type f \
+        \( -name '*.h' -o -name '*.cpp' -o -name '*.sh' -o -name '*.cmake' -o -name CMakeLists.txt -o -path './.ci/*' \) \
+        -print | sed 's|^\./||' | sort
+}
+
+check_includes() {
+    local sources
+    mapfile -t sources < <(library_sources)
+    [ ${#sources[@]} -gt 0 ] || return 0
+    awk '
+    function complain(what) { printf "%s:%d: %s\n", FILENAME, FNR, what; bad = 1 }
+
+    # In which sources a library may be included; "" for a library that nobody knows.
+    function home_of(header) {
+        if (header ~ /^embree/) return "^geometry/surface_scene\\.cpp$"
+        if (header ~ /^CGAL\//) return "^geometry/isosurface\\.cpp$"
+        if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
+        if (header ~ /^itk/) return "^volume/.*\\.cpp$"
+        if (header ~ /^zlib\.h$/) return "^volume/.*\\.cpp$"
+        if (header ~ /^hidapi/) return "^drivers/.*\\.cpp$"
+        if (header ~ /^hdf5/) return "^engine/(recording|internal/recording_store)\\.cpp$"
+        if (header ~ /^openssl\//) return "^engine/internal/sha256\\.cpp$"
+        if (header ~ /^toml/) return "^engine/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
+        if (header ~ /^png\.h$/) return "^engine/.*\\.cpp$"
+        if (header ~ /^(fmt|nlohmann)\//) return "^engine/.*\\.cpp$"
+        if (header ~ /^CLI\//) return "^engine/command/"
+        return ""
+    }
+
+    function check_own(header,    target, parts) {
+        if (header == "palpate/version.h") return
+        split(header, parts, "/")
+        target = parts[2]
+        if (index(may_include[folder], " " target " ") == 0)
+            complain(folder " must not include " target ": <" header ">")
+        if (is_public && header ~ /\/(internal|command)\//)
+            complain("a public header must not include a private one: <" header ">")
+    }
+
+    function check_other(header,    home) {
+        if (folder == "haptics" && header ~ never_in_haptics)
+            complain("haptics must not include <" header ">")
+        if (header == "iostream" && FILENAME !~ /^engine\/command\//)
+            complain("the library prints nothing: <iostream> belongs to engine/command")
+        if (header ~ /^glm\// || header ~ /^[a-z_]+$/) return  # GLM; the standard library has no dots or slashes
+        home = home_of(header)
+        if (home != "") {
+            if (FILENAME !~ home) complain("<" header "> belongs to " home " alone")
+        } else if (is_public || header !~ system_header) {
+            complain("<" header "> is neither ours nor the standard library nor on the list of check_includes.sh")
+        }
+    }
+
+    BEGIN {
+        may_include["geometry"] = " geometry "
+        may_include["volume"] = " volume geometry "
+        may_include["haptics"] = " haptics volume geometry "
+        may_include["drivers"] = " drivers geometry "
+        may_include["engine"] = " engine drivers haptics volume geometry "
+        never_in_haptics = "^(thread|mutex|shared_mutex|condition_variable|future|iostream|fstream|filesystem|cstdio|stdio\\.h)$"
+        system_header = "^((sys|linux)/)?[a-z0-9_]+\\.h$"  # of the C library, kernel and compiler; libraries are above
+    }
+    FNR == 1 {
+        folder = FILENAME
+        sub(/\/.*/, "", folder)
+        is_public = FILENAME ~ /^[a-z]+\/[^\/]+\.h$/
+    }
+    /^[ \t]*#[ \t]*include[ \t]*"/ {
+        complain("write <palpate/folder/header.h>, not quotes")
+        next
+    }
+    /^[ \t]*#[ \t]*include[ \t]*</ {
+        header = $0
+        sub(/^[^<]*</, "", header)
+        sub(/>.*/, "", header)
+        if (header ~ /^palpate\//) check_own(header)
+        else check_other(header)
+    }
+    END { exit bad }
+    ' "${sources[@]}"
+}
+
+check_licences() {
+    local file status=0
+    while read -r file; do
+        # Beside the first line, the second: scripts begin with their interpreter.
+        head -n 2 "$file" | grep -q 'SPDX-License-Identifier: Apache-2.0' && continue
+        echo "$file:1: no line SPDX-License-Identifier: Apache-2.0"
+        status=1
+    done < <(licensed_files)
+    return $status
+}
+
+status=0
+check_includes || status=1
+check_licences || status=1
+exit $status

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -DBUILD=... -DWORK=... -DGENERATOR=... -DCOMPILER=... -DVERSION=... -P consume_test.cmake
+# Installs the build tree BUILD to a prefix of its own in WORK; the project beside this script then has nothing but that prefix.
+cmake_minimum_required(VERSION 3.25)
+set(prefix ${WORK}/prefix)
+file(REMOVE_RECURSE ${WORK})
+file(MAKE_DIRECTORY ${WORK})
+unset(ENV{DESTDIR})  # a packager's setting: it would move the prefix
+
+# Runs a command, stops with its output when it fails, else leaves its output in `output`.
+macro(run what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
+  string(APPEND output "${errors}")
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${status}):\n${output}")
+  endif()
+  message(STATUS "${what}: done")
+endmacro()
+
+run("install" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
+
+# Were one of these packages asked for by the package's configuration, it could not be found.
+set(disabled "")
+foreach(package CGAL embree OpenVDB TBB ITK HDF5 OpenSSL PNG fmt nlohmann_json tomlplusplus CLI11 hidapi)
+  list(APPEND disabled -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+endforeach()
+run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -G ${GENERATOR}
+  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=${prefix}
+  -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF ${disabled})
+run("build" ${CMAKE_COMMAND} --build ${WORK}/build --verbose)
+
+# The headers that the compiler opened: ours from the prefix (else the list below would prove nothing), and no library's.
+string(REPLACE "${prefix}" "PREFIX" opened "${output}")
+foreach(header haptics/transfer_function.h volume/analytic_fields.h geometry/surface_scene.h)
+  if(NOT opened MATCHES "\n\\.+ PREFIX/include/palpate/${header}")
+    message(FATAL_ERROR "the consumer did not open the installed ${header}:\n${opened}")
+  endif()
+endforeach()
+set(libraries "CGAL|embree[0-9]*|openvdb|tbb|oneapi|ITK-[0-9.]+|hdf5|openssl|toml\\+\\+|nlohmann|fmt|CLI|hidapi|png\\.h|zlib\\.h")
+if(opened MATCHES "\n\\.+ [^\n]*/(${libraries})[/\n][^\n]*")
+  message(FATAL_ERROR "a public header needs a third-party header: ${CMAKE_MATCH_0}")
+endif()
+
+run("consumer" ${WORK}/build/consumer)
+message(STATUS "${output}")
+run("installed command" ${prefix}/bin/palpate --version)
+if(NOT output MATCHES "${VERSION}")
+  message(FATAL_ERROR "the installed command does not say version ${VERSION}: ${output}")
+endif()

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -DSCRIPT=scripts/check_includes.sh -DWORK=... -P check_includes_test.cmake
+# The negative control of check_includes.sh: small trees with one violation each must be refused, with its place.
+cmake_minimum_required(VERSION 3.25)
+set(licence "// SPDX-License-Identifier: Apache-2.0\n")
+
+# A tree in which all is well.
+function(make_clean_tree)
+  file(REMOVE_RECURSE ${WORK})
+  file(WRITE ${WORK}/geometry/vec.h "${licence}#include <cmath>\n#include <glm/vec3.hpp>\n")
+  file(WRITE ${WORK}/geometry/surface_scene.cpp "${licence}#include <palpate/geometry/vec.h>\n#include <embree3/rtcore.h>\n")
+  file(WRITE ${WORK}/volume/grid_field.cpp "${licence}#include <openvdb/openvdb.h>\n#include <palpate/geometry/vec.h>\n")
+  file(WRITE ${WORK}/haptics/proxy_solver.h "${licence}#include <array>\n#include <palpate/volume/scalar_field.h>\n")
+  file(WRITE ${WORK}/drivers/device.h "${licence}#include <palpate/geometry/vec.h>\n")
+  file(WRITE ${WORK}/engine/loop.cpp "${licence}#include <thread>\n#include <palpate/drivers/device.h>\n#include <sys/mman.h>\n")
+  file(WRITE ${WORK}/scripts/run.sh "#!/bin/sh\n# SPDX-License-Identifier: Apache-2.0\n")
+endfunction()
+
+function(check status_variable output_variable)
+  execute_process(COMMAND ${SCRIPT} ${WORK} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
+  set(${status_variable} ${status} PARENT_SCOPE)
+  set(${output_variable} "${output}${errors}" PARENT_SCOPE)
+endfunction()
+
+# The clean tree with `line` as line 2 of `file` must give exactly one message, "file:2: ...what...".
+function(expect_violation file line what)
+  make_clean_tree()
+  file(WRITE ${WORK}/${file} "${licence}${line}\n")
+  check(status output)
+  string(REGEX MATCHALL "\n" messages "${output}")
+  list(LENGTH messages message_count)
+  string(FIND "${output}" "${file}:2: " place)
+  string(FIND "${output}" "${what}" text)
+  if(NOT status EQUAL 1 OR NOT message_count EQUAL 1 OR NOT place EQUAL 0 OR text EQUAL -1)
+    message(SEND_ERROR "'${line}' in ${file}: status ${status}, wanted one message with '${what}', got:\n${output}")
+  endif()
+endfunction()
+
+make_clean_tree()
+check(status output)
+if(NOT status EQUAL 0 OR NOT output STREQUAL "")
+  message(SEND_ERROR "the clean tree is refused (${status}):\n${output}")
+endif()
+
+# Arrows.
+expect_violation(geometry/a.cpp "#include <palpate/volume/scalar_field.h>" "geometry must not include volume")
+expect_violation(volume/a.cpp "#include <palpate/haptics/effect.h>" "volume must not include haptics")
+expect_violation(haptics/a.cpp "#include <palpate/engine/frame_report.h>" "haptics must not include engine")
+expect_violation(haptics/a.cpp "#include <palpate/drivers/device.h>" "haptics must not include drivers")
+expect_violation(drivers/a.h "#include <palpate/haptics/effect.h>" "drivers must not include haptics")
+expect_violation(engine/internal/a.cpp "#include <palpate/command/a.h>" "engine must not include command")
+expect_violation(engine/a.cpp "#include \"frame_report.h\"" "not quotes")
+expect_violation(engine/a.h "#include <palpate/engine/internal/toml_reader.h>" "private")
+
+# Libraries outside their home.
+expect_violation(geometry/a.cpp "#include <embree3/rtcore.h>" "belongs to")
+expect_violation(geometry/surface_scene.h "#include <embree3/rtcore.h>" "belongs to")
+expect_violation(haptics/a.cpp "  #  include  <embree3/rtcore.h>" "belongs to")
+expect_violation(volume/a.cpp "#include <CGAL/refine_mesh_3.h>" "belongs to")
+expect_violation(volume/a.h "#include <openvdb/openvdb.h>" "belongs to")
+expect_violation(engine/a.cpp "#include <openvdb/openvdb.h>" "belongs to")
+expect_violation(engine/a.cpp "#include <itkImage.h>" "belongs to")
+expect_violation(engine/a.cpp "#include <hidapi/hidapi.h>" "belongs to")
+expect_violation(engine/a.cpp "#include <toml++/toml.h>" "belongs to")
+expect_violation(engine/a.cpp "#include <hdf5.h>" "belongs to")
+expect_violation(engine/a.cpp "#include <CLI/CLI.hpp>" "belongs to")
+expect_violation(engine/a.h "#include <nlohmann/json.hpp>" "belongs to")
+expect_violation(haptics/a.cpp "#include <fmt/format.h>" "belongs to")
+expect_violation(engine/a.h "#include <unistd.h>" "neither ours")
+expect_violation(volume/a.cpp "#include <boost/any.hpp>" "neither ours")
+
+# The loop neither waits nor prints, and the library does not print.
+expect_violation(haptics/a.cpp "#include <thread>" "haptics must not include <thread>")
+expect_violation(haptics/a.h "#include <mutex>" "haptics must not include <mutex>")
+expect_violation(volume/a.cpp "#include <iostream>" "prints nothing")
+
+# Licences.
+make_clean_tree()
+file(WRITE ${WORK}/scripts/run.sh "#!/bin/sh\n")
+check(status output)
+if(NOT status EQUAL 1 OR NOT output MATCHES "^scripts/run.sh:1: no line SPDX")
+  message(SEND_ERROR "a script without a licence: status ${status}, got:\n${output}")
+endif()
+
+# A folder that is no checkout is no success.
+file(REMOVE_RECURSE ${WORK})
+file(MAKE_DIRECTORY ${WORK})
+check(status output)
+if(NOT status EQUAL 2)
+  message(SEND_ERROR "an empty folder: status ${status}, got:\n${output}")
+endif()
