@@ -70,7 +70,7 @@ build_targets() {
 
 run_tests() {
     build_targets release
-    build_targets asan
+    build_targets asan fast_tests
     say "all tests (build/release)"
     ctest --test-dir build/release --output-on-failure --parallel "$(build_jobs)"
     say "the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer (build/asan)"

@@ -21,8 +21,6 @@ namespace {
 constexpr int kCacheVersion = 1;
 // The continuous gradient's stencil needs two voxels of background (contact.md 1.1).
 constexpr int kPadding = 2;
-// Preview components with fewer triangles are noise: neither seeded nor missed (data_and_extraction.md 3).
-constexpr std::size_t kSmallestComponent = 40;
 
 void report(const Progress& progress, double fraction, std::string_view what) {
     if (progress && !progress(fraction, what)) throw std::runtime_error("cancelled");
@@ -170,7 +168,6 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
                     settings.facet_angle_deg, settings.facet_size_m, settings.facet_distance_m));
     const std::filesystem::path file = cache / (key.substr(0, 32) + ".ply");
     BakedMesh result;
-    const TriangleMesh preview = surface.grid->preview(surface.level);
     if (!cache.empty() && std::filesystem::exists(file)) {
         result.mesh = std::make_shared<TriangleMesh>(read_ply(file));
         result.from_cache = true;
@@ -183,15 +180,13 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         Isosurface wanted;
         wanted.value = [&sampler, level = surface.level](const Vec3& p) { return sampler->value(p) - level; };
         wanted.bounds = surface.field->bounds();
-        wanted.seeds = choose_seeds(preview, settings.facet_size_m, kSmallestComponent);
+        wanted.seeds = choose_seeds(surface.grid->preview(surface.level), settings.facet_size_m, kSmallestComponentTriangles);
         result.mesh = std::make_shared<TriangleMesh>(extract(wanted, settings, progress));
         if (!cache.empty()) {
             std::filesystem::create_directories(cache);
             write_ply(*result.mesh, file, {"palpate mesh " + key});
         }
     }
-    for (const MeshComponent& component : inspect(preview).components)
-        if (component.triangles >= kSmallestComponent) ++result.preview_components;
     return result;
 }
 

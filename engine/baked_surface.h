@@ -32,13 +32,14 @@ struct BakedSurface {
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
                           const std::filesystem::path& cache, const Progress& progress = {});
 
-/// A mesh of a baked surface, with what the extraction left out.
+/// A mesh of a baked surface.
 struct BakedMesh {
     std::shared_ptr<const TriangleMesh> mesh;
-    std::vector<MeshComponent> missing;  ///< preview components of 40 triangles or more that the mesh lacks
-    std::size_t preview_components = 0;  ///< of 40 triangles or more
     bool from_cache = false;
 };
+
+/// Preview components with fewer triangles are noise of single voxels: not seeded, and not missed.
+inline constexpr std::size_t kSmallestComponentTriangles = 40;
 
 /// Extracts the mesh of a baked surface, or reads it from the cache.                     [setup]
 /// Throws as `extract` does, and std::runtime_error when `extract` is empty (a build without CGAL) or the surface is a formula.

@@ -18,7 +18,8 @@ namespace {
 constexpr const char* kFormat = "palpate recording";
 constexpr std::uint64_t kFormatVersion = 1;
 
-/// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and reader.
+/// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and
+/// reader.
 template <typename Columns>
 void for_each_input_column(Columns&& column) {
     column("time_s", "s", &DeviceState::time_s);
@@ -57,7 +58,8 @@ auto column_writer(internal::RecordingWriter& writer, const std::string& group,
         using Value = std::remove_cvref_t<decltype(rows.front().*member)>;
         std::vector<Value> values;
         values.reserve(rows.size());
-        for (const Row& row : rows) values.push_back(row.*member);
+        for (const Row& row : rows)
+            values.push_back(row.*member);
         writer.write_column(group + "/" + name, unit, values);
     };
 }
@@ -66,18 +68,19 @@ auto column_writer(internal::RecordingWriter& writer, const std::string& group,
 template <typename Row>
 auto column_reader(const internal::RecordingReader& reader, const std::string& group,
                    std::vector<Row>& rows) {
-    return [&reader, group, &rows, first = true](const char* name, const char*,
-                                                 auto member) mutable {
-        using Value = std::remove_cvref_t<decltype(rows.front().*member)>;
-        std::vector<Value> values;
-        reader.read_column(group + "/" + name, values);
-        if (first) rows.resize(values.size());
-        first = false;
-        if (values.size() != rows.size())
-            reader.fail(fmt::format("data set {}/{} has {} rows where {} are needed", group, name,
-                                    values.size(), rows.size()));
-        for (std::size_t i = 0; i < values.size(); ++i) rows[i].*member = values[i];
-    };
+    return
+        [&reader, group, &rows, first = true](const char* name, const char*, auto member) mutable {
+            using Value = std::remove_cvref_t<decltype(rows.front().*member)>;
+            std::vector<Value> values;
+            reader.read_column(group + "/" + name, values);
+            if (first) rows.resize(values.size());
+            first = false;
+            if (values.size() != rows.size())
+                reader.fail(fmt::format("data set {}/{} has {} rows where {} are needed", group,
+                                        name, values.size(), rows.size()));
+            for (std::size_t i = 0; i < values.size(); ++i)
+                rows[i].*member = values[i];
+        };
 }
 
 void check_format(const internal::RecordingReader& reader) {
@@ -93,11 +96,12 @@ std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader
     const std::vector<std::string> hashes = reader.read_texts("sources/sha256");
     if (files.size() != hashes.size()) reader.fail("has sources without a hash");
     std::vector<RecordedSource> sources;
-    for (std::size_t i = 0; i < files.size(); ++i) sources.push_back({files[i], hashes[i]});
+    for (std::size_t i = 0; i < files.size(); ++i)
+        sources.push_back({files[i], hashes[i]});
     return sources;
 }
 
-}  // namespace
+} // namespace
 
 void write_recording(const std::filesystem::path& file, const Recording& recording) {
     internal::RecordingWriter writer(file);
@@ -145,7 +149,7 @@ Recording read_recording(const std::filesystem::path& file) {
 }
 
 std::string sha256_of_file(const std::filesystem::path& file) {
-    constexpr std::size_t kPiece = std::size_t{1} << 20;  // bytes
+    constexpr std::size_t kPiece = std::size_t{1} << 20; // bytes
     const auto fail = [&] {
         throw std::runtime_error(file.string() +
                                  ": cannot be read; check that it exists and is a readable file");
@@ -168,4 +172,4 @@ std::string sha256_of_text(std::string_view text) {
     return hash.hexadecimal();
 }
 
-}  // namespace palpate
+} // namespace palpate

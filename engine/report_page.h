@@ -30,9 +30,11 @@ struct ReportSubject {
 /// Throws std::runtime_error when a summary is not what `palpate trace` writes.
 std::string report_table(const std::vector<ReportSubject>& subjects);
 
-/// Writes a self-contained HTML page: the table, and per subject pictures of surface and trace from two sides and a chart
-/// of force and level distance over time. `notes` are paragraphs of plain text above it.            [setup]
-/// Complete or not at all; throws std::runtime_error naming the file.
+/// Writes a self-contained HTML page: the table, per subject pictures of the surface with its first trace from two sides and a
+/// chart of each trace's force over time, and tables of surfaces, flags and effects. `notes` are paragraphs of plain text above
+/// it; a subject without mesh has no pictures.                                          [setup]
+/// Complete or not at all; throws std::runtime_error naming the file, or the trace whose summary is not what `palpate trace`
+/// writes.
 void write_report_page(const std::filesystem::path& file, const std::vector<ReportSubject>& subjects,
                        const std::vector<std::string>& notes);
 

@@ -58,7 +58,7 @@ void write_text(const std::filesystem::path& file, const fmt::memory_buffer& tex
     internal::write_whole_file(file, std::string_view(text.data(), text.size()));
 }
 
-}  // namespace
+} // namespace
 
 void write_frames_csv(const std::filesystem::path& file, std::span<const FrameReport> frames) {
     fmt::memory_buffer text;
@@ -84,4 +84,4 @@ void write_timing_csv(const std::filesystem::path& file, std::span<const FrameRe
     write_text(file, text);
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <embree3/rtcore.h>
@@ -13,199 +14,378 @@
 namespace palpate {
 namespace {
 
-// Vertex, origin and arithmetic each round once: three half ulps and room (mesh_contact.md 5 measures 8 nm for an ulp of 4).
-constexpr double kErrorUlps = 4.0;
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+// Rounding of a difference of coordinates and of the few products after it, in units of the largest coordinate involved.
+constexpr double kRoundings = 8.0;
+// A float32 ray in the box of half extent L strays by ulp(L)/2 (origin) and 2 sqrt(3) L 2^-24 (direction) at most, together
+// under 4 ulp(L); boxes are rounded outwards and grown by twice that, so that no box of a triangle that is met is passed by.
+constexpr double kBoxUlps = 8.0;
 
-bool in_range(const Vec3& p) noexcept {
-    return is_finite(p) && std::abs(p.x) <= SurfaceScene::kQueryRange &&
-           std::abs(p.y) <= SurfaceScene::kQueryRange && std::abs(p.z) <= SurfaceScene::kQueryRange;
+constexpr double kParallel = 1.0e-30;  // m; a segment that moves less along an axis does not leave a slab, nor overflow
+
+float rounded_down(double v) noexcept {
+    const float f = static_cast<float>(v);
+    return f > v ? std::nextafter(f, -std::numeric_limits<float>::infinity()) : f;
 }
 
-/// The distance from 1 to the next float, at the size of `value`.
-double float_ulp(double value) noexcept {
-    const float size = static_cast<float>(value);
-    return std::nextafter(size, std::numeric_limits<float>::infinity()) - size;
+float rounded_up(double v) noexcept {
+    const float f = static_cast<float>(v);
+    return f < v ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
+}
+
+double ulp32(double v) noexcept {
+    const float f = rounded_up(v);
+    return static_cast<double>(std::nextafter(f, std::numeric_limits<float>::infinity())) - f;
+}
+
+double largest_coordinate(const Vec3& v) noexcept {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+bool in_range(const Vec3& p) noexcept {
+    return is_finite(p) && largest_coordinate(p) <= SurfaceScene::kQueryRange;
+}
+
+struct Corners {
+    Vec3 a, b, c;
+};
+
+/// A segment and what its rounding allows.
+struct Segment {
+    Vec3 from;
+    Vec3 direction;         // unit
+    double length = 0.0;    // m, > 0
+    double rounding = 0.0;  // m
+};
+
+/// Where the segment meets the triangle: distance from its start, within its length, and the point.
+struct Crossing {
+    double distance = 0.0;
+    Vec3 point{0.0};
+};
+
+double sum_of_sizes(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+/// A triangle that the segment meets exactly is never refused (so a closed mesh lets nothing through, at edges and vertices
+/// too), one that it passes by more than a few times the rounding never taken.
+bool crosses(const Segment& s, const Corners& corner, Crossing& crossing) noexcept {
+    // From the point of the line that is nearest to a corner, so that what is multiplied is small.
+    const double near = glm::dot(corner.a - s.from, s.direction);
+    const Vec3 origin = s.from + near * s.direction;
+    const Vec3 a = corner.a - origin, b = corner.b - origin, c = corner.c - origin;
+    const double reach = std::max({sum_of_sizes(a), sum_of_sizes(b), sum_of_sizes(c)}) + s.rounding;
+    if (near + 2.0 * reach < 0.0 || near - 2.0 * reach > s.length) return false;
+
+    // The line passes all three edges on the same side: (a x b) . d is its distance from the edge times the edge's length.
+    const double room = 2.0 * s.rounding * reach;
+    const double u = glm::dot(s.direction, glm::cross(b, c));
+    const double v = glm::dot(s.direction, glm::cross(c, a));
+    const double w = glm::dot(s.direction, glm::cross(a, b));
+    const bool left = u >= -room && v >= -room && w >= -room;
+    const bool right = u <= room && v <= room && w <= room;
+    if (!left && !right) return false;
+
+    // The plane's point; where the line nearly lies in the plane and meets it nowhere near, the one we have.
+    const Vec3 n = glm::cross(b - a, c - a);
+    const double across = glm::dot(n, s.direction), height = glm::dot(n, a);
+    const bool within_reach = std::abs(height) < reach * std::abs(across);
+    const Vec3 on_line = origin + (within_reach ? height / across : 0.0) * s.direction;
+    crossing.point = closest_point_on_triangle(on_line, corner.a, corner.b, corner.c);
+    const double distance = glm::dot(crossing.point - s.from, s.direction);
+    if (distance < -s.rounding || distance > s.length + s.rounding) return false;
+    crossing.distance = std::clamp(distance, 0.0, s.length);
+    return true;
+}
+
+/// The part [first, last] of the segment's t in [0,1] within the box; false when there is none.
+bool clip(const Vec3& from, const Vec3& along, const Box& box, double& first,
+          double& last) noexcept {
+    first = 0.0;
+    last = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (std::abs(along[axis]) < kParallel) {
+            if (from[axis] < box.lower[axis] || from[axis] > box.upper[axis]) return false;
+            continue;
+        }
+        double enter = (box.lower[axis] - from[axis]) / along[axis];
+        double leave = (box.upper[axis] - from[axis]) / along[axis];
+        if (enter > leave) std::swap(enter, leave);
+        first = std::max(first, enter);
+        last = std::min(last, leave);
+    }
+    return first <= last;
 }
 
 }  // namespace
 
 struct SurfaceScene::Embree {
     std::shared_ptr<const TriangleMesh> mesh;
-    Vec3 origin{0.0};                      // of Embree's float32, scene frame
-    double error_m = 0.0;
-    std::vector<std::uint32_t> triangles;  // Embree's primitive -> the mesh's triangle; degenerate ones are left out
+    std::vector<std::uint32_t> triangle_of;  // by Embree's primitive: degenerate triangles are left out
+    Box bounds;                              // of the triangles that are left, grown by box_room
+    Vec3 origin{0.0};                        // m, scene frame: Embree's zero
+    double largest = 0.0;                    // m, largest coordinate of a vertex
+    double box_room = 0.0;                   // m
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
-    ~Embree() {
-        if (scene) rtcReleaseScene(scene);
-        if (device) rtcReleaseDevice(device);
-    }
+    /// One segment on its way through Embree, which hands on its first member.
+    struct SegmentQuery {
+        RTCIntersectContext context;
+        const Embree* surface;
+        Segment segment;
+        double start;  // m, from the segment's start to where Embree's ray begins
+        Crossing best;
+        std::uint32_t triangle;
+        bool found;
+    };
 
-    const Vec3& corner(std::uint32_t triangle, int k) const noexcept {
-        return mesh->vertices[mesh->triangles[triangle][static_cast<std::size_t>(k)]];
+    struct BallQuery {
+        const Embree* surface;
+        Vec3 center;
+        double slack;  // m, by which Embree's ball stays larger than the best distance
+        double best;   // m^2
+        Vec3 point;
+        std::uint32_t triangle;
+        bool found;
+    };
+
+    explicit Embree(std::shared_ptr<const TriangleMesh> surface);
+    ~Embree() { release(); }
+    Embree(const Embree&) = delete;
+    Embree& operator=(const Embree&) = delete;
+
+    Corners corners(std::uint32_t triangle) const noexcept {
+        const auto& t = mesh->triangles[triangle];
+        return {mesh->vertices[t[0]], mesh->vertices[t[1]], mesh->vertices[t[2]]};
     }
-    SurfaceHit hit_at(const Vec3& position, std::uint32_t triangle, const Vec3& from) const noexcept {
-        return {position, triangle_normal(corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)),
-                glm::length(position - from), triangle};
+    SurfaceHit hit(std::uint32_t triangle, const Vec3& point, double distance) const noexcept {
+        const Corners corner = corners(triangle);
+        const Vec3 normal = glm::normalize(glm::cross(corner.b - corner.a, corner.c - corner.a));
+        return {point, normal, distance, triangle};
     }
+    RTCRayHit ray(const Vec3& start, const Vec3& direction, double length) const noexcept;
+
+    void choose_triangles();
+    void commit();
+    void release() noexcept;
+    void require_no_error() const;
+
+    static void box_of(const RTCBoundsFunctionArguments* arguments);
+    static void cross(const RTCIntersectFunctionNArguments* arguments);
+    static bool approach(RTCPointQueryFunctionArguments* arguments);
 };
 
-namespace {
-
-void check_mesh(const TriangleMesh& mesh) {
-    for (const Vec3& vertex : mesh.vertices)
-        if (!in_range(vertex))
-            throw std::invalid_argument("surface: a vertex is not finite or beyond 1e6 m; repair the mesh or its unit");
-    for (const auto& triangle : mesh.triangles)
-        for (std::uint32_t index : triangle)
-            if (index >= mesh.vertices.size())
-                throw std::invalid_argument("surface: a triangle names a vertex that does not exist");
+SurfaceScene::Embree::Embree(std::shared_ptr<const TriangleMesh> surface)
+    : mesh(std::move(surface)) {
+    if (!mesh) throw std::invalid_argument("surface scene has no mesh; give one");
+    choose_triangles();
+    const Vec3 half = 0.5 * bounds.extent();
+    origin = bounds.center();
+    // The half extent never being zero keeps a flat mesh's boxes from having no room.
+    box_room = kBoxUlps * ulp32(std::max(largest_coordinate(half), kEpsilon * largest));
+    bounds.lower -= box_room;
+    bounds.upper += box_room;
+    try {
+        commit();
+    } catch (...) {
+        release();
+        throw;
+    }
 }
 
-/// What a closest-point search carries through Embree: float32 prunes, the distance is computed in double.
-struct ClosestSearch {
-    const TriangleMesh* mesh;
-    const std::vector<std::uint32_t>* triangles;
-    Vec3 point;
-    double distance_squared;
-    double slack;  // m: how much float32 may err, so that nothing is pruned that double would find
-    Vec3 closest{0.0};
-    std::uint32_t triangle = 0;
-    bool found = false;
-};
+void SurfaceScene::Embree::choose_triangles() {
+    for (std::size_t v = 0; v < mesh->vertices.size(); ++v) {
+        if (!in_range(mesh->vertices[v]))
+            throw std::invalid_argument("vertex " + std::to_string(v) +
+                                        " is not finite or beyond 1e6 m; repair the mesh");
+        largest = std::max(largest, largest_coordinate(mesh->vertices[v]));
+    }
+    triangle_of.reserve(mesh->triangles.size());
+    for (std::size_t t = 0; t < mesh->triangles.size(); ++t) {
+        for (const std::uint32_t vertex : mesh->triangles[t])
+            if (vertex >= mesh->vertices.size())
+                throw std::invalid_argument(
+                    "triangle " + std::to_string(t) + " names vertex " + std::to_string(vertex) +
+                    " of " + std::to_string(mesh->vertices.size()) + "; repair the mesh");
+        const Corners corner = corners(static_cast<std::uint32_t>(t));
+        if (is_degenerate(corner.a, corner.b, corner.c)) continue;
+        triangle_of.push_back(static_cast<std::uint32_t>(t));
+        for (const Vec3& p : {corner.a, corner.b, corner.c})
+            bounds.add(p);
+    }
+    if (triangle_of.empty())
+        throw std::invalid_argument("mesh has no triangle with an area; give one with a surface");
+}
 
-bool visit(RTCPointQueryFunctionArguments* arguments) {
-    auto& search = *static_cast<ClosestSearch*>(arguments->userPtr);
-    const std::uint32_t triangle = (*search.triangles)[arguments->primID];
-    const auto& corners = search.mesh->triangles[triangle];
-    const Vec3 closest = closest_point_on_triangle(search.point, search.mesh->vertices[corners[0]],
-                                                   search.mesh->vertices[corners[1]],
-                                                   search.mesh->vertices[corners[2]]);
-    const double distance_squared = squared_length(closest - search.point);
-    const bool nearer = distance_squared < search.distance_squared;
-    const bool tied = distance_squared == search.distance_squared && (!search.found || triangle < search.triangle);
-    if (!nearer && !tied) return false;
-    search.closest = closest;
-    search.triangle = triangle;
-    search.distance_squared = distance_squared;
-    search.found = true;
-    const float radius = std::nextafter(static_cast<float>(std::sqrt(distance_squared) + search.slack),
-                                        std::numeric_limits<float>::infinity());
+void SurfaceScene::Embree::commit() {
+    device = rtcNewDevice(nullptr);
+    require_no_error();
+    scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+
+    // Embree's own triangles let rays through at vertices, ROBUST or not: 0.6 % of those aimed at one. So it is given
+    // boxes, and what is in them is decided here.
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(triangle_of.size()));
+    rtcSetGeometryUserData(geometry, this);
+    rtcSetGeometryBoundsFunction(geometry, &box_of, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, &cross);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);  // the scene keeps it
+    rtcCommitScene(scene);
+    require_no_error();
+}
+
+void SurfaceScene::Embree::release() noexcept {
+    if (scene) rtcReleaseScene(scene);
+    if (device) rtcReleaseDevice(device);
+}
+
+void SurfaceScene::Embree::require_no_error() const {
+    const RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_NONE) return;
+    const std::string what = error == RTC_ERROR_OUT_OF_MEMORY ? "out of memory; use a coarser mesh"
+                             : error == RTC_ERROR_UNSUPPORTED_CPU
+                                 ? "this processor is not supported; use one with SSE2"
+                                 : "error " + std::to_string(error) + "; see RTCError";
+    throw std::runtime_error("Embree could not build the surface: " + what);
+}
+
+/// What Embree shall follow: float32, from its own zero; everything in range, see kQueryRange.
+RTCRayHit SurfaceScene::Embree::ray(const Vec3& start, const Vec3& direction,
+                                    double length) const noexcept {
+    const Vec3 local = start - origin;
+    RTCRayHit result{};
+    result.ray.org_x = static_cast<float>(local.x);
+    result.ray.org_y = static_cast<float>(local.y);
+    result.ray.org_z = static_cast<float>(local.z);
+    result.ray.dir_x = static_cast<float>(direction.x);
+    result.ray.dir_y = static_cast<float>(direction.y);
+    result.ray.dir_z = static_cast<float>(direction.z);
+    result.ray.tfar = rounded_up(length);
+    result.ray.mask = 0xffffffffu;
+    result.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    return result;
+}
+
+void SurfaceScene::Embree::box_of(const RTCBoundsFunctionArguments* arguments) {
+    const auto& surface = *static_cast<const Embree*>(arguments->geometryUserPtr);
+    const Corners corner = surface.corners(surface.triangle_of[arguments->primID]);
+    const Vec3 lower =
+        glm::min(corner.a, glm::min(corner.b, corner.c)) - surface.origin - surface.box_room;
+    const Vec3 upper =
+        glm::max(corner.a, glm::max(corner.b, corner.c)) - surface.origin + surface.box_room;
+    RTCBounds& box = *arguments->bounds_o;
+    box.lower_x = rounded_down(lower.x);
+    box.lower_y = rounded_down(lower.y);
+    box.lower_z = rounded_down(lower.z);
+    box.upper_x = rounded_up(upper.x);
+    box.upper_y = rounded_up(upper.y);
+    box.upper_z = rounded_up(upper.z);
+}
+
+void SurfaceScene::Embree::cross(const RTCIntersectFunctionNArguments* arguments) {
+    if (!arguments->valid[0]) return;  // rtcIntersect1 asks for one ray at a time
+    auto& query = *reinterpret_cast<SegmentQuery*>(arguments->context);
+    const std::uint32_t triangle = query.surface->triangle_of[arguments->primID];
+    Crossing crossing;
+    if (!crosses(query.segment, query.surface->corners(triangle), crossing)) return;
+    if (query.found && (crossing.distance > query.best.distance ||
+                        (crossing.distance == query.best.distance && triangle > query.triangle)))
+        return;
+    query.best = crossing;
+    query.triangle = triangle;
+    query.found = true;
+
+    // Embree goes on up to here, and a little farther, so that equal hits are seen whatever the order of the boxes.
+    auto& ray = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
+    const double end = crossing.distance - query.start + query.surface->box_room;
+    ray.ray.tfar = std::min(ray.ray.tfar, rounded_up(std::max(end, 0.0)));
+    ray.hit.geomID = arguments->geomID;
+    ray.hit.primID = arguments->primID;
+}
+
+bool SurfaceScene::Embree::approach(RTCPointQueryFunctionArguments* arguments) {
+    auto& query = *static_cast<BallQuery*>(arguments->userPtr);
+    const std::uint32_t triangle = query.surface->triangle_of[arguments->primID];
+    const Corners corner = query.surface->corners(triangle);
+    const Vec3 point = closest_point_on_triangle(query.center, corner.a, corner.b, corner.c);
+    const double squared = squared_length(point - query.center);
+    if (squared > query.best) return false;
+    if (squared == query.best && query.found && triangle > query.triangle) return false;
+    query.best = squared;
+    query.point = point;
+    query.triangle = triangle;
+    query.found = true;
+    const float radius = rounded_up(std::sqrt(squared) + query.slack);
     if (radius >= arguments->query->radius) return false;
     arguments->query->radius = radius;
     return true;
 }
 
-}  // namespace
-
-SurfaceScene::SurfaceScene(std::shared_ptr<const TriangleMesh> mesh) : embree_(std::make_unique<Embree>()) {
-    check_mesh(*mesh);
-    Embree& e = *embree_;
-    e.mesh = std::move(mesh);
-    Box bounds;
-    for (const Vec3& vertex : e.mesh->vertices) bounds.add(vertex);
-    for (std::uint32_t i = 0; i < e.mesh->triangles.size(); ++i)
-        if (!is_degenerate(e.corner(i, 0), e.corner(i, 1), e.corner(i, 2))) e.triangles.push_back(i);
-    if (e.triangles.empty()) throw std::invalid_argument("surface: the mesh has no triangle with an area");
-    e.origin = bounds.center();
-    const Vec3 half = 0.5 * bounds.extent();
-    e.error_m = kErrorUlps * float_ulp(std::max({half.x, half.y, half.z}));
-
-    e.device = rtcNewDevice("threads=1,set_affinity=0");
-    if (!e.device) throw std::runtime_error("surface: Embree cannot start on this processor");
-    e.scene = rtcNewScene(e.device);
-    rtcSetSceneFlags(e.scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(e.scene, RTC_BUILD_QUALITY_HIGH);
-    RTCGeometry geometry = rtcNewGeometry(e.device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), e.mesh->vertices.size()));
-    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), e.triangles.size()));
-    if (vertices && indices) {
-        for (const Vec3& vertex : e.mesh->vertices)
-            for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(vertex[axis] - e.origin[axis]);
-        for (std::uint32_t triangle : e.triangles)
-            for (std::uint32_t index : e.mesh->triangles[triangle]) *indices++ = index;
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(e.scene, geometry);
-    }
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(e.scene);
-    if (const RTCError error = rtcGetDeviceError(e.device); error != RTC_ERROR_NONE)
-        throw std::runtime_error("surface: Embree could not build the scene (error " +
-                                 std::to_string(static_cast<int>(error)) + "); is there enough memory?");
-}
+SurfaceScene::SurfaceScene(std::shared_ptr<const TriangleMesh> mesh)
+    : embree_(std::make_unique<Embree>(std::move(mesh))) {}
 
 SurfaceScene::~SurfaceScene() = default;
 
-const TriangleMesh& SurfaceScene::mesh() const noexcept { return *embree_->mesh; }
-
-double SurfaceScene::query_error_m() const noexcept { return embree_->error_m; }
-
 std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& to) const noexcept {
-    const Embree& e = *embree_;
     if (!in_range(from) || !in_range(to)) return std::nullopt;
-    const Vec3 chord = to - from;
-    const double length = glm::length(chord);
-    const Vec3 direction = chord / length;
-    // A segment without a float32 length has no direction that Embree could follow.
-    if (!(length > 0.0) || !is_finite(direction)) return std::nullopt;
+    const Vec3 along = to - from;
+    const double length = glm::length(along);
+    double first = 0.0, last = 1.0;
+    if (!(length > 0.0) || !clip(from, along, embree_->bounds, first, last)) return std::nullopt;
 
-    RTCRayHit ray{};
-    ray.ray.org_x = static_cast<float>(from.x - e.origin.x);
-    ray.ray.org_y = static_cast<float>(from.y - e.origin.y);
-    ray.ray.org_z = static_cast<float>(from.z - e.origin.z);
-    ray.ray.dir_x = static_cast<float>(direction.x);
-    ray.ray.dir_y = static_cast<float>(direction.y);
-    ray.ray.dir_z = static_cast<float>(direction.z);
-    ray.ray.tnear = 0.0f;
-    ray.ray.tfar = static_cast<float>(length + e.error_m);
-    ray.ray.mask = 0xffffffffu;
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(e.scene, &context, &ray);
-    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    Embree::SegmentQuery query{};
+    query.surface = embree_.get();
+    query.segment.from = from;
+    query.segment.direction = along / length;
+    query.segment.length = length;
+    query.segment.rounding =
+        kRoundings * kEpsilon *
+        std::max({embree_->largest, largest_coordinate(from), largest_coordinate(to)});
+    query.start = first * length;
+    rtcInitIntersectContext(&query.context);
+    RTCRayHit ray = embree_->ray(from + first * along, query.segment.direction,
+                                 (last - first) * length + embree_->box_room);
+    rtcIntersect1(embree_->scene, &query.context, &ray);
 
-    // The same intersection again in double. Within the triangle's plane a ray has no one point: Embree's then.
-    const std::uint32_t triangle = e.triangles[ray.hit.primID];
-    const Vec3& a = e.corner(triangle, 0);
-    const Vec3& b = e.corner(triangle, 1);
-    const Vec3& c = e.corner(triangle, 2);
-    const Vec3 normal = triangle_normal(a, b, c);
-    const double towards = glm::dot(normal, direction);
-    double t = ray.ray.tfar;
-    if (towards != 0.0) {
-        const double exact = glm::dot(normal, a - from) / towards;
-        if (std::isfinite(exact)) t = exact;
-    }
-    const Vec3 position = closest_point_on_triangle(from + std::clamp(t, 0.0, length) * direction, a, b, c);
-    if (glm::dot(position - from, direction) > length + e.error_m) return std::nullopt;
-    SurfaceHit hit = e.hit_at(position, triangle, from);
-    hit.distance_m = std::min(hit.distance_m, length);
-    return hit;
+    if (!query.found) return std::nullopt;
+    return embree_->hit(query.triangle, query.best.point, query.best.distance);
 }
 
-std::optional<SurfaceHit> SurfaceScene::closest_point(const Vec3& point, double radius_m) const noexcept {
-    const Embree& e = *embree_;
-    if (!in_range(point) || !(radius_m > 0.0) || !(radius_m <= kQueryRange)) return std::nullopt;
-    const Vec3 local = point - e.origin;
-    // Float32 of a distant query point errs by its own size, not by the mesh's.
-    const double size = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z), radius_m});
-    const double slack = e.error_m + kErrorUlps * float_ulp(size);
-    ClosestSearch search{e.mesh.get(), &e.triangles, point, radius_m * radius_m, slack};
+std::optional<SurfaceHit> SurfaceScene::closest_point(const Vec3& point,
+                                                      double radius_m) const noexcept {
+    if (!in_range(point) || !(radius_m > 0.0) || radius_m > kQueryRange) return std::nullopt;
+    const Vec3 to_box =
+        glm::max(glm::max(embree_->bounds.lower - point, point - embree_->bounds.upper), 0.0);
+    if (squared_length(to_box) > radius_m * radius_m) return std::nullopt;
 
-    RTCPointQuery query{};
-    query.x = static_cast<float>(local.x);
-    query.y = static_cast<float>(local.y);
-    query.z = static_cast<float>(local.z);
-    query.radius = static_cast<float>(radius_m + slack);
+    const Vec3 center = point - embree_->origin;
+    Embree::BallQuery query{};
+    query.surface = embree_.get();
+    query.center = point;
+    query.best = radius_m * radius_m;
+    // Rounding of the centre, and of a squared distance in float32 (a few of its relative 6e-8).
+    query.slack = 2.0 * ulp32(largest_coordinate(center)) + 1.0e-6 * radius_m;
+    RTCPointQuery ball{};
+    ball.x = static_cast<float>(center.x);
+    ball.y = static_cast<float>(center.y);
+    ball.z = static_cast<float>(center.z);
+    ball.radius = rounded_up(radius_m + query.slack);
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(e.scene, &query, &context, visit, &search);
-    if (!search.found) return std::nullopt;
-    return e.hit_at(search.closest, search.triangle, point);
+    rtcPointQuery(embree_->scene, &ball, &context, &Embree::approach, &query);
+
+    if (!query.found) return std::nullopt;
+    return embree_->hit(query.triangle, query.point, std::sqrt(query.best));
+}
+
+const TriangleMesh& SurfaceScene::mesh() const noexcept { return *embree_->mesh; }
+
+double SurfaceScene::query_error_m() const noexcept {
+    return kRoundings * kEpsilon * embree_->largest;
 }
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/surface_seeds.h>
 
 namespace palpate::command {
 namespace {
@@ -40,7 +41,23 @@ SceneDescription described(const Options& options) {
     return scene;
 }
 
-void describe(const BakedSurface& baked, const BakedMesh& mesh, const std::string& file) {
+/// Says which components of the preview the mesh lacks: the preview has them all.
+void compare_components(const BakedSurface& baked, const TriangleMesh& mesh, double facet_size_m) {
+    const TriangleMesh preview = baked.grid->preview(baked.level);
+    std::size_t wanted = 0;
+    for (const MeshComponent& component : inspect(preview).components)
+        wanted += component.triangles >= kSmallestComponentTriangles ? 1 : 0;
+    const std::vector<ComponentMatch> missing =
+        missing_components(preview, mesh, kSmallestComponentTriangles, facet_size_m);
+    print(fmt::format("components of the preview with {} triangles or more: {}, of which the mesh lacks {}",
+                      kSmallestComponentTriangles, wanted, missing.size()));
+    for (const ComponentMatch& match : missing)
+        print(fmt::format("missing: {} preview triangles, {:.1f} mm2, near {:.2f} {:.2f} {:.2f} mm (LPS)",
+                          match.component.triangles, 1e6 * match.component.area_m2, 1e3 * match.component.sample.x,
+                          1e3 * match.component.sample.y, 1e3 * match.component.sample.z));
+}
+
+void describe(const BakedSurface& baked, const BakedMesh& mesh, double facet_size_m, const std::string& file) {
     const MeshReport report = inspect(*mesh.mesh);
     print(fmt::format("level {:.6g}; smoothing moved the surface by {:+.4f} mm on average (sd {:.4f} mm)", baked.level,
                       1e3 * baked.shift.mean_m, 1e3 * baked.shift.deviation_m));
@@ -48,15 +65,11 @@ void describe(const BakedSurface& baked, const BakedMesh& mesh, const std::strin
     for (const VolumeComponent& component : baked.components) dropped += component.kept ? 0 : 1;
     print(fmt::format("components of the material: {} kept, {} removed from the field", baked.components.size() - dropped,
                       dropped));
-    print(fmt::format("{} triangles, {} vertices, {}, {}, smallest angle {:.1f} degrees, {} components (preview has {} of "
-                      "40 triangles or more)",
-                      report.triangles, report.vertices, report.closed() ? "closed" : "NOT CLOSED",
+    print(fmt::format("{} triangles, {} vertices, {}, {}, smallest angle {:.1f} degrees, {} components", report.triangles,
+                      report.vertices, report.closed() ? "closed" : "NOT CLOSED",
                       report.manifold() ? "2-manifold" : "NOT MANIFOLD", report.smallest_angle_deg,
-                      report.components.size(), mesh.preview_components));
-    for (const MeshComponent& missing : mesh.missing)
-        print(fmt::format("missing: a component of {} preview triangles, {:.1f} mm2, near {:.2f} {:.2f} {:.2f} mm (LPS)",
-                          missing.triangles, 1e6 * missing.area_m2, 1e3 * missing.sample.x, 1e3 * missing.sample.y,
-                          1e3 * missing.sample.z));
+                      report.components.size()));
+    compare_components(baked, *mesh.mesh, facet_size_m);
     print(fmt::format("{}{}: millimetres, LPS", file, mesh.from_cache ? " (from the cache)" : ""));
 }
 
@@ -69,7 +82,7 @@ int extract(const Options& options) {
     settings.facet_distance_m = 1e-3 * options.facet_distance_mm;
     const BakedMesh mesh = mesh_surface(baked, settings, with.extract, with.cache, with.progress);
     write_ply(*mesh.mesh, options.mesh, {fmt::format("isosurface {:.17g} of {}", baked.level, options.volume)});
-    describe(baked, mesh, options.mesh);
+    describe(baked, mesh, settings.facet_size_m, options.mesh);
     return kDone;
 }
 

@@ -28,7 +28,7 @@ Color force_color(double share) noexcept {
 double round_up(double value) noexcept {
     if (!(value > 0.0) || !std::isfinite(value)) return 1.0;
     const double power = std::pow(10.0, std::floor(std::log10(value)));
-    constexpr double kRounding = 1e-9;  // relative: 0.3 is 3 times 0.1, not a bit more
+    constexpr double kRounding = 1e-9; // relative: 0.3 is 3 times 0.1, not a bit more
     for (const double step : {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0})
         if (value <= step * power * (1.0 + kRounding)) return step * power;
     return 10.0 * power;
@@ -37,11 +37,12 @@ double round_up(double value) noexcept {
 double force_scale_n(std::span<const FrameReport> frames) {
     std::vector<double> forces;
     for (const FrameReport& frame : frames)
-        if (frame.contacts > 0 && is_finite(frame.force)) forces.push_back(glm::length(frame.force));
+        if (frame.contacts > 0 && is_finite(frame.force))
+            forces.push_back(glm::length(frame.force));
     if (forces.empty()) return 1.0;
     const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(forces.size() - 1));
     std::nth_element(forces.begin(), forces.begin() + rank, forces.end());
     return round_up(forces[static_cast<std::size_t>(rank)]);
 }
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

@@ -14,22 +14,25 @@ Color PathLayer::color(std::size_t pixel) const noexcept {
     return {colors_[pixel][0], colors_[pixel][1], colors_[pixel][2]};
 }
 
-void PathLayer::draw_line(const PicturePoint& from, const PicturePoint& to, const LineStyle& style) {
-    constexpr double kBlur = 0.5;  // pixels: the edge goes from full to none over a pixel
+void PathLayer::draw_line(const PicturePoint& from, const PicturePoint& to,
+                          const LineStyle& style) {
+    constexpr double kBlur = 0.5; // pixels: the edge goes from full to none over a pixel
     const double reach = 0.5 * style.width + kBlur;
     // Clamped before it becomes an integer: a path may lead far out of the picture.
     const auto limit = [](double value, int size) {
         return static_cast<int>(std::clamp(value, -1.0, static_cast<double>(size)));
     };
     const int x_first = std::max(0, limit(std::floor(std::min(from.x, to.x) - reach), width_));
-    const int x_last = std::min(width_ - 1, limit(std::ceil(std::max(from.x, to.x) + reach), width_));
+    const int x_last =
+        std::min(width_ - 1, limit(std::ceil(std::max(from.x, to.x) + reach), width_));
     const int y_first = std::max(0, limit(std::floor(std::min(from.y, to.y) - reach), height_));
-    const int y_last = std::min(height_ - 1, limit(std::ceil(std::max(from.y, to.y) + reach), height_));
+    const int y_last =
+        std::min(height_ - 1, limit(std::ceil(std::max(from.y, to.y) + reach), height_));
 
     const double dx = to.x - from.x;
     const double dy = to.y - from.y;
     const double squared = dx * dx + dy * dy;
-    constexpr double kPointSquared = 1e-12;  // pixels squared, a line shorter than that is a point
+    constexpr double kPointSquared = 1e-12; // pixels squared, a line shorter than that is a point
     for (int y = y_first; y <= y_last; ++y) {
         for (int x = x_first; x <= x_last; ++x) {
             const double px = x + 0.5 - from.x;
@@ -51,4 +54,4 @@ void PathLayer::draw_line(const PicturePoint& from, const PicturePoint& to, cons
     }
 }
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

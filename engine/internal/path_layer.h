@@ -9,20 +9,21 @@ namespace palpate::internal {
 
 /// A point of a picture: pixels from its upper left corner, and how far it is from the viewer.
 struct PicturePoint {
-    double x = 0.0;        ///< pixels, to the right
-    double y = 0.0;        ///< pixels, down
-    double depth_m = 0.0;  ///< m
+    double x = 0.0;       ///< pixels, to the right
+    double y = 0.0;       ///< pixels, down
+    double depth_m = 0.0; ///< m
 };
 
 /// How a line looks.
 struct LineStyle {
     Color color{};
-    double width = 1.0;    ///< pixels
-    double opacity = 1.0;  ///< [0, 1]
+    double width = 1.0;   ///< pixels
+    double opacity = 1.0; ///< [0, 1]
 };
 
-/// Lines over a picture, hidden where the picture is nearer to the viewer. A pixel takes the colour of the line that covers it
-/// most, the later one of two: lines of many short pieces then show no joints.
+/// Lines over a picture, hidden where the picture is nearer to the viewer. A pixel takes the colour
+/// of the line that covers it most, the later one of two: lines of many short pieces then show no
+/// joints.
 class PathLayer {
 public:
     /// `depth_m` of each pixel, row by row; infinity where nothing is. It must outlive the layer.
@@ -43,4 +44,4 @@ private:
     std::vector<std::array<float, 3>> colors_;
 };
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

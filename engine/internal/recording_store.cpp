@@ -18,11 +18,12 @@ namespace {
 
 constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
 constexpr std::string_view kSealMark = "\npalpate sha256 ";
-constexpr std::size_t kHashDigits = 64;  // of a SHA-256 in hexadecimal
+constexpr std::size_t kHashDigits = 64; // of a SHA-256 in hexadecimal
 constexpr std::size_t kSealSize = kSealMark.size() + kHashDigits + 1;
 
-/// What follows the HDF5 part of a file, which HDF5 itself ignores: a hash of that part. HDF5 is then only shown what was
-/// written; from damaged files it reads wrong numbers without a word, or stops the process at its end.
+/// What follows the HDF5 part of a file, which HDF5 itself ignores: a hash of that part. HDF5 is
+/// then only shown what was written; from damaged files it reads wrong numbers without a word, or
+/// stops the process at its end.
 std::string seal_of(std::string_view bytes) {
     Sha256 hash;
     hash.add(bytes);
@@ -51,7 +52,8 @@ private:
     Close close_;
 };
 
-/// HDF5 prints its error stack to stderr unless told not to; the setting is the program's, so it is put back.
+/// HDF5 prints its error stack to stderr unless told not to; the setting is the program's, so it is
+/// put back.
 class Silence {
 public:
     Silence() noexcept {
@@ -67,17 +69,16 @@ private:
     void* data_ = nullptr;
 };
 
-/// How a C++ type is stored: little-endian IEEE and integers, whatever the machine; a Vec3 is a row of three.
+/// How a C++ type is stored: little-endian IEEE and integers, whatever the machine; a Vec3 is a row
+/// of three.
 struct Storage {
     hid_t in_file;
     hid_t in_memory;
     H5T_class_t kind;
-    hsize_t width;  ///< columns
+    hsize_t width; ///< columns
 };
 
-Storage storage_of(const double*) {
-    return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_FLOAT, 1};
-}
+Storage storage_of(const double*) { return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_FLOAT, 1}; }
 Storage storage_of(const Vec3*) {
     static_assert(sizeof(Vec3) == 3 * sizeof(double), "read and written as three doubles");
     return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_FLOAT, 3};
@@ -106,10 +107,10 @@ Handle row_space(hsize_t rows, hsize_t width) {
 /// Pieces of rows, compressed.
 Handle chunked(hsize_t rows, hsize_t width) {
     constexpr hsize_t kChunkRows = 16384;
-    constexpr unsigned kDeflateLevel = 4;  // 0 to 9; higher ones take longer for a few per cent
+    constexpr unsigned kDeflateLevel = 4; // 0 to 9; higher ones take longer for a few per cent
     Handle plist(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(plist.id(), 0);  // the same recording gives the same bytes
-    if (rows == 0) return plist;  // a chunk may not be larger than a data set
+    H5Pset_obj_track_times(plist.id(), 0); // the same recording gives the same bytes
+    if (rows == 0) return plist;           // a chunk may not be larger than a data set
     const std::array<hsize_t, 2> chunk{std::min(rows, kChunkRows), width};
     H5Pset_chunk(plist.id(), width == 1 ? 1 : 2, chunk.data());
     H5Pset_shuffle(plist.id());
@@ -122,7 +123,7 @@ Handle chunked(hsize_t rows, hsize_t width) {
                              "; check that there is enough memory");
 }
 
-}  // namespace
+} // namespace
 
 struct RecordingWriter::State {
     Silence silence;
@@ -151,9 +152,9 @@ struct RecordingWriter::State {
                                  storage.width, values.data());
         const Handle type = text_type(unit.size());
         const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose);
-        const Handle attribute(H5Acreate2(set.id(), "unit", type.id(), scalar.id(), H5P_DEFAULT,
-                                          H5P_DEFAULT),
-                               H5Aclose);
+        const Handle attribute(
+            H5Acreate2(set.id(), "unit", type.id(), scalar.id(), H5P_DEFAULT, H5P_DEFAULT),
+            H5Aclose);
         if (!attribute.valid() || H5Awrite(attribute.id(), type.id(), unit.data()) < 0)
             fail_to_store(path, name);
     }
@@ -161,13 +162,15 @@ struct RecordingWriter::State {
 
 RecordingWriter::RecordingWriter(const std::filesystem::path& file)
     : state_(std::make_unique<State>()) {
-    constexpr std::size_t kGrowth = std::size_t{4} << 20;  // bytes
+    constexpr std::size_t kGrowth = std::size_t{4} << 20; // bytes
     state_->path = file;
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_fapl_core(access.id(), kGrowth, 0);
-    // The oldest format: H5Fget_file_image of 1.10 spoils the superblock's checksum of the newer ones.
+    // The oldest format: H5Fget_file_image of 1.10 spoils the superblock's checksum of the newer
+    // ones.
     H5Pset_libver_bounds(access.id(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
-    state_->file = Handle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
+    state_->file =
+        Handle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
     if (!state_->file.valid()) fail_to_store(file, "anything");
 }
 
@@ -175,7 +178,8 @@ RecordingWriter::~RecordingWriter() = default;
 
 void RecordingWriter::make_group(const std::string& name) {
     const Handle group(
-        H5Gcreate2(state_->file.id(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+        H5Gcreate2(state_->file.id(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+        H5Gclose);
     if (!group.valid()) fail_to_store(state_->path, name);
 }
 
@@ -198,7 +202,8 @@ void RecordingWriter::write_column(const std::string& name, const char* unit,
 
 void RecordingWriter::write_texts(const std::string& name, const std::vector<std::string>& texts) {
     std::size_t width = 1;
-    for (const std::string& text : texts) width = std::max(width, text.size());
+    for (const std::string& text : texts)
+        width = std::max(width, text.size());
     std::string padded(width * texts.size(), '\0');
     for (std::size_t i = 0; i < texts.size(); ++i)
         std::copy(texts[i].begin(), texts[i].end(),
@@ -247,7 +252,8 @@ struct RecordingReader::State {
                           size[1] == width;
         if (!fits) fail("is damaged or not a recording: data set " + name + " has another shape");
 
-        // Deflate never makes less than a thousandth of anything: a size beyond that is not to be allocated.
+        // Deflate never makes less than a thousandth of anything: a size beyond that is not to be
+        // allocated.
         constexpr hsize_t kDeflateLimit = 1100;
         const hsize_t row_bytes = width * H5Tget_size(type.id());
         const hsize_t stored = H5Dget_storage_size(set.id());
@@ -297,16 +303,19 @@ void RecordingReader::read_column(const std::string& name, std::vector<double>& 
 void RecordingReader::read_column(const std::string& name, std::vector<Vec3>& values) const {
     state_->read_column(name, values);
 }
-void RecordingReader::read_column(const std::string& name, std::vector<std::uint32_t>& values) const {
+void RecordingReader::read_column(const std::string& name,
+                                  std::vector<std::uint32_t>& values) const {
     state_->read_column(name, values);
 }
-void RecordingReader::read_column(const std::string& name, std::vector<std::uint64_t>& values) const {
+void RecordingReader::read_column(const std::string& name,
+                                  std::vector<std::uint64_t>& values) const {
     state_->read_column(name, values);
 }
 
 std::vector<std::string> RecordingReader::read_texts(const std::string& name) const {
     const State::Opened opened = state_->open(name, H5T_STRING, 1);
-    if (H5Tis_variable_str(opened.type.id()) != 0) state_->fail("has data set " + name + " as text of another kind");
+    if (H5Tis_variable_str(opened.type.id()) != 0)
+        state_->fail("has data set " + name + " as text of another kind");
     const std::size_t width = H5Tget_size(opened.type.id());
     std::string padded(width * opened.rows, '\0');
     state_->read(opened, name, opened.type.id(), padded.data());
@@ -327,4 +336,4 @@ std::string RecordingReader::read_text(const std::string& name) const {
 
 void RecordingReader::fail(const std::string& what) const { state_->fail(what); }
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

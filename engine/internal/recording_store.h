@@ -11,8 +11,8 @@
 
 namespace palpate::internal {
 
-/// Columns and texts into an HDF5 image in memory, compressed; names are paths in the file. In memory because HDF5 1.10 can
-/// crash the process when a disk is full while it closes a file.
+/// Columns and texts into an HDF5 image in memory, compressed; names are paths in the file. In
+/// memory because HDF5 1.10 can crash the process when a disk is full while it closes a file.
 /// Throws std::runtime_error naming the file.                                           [setup]
 class RecordingWriter {
 public:
@@ -59,4 +59,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

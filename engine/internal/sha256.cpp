@@ -38,8 +38,9 @@ std::string Sha256::hexadecimal() {
     EVP_DigestFinal_ex(context_->digest, hash, &size);
     begin();
     std::string text;
-    for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", hash[i]);
+    for (unsigned int i = 0; i < size; ++i)
+        text += fmt::format("{:02x}", hash[i]);
     return text;
 }
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

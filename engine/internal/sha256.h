@@ -26,4 +26,4 @@ private:
     std::unique_ptr<Context> context_;
 };
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

@@ -16,9 +16,9 @@ namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& file, int error) {
     const std::string reason = std::generic_category().message(error);
-    throw std::runtime_error(
-        fmt::format("{}: cannot be written ({}); check that its folder exists, is writable and has room",
-                    file.string(), reason));
+    throw std::runtime_error(fmt::format(
+        "{}: cannot be written ({}); check that its folder exists, is writable and has room",
+        file.string(), reason));
 }
 
 /// 0, or the errno of what went wrong.
@@ -33,7 +33,7 @@ int write_bytes(const std::filesystem::path& file, std::string_view bytes) {
     return closed ? 0 : errno;
 }
 
-}  // namespace
+} // namespace
 
 void write_whole_file(const std::filesystem::path& file, std::string_view bytes) {
     // The process id keeps two runs with the same output folder from writing into one temporary.
@@ -49,4 +49,4 @@ void write_whole_file(const std::filesystem::path& file, std::string_view bytes)
     fail(file, error);
 }
 
-}  // namespace palpate::internal
+} // namespace palpate::internal

@@ -205,7 +205,8 @@ TEST_F(RecordingFile, ChangedByteIsRefusedWhereverItIs) {
     const std::size_t step = whole.size() / 211 + 1;
     // Both ends in full, where signature and seal are.
     for (std::size_t at = 0; at < whole.size();
-         at += at < 100 || at + 100 > whole.size() ? 1 : std::min(step, whole.size() - 100 - at + 1)) {
+         at +=
+         at < 100 || at + 100 > whole.size() ? 1 : std::min(step, whole.size() - 100 - at + 1)) {
         SCOPED_TRACE(at);
         std::string damaged = whole;
         damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
@@ -216,7 +217,7 @@ TEST_F(RecordingFile, ChangedByteIsRefusedWhereverItIs) {
 
 TEST_F(RecordingFile, OtherFilesAreRefusedWithTheReason) {
     const auto message = [&] { return message_of(file(), [&] { read_recording(file()); }); };
-    message();  // no such file
+    message(); // no such file
     test::make_file(file(), "frame,trial,time_s\n");
     EXPECT_THAT(message(), HasSubstr("not an HDF5 file"));
     H5Fclose(H5Fcreate(file().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
@@ -318,7 +319,8 @@ TEST_F(RecordingFile, Sha256OfAFileIsThatOfItsBytes) {
     for (const std::size_t size : {std::size_t{0}, std::size_t{1}, (std::size_t{1} << 20) - 1,
                                    std::size_t{1} << 20, (std::size_t{1} << 20) + 1}) {
         std::string bytes(size, '\0');
-        for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(i * 7);
+        for (std::size_t i = 0; i < size; ++i)
+            bytes[i] = static_cast<char>(i * 7);
         test::make_file(file(), bytes);
         EXPECT_EQ(sha256_of_file(file()), sha256_of_text(bytes)) << size;
     }
@@ -329,5 +331,5 @@ TEST_F(RecordingFile, Sha256OfWhatIsNoFileIsAnError) {
     message_of(folder(), [&] { sha256_of_file(folder()); });
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

@@ -35,7 +35,8 @@ std::vector<std::vector<std::string>> cells_of(const std::string& text) {
     for (std::string line; std::getline(lines, line);) {
         std::vector<std::string> cells;
         std::istringstream parts(line);
-        for (std::string cell; std::getline(parts, cell, ',');) cells.push_back(cell);
+        for (std::string cell; std::getline(parts, cell, ',');)
+            cells.push_back(cell);
         rows.push_back(cells);
     }
     return rows;
@@ -145,15 +146,16 @@ TEST_F(TraceFiles, NotNumbersAreSpelledAlikeWhateverTheirSign) {
     frame.proxy = Vec3(-kInf, -0.0, 0.1);
     write_frames_csv(folder() / "frames.csv", std::vector{frame});
     const auto rows = cells_of(test::content_of(folder() / "frames.csv"));
-    const std::vector<std::string> expected{"nan", "nan",  "inf",
-                                            "-inf", "-0", "0.10000000000000001"};
+    const std::vector<std::string> expected{"nan",  "nan", "inf",
+                                            "-inf", "-0",  "0.10000000000000001"};
     EXPECT_EQ(std::vector<std::string>(rows[1].begin() + 3, rows[1].begin() + 9), expected);
 }
 
 TEST_F(TraceFiles, ClockColumnsDoNotChangeFramesCsv) {
     std::vector<FrameReport> frames = random_frames(20, 9);
     write_frames_csv(folder() / "a.csv", frames);
-    for (FrameReport& f : frames) f.spent_us = f.late_us = f.estimate_us = 1.0;
+    for (FrameReport& f : frames)
+        f.spent_us = f.late_us = f.estimate_us = 1.0;
     write_frames_csv(folder() / "b.csv", frames);
     EXPECT_EQ(test::content_of(folder() / "a.csv"), test::content_of(folder() / "b.csv"));
 }
@@ -174,7 +176,8 @@ TEST_F(TraceFiles, MissingFolderIsAnErrorThatNamesTheFile) {
 TEST_F(TraceFiles, NothingIsLeftWhenTheFinalNameIsTaken) {
     // A folder of that name: the rename at the end fails after everything was written.
     std::filesystem::create_directories(folder() / "frames.csv" / "occupied");
-    EXPECT_THROW(write_frames_csv(folder() / "frames.csv", random_frames(10, 1)), std::runtime_error);
+    EXPECT_THROW(write_frames_csv(folder() / "frames.csv", random_frames(10, 1)),
+                 std::runtime_error);
     EXPECT_EQ(test::files_in(folder()), 1u);
 }
 
@@ -195,5 +198,5 @@ TEST_F(TraceFiles, HundredThousandRowsAreWrittenInReasonableTime) {
     EXPECT_LT(spent.count(), 10.0);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

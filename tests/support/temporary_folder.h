@@ -16,7 +16,8 @@ namespace palpate::test {
 class TemporaryFolder {
 public:
     TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "palpate_test_XXXXXX").string();
+        std::string name =
+            (std::filesystem::temp_directory_path() / "palpate_test_XXXXXX").string();
         if (::mkdtemp(name.data()) == nullptr)
             throw std::runtime_error(name + ": the temporary folder cannot be made");
         path_ = name;
@@ -56,4 +57,4 @@ inline std::size_t files_in(const std::filesystem::path& folder) {
     return count;
 }
 
-}  // namespace palpate::test
+} // namespace palpate::test

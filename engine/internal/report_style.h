@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace palpate::internal {
+
+/// The beginning of a report page up to <main>: nothing is loaded from anywhere and no script may
+/// run.
+inline constexpr const char* kReportHead = R"(<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
+<meta name="color-scheme" content="light dark">
+<title>Palpate report</title>
+<style>
+:root { --paper: #fff; --ink: #1c2126; --soft: #57606a; --line: #d0d7de; --band: #f3f5f8; --accent: #5b34b0; }
+@media (prefers-color-scheme: dark) {
+  :root { --paper: #14181d; --ink: #e6e9ed; --soft: #a0aab5; --line: #39424d; --band: #1d232a; --accent: #b39cff; }
+}
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.5 system-ui, sans-serif; }
+main { max-width: 82rem; margin: 0 auto; padding: 1rem; }
+h1 { font-size: 1.8rem; margin: .5rem 0 1rem; }
+h2 { font-size: 1.35rem; margin: 2.5rem 0 .5rem; }
+h3 { font-size: 1rem; margin: 1.5rem 0 .25rem; }
+p, dl { max-width: 46rem; }
+.scroll { overflow-x: auto; margin: 1rem 0; }
+.scroll:focus-visible { outline: 2px solid var(--accent); }
+table { border-collapse: collapse; font-size: .875rem; font-variant-numeric: tabular-nums; }
+caption { text-align: left; font-weight: 600; padding: .25rem 0; }
+th, td { padding: .35rem .5rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
+thead th { background: var(--band); vertical-align: bottom; font-weight: 600; }
+thead .g { text-align: center; border-left: 1px solid var(--line); }
+tbody th { font-weight: 600; min-width: 8rem; position: sticky; left: 0; background: var(--paper); }
+.n { text-align: right; white-space: nowrap; }
+dt { font-weight: 600; }
+dd { margin: 0 0 .5rem; color: var(--soft); }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem; }
+figure { margin: 0; }
+img { display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 6px; }
+figcaption { color: var(--soft); font-size: .875rem; padding: .25rem 0; }
+svg { display: block; width: 100%; height: auto; }
+svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
+.legend { max-width: 28rem; margin-top: .5rem; }
+.free { stroke: #7a808a; stroke-width: 1.5; }
+.chart { max-width: 58rem; }
+.grid { stroke: var(--line); fill: none; }
+.force { fill: var(--accent); stroke: var(--accent); stroke-width: .8; stroke-linejoin: round; }
+footer { margin-top: 3rem; color: var(--soft); font-size: .875rem; }
+@media (max-width: 40rem) { .chart text { font-size: 20px; } }
+@media print {
+  :root { --paper: #fff; --ink: #000; --soft: #333; --line: #999; --band: #eee; --accent: #5b34b0; }
+  main { max-width: none; padding: 0; }
+  .scroll { overflow: visible; }
+  table { font-size: 7pt; }
+  th, td { padding: .1rem .25rem; }
+  figure, tr, svg { break-inside: avoid; }
+  h2, h3 { break-after: avoid; }
+}
+</style>
+</head>
+<body>
+<main>
+)";
+
+} // namespace palpate::internal
