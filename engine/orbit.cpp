@@ -10,7 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr double kSample = 0.25e-3;     // m along the spiral between rays: finer than voxels
-constexpr double kSteepest = 2.0;       // radius change per arc length that the probe follows
+constexpr double kSteepest = 1.0;       // radius change per arc length that the probe follows: not into deep pockets
+constexpr int kFreeFrames = 20;         // in free space, after which a new trial begins
 constexpr double kDepthWave = 30e-3;    // m along the spiral from shallow to deep and back
 constexpr double kApproach = 5e-3;      // m in front of the surface where the path begins
 constexpr double kMissedShare = 0.3;    // of the largest radius: where rays that meet nothing put the surface
@@ -104,6 +105,8 @@ std::vector<DeviceState> make_orbit(const ScalarField& field, double level, cons
     std::vector<DeviceState> states;
     const double step = orbit.speed_m_per_s / rate_hz;
     const auto most = static_cast<std::size_t>(orbit.duration_s * rate_hz);
+    const std::unique_ptr<FieldSampler> sampler = field.make_sampler();
+    int free_frames = 0;
     std::size_t corner = 0;
     double along = 0.0;  // of the current edge
     while (corner + 1 < path.size() && states.size() < most) {
@@ -118,6 +121,8 @@ std::vector<DeviceState> make_orbit(const ScalarField& field, double level, cons
         state.time_s = static_cast<double>(states.size()) / rate_hz;
         state.position = path[corner] + (length > 0.0 ? along / length : 0.0) * edge;
         if (!states.empty()) state.velocity = (state.position - states.back().position) * rate_hz;
+        free_frames = sampler->value(state.position) < level ? free_frames + 1 : 0;
+        state.trial = (states.empty() ? 0 : states.back().trial) + (free_frames == kFreeFrames ? 1 : 0);
         states.push_back(state);
         along += step;
     }

@@ -7,7 +7,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kChordSamples = 20;        // a chord is at most half a voxel in contact: every 25 um or closer
+constexpr double kChordSpacing = 25e-6;  // m between samples of a chord, but at most
+constexpr double kMostChordSamples = 400; // of a long free flight
 constexpr double kSearchRadius = 50e-3;  // m: deeper than any lost proxy in a head
 constexpr int kNewtonSteps = 30;
 
@@ -43,15 +44,18 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
     if (frame.flags & kProbeNotFinite) return;
-    for (std::size_t i = 1; i < path.size(); ++i)
-        for (int k = 0; k <= kChordSamples; ++k) {
-            const Vec3 p = path[i - 1] + (static_cast<double>(k) / kChordSamples) * (path[i] - path[i - 1]);
+    for (std::size_t i = 1; i < path.size(); ++i) {
+        const Vec3 chord = path[i] - path[i - 1];
+        const auto samples = static_cast<int>(std::min(1.0 + glm::length(chord) / kChordSpacing, kMostChordSamples));
+        for (int k = 0; k <= samples; ++k) {
+            const Vec3 p = path[i - 1] + (static_cast<double>(k) / samples) * chord;
             const double above = sampler_->value(p) - surface_.level.level;
             if (above <= deepest_.above_level) continue;
             deepest_.above_level = above;
             deepest_.frame = frame.frame;
             deepest_at_ = p;
         }
+    }
     if (frame.contacts == 0) return;
     level_distance_m_.push_back(level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m));
     if (sphere_radius_m_) {

@@ -2,6 +2,7 @@
 #include <palpate/engine/trace_files.h>
 
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <string_view>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// This source is Apache-2.0; the CGAL packages it uses (Mesh_3, 3D Triangulations) are GPL-3.0-or-later, or commercial. It is
-// therefore built into a library of its own, palpate::extraction, which as a whole is under CGAL's terms.
+// This source is Apache-2.0; the CGAL packages it uses (Mesh_3, 3D Triangulations) are
+// GPL-3.0-or-later, or commercial. It is therefore built into a library of its own,
+// palpate::extraction, which as a whole is under CGAL's terms.
 #include <palpate/geometry/isosurface.h>
 
 #include <algorithm>
@@ -26,32 +27,36 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Domain = CGAL::Labeled_mesh_domain_3<Kernel>;
-using Triangulation =
-    CGAL::Mesh_triangulation_3<Domain, CGAL::Default, CGAL::Sequential_tag>::type;
+using Triangulation = CGAL::Mesh_triangulation_3<Domain, CGAL::Default, CGAL::Sequential_tag>::type;
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 using VertexHandle = Triangulation::Vertex_handle;
 
-// CGAL is given millimetres from the centre of the bounds: its numbers are then about 1 to 100, where rounding is 1e-14.
+// CGAL is given millimetres from the centre of the bounds: its numbers are then about 1 to 100,
+// where rounding is 1e-14.
 constexpr double kMmPerM = 1000.0;
-constexpr int kMaterial = 1;  // the domain's label where the value is > 0; 0 is free space
-// Where CGAL's bisection along a segment ends, mm. Vertices are brought onto the surface afterwards, by about as much.
+constexpr int kMaterial = 1; // the domain's label where the value is > 0; 0 is free space
+// Where CGAL's bisection along a segment ends, mm. Vertices are brought onto the surface
+// afterwards, by about as much.
 constexpr double kBisectionEnd = 1.0e-5;
-constexpr double kRootEnd = 1.0e-7;      // mm, that is 0.1 nm
-constexpr double kProgressPeriod = 0.2;  // s
-constexpr unsigned kClockEvery = 1024;   // evaluations between looks at the clock
+constexpr double kRootEnd = 1.0e-7;     // mm, that is 0.1 nm
+constexpr double kProgressPeriod = 0.2; // s
+constexpr unsigned kClockEvery = 1024;  // evaluations between looks at the clock
 // Skull CT took 700 to 1100 evaluations per seed; only the shape of progress rests on it.
 constexpr double kEvaluationsPerSeed = 450.0;
-// Refinements, each after the first with more seeds where a piece was lost. One sufficed for skull CT.
+// Refinements, each after the first with more seeds where a piece was lost. One sufficed for skull
+// CT.
 constexpr int kMostRounds = 3;
-constexpr double kLeastFacing = 0.9;  // share of the area; at sheets thinner than a facet a few triangles cut through
+constexpr double kLeastFacing =
+    0.9; // share of the area; at sheets thinner than a facet a few triangles cut through
 
 struct Cancelled {};
 
 Vec3 to_vec(const Point& p) { return {p.x(), p.y(), p.z()}; }
 Point to_point(const Vec3& v) { return Point(v.x, v.y, v.z); }
 
-/// The caller's function in millimetres; counts what it costs, tells progress and carries the wish to cancel.
+/// The caller's function in millimetres; counts what it costs, tells progress and carries the wish
+/// to cancel.
 class Material {
 public:
     Material(const Isosurface& surface, const Progress& progress)
@@ -82,8 +87,7 @@ public:
 private:
     void count() {
         if (++evaluations_ % kClockEvery != 0) return;
-        const std::chrono::duration<double> since =
-            std::chrono::steady_clock::now() - last_report_;
+        const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_report_;
         if (since.count() < kProgressPeriod) return;
         // Nobody knows how many triangles there will be: near the end the fraction only creeps.
         report(0.95 * (1.0 - std::exp(-static_cast<double>(evaluations_) / expected_)), phase_);
@@ -91,17 +95,18 @@ private:
 
     const Isosurface& surface_;
     const Progress& progress_;
-    Vec3 center_;  // m, scene frame: the origin in millimetres
+    Vec3 center_; // m, scene frame: the origin in millimetres
     double expected_;
     double last_fraction_ = 0.0;
-    std::string_view phase_;  // of string literals only
+    std::string_view phase_; // of string literals only
     std::uint64_t evaluations_ = 0;
     std::chrono::steady_clock::time_point last_report_ = std::chrono::steady_clock::now();
 };
 
-/// Gradient direction by central differences over 2 um: short against any facet, long against rounding. Own unit per mm.
+/// Gradient direction by central differences over 2 um: short against any facet, long against
+/// rounding. Own unit per mm.
 Vec3 gradient(Material& material, const Vec3& p) {
-    constexpr double kHalf = 1.0e-3;  // mm
+    constexpr double kHalf = 1.0e-3; // mm
     Vec3 g{0.0};
     for (int axis = 0; axis < 3; ++axis) {
         Vec3 step{0.0};
@@ -111,12 +116,13 @@ Vec3 gradient(Material& material, const Vec3& p) {
     return g;
 }
 
-/// Root between a point where the value is > 0 and one where it is not: regula falsi, every third step a bisection.
+/// Root between a point where the value is > 0 and one where it is not: regula falsi, every third
+/// step a bisection.
 Vec3 root_between(Material& material, Vec3 inside, double value_inside, Vec3 outside,
                   double value_outside) {
-    constexpr int kMostSteps = 120;  // every third halves: 2^-40 of the first bracket at the worst
+    constexpr int kMostSteps = 120; // every third halves: 2^-40 of the first bracket at the worst
     for (int step = 0; step < kMostSteps && glm::distance(inside, outside) > kRootEnd; ++step) {
-        double share = 0.5;  // of the way from inside to outside
+        double share = 0.5; // of the way from inside to outside
         if (step % 3 != 2 && std::isfinite(value_inside - value_outside))
             share = std::clamp(value_inside / (value_inside - value_outside), 0.01, 0.99);
         const Vec3 p = inside + share * (outside - inside);
@@ -154,7 +160,8 @@ std::optional<Vec3> onto_surface(Material& material, const Vec3& p, double reach
     }
 }
 
-/// Points on the surface at about `spacing` mm around p, in its tangent plane's six main directions.
+/// Points on the surface at about `spacing` mm around p, in its tangent plane's six main
+/// directions.
 std::vector<Vec3> ring(Material& material, const Vec3& p, double spacing) {
     const Vec3 g = gradient(material, p);
     const double slope = glm::length(g);
@@ -201,13 +208,13 @@ public:
         }
     }
 
-    Mesher(const Mesher&) = delete;  // the domain's function refers to this object
+    Mesher(const Mesher&) = delete; // the domain's function refers to this object
     Mesher& operator=(const Mesher&) = delete;
 
 private:
     Domain make_domain(const Box& bounds) {
         const double radius = 0.5 * kMmPerM * glm::length(bounds.extent()) + 2.0 * facet_size_;
-        const double diagonal = 2.0 * std::sqrt(3.0) * radius;  // of the sphere's box: CGAL's unit
+        const double diagonal = 2.0 * std::sqrt(3.0) * radius; // of the sphere's box: CGAL's unit
         return Domain(
             CGAL::parameters::function = [this](const Point& p) { return material_.label(p); },
             CGAL::parameters::bounding_object =
@@ -240,11 +247,13 @@ private:
         }
     }
 
-    /// Seeds that no facet uses and no triangle that faces their way is near: of a piece that the mesh has not. (A seed at a
-    /// thin bridge may be unused although the surface around it is there.)
+    /// Seeds that no facet uses and no triangle that faces their way is near: of a piece that the
+    /// mesh has not. (A seed at a thin bridge may be unused although the surface around it is
+    /// there.)
     std::vector<VertexHandle> lost_seeds(const TriangleMesh& mesh) {
         CGAL::Unique_hash_map<VertexHandle, bool> used(false);
-        for (auto f = complex_.facets_in_complex_begin(); f != complex_.facets_in_complex_end(); ++f)
+        for (auto f = complex_.facets_in_complex_begin(); f != complex_.facets_in_complex_end();
+             ++f)
             for (int k = 1; k < 4; ++k)
                 used[f->first->vertex((f->second + k) & 3)] = true;
         const double near = facet_size_ / kMmPerM;
@@ -273,14 +282,15 @@ private:
         CGAL::Unique_hash_map<VertexHandle, std::uint32_t> index_of(kNoIndex);
         for (auto f = complex_.facets_in_complex_begin(); f != complex_.facets_in_complex_end();
              ++f) {
-            // CGAL's triple is counter-clockwise seen from within the cell; ours shall be from outside the material.
+            // CGAL's triple is counter-clockwise seen from within the cell; ours shall be from
+            // outside the material.
             Complex::Facet facet = *f;
             if (!complex_.is_in_complex(facet.first))
                 facet = complex_.triangulation().mirror_facet(facet);
             std::array<std::uint32_t, 3> triangle{};
             for (int k = 0; k < 3; ++k) {
-                const VertexHandle vertex = facet.first->vertex(
-                    Triangulation::vertex_triple_index(facet.second, 2 - k));
+                const VertexHandle vertex =
+                    facet.first->vertex(Triangulation::vertex_triple_index(facet.second, 2 - k));
                 std::uint32_t& index = index_of[vertex];
                 if (index == kNoIndex) {
                     index = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -325,8 +335,7 @@ private:
             const Vec3 across = 0.05 * facet_size_ * triangle_normal(a, b, c);
             const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
             all += area;
-            if (material_.value(center - across) > material_.value(center + across))
-                facing += area;
+            if (material_.value(center - across) > material_.value(center + across)) facing += area;
         }
         return all > 0.0 ? facing / all : 0.0;
     }
@@ -334,7 +343,7 @@ private:
     static constexpr std::uint32_t kNoIndex = 0xffffffffu;
 
     Material material_;
-    double facet_size_;  // mm
+    double facet_size_; // mm
     Domain domain_;
     Criteria criteria_;
     Complex complex_;
@@ -350,7 +359,8 @@ void require_settings(const Isosurface& surface, const IsosurfaceSettings& setti
     require(is_finite(surface.bounds.lower) && is_finite(surface.bounds.upper) &&
                 !surface.bounds.empty(),
             "isosurface has no finite bounds; set Isosurface::bounds");
-    require(!surface.seeds.empty(), "isosurface has no seeds; give points on it, see choose_seeds()");
+    require(!surface.seeds.empty(),
+            "isosurface has no seeds; give points on it, see choose_seeds()");
     require(std::all_of(surface.seeds.begin(), surface.seeds.end(), is_finite),
             "a seed of the isosurface is not finite; give points on the surface");
     require(settings.facet_angle_deg > 0.0 && settings.facet_angle_deg <= 30.0,
@@ -364,7 +374,7 @@ void require_settings(const Isosurface& surface, const IsosurfaceSettings& setti
                                                    "; choose a length > 0 in metres");
 }
 
-}  // namespace
+} // namespace
 
 TriangleMesh extract_isosurface(const Isosurface& surface, const IsosurfaceSettings& settings,
                                 const Progress& progress) {
@@ -378,4 +388,4 @@ TriangleMesh extract_isosurface(const Isosurface& surface, const IsosurfaceSetti
     }
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/geometry/mesh_file.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -23,14 +24,16 @@ static_assert(std::endian::native == std::endian::little, "PLY is written as the
 
 constexpr double kMmPerM = 1000.0;
 
-// --- Writing -------------------------------------------------------------------------------------------------------
+// --- Writing
+// -------------------------------------------------------------------------------------------------------
 
 std::string ply_header(const TriangleMesh& mesh, const std::vector<std::string>& comments) {
     std::ostringstream header;
     header << "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS\ncomment UNIT=mm\n";
     for (const std::string& comment : comments) {
         if (comment.find_first_of("\r\n") != std::string::npos)
-            throw std::invalid_argument("a comment of a PLY file has a line break; give it as two comments");
+            throw std::invalid_argument(
+                "a comment of a PLY file has a line break; give it as two comments");
         header << "comment " << comment << '\n';
     }
     header << "element vertex " << mesh.vertices.size()
@@ -52,14 +55,15 @@ void write_body(std::ostream& out, const TriangleMesh& mesh) {
     }
 }
 
-// --- Reading: header -----------------------------------------------------------------------------------------------
+// --- Reading: header
+// -----------------------------------------------------------------------------------------------
 
 enum class Number { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
 struct Property {
     std::string name;
     Number type = Number::kFloat;
-    std::optional<Number> length_type;  // of a list's length; nothing for a single number
+    std::optional<Number> length_type; // of a list's length; nothing for a single number
 };
 
 struct Element {
@@ -80,13 +84,17 @@ struct Header {
 std::size_t size_of(Number type) {
     switch (type) {
     case Number::kInt8:
-    case Number::kUint8: return 1;
+    case Number::kUint8:
+        return 1;
     case Number::kInt16:
-    case Number::kUint16: return 2;
+    case Number::kUint16:
+        return 2;
     case Number::kInt32:
     case Number::kUint32:
-    case Number::kFloat: return 4;
-    case Number::kDouble: return 8;
+    case Number::kFloat:
+        return 4;
+    case Number::kDouble:
+        return 8;
     }
     return 0;
 }
@@ -144,7 +152,7 @@ public:
         at_ += count;
         return found;
     }
-    void begin_body() { ++line_; }  // words count the line breaks behind them
+    void begin_body() { ++line_; } // words count the line breaks behind them
     std::size_t left() const { return text_.size() - std::min(at_, text_.size()); }
 
 private:
@@ -166,7 +174,8 @@ void read_format(const Source& source, const std::vector<std::string>& words, He
     else if (name == "binary_little_endian")
         header.format = Format::kBinary;
     else if (name == "binary_big_endian")
-        source.fail_here("big-endian PLY is not read; convert the file to binary little-endian or ascii");
+        source.fail_here(
+            "big-endian PLY is not read; convert the file to binary little-endian or ascii");
     else
         source.fail_here("unknown format '" + name + "'; use ascii or binary_little_endian");
 }
@@ -186,7 +195,8 @@ void read_comment(const Source& source, const std::vector<std::string>& words, H
 
 void read_element(const Source& source, const std::vector<std::string>& words, Header& header) {
     Element element;
-    if (words.size() != 3) source.fail_here("an element needs a name and a count; repair the header");
+    if (words.size() != 3)
+        source.fail_here("an element needs a name and a count; repair the header");
     element.name = words[1];
     const char* end = words[2].data() + words[2].size();
     const auto [stop, error] = std::from_chars(words[2].data(), end, element.count);
@@ -196,7 +206,8 @@ void read_element(const Source& source, const std::vector<std::string>& words, H
 }
 
 void read_property(const Source& source, const std::vector<std::string>& words, Header& header) {
-    if (header.elements.empty()) source.fail_here("a property before any element; repair the header");
+    if (header.elements.empty())
+        source.fail_here("a property before any element; repair the header");
     const bool is_list = words.size() == 5 && words[1] == "list";
     if (!is_list && words.size() != 3)
         source.fail_here("a property needs a type and a name; repair the header");
@@ -204,7 +215,8 @@ void read_property(const Source& source, const std::vector<std::string>& words, 
     property.name = words.back();
     const auto type_named = [&](const std::string& name) {
         const auto type = number_named(name);
-        if (!type) source.fail_here("unknown type '" + name + "'; use PLY's names, as float or int");
+        if (!type)
+            source.fail_here("unknown type '" + name + "'; use PLY's names, as float or int");
         return *type;
     };
     property.type = type_named(is_list ? words[3] : words[1]);
@@ -237,7 +249,8 @@ Header read_header(Source& source) {
     source.fail("the header has no end_header; the file is cut off: copy it again");
 }
 
-// --- Reading: body -------------------------------------------------------------------------------------------------
+// --- Reading: body
+// -------------------------------------------------------------------------------------------------
 
 class NumberReader {
 public:
@@ -250,7 +263,8 @@ public:
         return format_ == Format::kAscii ? next_ascii(element, index)
                                          : next_binary(type, element, index);
     }
-    [[noreturn]] void fail(const Element& element, std::size_t index, const std::string& what) const {
+    [[noreturn]] void fail(const Element& element, std::size_t index,
+                           const std::string& what) const {
         const std::string where = element.name + " " + std::to_string(index) + ": " + what;
         if (format_ == Format::kAscii) source_.fail_here(where);
         source_.fail(where);
@@ -272,14 +286,22 @@ private:
         const char* bytes = source_.bytes(size_of(type));
         if (!bytes) cut_off(element, index);
         switch (type) {
-        case Number::kInt8: return as<std::int8_t>(bytes);
-        case Number::kUint8: return as<std::uint8_t>(bytes);
-        case Number::kInt16: return as<std::int16_t>(bytes);
-        case Number::kUint16: return as<std::uint16_t>(bytes);
-        case Number::kInt32: return as<std::int32_t>(bytes);
-        case Number::kUint32: return as<std::uint32_t>(bytes);
-        case Number::kFloat: return static_cast<double>(as<float>(bytes));
-        case Number::kDouble: return as<double>(bytes);
+        case Number::kInt8:
+            return as<std::int8_t>(bytes);
+        case Number::kUint8:
+            return as<std::uint8_t>(bytes);
+        case Number::kInt16:
+            return as<std::int16_t>(bytes);
+        case Number::kUint16:
+            return as<std::uint16_t>(bytes);
+        case Number::kInt32:
+            return as<std::int32_t>(bytes);
+        case Number::kUint32:
+            return as<std::uint32_t>(bytes);
+        case Number::kFloat:
+            return static_cast<double>(as<float>(bytes));
+        case Number::kDouble:
+            return as<double>(bytes);
         }
         return 0.0;
     }
@@ -290,8 +312,9 @@ private:
         return value;
     }
     [[noreturn]] void cut_off(const Element& element, std::size_t index) const {
-        fail(element, index, "the file ends in it, of " + std::to_string(element.count) +
-                                 "; copy or export it again");
+        fail(element, index,
+             "the file ends in it, of " + std::to_string(element.count) +
+                 "; copy or export it again");
     }
 
     Source& source_;
@@ -334,8 +357,8 @@ std::size_t property_named(const Element& element, std::string_view name) {
 
 void read_vertices(NumberReader& reader, const Element& element, const Header& header,
                    TriangleMesh& mesh) {
-    const std::array<std::size_t, 3> axes{property_named(element, "x"), property_named(element, "y"),
-                                          property_named(element, "z")};
+    const std::array<std::size_t, 3> axes{
+        property_named(element, "x"), property_named(element, "y"), property_named(element, "z")};
     for (const std::size_t axis : axes)
         if (axis == kNotThere || element.properties[axis].length_type)
             reader.fail(element, 0, "has no numbers x, y and z; export positions");
@@ -344,9 +367,11 @@ void read_vertices(NumberReader& reader, const Element& element, const Header& h
     Row row;
     for (std::size_t i = 0; i < element.count; ++i) {
         read_row(reader, element, i, kNotThere, row);
-        const Vec3 p(side * row.numbers[axes[0]], side * row.numbers[axes[1]], row.numbers[axes[2]]);
+        const Vec3 p(side * row.numbers[axes[0]], side * row.numbers[axes[1]],
+                     row.numbers[axes[2]]);
         if (!is_finite(p)) reader.fail(element, i, "its position is not finite; repair the file");
-        // Dividing by 1000 gives back the very number that was multiplied by it more often than multiplying by 0.001 does.
+        // Dividing by 1000 gives back the very number that was multiplied by it more often than
+        // multiplying by 0.001 does.
         mesh.vertices.push_back(header.m_per_unit == 1.0 ? p : p / kMmPerM);
     }
 }
@@ -360,13 +385,13 @@ void read_faces(NumberReader& reader, const Element& element, std::size_t vertex
     Row row;
     for (std::size_t i = 0; i < element.count; ++i) {
         read_row(reader, element, i, list, row);
-        if (row.list.size() < 3)
-            reader.fail(element, i, "has fewer than 3 vertices; remove it");
+        if (row.list.size() < 3) reader.fail(element, i, "has fewer than 3 vertices; remove it");
         for (const double index : row.list)
             if (!(index >= 0.0 && index < static_cast<double>(vertex_count)) ||
                 index != std::floor(index))
-                reader.fail(element, i, "names a vertex that is not one of the " +
-                                            std::to_string(vertex_count) + "; repair the file");
+                reader.fail(element, i,
+                            "names a vertex that is not one of the " +
+                                std::to_string(vertex_count) + "; repair the file");
         for (std::size_t k = 2; k < row.list.size(); ++k)
             mesh.triangles.push_back({static_cast<std::uint32_t>(row.list[0]),
                                       static_cast<std::uint32_t>(row.list[k - 1]),
@@ -379,13 +404,16 @@ std::string file_text(const std::filesystem::path& file) {
     if (std::filesystem::is_directory(file, error))
         throw std::runtime_error(file.string() + ": is a folder; name a PLY file in it");
     std::ifstream in(file, std::ios::binary);
-    if (!in) throw std::runtime_error(file.string() + ": cannot be opened; check the path and its rights");
+    if (!in)
+        throw std::runtime_error(file.string() +
+                                 ": cannot be opened; check the path and its rights");
     std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    if (in.bad()) throw std::runtime_error(file.string() + ": cannot be read to its end; copy it again");
+    if (in.bad())
+        throw std::runtime_error(file.string() + ": cannot be read to its end; copy it again");
     return text;
 }
 
-}  // namespace
+} // namespace
 
 void write_ply(const TriangleMesh& mesh, const std::filesystem::path& file,
                const std::vector<std::string>& comments) {
@@ -416,7 +444,8 @@ TriangleMesh read_ply(const std::filesystem::path& file) {
     const Element* vertices = nullptr;
     const Element* faces = nullptr;
     for (const Element& element : header.elements) {
-        // A row takes at least one byte: a count beyond the file's is damage, not a reason to ask for memory.
+        // A row takes at least one byte: a count beyond the file's is damage, not a reason to ask
+        // for memory.
         if (element.count > source.left() && !element.properties.empty())
             source.fail("has " + std::to_string(element.count) + " of '" + element.name +
                         "' in its header but ends before them; copy or export it again");
@@ -441,4 +470,4 @@ TriangleMesh read_ply(const std::filesystem::path& file) {
     return mesh;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -15,13 +15,16 @@ namespace palpate {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-// Rounding of a difference of coordinates and of the few products after it, in units of the largest coordinate involved.
+// Rounding of a difference of coordinates and of the few products after it, in units of the largest
+// coordinate involved.
 constexpr double kRoundings = 8.0;
-// A float32 ray in the box of half extent L strays by ulp(L)/2 (origin) and 2 sqrt(3) L 2^-24 (direction) at most, together
-// under 4 ulp(L); boxes are rounded outwards and grown by twice that, so that no box of a triangle that is met is passed by.
+// A float32 ray in the box of half extent L strays by ulp(L)/2 (origin) and 2 sqrt(3) L 2^-24
+// (direction) at most, together under 4 ulp(L); boxes are rounded outwards and grown by twice that,
+// so that no box of a triangle that is met is passed by.
 constexpr double kBoxUlps = 8.0;
 
-constexpr double kParallel = 1.0e-30;  // m; a segment that moves less along an axis does not leave a slab, nor overflow
+constexpr double kParallel =
+    1.0e-30; // m; a segment that moves less along an axis does not leave a slab, nor overflow
 
 float rounded_down(double v) noexcept {
     const float f = static_cast<float>(v);
@@ -53,9 +56,9 @@ struct Corners {
 /// A segment and what its rounding allows.
 struct Segment {
     Vec3 from;
-    Vec3 direction;         // unit
-    double length = 0.0;    // m, > 0
-    double rounding = 0.0;  // m
+    Vec3 direction;        // unit
+    double length = 0.0;   // m, > 0
+    double rounding = 0.0; // m
 };
 
 /// Where the segment meets the triangle: distance from its start, within its length, and the point.
@@ -64,10 +67,13 @@ struct Crossing {
     Vec3 point{0.0};
 };
 
-double sum_of_sizes(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+double sum_of_sizes(const Vec3& v) noexcept {
+    return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
+}
 
-/// A triangle that the segment meets exactly is never refused (so a closed mesh lets nothing through, at edges and vertices
-/// too), one that it passes by more than a few times the rounding never taken.
+/// A triangle that the segment meets exactly is never refused (so a closed mesh lets nothing
+/// through, at edges and vertices too), one that it passes by more than a few times the rounding
+/// never taken.
 bool crosses(const Segment& s, const Corners& corner, Crossing& crossing) noexcept {
     // From the point of the line that is nearest to a corner, so that what is multiplied is small.
     const double near = glm::dot(corner.a - s.from, s.direction);
@@ -76,7 +82,8 @@ bool crosses(const Segment& s, const Corners& corner, Crossing& crossing) noexce
     const double reach = std::max({sum_of_sizes(a), sum_of_sizes(b), sum_of_sizes(c)}) + s.rounding;
     if (near + 2.0 * reach < 0.0 || near - 2.0 * reach > s.length) return false;
 
-    // The line passes all three edges on the same side: (a x b) . d is its distance from the edge times the edge's length.
+    // The line passes all three edges on the same side: (a x b) . d is its distance from the edge
+    // times the edge's length.
     const double room = 2.0 * s.rounding * reach;
     const double u = glm::dot(s.direction, glm::cross(b, c));
     const double v = glm::dot(s.direction, glm::cross(c, a));
@@ -85,7 +92,8 @@ bool crosses(const Segment& s, const Corners& corner, Crossing& crossing) noexce
     const bool right = u <= room && v <= room && w <= room;
     if (!left && !right) return false;
 
-    // The plane's point; where the line nearly lies in the plane and meets it nowhere near, the one we have.
+    // The plane's point; where the line nearly lies in the plane and meets it nowhere near, the one
+    // we have.
     const Vec3 n = glm::cross(b - a, c - a);
     const double across = glm::dot(n, s.direction), height = glm::dot(n, a);
     const bool within_reach = std::abs(height) < reach * std::abs(across);
@@ -116,15 +124,16 @@ bool clip(const Vec3& from, const Vec3& along, const Box& box, double& first,
     return first <= last;
 }
 
-}  // namespace
+} // namespace
 
 struct SurfaceScene::Embree {
     std::shared_ptr<const TriangleMesh> mesh;
-    std::vector<std::uint32_t> triangle_of;  // by Embree's primitive: degenerate triangles are left out
-    Box bounds;                              // of the triangles that are left, grown by box_room
-    Vec3 origin{0.0};                        // m, scene frame: Embree's zero
-    double largest = 0.0;                    // m, largest coordinate of a vertex
-    double box_room = 0.0;                   // m
+    std::vector<std::uint32_t>
+        triangle_of;       // by Embree's primitive: degenerate triangles are left out
+    Box bounds;            // of the triangles that are left, grown by box_room
+    Vec3 origin{0.0};      // m, scene frame: Embree's zero
+    double largest = 0.0;  // m, largest coordinate of a vertex
+    double box_room = 0.0; // m
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
@@ -133,7 +142,7 @@ struct SurfaceScene::Embree {
         RTCIntersectContext context;
         const Embree* surface;
         Segment segment;
-        double start;  // m, from the segment's start to where Embree's ray begins
+        double start; // m, from the segment's start to where Embree's ray begins
         Crossing best;
         std::uint32_t triangle;
         bool found;
@@ -142,8 +151,8 @@ struct SurfaceScene::Embree {
     struct BallQuery {
         const Embree* surface;
         Vec3 center;
-        double slack;  // m, by which Embree's ball stays larger than the best distance
-        double best;   // m^2
+        double slack; // m, by which Embree's ball stays larger than the best distance
+        double best;  // m^2
         Vec3 point;
         std::uint32_t triangle;
         bool found;
@@ -224,8 +233,8 @@ void SurfaceScene::Embree::commit() {
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
 
-    // Embree's own triangles let rays through at vertices, ROBUST or not: 0.6 % of those aimed at one. So it is given
-    // boxes, and what is in them is decided here.
+    // Embree's own triangles let rays through at vertices, ROBUST or not: 0.6 % of those aimed at
+    // one. So it is given boxes, and what is in them is decided here.
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(triangle_of.size()));
     rtcSetGeometryUserData(geometry, this);
@@ -233,7 +242,7 @@ void SurfaceScene::Embree::commit() {
     rtcSetGeometryIntersectFunction(geometry, &cross);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);  // the scene keeps it
+    rtcReleaseGeometry(geometry); // the scene keeps it
     rtcCommitScene(scene);
     require_no_error();
 }
@@ -287,7 +296,7 @@ void SurfaceScene::Embree::box_of(const RTCBoundsFunctionArguments* arguments) {
 }
 
 void SurfaceScene::Embree::cross(const RTCIntersectFunctionNArguments* arguments) {
-    if (!arguments->valid[0]) return;  // rtcIntersect1 asks for one ray at a time
+    if (!arguments->valid[0]) return; // rtcIntersect1 asks for one ray at a time
     auto& query = *reinterpret_cast<SegmentQuery*>(arguments->context);
     const std::uint32_t triangle = query.surface->triangle_of[arguments->primID];
     Crossing crossing;
@@ -299,7 +308,8 @@ void SurfaceScene::Embree::cross(const RTCIntersectFunctionNArguments* arguments
     query.triangle = triangle;
     query.found = true;
 
-    // Embree goes on up to here, and a little farther, so that equal hits are seen whatever the order of the boxes.
+    // Embree goes on up to here, and a little farther, so that equal hits are seen whatever the
+    // order of the boxes.
     auto& ray = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
     const double end = crossing.distance - query.start + query.surface->box_room;
     ray.ray.tfar = std::min(ray.ray.tfar, rounded_up(std::max(end, 0.0)));
@@ -388,4 +398,4 @@ double SurfaceScene::query_error_m() const noexcept {
     return kRoundings * kEpsilon * embree_->largest;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -14,11 +14,14 @@
 namespace palpate {
 namespace {
 
-// A sphere meshed from fewer points than these can collapse or vanish under Delaunay refinement (measured on skull CT).
+// A sphere meshed from fewer points than these can collapse or vanish under Delaunay refinement
+// (measured on skull CT).
 constexpr std::size_t kFewestSeeds = 40;
-constexpr double kCubePerFacet = 1.1;  // seeds a little sparser than the facets asked for do not set their size
+constexpr double kCubePerFacet =
+    1.1; // seeds a little sparser than the facets asked for do not set their size
 constexpr double kFewestCovered = 0.5;
-constexpr double kTolerancePerExtent = 0.25;  // of a small part: its far side must not stand in for its near side
+constexpr double kTolerancePerExtent =
+    0.25; // of a small part: its far side must not stand in for its near side
 
 void require_length(double value, const char* name) {
     if (!(value > 0.0) || !std::isfinite(value))
@@ -30,10 +33,9 @@ void require_indices(const TriangleMesh& mesh) {
     for (const auto& triangle : mesh.triangles)
         for (const std::uint32_t vertex : triangle)
             if (vertex >= mesh.vertices.size())
-                throw std::invalid_argument(
-                    "a triangle names vertex " + std::to_string(vertex) + " of " +
-                    std::to_string(mesh.vertices.size()) +
-                    "; make every index smaller than the vertex count");
+                throw std::invalid_argument("a triangle names vertex " + std::to_string(vertex) +
+                                            " of " + std::to_string(mesh.vertices.size()) +
+                                            "; make every index smaller than the vertex count");
 }
 
 /// Directions of the vertices' normals, weighted by area, not of unit length.
@@ -109,7 +111,7 @@ MeshComponent measured(const TriangleMesh& preview, const ComponentLabels& label
     return inspect(part).components.front();
 }
 
-}  // namespace
+} // namespace
 
 std::vector<Vec3> choose_seeds(const TriangleMesh& preview, double facet_size_m,
                                std::size_t smallest_component_triangles) {
@@ -122,7 +124,8 @@ std::vector<Vec3> choose_seeds(const TriangleMesh& preview, double facet_size_m,
         const std::size_t wanted = std::min(kFewestSeeds, component.vertices.size());
         double side = kCubePerFacet * facet_size_m;
         auto kept = thin(preview, directions, component.vertices, side);
-        // Cubes shrink until there are enough; by 2^-20 of a facet they hold one vertex each, or equal ones.
+        // Cubes shrink until there are enough; by 2^-20 of a facet they hold one vertex each, or
+        // equal ones.
         for (int halvings = 0; kept.size() < wanted && halvings < 20; ++halvings) {
             side *= 0.5;
             kept = thin(preview, directions, component.vertices, side);
@@ -150,7 +153,8 @@ std::vector<ComponentMatch> missing_components(const TriangleMesh& preview,
         const Component& component = components[label];
         if (component.triangles < smallest_component_triangles) continue;
         const double covered = share_covered(preview, directions, component, grid, tolerance_m);
-        if (covered < kFewestCovered) missing.push_back({measured(preview, labels, label), covered});
+        if (covered < kFewestCovered)
+            missing.push_back({measured(preview, labels, label), covered});
     }
     std::stable_sort(missing.begin(), missing.end(), [](const auto& x, const auto& y) {
         return x.component.area_m2 > y.component.area_m2;
@@ -158,4 +162,4 @@ std::vector<ComponentMatch> missing_components(const TriangleMesh& preview,
     return missing;
 }
 
-}  // namespace palpate
+} // namespace palpate

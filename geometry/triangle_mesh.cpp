@@ -13,8 +13,8 @@ namespace palpate {
 namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
-// |cross| / longest edge squared below which a triangle has no normal worth the name: rounding of 1e-16 in the edges turns it
-// by up to 1e-7 there.
+// |cross| / longest edge squared below which a triangle has no normal worth the name: rounding of
+// 1e-16 in the edges turns it by up to 1e-7 there.
 constexpr double kDegenerateRatio = 1.0e-9;
 
 struct Corners {
@@ -46,7 +46,8 @@ double smallest_angle(const Corners& t) {
     return kDegreesPerRadian * smallest;
 }
 
-/// Six times the signed volume of the tetrahedron (origin, a, b, c): > 0 when abc is counter-clockwise from outside.
+/// Six times the signed volume of the tetrahedron (origin, a, b, c): > 0 when abc is
+/// counter-clockwise from outside.
 double six_volumes(const Corners& t, const Vec3& origin) {
     return glm::dot(t.a - origin, glm::cross(t.b - origin, t.c - origin));
 }
@@ -55,7 +56,7 @@ double six_volumes(const Corners& t, const Vec3& origin) {
 struct HalfEdge {
     std::uint64_t key;
     std::uint32_t triangle;
-    bool ascending;  // runs from the lower vertex to the higher
+    bool ascending; // runs from the lower vertex to the higher
 };
 
 /// All sides, those of one edge side by side.
@@ -156,7 +157,7 @@ std::vector<MeshComponent> measure_components(const TriangleMesh& mesh) {
     return components;
 }
 
-}  // namespace
+} // namespace
 
 MeshReport inspect(const TriangleMesh& mesh) {
     require_vertices_exist(mesh);
@@ -220,9 +221,8 @@ Vec3 closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b,
         return along + back > 0.0 ? b + along / (along + back) * (c - b) : b;
 
     const double sum = va + vb + vc;
-    if (va >= 0.0 && vb >= 0.0 && vc >= 0.0 && sum > 0.0)
-        return a + vb / sum * ab + vc / sum * ac;
+    if (va >= 0.0 && vb >= 0.0 && vc >= 0.0 && sum > 0.0) return a + vb / sum * ab + vc / sum * ac;
     return closest_point_on_sides(p, a, b, c);
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -15,10 +15,10 @@ namespace {
 
 // A movement below this is rounding: the proxy keeps its bits (numerics 5, case 17).
 constexpr double kNoMovement = 1e-13;  // m
-// Deeper than this share of tau inside the tolerated band, a surface is restored before anything else (contact.md 1.2, step 2).
-constexpr double kRestoreShare = 0.7;
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
+// Within this many tolerances the residual is trusted to go on falling as it did; further out, data have kinks.
+constexpr double kNearTolerances = 5.0;
 // Damping of tangential steps while the residual does not fall (contact.md 1.2, step 5).
 constexpr double kResidualMustFallTo = 0.9;
 constexpr double kStrongestDamping = 1.0 / 16.0;
@@ -75,6 +75,7 @@ SubdivisionResult Subdivision::run() noexcept {
     steps_left_.clear();
     damping_ = 1.0;
     last_residual_m_ = std::numeric_limits<double>::infinity();
+    converged_ = false;
     unmoved_ = 0;
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
     for (Effect* effect : effects_) effect->begin(frame_);
@@ -123,9 +124,15 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
     switch (settings_.method) {
     case SteppingMethod::single: break;
     case SteppingMethod::fixed: left = settings_.sub_steps - made; break;
-    case SteppingMethod::adaptive:
-        left = result.residual_m < settings_.tolerance_m ? 0 : settings_.evaluation_cap - made;
+    case SteppingMethod::adaptive: {
+        // Newton steps square what is left, so to expect the last ratio once more is to expect too much.
+        const double ratio = std::min(1.0, result.residual_m / last_residual_m_);
+        const bool near = made > 1 && result.residual_m < kNearTolerances * settings_.tolerance_m;
+        const double expected_m = near ? ratio * result.residual_m : result.residual_m;
+        converged_ = expected_m < settings_.tolerance_m;
+        left = converged_ ? 0 : settings_.evaluation_cap - made;
         break;
+    }
     case SteppingMethod::paper: {
         if (!replayed_.empty()) {
             const std::size_t index = result.evaluations - 1;
@@ -155,7 +162,7 @@ bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcep
 Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (any_state(i, MultiplierState::saturated)) continue;
-        if (const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy, kRestoreShare)) return *nearer;
+        if (const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy)) return *nearer;
     }
     if (settings_.method == SteppingMethod::adaptive) return curved_candidate(proxy, residual_m);
     if (steps_left == 0) return solution_.proxy;
@@ -215,17 +222,13 @@ Vec3 Subdivision::accepted(const Vec3& proxy, SubdivisionResult& result) noexcep
     return proxy;
 }
 
-/// An adaptive frame that ends at its cap ends on the level at least: surfaces it is inside of restore it.
+/// An adaptive frame that ends at its cap ends on the level at least.
 Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
-    const bool converged = result.residual_m < settings_.tolerance_m || primitives_.planes().empty();
-    if (settings_.method != SteppingMethod::adaptive || converged) return proxy;
-    result.flags |= kEvaluationCap;
+    if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.planes().empty()) return proxy;
+    if (!(result.residual_m < kNoMovement)) result.flags |= kEvaluationCap;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated)) continue;
-        ContactSet unused;
-        surfaces_[i]->offer(proxy, unused);
-        if (const std::optional<Vec3> level = surfaces_[i]->restore(proxy, 0.0))
-            proxy = carried(proxy, *level, result);
+        if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active)) continue;
+        if (const std::optional<Vec3> level = surfaces_[i]->settle(proxy)) proxy = carried(proxy, *level, result);
     }
     return proxy;
 }

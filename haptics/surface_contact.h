@@ -78,9 +78,13 @@ public:
     /// Told which of its planes are needed: `first` is the index of its first offered one. Others are forgotten.   [loop]
     virtual void keep_active(const ProxySolution& solution, std::size_t first) noexcept = 0;
 
-    /// A certified point nearer to the level, when the last offer() found the proxy deeper than `share` of the certificate's
-    /// tolerance, where planes alone could deadlock (contact.md 7.4); nothing otherwise.    [loop]
-    virtual std::optional<Vec3> restore(const Vec3& proxy, double share) noexcept = 0;
+    /// A certified point nearer to the level, when the last offer() found the proxy so deep in the certificate's band that planes
+    /// alone could deadlock (contact.md 7.4); nothing otherwise.                        [loop]
+    virtual std::optional<Vec3> restore(const Vec3& proxy) noexcept = 0;
+
+    /// The point of the level that the slope at `proxy` leads to, from either side, where a frame that cannot go on may end;
+    /// nothing where there is none within the trusted step.                             [loop]
+    virtual std::optional<Vec3> settle(const Vec3& proxy) noexcept = 0;
 
     /// How far the chord from -> to holds this surface's certificate; never moves anything.    [loop]
     virtual Chord carry(const Vec3& from, const Vec3& to) noexcept = 0;

@@ -15,6 +15,8 @@ constexpr double kReliableCosine = 0.5;
 // An obstacle's plane is sampled this share of the chord past the root, where its normal is its own.
 constexpr double kPastRoot = 0.03;
 constexpr int kRestoreHalvings = 5;
+// Deeper than this share of tau in the tolerated band, the level comes before anything else (contact.md 1.2, step 2).
+constexpr double kRestoreShare = 0.7;
 
 Vec3 between(const Vec3& from, const Vec3& to, double t) noexcept { return from + t * (to - from); }
 
@@ -92,16 +94,34 @@ void VolumeContact::keep_active(const ProxySolution& solution, std::size_t first
     if (offered_ == bundle_.size()) bundle_.keep_active(solution, first);
 }
 
-std::optional<Vec3> VolumeContact::restore(const Vec3& proxy, double share) noexcept {
-    if (open_ || !(here_.value > level_ + share * scale_.certificate)) return std::nullopt;
+std::optional<Vec3> VolumeContact::restore(const Vec3& proxy) noexcept {
+    if (open_ || !(here_.value > level_ + kRestoreShare * scale_.certificate)) return std::nullopt;
+    return downhill(proxy);
+}
+
+std::optional<Vec3> VolumeContact::settle(const Vec3& proxy) noexcept {
+    if (open_) return std::nullopt;
+    here_ = sampler_->sample(proxy);
+    engaged_ = true;  // the chord to the level is judged by the certificate, not as a stop
+    if (here_.value > level_) return downhill(proxy);
+    const double slope = glm::length(here_.slope);
+    if (!here_.valid || !(slope > 0.0)) return std::nullopt;
+    const double step = std::min(2.0 * (level_ - here_.value) / slope, scale_.trust_m);
+    const Vec3 target = proxy + (step / slope) * here_.slope;
+    const std::optional<double> root = sampler_->first_root(proxy, target, level_);
+    return root ? std::optional(between(proxy, target, *root)) : std::nullopt;
+}
+
+/// A point down the slope with nothing higher in between, at the level if it is passed.
+std::optional<Vec3> VolumeContact::downhill(const Vec3& proxy) noexcept {
     const double slope = glm::length(here_.slope);
     if (!here_.valid || !(slope > 0.0)) return std::nullopt;
 
-    const Vec3 downhill = -here_.slope / slope;
+    const Vec3 direction = -here_.slope / slope;
     double step = std::min(2.0 * (here_.value - level_) / slope, scale_.trust_m);
     const double ceiling = here_.value + kRoundingShare * scale_.certificate;
     for (int halving = 0; halving <= kRestoreHalvings; ++halving, step *= 0.5) {
-        const Vec3 target = proxy + step * downhill;
+        const Vec3 target = proxy + step * direction;
         const double value = sampler_->value(target);
         if (!(value < here_.value) || sampler_->first_root(proxy, target, ceiling)) continue;
         bundle_.clear();

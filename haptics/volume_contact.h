@@ -46,7 +46,8 @@ public:
     bool restart(const Vec3& proxy) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
-    std::optional<Vec3> restore(const Vec3& proxy, double share) noexcept override;
+    std::optional<Vec3> restore(const Vec3& proxy) noexcept override;
+    std::optional<Vec3> settle(const Vec3& proxy) noexcept override;
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
     std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to, double fraction) noexcept override;
     double trust_m() const noexcept override { return scale_.trust_m; }
@@ -57,6 +58,8 @@ public:
     double anchored_level() const noexcept { return level_; }  ///< c0, U: the level, or where a yielding surface holds now
 
 private:
+    std::optional<Vec3> downhill(const Vec3& proxy) noexcept;
+
     std::shared_ptr<const ScalarField> field_;
     LevelSettings settings_;
     LevelScale scale_;

@@ -33,7 +33,8 @@ th, td { padding: .35rem .5rem; border-bottom: 1px solid var(--line); text-align
 thead th { background: var(--band); vertical-align: bottom; font-weight: 600; }
 thead .g { text-align: center; border-left: 1px solid var(--line); }
 tbody th { font-weight: 600; min-width: 8rem; position: sticky; left: 0; background: var(--paper); }
-.n { text-align: right; white-space: nowrap; }
+.n { text-align: right; }
+td.n { white-space: nowrap; }
 dt { font-weight: 600; }
 dd { margin: 0 0 .5rem; color: var(--soft); }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem; }

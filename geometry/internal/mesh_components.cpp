@@ -24,4 +24,4 @@ ComponentLabels label_components(const TriangleMesh& mesh) {
     return labels;
 }
 
-}  // namespace palpate
+} // namespace palpate

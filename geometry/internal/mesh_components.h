@@ -11,7 +11,8 @@
 
 namespace palpate {
 
-/// Sets that grow together: union-find; the root of a set is its lowest element, whatever the order of the joins.
+/// Sets that grow together: union-find; the root of a set is its lowest element, whatever the order
+/// of the joins.
 class DisjointSets {
 public:
     explicit DisjointSets(std::size_t count) : parent_(count) {
@@ -34,16 +35,17 @@ private:
     std::vector<std::uint32_t> parent_;
 };
 
-/// Which component every triangle and vertex belongs to; numbered in the order of their first triangles.
+/// Which component every triangle and vertex belongs to; numbered in the order of their first
+/// triangles.
 struct ComponentLabels {
     static constexpr std::uint32_t kNone = 0xffffffffu;
 
     std::size_t count = 0;
     std::vector<std::uint32_t> of_triangle;
-    std::vector<std::uint32_t> of_vertex;  ///< kNone for a vertex of no triangle
+    std::vector<std::uint32_t> of_vertex; ///< kNone for a vertex of no triangle
 };
 
 /// Components of a mesh by shared vertices; indices must be valid.                      [setup]
 ComponentLabels label_components(const TriangleMesh& mesh);
 
-}  // namespace palpate
+} // namespace palpate

@@ -16,7 +16,7 @@ bool any_cube(const Vec3& lower, const Vec3& upper, double side, const Visit& vi
     return false;
 }
 
-}  // namespace
+} // namespace
 
 TriangleGrid::TriangleGrid(const TriangleMesh& mesh, double side) : mesh_(mesh), side_(side) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -31,9 +31,8 @@ TriangleGrid::TriangleGrid(const TriangleMesh& mesh, double side) : mesh_(mesh),
 }
 
 bool TriangleGrid::has_facing(const Vec3& p, const Vec3& direction, double radius) const {
-    return any_cube(p - radius, p + radius, side_, [&](const Cube& cube) {
-        return cube_has_facing(cube, p, direction, radius);
-    });
+    return any_cube(p - radius, p + radius, side_,
+                    [&](const Cube& cube) { return cube_has_facing(cube, p, direction, radius); });
 }
 
 bool TriangleGrid::cube_has_facing(const Cube& cube, const Vec3& p, const Vec3& direction,
@@ -49,4 +48,4 @@ bool TriangleGrid::cube_has_facing(const Cube& cube, const Vec3& p, const Vec3& 
     });
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -34,8 +34,8 @@ class TriangleGrid {
 public:
     TriangleGrid(const TriangleMesh& mesh, double side);
 
-    /// True when a triangle that faces within 90 degrees of `direction` comes within `radius`, at best at most a cube's side,
-    /// of p.
+    /// True when a triangle that faces within 90 degrees of `direction` comes within `radius`, at
+    /// best at most a cube's side, of p.
     bool has_facing(const Vec3& p, const Vec3& direction, double radius) const;
 
 private:
@@ -47,4 +47,4 @@ private:
     std::unordered_map<Cube, std::vector<std::uint32_t>, CubeHash> triangles_in_;
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -139,7 +139,7 @@ TEST(Orbit, IsSmoothAtTheGivenSpeedAndNeverTooDeep) {
         const auto root = sampler->first_root(center + 0.08 * outwards, states[i].position, surface.level.level);
         if (!root) continue;
         const double depth = (1.0 - *root) * glm::length(center + 0.08 * outwards - states[i].position);
-        // Between rays, 0.25 mm apart, a slope of two to one may add half a millimetre.
+        // Between rays, 0.25 mm apart, a slope of one to one may add a quarter of a millimetre.
         ASSERT_LE(depth, 5.5e-3) << i;
         if (depth > 1e-3) ++deep_enough;
     }

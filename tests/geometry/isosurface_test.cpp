@@ -21,7 +21,7 @@ namespace {
 Box cube(double half, const Vec3& center = Vec3{0.0}) { return {center - half, center + half}; }
 
 double in_ball(const Vec3& p, const Vec3& center, double radius) {
-    return 1000.0 * (radius - glm::length(p - center));  // a unit of its own: 1000 per m
+    return 1000.0 * (radius - glm::length(p - center)); // a unit of its own: 1000 per m
 }
 
 Isosurface ball(double radius, const Vec3& center = Vec3{0.0}) {
@@ -31,7 +31,8 @@ Isosurface ball(double radius, const Vec3& center = Vec3{0.0}) {
 
 constexpr IsosurfaceSettings kCoarse{30.0, 4.0e-3, 0.4e-3};
 
-/// Closed, manifold, and angles as asked for: CGAL's bound holds but for rounding and for moving vertices by 1e-8 m.
+/// Closed, manifold, and angles as asked for: CGAL's bound holds but for rounding and for moving
+/// vertices by 1e-8 m.
 MeshReport expect_good(const TriangleMesh& mesh, double angle_deg = 30.0) {
     const MeshReport report = inspect(mesh);
     EXPECT_TRUE(report.closed());
@@ -51,9 +52,11 @@ TEST(ExtractIsosurface, BallIsMeshedOnItsSurfaceAndFacesOutwards) {
             ASSERT_NEAR(glm::length(p - center), 0.03, 1e-8);
         for (const auto& t : mesh.triangles)
             for (int k = 0; k < 3; ++k)
-                longest = std::max(longest, glm::length(mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]));
-        EXPECT_LE(longest, 2.0 * kCoarse.facet_size_m);  // a chord of a ball of radius facet_size
-        // Facets cut off at most facet_distance plus its share of bending: less than 4 % of the ball.
+                longest = std::max(
+                    longest, glm::length(mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]));
+        EXPECT_LE(longest, 2.0 * kCoarse.facet_size_m); // a chord of a ball of radius facet_size
+        // Facets cut off at most facet_distance plus its share of bending: less than 4 % of the
+        // ball.
         const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(0.03, 3);
         EXPECT_LT(report.volume_m3, volume);
         EXPECT_GT(report.volume_m3, 0.96 * volume);
@@ -71,7 +74,9 @@ TEST(ExtractIsosurface, SmallerFacetDistanceBringsFacetsNearer) {
     const auto worst = [](const TriangleMesh& mesh) {
         double most = 0.0;
         for (const auto& t : mesh.triangles)
-            most = std::max(most, 0.03 - glm::length((mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3.0));
+            most = std::max(most, 0.03 - glm::length((mesh.vertices[t[0]] + mesh.vertices[t[1]] +
+                                                      mesh.vertices[t[2]]) /
+                                                     3.0));
         return most;
     };
     const double coarse = worst(extract_isosurface(ball(0.03), kCoarse));
@@ -99,7 +104,7 @@ TEST(ExtractIsosurface, ShellKeepsItsVoidWhichFacesInwards) {
 
 TEST(ExtractIsosurface, SmallPieceBesideALargeOneIsNotLost) {
     const Vec3 aside(0.05, 0.0, 0.0);
-    constexpr double kSmall = 0.0008;  // m; a fifth of a facet size
+    constexpr double kSmall = 0.0008; // m; a fifth of a facet size
     Isosurface two;
     two.value = [=](const Vec3& p) {
         return std::max(in_ball(p, Vec3{0.0}, 0.03), in_ball(p, aside, kSmall));
@@ -121,7 +126,7 @@ TEST(ExtractIsosurface, SmallPieceBesideALargeOneIsNotLost) {
 }
 
 TEST(ExtractIsosurface, PlateThinnerThanAFacetKeepsBothFaces) {
-    constexpr double kRound = 0.0005;  // m: 1 mm thick with round edges
+    constexpr double kRound = 0.0005; // m: 1 mm thick with round edges
     Isosurface thin;
     thin.value = [](const Vec3& p) {
         const Vec3 beyond = glm::max(glm::abs(p) - Vec3(0.02, 0.02, 0.0), 0.0);
@@ -136,7 +141,8 @@ TEST(ExtractIsosurface, PlateThinnerThanAFacetKeepsBothFaces) {
     const TriangleMesh mesh = extract_isosurface(thin, {30.0, 2e-3, 0.2e-3});
     expect_good(mesh);
     EXPECT_TRUE(missing_components(preview, mesh, 40, 0.5e-3).empty());
-    // 40 x 40 x 1 mm, its edges, and half a pipe of 0.5 mm around it; a facet may cut off 0.2 mm of the pipe.
+    // 40 x 40 x 1 mm, its edges, and half a pipe of 0.5 mm around it; a facet may cut off 0.2 mm of
+    // the pipe.
     const double volume = 0.04 * 0.04 * 0.001 + 2.0 * 0.04 * std::numbers::pi * kRound * kRound;
     EXPECT_NEAR(inspect(mesh).volume_m3, volume, 0.02 * volume);
 }
@@ -144,14 +150,15 @@ TEST(ExtractIsosurface, PlateThinnerThanAFacetKeepsBothFaces) {
 TEST(ExtractIsosurface, TellsProgressThatOnlyGrowsAndEndsAtOne) {
     double last = -1.0;
     int calls = 0;
-    extract_isosurface(ball(0.03), {30.0, 2e-3, 0.1e-3}, [&](double fraction, std::string_view what) {
-        EXPECT_GE(fraction, last);
-        EXPECT_LT(last, 1.0);
-        EXPECT_FALSE(what.empty());
-        last = fraction;
-        ++calls;
-        return true;
-    });
+    extract_isosurface(ball(0.03), {30.0, 2e-3, 0.1e-3},
+                       [&](double fraction, std::string_view what) {
+                           EXPECT_GE(fraction, last);
+                           EXPECT_LT(last, 1.0);
+                           EXPECT_FALSE(what.empty());
+                           last = fraction;
+                           ++calls;
+                           return true;
+                       });
     EXPECT_EQ(last, 1.0);
     EXPECT_GE(calls, 4);
 }
@@ -186,7 +193,7 @@ TEST(ExtractIsosurface, NoNumberIsFreeSpaceAndOddSeedsArePutRight) {
         return p.x > 0.031 ? std::numeric_limits<double>::quiet_NaN() : in_ball(p, Vec3{0.0}, 0.03);
     };
     for (std::size_t k = 0; k < surface.seeds.size(); ++k)
-        surface.seeds[k] *= 1.0 + 0.02 * std::sin(7.0 * static_cast<double>(k));  // up to 0.6 mm off
+        surface.seeds[k] *= 1.0 + 0.02 * std::sin(7.0 * static_cast<double>(k)); // up to 0.6 mm off
     surface.seeds.push_back(Vec3(5.0));
     EXPECT_EQ(expect_good(extract_isosurface(surface, kCoarse)).components.size(), 1u);
 }
@@ -201,8 +208,9 @@ TEST(ExtractIsosurface, BadArgumentsAreRefused) {
     const Isosurface good = ball(0.03);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for (const IsosurfaceSettings& bad :
-         {IsosurfaceSettings{0.0, 2e-3, 2e-4}, IsosurfaceSettings{30.1, 2e-3, 2e-4}, IsosurfaceSettings{nan, 2e-3, 2e-4},
-          IsosurfaceSettings{30.0, 0.0, 2e-4}, IsosurfaceSettings{30.0, 2e-3, -1.0}, IsosurfaceSettings{30.0, 2e-3, nan}})
+         {IsosurfaceSettings{0.0, 2e-3, 2e-4}, IsosurfaceSettings{30.1, 2e-3, 2e-4},
+          IsosurfaceSettings{nan, 2e-3, 2e-4}, IsosurfaceSettings{30.0, 0.0, 2e-4},
+          IsosurfaceSettings{30.0, 2e-3, -1.0}, IsosurfaceSettings{30.0, 2e-3, nan}})
         EXPECT_THROW(extract_isosurface(good, bad), std::invalid_argument);
     Isosurface bad = good;
     bad.seeds.clear();
@@ -227,7 +235,7 @@ TEST(ExtractIsosurface, NothingToMeshIsAnError) {
     EXPECT_THROW(extract_isosurface(surface, kCoarse), std::runtime_error);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate
 
-#endif  // PALPATE_WITH_CGAL
+#endif // PALPATE_WITH_CGAL

@@ -39,8 +39,10 @@ protected:
     test::TemporaryFolder folder;
 };
 
-std::string header(const std::string& format, int vertices, int faces, const std::string& comment = "") {
-    return "ply\nformat " + format + " 1.0\n" + comment + "element vertex " + std::to_string(vertices) +
+std::string header(const std::string& format, int vertices, int faces,
+                   const std::string& comment = "") {
+    return "ply\nformat " + format + " 1.0\n" + comment + "element vertex " +
+           std::to_string(vertices) +
            "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
            std::to_string(faces) + "\nproperty list uchar int vertex_indices\nend_header\n";
 }
@@ -64,8 +66,9 @@ TEST_F(MeshFile, ComesBackAsItWasWritten) {
 TEST_F(MeshFile, SaysFrameUnitAndComments) {
     write_ply(test::sheet(0.06, 1), folder / "a.ply", {"made by a test", "level 226 HU"});
     const std::string text = text_of(folder / "a.ply");
-    EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS\n"
-                                 "comment UNIT=mm\ncomment made by a test\ncomment level 226 HU\n"));
+    EXPECT_TRUE(
+        text.starts_with("ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS\n"
+                         "comment UNIT=mm\ncomment made by a test\ncomment level 226 HU\n"));
     EXPECT_EQ(text.size(), text.find("end_header\n") + 11 + 4 * 24 + 2 * 13);
 }
 
@@ -93,8 +96,8 @@ TEST_F(MeshFile, ThatCannotBeWrittenIsNamed) {
 }
 
 TEST_F(MeshFile, AsciiQuadBecomesTwoTriangles) {
-    const TriangleMesh mesh =
-        read_ply(write(header("ascii", 4, 1) + "0 0 0\n1 0 0\r\n  1 1.5e0 0\n0 1 +2\n\n4 0 1 2 3\n"));
+    const TriangleMesh mesh = read_ply(
+        write(header("ascii", 4, 1) + "0 0 0\n1 0 0\r\n  1 1.5e0 0\n0 1 +2\n\n4 0 1 2 3\n"));
     ASSERT_EQ(mesh.triangles.size(), 2u);
     EXPECT_EQ(mesh.triangles[1], (std::array<std::uint32_t, 3>{0, 2, 3}));
     EXPECT_EQ(mesh.vertices[2], Vec3(0.001, 0.0015, 0.0));
@@ -112,11 +115,12 @@ TEST_F(MeshFile, CommentsTurnRasAndScaleMetres) {
 }
 
 TEST_F(MeshFile, BinaryFloatWithOtherPropertiesAndElementsIsRead) {
-    std::string text = "ply\r\nformat binary_little_endian 1.0\r\nobj_info scanner\r\nelement vertex 3\r\n"
-                       "property float x\r\nproperty uchar red\r\nproperty float y\r\nproperty float z\r\n"
-                       "element camera 2\r\nproperty list ushort short view\r\n"
-                       "element face 1\r\nproperty uchar flag\r\n"
-                       "property list uchar uint vertex_index\r\nend_header\r\n";
+    std::string text =
+        "ply\r\nformat binary_little_endian 1.0\r\nobj_info scanner\r\nelement vertex 3\r\n"
+        "property float x\r\nproperty uchar red\r\nproperty float y\r\nproperty float z\r\n"
+        "element camera 2\r\nproperty list ushort short view\r\n"
+        "element face 1\r\nproperty uchar flag\r\n"
+        "property list uchar uint vertex_index\r\nend_header\r\n";
     const auto put = [&](auto value) {
         char bytes[sizeof value];
         std::memcpy(bytes, &value, sizeof value);
@@ -133,7 +137,7 @@ TEST_F(MeshFile, BinaryFloatWithOtherPropertiesAndElementsIsRead) {
 }
 
 TEST_F(MeshFile, ErrorsSayWhereAndWhat) {
-    const std::string triangle = "0 0 0\n1 0 0\n0 1 0\n";  // lines 10 to 12, behind the header
+    const std::string triangle = "0 0 0\n1 0 0\n0 1 0\n"; // lines 10 to 12, behind the header
     EXPECT_EQ(complaint(header("ascii", 3, 1) + "0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n"),
               "mesh.ply:11: vertex 1: 'zero' is not a number; repair the file");
     EXPECT_EQ(complaint(header("ascii", 3, 1) + triangle + "3 0 1 3\n"),
@@ -147,9 +151,11 @@ TEST_F(MeshFile, ErrorsSayWhereAndWhat) {
     EXPECT_EQ(complaint(header("ascii", 3, 1) + "0 0 0\n1 0 0\n0 1"),
               "mesh.ply:12: vertex 2: the file ends in it, of 3; copy or export it again");
     EXPECT_EQ(complaint(header("binary_big_endian", 3, 1)),
-              "mesh.ply:2: big-endian PLY is not read; convert the file to binary little-endian or ascii");
-    EXPECT_EQ(complaint(header("binary_middle_endian", 3, 1)),
-              "mesh.ply:2: unknown format 'binary_middle_endian'; use ascii or binary_little_endian");
+              "mesh.ply:2: big-endian PLY is not read; convert the file to binary little-endian or "
+              "ascii");
+    EXPECT_EQ(
+        complaint(header("binary_middle_endian", 3, 1)),
+        "mesh.ply:2: unknown format 'binary_middle_endian'; use ascii or binary_little_endian");
     EXPECT_EQ(complaint("solid cube\n"),
               "mesh.ply: not a PLY file (its first line is not 'ply'); export the mesh as PLY");
     EXPECT_EQ(complaint(""),
@@ -158,10 +164,13 @@ TEST_F(MeshFile, ErrorsSayWhereAndWhat) {
               "mesh.ply:3: 'many' is not a count; repair the header");
     EXPECT_EQ(complaint("ply\nformat ascii 1.0\n"),
               "mesh.ply: the header has no end_header; the file is cut off: copy it again");
-    EXPECT_EQ(complaint(header("ascii", 2000000000, 1) + triangle).find("mesh.ply: has 2000000000 of 'vertex'"), 0u);
-    EXPECT_EQ(complaint("ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
-                        "property float z\nend_header\n"),
-              "mesh.ply: has no element 'face'; export a surface, not a cloud of points");
+    EXPECT_EQ(complaint(header("ascii", 2000000000, 1) + triangle)
+                  .find("mesh.ply: has 2000000000 of 'vertex'"),
+              0u);
+    EXPECT_EQ(
+        complaint("ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
+                  "property float z\nend_header\n"),
+        "mesh.ply: has no element 'face'; export a surface, not a cloud of points");
 }
 
 TEST_F(MeshFile, MissingFileIsNamed) {
@@ -169,7 +178,8 @@ TEST_F(MeshFile, MissingFileIsNamed) {
         read_ply(folder / "absent.ply");
         FAIL();
     } catch (const std::runtime_error& error) {
-        EXPECT_NE(std::string(error.what()).find("absent.ply: cannot be opened"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("absent.ply: cannot be opened"),
+                  std::string::npos);
     }
 }
 
@@ -180,5 +190,5 @@ TEST_F(MeshFile, CutOffAnywhereIsAnErrorNotAMesh) {
         EXPECT_NE(complaint(whole.substr(0, size)), "nothing") << size;
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

@@ -52,7 +52,8 @@ std::vector<Work> works() {
             {"far bumpy sphere", test::bumpy_sphere(0.05, 3, 0.1, 7.0, far), far}};
 }
 
-/// Segments of all lengths from 1 nm to the whole scene: half of them start within 1 um of the surface.
+/// Segments of all lengths from 1 nm to the whole scene: half of them start within 1 um of the
+/// surface.
 void random_segment(std::mt19937_64& random, const Work& work, Vec3& from, Vec3& to) {
     std::uniform_real_distribution<double> exponent(-9.0, -0.7);
     from = work.center + random_point(random, 0.07);
@@ -64,13 +65,13 @@ void random_segment(std::mt19937_64& random, const Work& work, Vec3& from, Vec3&
     to = from + std::pow(10.0, exponent(random)) * random_direction(random);
 }
 
-// Of what the twin finds, everything that is clear of an edge and of the segment's ends by more than rounding must be found,
-// and what is found must be there.
+// Of what the twin finds, everything that is clear of an edge and of the segment's ends by more
+// than rounding must be found, and what is found must be there.
 TEST(FirstHit, AgreesWithTryingEveryTriangle) {
     for (const Work& work : works()) {
         const SurfaceScene scene = scene_of(work.mesh);
-        // Grazing planes move a crossing along the segment by rounding over the sine of the angle: 1e4 roundings is a
-        // margin that leaves out less than one in a thousand.
+        // Grazing planes move a crossing along the segment by rounding over the sine of the angle:
+        // 1e4 roundings is a margin that leaves out less than one in a thousand.
         const double room = 1e4 * scene.query_error_m();
         for (const std::uint64_t seed : {11u, 12u}) {
             SCOPED_TRACE(testing::Message() << work.name << ", seed " << seed);
@@ -120,7 +121,8 @@ TEST(FirstHit, LiesOnTheTriangleAndOnTheSegment) {
             const auto& t = work.mesh.triangles[hit->triangle];
             const Vec3& a = work.mesh.vertices[t[0]];
             // A few roundings of coordinates of this size.
-            ASSERT_LE(std::abs(glm::dot(hit->position - a, hit->normal)), 4.0 * scene.query_error_m());
+            ASSERT_LE(std::abs(glm::dot(hit->position - a, hit->normal)),
+                      4.0 * scene.query_error_m());
             const double length = glm::length(to - from);
             ASSERT_GE(hit->distance_m, 0.0);
             ASSERT_LE(hit->distance_m, length);
@@ -179,7 +181,8 @@ TEST(FirstHit, EndsAtTheSurfaceToRounding) {
     EXPECT_TRUE(end_at(0.0));
     EXPECT_TRUE(end_at(-100.0 * scene.query_error_m()));
     EXPECT_NEAR(end_at(-1.0)->distance_m, 0.001, 1e-15);
-    EXPECT_FALSE(scene.first_hit({above.x, above.y, -100.0 * scene.query_error_m()}, {above.x, above.y, -1.0}));
+    EXPECT_FALSE(scene.first_hit({above.x, above.y, -100.0 * scene.query_error_m()},
+                                 {above.x, above.y, -1.0}));
 }
 
 TEST(FirstHit, OfEqualTrianglesIsTheLowest) {
@@ -197,7 +200,8 @@ TEST(FirstHit, OfEqualTrianglesIsTheLowest) {
     // Straight at a vertex of six triangles: every one of them is met at the same distance.
     const auto hit = scene.first_hit({0.0, 0.0, 0.01}, {0.0, 0.0, -0.01});
     std::uint32_t lowest = 0;
-    while (mesh.triangles[lowest][0] != 12 && mesh.triangles[lowest][1] != 12 && mesh.triangles[lowest][2] != 12)
+    while (mesh.triangles[lowest][0] != 12 && mesh.triangles[lowest][1] != 12 &&
+           mesh.triangles[lowest][2] != 12)
         ++lowest;
     EXPECT_EQ(hit->triangle, lowest);
 }
@@ -229,7 +233,7 @@ TEST(SurfaceScene, OddArgumentsGiveNothing) {
     EXPECT_FALSE(scene.first_hit(origin, {1e-200, 1e-200, 0.0}));
     EXPECT_TRUE(scene.first_hit(good, origin));
     EXPECT_TRUE(scene.closest_point(good, 1e6));
-    static_assert(noexcept(scene.first_hit(good, good)) && noexcept(scene.closest_point(good, 1.0)));
+    static_assert(noexcept(scene.first_hit(good, good))&& noexcept(scene.closest_point(good, 1.0)));
 }
 
 TEST(ClosestPoint, AgreesWithTryingEveryTriangle) {
@@ -257,8 +261,9 @@ TEST(ClosestPoint, AgreesWithTryingEveryTriangle) {
                 ASSERT_TRUE(hit) << "point " << k;
                 ASSERT_NEAR(hit->distance_m, twin->distance, room) << "point " << k;
                 const auto& t = work.mesh.triangles[hit->triangle];
-                const Vec3 again = closest_point_on_triangle(p, work.mesh.vertices[t[0]], work.mesh.vertices[t[1]],
-                                                             work.mesh.vertices[t[2]]);
+                const Vec3 again =
+                    closest_point_on_triangle(p, work.mesh.vertices[t[0]], work.mesh.vertices[t[1]],
+                                              work.mesh.vertices[t[2]]);
                 ASSERT_EQ(hit->position, again) << "point " << k;
             }
             EXPECT_GT(found, 500);
@@ -266,7 +271,8 @@ TEST(ClosestPoint, AgreesWithTryingEveryTriangle) {
     }
 }
 
-// The same function on every triangle: bit for bit the same answer, with the lowest id where distances are equal.
+// The same function on every triangle: bit for bit the same answer, with the lowest id where
+// distances are equal.
 TEST(ClosestPoint, IsExactlyTheBestOfAllTriangles) {
     for (const Work& work : works()) {
         SCOPED_TRACE(work.name);
@@ -275,14 +281,15 @@ TEST(ClosestPoint, IsExactlyTheBestOfAllTriangles) {
         for (int k = 0; k < 1000; ++k) {
             Vec3 p, ignored;
             random_segment(random, work, p, ignored);
-            if (k % 4 == 0) p = work.center;  // the same distance from many triangles
+            if (k % 4 == 0) p = work.center; // the same distance from many triangles
             if (k % 4 == 1) p = work.mesh.vertices[random() % work.mesh.vertices.size()];
             double best = kInfinity;
             std::uint32_t triangle = 0;
             for (std::uint32_t i = 0; i < work.mesh.triangles.size(); ++i) {
                 const auto& t = work.mesh.triangles[i];
-                const Vec3 q = closest_point_on_triangle(p, work.mesh.vertices[t[0]], work.mesh.vertices[t[1]],
-                                                         work.mesh.vertices[t[2]]);
+                const Vec3 q =
+                    closest_point_on_triangle(p, work.mesh.vertices[t[0]], work.mesh.vertices[t[1]],
+                                              work.mesh.vertices[t[2]]);
                 if (squared_length(q - p) < best) {
                     best = squared_length(q - p);
                     triangle = i;
@@ -302,7 +309,7 @@ TEST(ClosestPoint, FarAwayIsFoundWithinItsRadiusOnly) {
     EXPECT_FALSE(scene.closest_point(p, 999.9));
     const auto hit = scene.closest_point(p, 1001.0);
     ASSERT_TRUE(hit);
-    EXPECT_NEAR(hit->distance_m, 999.95, 1e-3);  // chord error of the mesh
+    EXPECT_NEAR(hit->distance_m, 999.95, 1e-3); // chord error of the mesh
 }
 
 TEST(SurfaceScene, DegenerateTrianglesAreNotThereAndIdsStay) {
@@ -318,11 +325,13 @@ TEST(SurfaceScene, DegenerateTrianglesAreNotThereAndIdsStay) {
     std::mt19937_64 random(81);
     for (int k = 0; k < 2000; ++k) {
         const Vec3 to = 0.2 * random_direction(random);
-        const auto expected = plain.first_hit({0, 0, 0}, to), found = scene.first_hit({0, 0, 0}, to);
+        const auto expected = plain.first_hit({0, 0, 0}, to),
+                   found = scene.first_hit({0, 0, 0}, to);
         ASSERT_TRUE(expected && found);
         ASSERT_EQ(found->triangle, now_at[expected->triangle]);
         ASSERT_EQ(found->position, expected->position);
-        ASSERT_EQ(scene.closest_point(to, 1.0)->triangle, now_at[plain.closest_point(to, 1.0)->triangle]);
+        ASSERT_EQ(scene.closest_point(to, 1.0)->triangle,
+                  now_at[plain.closest_point(to, 1.0)->triangle]);
     }
 }
 
@@ -332,7 +341,8 @@ TEST(SurfaceScene, TheSameMeshGivesTheSameBits) {
     std::mt19937_64 random(91);
     for (int k = 0; k < 20000; ++k) {
         const Vec3 aim = mesh.vertices[random() % mesh.vertices.size()];
-        const auto first = one.first_hit({0, 0, 0}, 2.0 * aim), second = other.first_hit({0, 0, 0}, 2.0 * aim);
+        const auto first = one.first_hit({0, 0, 0}, 2.0 * aim),
+                   second = other.first_hit({0, 0, 0}, 2.0 * aim);
         ASSERT_TRUE(first && second);
         ASSERT_EQ(first->triangle, second->triangle);
         ASSERT_EQ(first->position, second->position);
@@ -360,5 +370,5 @@ TEST(SurfaceScene, QueryErrorIsRounding) {
     EXPECT_LT(scene_of(test::icosphere(0.05, 2, far)).query_error_m(), 1e-13);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

@@ -21,10 +21,12 @@ std::size_t seeds_within(const std::vector<Vec3>& seeds, const Vec3& center, dou
 TEST(ChooseSeeds, LargeComponentIsThinnedToItsFacets) {
     const TriangleMesh mesh = test::icosphere(0.05, 6);
     const auto seeds = choose_seeds(mesh, 2e-3, 40);
-    // A surface of area A meets about 1.5 A / side^2 cubes (Crofton), here 9700; and no vertex of the mesh is farther than
-    // a cube's diagonal from a seed that faces its way.
+    // A surface of area A meets about 1.5 A / side^2 cubes (Crofton), here 9700; those that it only
+    // touches with a corner may hold no vertex of the preview. No vertex is farther than a cube's
+    // diagonal from a seed.
     const double cubes = 1.5 * 0.0314159 / std::pow(2.2e-3, 2);
-    EXPECT_NEAR(static_cast<double>(seeds.size()), cubes, 0.1 * cubes);
+    EXPECT_LT(static_cast<double>(seeds.size()), 1.02 * cubes);
+    EXPECT_GT(static_cast<double>(seeds.size()), 0.75 * cubes);
     for (std::size_t v = 0; v < mesh.vertices.size(); v += 97)
         EXPECT_GE(seeds_within(seeds, mesh.vertices[v], std::sqrt(3.0) * 2.2e-3), 1u);
     EXPECT_EQ(choose_seeds(mesh, 2e-3, 40), seeds);
@@ -33,9 +35,9 @@ TEST(ChooseSeeds, LargeComponentIsThinnedToItsFacets) {
 TEST(ChooseSeeds, SmallComponentsGetFortyOrAllTheyHave) {
     TriangleMesh mesh = test::icosphere(0.05, 4);
     const Vec3 small(0.1, 0.0, 0.0), tiny(0.2, 0.0, 0.0), dust(0.3, 0.0, 0.0);
-    test::append(mesh, test::icosphere(0.001, 4, small));  // 2562 vertices within one cube
-    test::append(mesh, test::icosphere(0.001, 1, tiny));   // 42 vertices, 80 triangles
-    test::append(mesh, test::icosphere(0.001, 0, dust));   // 12 vertices, 20 triangles
+    test::append(mesh, test::icosphere(0.001, 4, small)); // 2562 vertices within one cube
+    test::append(mesh, test::icosphere(0.001, 1, tiny));  // 42 vertices, 80 triangles
+    test::append(mesh, test::icosphere(0.001, 0, dust));  // 12 vertices, 20 triangles
     const auto seeds = choose_seeds(mesh, 2e-3, 40);
     EXPECT_GE(seeds_within(seeds, small, 0.002), 40u);
     EXPECT_LT(seeds_within(seeds, small, 0.002), 400u);
@@ -47,11 +49,12 @@ TEST(ChooseSeeds, SmallComponentsGetFortyOrAllTheyHave) {
 TEST(ChooseSeeds, ThinSheetKeepsBothFaces) {
     TriangleMesh mesh = test::sheet(0.06, 60);
     test::append(mesh, test::moved(test::reversed(test::sheet(0.06, 60)), Vec3(0.0, 0.0, -0.0003)));
-    for (auto& triangle : mesh.triangles)  // one component
+    for (auto& triangle : mesh.triangles) // one component
         for (auto& vertex : triangle)
             if (vertex == 61 * 61) vertex = 0;
     const auto seeds = choose_seeds(test::moved(mesh, Vec3(0.0, 0.0, 0.001)), 2e-3, 40);
-    const auto upper = std::count_if(seeds.begin(), seeds.end(), [](const Vec3& p) { return p.z > 0.00085; });
+    const auto upper =
+        std::count_if(seeds.begin(), seeds.end(), [](const Vec3& p) { return p.z > 0.00085; });
     EXPECT_GT(upper, 600);
     EXPECT_NEAR(static_cast<double>(upper), static_cast<double>(seeds.size()) / 2.0, 30.0);
 }
@@ -89,7 +92,8 @@ TEST(MissingComponents, SmallOnesDoNotCount) {
     EXPECT_EQ(missing_components(preview, test::icosphere(0.03, 4), 20, 2e-3).size(), 1u);
 }
 
-// A void of 1.6 mm right under the outer surface: everything of it is within a facet size of the outer surface.
+// A void of 1.6 mm right under the outer surface: everything of it is within a facet size of the
+// outer surface.
 TEST(MissingComponents, VoidNextToAWallIsNotTakenForIt) {
     const TriangleMesh outer = test::icosphere(0.03, 5);
     TriangleMesh preview = outer;
@@ -100,7 +104,8 @@ TEST(MissingComponents, VoidNextToAWallIsNotTakenForIt) {
 
 TEST(MissingComponents, TheOtherFaceOfASheetIsNoCounterpart) {
     TriangleMesh preview = test::sheet(0.06, 30);
-    test::append(preview, test::moved(test::reversed(test::sheet(0.06, 30)), Vec3(0.0, 0.0, -0.0003)));
+    test::append(preview,
+                 test::moved(test::reversed(test::sheet(0.06, 30)), Vec3(0.0, 0.0, -0.0003)));
     const auto missing = missing_components(preview, test::sheet(0.06, 20), 40, 2e-3);
     ASSERT_EQ(missing.size(), 1u);
     EXPECT_LT(missing[0].component.sample.z, 0.0);
@@ -112,5 +117,5 @@ TEST(MissingComponents, OfAnEmptyMeshAreAll) {
     EXPECT_THROW(missing_components({}, {}, 1, -1.0), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

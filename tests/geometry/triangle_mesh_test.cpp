@@ -44,7 +44,8 @@ TEST(Inspect, SphereFarAwayKeepsItsVolume) {
     const MeshReport near = inspect(test::icosphere(0.05, 4));
     const MeshReport far = inspect(test::moved(test::icosphere(0.05, 4), Vec3(10.0, -20.0, 30.0)));
     EXPECT_TRUE(far.closed() && far.manifold());
-    // Vertices are rounded to ulp(30 m) = 3.6e-15 m: volume changes by at most that times the area, 1.1e-16 m^3.
+    // Vertices are rounded to ulp(30 m) = 3.6e-15 m: volume changes by at most that times the
+    // area, 1.1e-16 m^3.
     EXPECT_NEAR(far.volume_m3, near.volume_m3, 1.2e-16);
     const double ball = 4.0 / 3.0 * std::numbers::pi * std::pow(0.05, 3);
     EXPECT_GT(near.volume_m3, 0.99 * ball);
@@ -74,7 +75,7 @@ TEST(Inspect, OneTriangleTurnedRoundIsNotManifold) {
 TEST(Inspect, ThirdTriangleAtAnEdgeIsNotManifold) {
     TriangleMesh mesh = test::sheet(0.06, 1);
     mesh.vertices.push_back({0.0, 0.0, 0.01});
-    mesh.triangles.push_back({0, 3, 4});  // 0-3 is the diagonal
+    mesh.triangles.push_back({0, 3, 4}); // 0-3 is the diagonal
     EXPECT_EQ(inspect(mesh).non_manifold_edges, 1u);
 }
 
@@ -84,7 +85,7 @@ TEST(Inspect, TwoConesThatShareTheirTipAreOneComponentWithASplitVertex) {
     test::append(mesh, other);
     for (auto& triangle : mesh.triangles)
         for (auto& vertex : triangle)
-            if (vertex == 8) vertex = 7;  // the corner where they meet
+            if (vertex == 8) vertex = 7; // the corner where they meet
     const MeshReport report = inspect(mesh);
     EXPECT_EQ(report.non_manifold_vertices, 1u);
     EXPECT_EQ(report.non_manifold_edges, 0u);
@@ -109,7 +110,8 @@ TEST(Inspect, ComponentsComeLargestFirst) {
 TEST(Inspect, CountsDegenerateTriangles) {
     TriangleMesh mesh = test::sheet(0.06, 1);
     mesh.triangles.push_back({0, 1, 1});
-    mesh.vertices.push_back({0.0, -0.03, 1e-12});  // almost on the side 0-1: |cross| / side^2 = 2e-11
+    mesh.vertices.push_back(
+        {0.0, -0.03, 1e-12}); // almost on the side 0-1: |cross| / side^2 = 2e-11
     mesh.triangles.push_back({0, 1, 4});
     EXPECT_EQ(inspect(mesh).degenerate, 2u);
 }
@@ -128,7 +130,7 @@ TEST(Inspect, LargeMeshIsQuick) {
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     EXPECT_EQ(report.components.size(), 2u);
     RecordProperty("seconds_for_655360_triangles", std::to_string(taken.count()));
-    EXPECT_LT(taken.count(), 60.0);  // no timing test: a quadratic method takes hours
+    EXPECT_LT(taken.count(), 60.0); // no timing test: a quadratic method takes hours
 }
 
 TEST(TriangleNormal, FollowsTheRightHandAndIsZeroWhereThereIsNone) {
@@ -150,8 +152,9 @@ TEST(ClosestPointOnTriangle, AgreesWithFootAndSides) {
                 closest_point_on_triangle(p, mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]);
             const auto twin = test::brute_closest_point(mesh, p);
             ASSERT_TRUE(twin);
-            // A distance changes by the square of an error along the triangle, but by all of one across it, and thin
-            // triangles lose digits of their plane: 1e-12 m is 1e4 roundings at 0.1 m.
+            // A distance changes by the square of an error along the triangle, but by all of one
+            // across it, and thin triangles lose digits of their plane: 1e-12 m is 1e4 roundings at
+            // 0.1 m.
             ASSERT_NEAR(glm::length(q - p), twin->distance, 1e-12) << "triangle " << k;
         }
     }
@@ -164,5 +167,5 @@ TEST(ClosestPointOnTriangle, DegenerateTriangleGivesAPointOfIt) {
     EXPECT_EQ(closest_point_on_triangle({2, 1, 0}, a, b, b), b);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

@@ -79,7 +79,8 @@ public:
     bool restart(const Vec3& p) noexcept override { return contact_.restart(p); }
     void offer(const Vec3& p, ContactSet& set) noexcept override { contact_.offer(p, set); }
     void keep_active(const ProxySolution& s, std::size_t first) noexcept override { contact_.keep_active(s, first); }
-    std::optional<Vec3> restore(const Vec3&, double) noexcept override { return std::nullopt; }
+    std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
+    std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }
     Chord carry(const Vec3&, const Vec3&) noexcept override { return {}; }
     std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override { return std::nullopt; }
     double trust_m() const noexcept override { return contact_.trust_m(); }

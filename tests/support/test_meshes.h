@@ -20,13 +20,14 @@ TriangleMesh subdivided(const TriangleMesh& coarse, const Place& place) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middle_of;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
         const auto [found, is_new] =
-            middle_of.try_emplace(std::pair{std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(fine.vertices.size()));
-        if (is_new)
-            fine.vertices.push_back(place(0.5 * (coarse.vertices[a] + coarse.vertices[b])));
+            middle_of.try_emplace(std::pair{std::min(a, b), std::max(a, b)},
+                                  static_cast<std::uint32_t>(fine.vertices.size()));
+        if (is_new) fine.vertices.push_back(place(0.5 * (coarse.vertices[a] + coarse.vertices[b])));
         return found->second;
     };
     for (const auto& t : coarse.triangles) {
-        const std::uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]), ca = middle(t[2], t[0]);
+        const std::uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]),
+                            ca = middle(t[2], t[0]);
         fine.triangles.push_back({t[0], ab, ca});
         fine.triangles.push_back({ab, t[1], bc});
         fine.triangles.push_back({ca, bc, t[2]});
@@ -37,14 +38,14 @@ TriangleMesh subdivided(const TriangleMesh& coarse, const Place& place) {
 
 /// An icosahedron subdivided `levels` times onto the sphere: 20 * 4^levels triangles.
 inline TriangleMesh icosphere(double radius, int levels, const Vec3& center = Vec3{0.0}) {
-    const double g = 0.5 * (1.0 + std::sqrt(5.0));  // golden ratio
+    const double g = 0.5 * (1.0 + std::sqrt(5.0)); // golden ratio
     TriangleMesh mesh;
-    mesh.vertices = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                     {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-    mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11},
-                      {1, 5, 9}, {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                      {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8}, {3, 8, 9},
-                      {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+    mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                     {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+    mesh.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                      {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                      {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                      {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
     const auto onto_unit_sphere = [](const Vec3& p) { return glm::normalize(p); };
     for (Vec3& p : mesh.vertices)
         p = onto_unit_sphere(p);
@@ -60,8 +61,8 @@ inline TriangleMesh bumpy_sphere(double radius, int levels, double height = 0.1,
                                  const Vec3& center = Vec3{0.0}) {
     TriangleMesh mesh = icosphere(1.0, levels);
     for (Vec3& p : mesh.vertices) {
-        const double bump = std::sin(waves * p.x + 0.3) * std::sin(waves * p.y + 1.1) *
-                            std::sin(waves * p.z + 2.3);
+        const double bump =
+            std::sin(waves * p.x + 0.3) * std::sin(waves * p.y + 1.1) * std::sin(waves * p.z + 2.3);
         p = center + radius * (1.0 + height * bump) * p;
     }
     return mesh;
@@ -86,8 +87,8 @@ inline TriangleMesh sheet(double side, std::uint32_t cells) {
     TriangleMesh mesh;
     for (std::uint32_t y = 0; y <= cells; ++y)
         for (std::uint32_t x = 0; x <= cells; ++x)
-            mesh.vertices.push_back({side * (x / double(cells) - 0.5),
-                                     side * (y / double(cells) - 0.5), 0.0});
+            mesh.vertices.push_back(
+                {side * (x / double(cells) - 0.5), side * (y / double(cells) - 0.5), 0.0});
     for (std::uint32_t y = 0; y < cells; ++y)
         for (std::uint32_t x = 0; x < cells; ++x) {
             const std::uint32_t a = y * (cells + 1) + x, b = a + 1, c = a + cells + 1, d = c + 1;
@@ -119,4 +120,4 @@ inline TriangleMesh moved(TriangleMesh mesh, const Vec3& by) {
     return mesh;
 }
 
-}  // namespace palpate::test
+} // namespace palpate::test
