@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame costs, per method and contact, on the generated CT: one iteration is one frame of an orbit at 0.2 m/s, 1-5 mm deep.
-// Counters: percentiles of the frames in contact, us; evaluations per frame; and the answer's error, so that no speed is bought with it.
+// What a frame costs, per method and contact, on the generated CT: one iteration is one frame of an
+// orbit at 0.2 m/s, 1-5 mm deep. Counters: percentiles of the frames in contact, us; evaluations
+// per frame; and the answer's error, so that no speed is bought with it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,13 +21,15 @@ namespace palpate {
 namespace {
 
 std::shared_ptr<const Scene> phantom_scene(const std::string& method, int sub_steps) {
-    const std::filesystem::path file =
-        std::filesystem::temp_directory_path() / ("palpate-bench-" + std::to_string(getpid()) + ".nrrd");
+    const std::filesystem::path file = std::filesystem::temp_directory_path() /
+                                       ("palpate-bench-" + std::to_string(getpid()) + ".nrrd");
     write_volume(make_phantom(), file);
-    const std::string text = "[volume.ct]\nfile = \"" + file.string() +
-                             "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 226\nsmooth_voxels = 0.7\n[[effect]]\n"
-                             "type = \"surface\"\nsurface = \"bone\"\n[device]\ntype = \"orbit\"\nduration_s = 10\n"
-                             "[loop]\nmethod = \"" + method + "\"\nsub_steps = " + std::to_string(sub_steps) + "\n";
+    const std::string text =
+        "[volume.ct]\nfile = \"" + file.string() +
+        "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 226\nsmooth_voxels = 0.7\n[[effect]]\n"
+        "type = \"surface\"\nsurface = \"bone\"\n[device]\ntype = \"orbit\"\nduration_s = 10\n"
+        "[loop]\nmethod = \"" +
+        method + "\"\nsub_steps = " + std::to_string(sub_steps) + "\n";
     auto scene = std::make_shared<const Scene>(parse_scene(text, file));
     std::filesystem::remove(file);
     return scene;
@@ -50,16 +53,21 @@ void frames(benchmark::State& state, const char* method, int sub_steps) {
     }
     std::sort(spent.begin(), spent.end());
     double squares = 0.0;
-    for (double distance : audit.level_distance_m()) squares += distance * distance;
+    for (double distance : audit.level_distance_m())
+        squares += distance * distance;
     const auto percentile = [&](double share) {
-        return spent.empty() ? 0.0 : spent[static_cast<std::size_t>(share * static_cast<double>(spent.size() - 1))];
+        return spent.empty()
+                   ? 0.0
+                   : spent[static_cast<std::size_t>(share * static_cast<double>(spent.size() - 1))];
     };
     state.counters["contact_p50_us"] = percentile(0.5);
     state.counters["contact_p99_us"] = percentile(0.99);
     state.counters["contact_max_us"] = percentile(1.0);
     state.counters["evaluations"] = evaluations / static_cast<double>(state.iterations());
     state.counters["level_rms_um"] =
-        spent.empty() ? 0.0 : 1e6 * std::sqrt(squares / static_cast<double>(audit.level_distance_m().size()));
+        spent.empty()
+            ? 0.0
+            : 1e6 * std::sqrt(squares / static_cast<double>(audit.level_distance_m().size()));
 }
 
 BENCHMARK_CAPTURE(frames, adaptive, "adaptive", 1)->UseManualTime()->Iterations(10000);
@@ -67,7 +75,7 @@ BENCHMARK_CAPTURE(frames, single, "single", 1)->UseManualTime()->Iterations(1000
 BENCHMARK_CAPTURE(frames, fixed_8, "fixed", 8)->UseManualTime()->Iterations(10000);
 BENCHMARK_CAPTURE(frames, fixed_46, "fixed", 46)->UseManualTime()->Iterations(10000);
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate
 
 BENCHMARK_MAIN();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the queries of a sub-step cost, on the generated CT: along an orbit at 0.2 m/s, where a hand would be.
+// What the queries of a sub-step cost, on the generated CT: along an orbit at 0.2 m/s, where a hand
+// would be.
 #include <stdexcept>
 
 #include <benchmark/benchmark.h>
@@ -26,7 +27,8 @@ const std::vector<Vec3>& places() {
         orbit.depth_min_mm = orbit.depth_max_mm = 0.0;
         orbit.duration_s = 5.0;
         std::vector<Vec3> result;
-        for (const DeviceState& state : make_orbit(field(), kLevel, orbit, 1000.0)) result.push_back(state.position);
+        for (const DeviceState& state : make_orbit(field(), kLevel, orbit, 1000.0))
+            result.push_back(state.position);
         return result;
     }();
     return points;
@@ -35,7 +37,8 @@ const std::vector<Vec3>& places() {
 void sample(benchmark::State& state) {
     const auto sampler = field().make_sampler();
     std::size_t i = 0;
-    for (auto _ : state) benchmark::DoNotOptimize(sampler->sample(places()[i++ % places().size()]));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(sampler->sample(places()[i++ % places().size()]));
 }
 
 void first_root(benchmark::State& state) {
@@ -44,7 +47,8 @@ void first_root(benchmark::State& state) {
     std::size_t i = 0;
     for (auto _ : state) {
         const Vec3& p = places()[i++ % places().size()];
-        benchmark::DoNotOptimize(sampler->first_root(p + length * glm::normalize(p), p, kLevel + 25.0));
+        benchmark::DoNotOptimize(
+            sampler->first_root(p + length * glm::normalize(p), p, kLevel + 25.0));
     }
 }
 
@@ -71,10 +75,13 @@ void closest_point(benchmark::State& state) {
 void solver(benchmark::State& state) {
     PrimitiveSet set;
     for (int k = 0; k < state.range(0); ++k)
-        set.add({{1e-4 * k, 0, 0}, glm::normalize(Vec3{0.3 * k - 0.5, 0.2 * k * k - 0.3, 1.0}), 1e9});
+        set.add(
+            {{1e-4 * k, 0, 0}, glm::normalize(Vec3{0.3 * k - 0.5, 0.2 * k * k - 0.3, 1.0}), 1e9});
     const Vec3 probe{0.001, -0.0005, -0.003};
-    if (solve_proxy(set, probe, 500.0).residual_m > 1e-14) throw std::runtime_error("the solver is wrong");
-    for (auto _ : state) benchmark::DoNotOptimize(solve_proxy(set, probe, 500.0));
+    if (solve_proxy(set, probe, 500.0).residual_m > 1e-14)
+        throw std::runtime_error("the solver is wrong");
+    for (auto _ : state)
+        benchmark::DoNotOptimize(solve_proxy(set, probe, 500.0));
 }
 
 BENCHMARK(sample);
@@ -83,7 +90,7 @@ BENCHMARK(ray)->ArgName("um")->Arg(50)->Arg(200)->Arg(1000)->Arg(10000);
 BENCHMARK(closest_point);
 BENCHMARK(solver)->ArgName("planes")->Arg(1)->Arg(2)->Arg(3)->Arg(6);
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate
 
 BENCHMARK_MAIN();

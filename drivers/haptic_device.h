@@ -9,10 +9,10 @@ namespace palpate {
 
 /// What a haptic device says at one instant, in the scene frame, SI.
 struct DeviceState {
-    double time_s = 0.0;      ///< the device's own time
-    Vec3 position{0.0};       ///< probe, m
-    Vec3 velocity{0.0};       ///< m/s; zero where the device knows none
-    std::uint32_t trial = 0;  ///< a new number restarts the proxy at the probe
+    double time_s = 0.0;     ///< the device's own time
+    Vec3 position{0.0};      ///< probe, m
+    Vec3 velocity{0.0};      ///< m/s; zero where the device knows none
+    std::uint32_t trial = 0; ///< a new number restarts the proxy at the probe
 };
 
 /// Anything that has a probe and may take a force.
@@ -27,4 +27,4 @@ public:
     virtual void write(const Vec3& force) noexcept = 0;
 };
 
-}  // namespace palpate
+} // namespace palpate

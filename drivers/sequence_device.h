@@ -9,7 +9,8 @@
 
 namespace palpate {
 
-/// A device that plays a given sequence of states: a path, an orbit, a recording. Takes forces and forgets them.
+/// A device that plays a given sequence of states: a path, an orbit, a recording. Takes forces and
+/// forgets them.
 class SequenceDevice final : public HapticDevice {
 public:
     explicit SequenceDevice(std::shared_ptr<const std::vector<DeviceState>> states)
@@ -27,4 +28,4 @@ private:
     std::size_t next_ = 0;
 };
 
-}  // namespace palpate
+} // namespace palpate

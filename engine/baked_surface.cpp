@@ -17,7 +17,8 @@
 namespace palpate {
 namespace {
 
-// Raised whenever the same inputs would bake or mesh differently: old cache files are then no longer found.
+// Raised whenever the same inputs would bake or mesh differently: old cache files are then no
+// longer found.
 constexpr int kCacheVersion = 1;
 // The continuous gradient's stencil needs two voxels of background (contact.md 1.1).
 constexpr int kPadding = 2;
@@ -28,7 +29,7 @@ void report(const Progress& progress, double fraction, std::string_view what) {
 
 std::string where(const SceneDescription& scene, const std::string& surface) {
     const int line = scene.surfaces.at(surface).line;
-    if (line == 0) return scene.file.string();  // made from options, not from a scene file
+    if (line == 0) return scene.file.string(); // made from options, not from a scene file
     return fmt::format("{}:{}: [surface.{}]", scene.file.string(), line, surface);
 }
 
@@ -43,7 +44,8 @@ std::string bake_key(const VoxelVolume& volume, const SurfaceDescription& surfac
     for (int column = 0; column < 3; ++column)
         for (int row = 0; row < 3; ++row)
             text += fmt::format("{:a} ", volume.index_to_scene.linear[column][row]);
-    for (int row = 0; row < 3; ++row) text += fmt::format("{:a} ", volume.index_to_scene.offset[row]);
+    for (int row = 0; row < 3; ++row)
+        text += fmt::format("{:a} ", volume.index_to_scene.offset[row]);
     text += fmt::format("\n{:a} {:a} {} {}\n", surface.iso_value, surface.smooth_voxels,
                         static_cast<int>(surface.iso_after_smoothing), policy_text(surface.keep));
     const std::string_view voxels(reinterpret_cast<const char*>(volume.values.data()),
@@ -54,10 +56,11 @@ std::string bake_key(const VoxelVolume& volume, const SurfaceDescription& surfac
 nlohmann::json to_json(const BakedSurface& baked) {
     nlohmann::json components = nlohmann::json::array();
     for (const VolumeComponent& component : baked.components)
-        components.push_back({{"voxels", component.voxels},
-                              {"volume_mm3", component.volume_mm3},
-                              {"kept", component.kept},
-                              {"sample_m", {component.sample.x, component.sample.y, component.sample.z}}});
+        components.push_back(
+            {{"voxels", component.voxels},
+             {"volume_mm3", component.volume_mm3},
+             {"kept", component.kept},
+             {"sample_m", {component.sample.x, component.sample.y, component.sample.z}}});
     return {{"level", baked.level},
             {"shift_mean_m", baked.shift.mean_m},
             {"shift_deviation_m", baked.shift.deviation_m},
@@ -70,12 +73,13 @@ void from_json(const nlohmann::json& json, BakedSurface& baked) {
     baked.shift = {json.at("shift_mean_m"), json.at("shift_deviation_m"), json.at("shift_points")};
     for (const nlohmann::json& one : json.at("components")) {
         const nlohmann::json& at = one.at("sample_m");
-        baked.components.push_back(
-            {one.at("voxels"), one.at("volume_mm3"), one.at("kept"), Vec3{at.at(0), at.at(1), at.at(2)}});
+        baked.components.push_back({one.at("voxels"), one.at("volume_mm3"), one.at("kept"),
+                                    Vec3{at.at(0), at.at(1), at.at(2)}});
     }
 }
 
-/// What an earlier run baked under this key; false where there is nothing usable, which is then baked again.
+/// What an earlier run baked under this key; false where there is nothing usable, which is then
+/// baked again.
 bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
     if (!std::filesystem::exists(file)) return false;
     try {
@@ -94,12 +98,13 @@ bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
 void require_level_in_range(const VoxelVolume& volume, double level, const std::string& place) {
     const auto [low, high] = value_range(volume);
     if (level > low && level <= high) return;
-    throw std::runtime_error(fmt::format(
-        "{}: iso_value {} is reached by no voxel; choose one above {} and up to {}", place, level, low, high));
+    throw std::runtime_error(
+        fmt::format("{}: iso_value {} is reached by no voxel; choose one above {} and up to {}",
+                    place, level, low, high));
 }
 
-BakedSurface bake_grid(const VoxelVolume& original, const SurfaceDescription& surface, const std::string& place,
-                       const Progress& progress) {
+BakedSurface bake_grid(const VoxelVolume& original, const SurfaceDescription& surface,
+                       const std::string& place, const Progress& progress) {
     const auto [low, high] = value_range(original);
     const float background = static_cast<float>(low);
     VoxelVolume baking = padded(original, kPadding, background);
@@ -116,18 +121,19 @@ BakedSurface bake_grid(const VoxelVolume& original, const SurfaceDescription& su
         baked.shift = surface_shift(before, surface.iso_value, baking, baked.level);
     }
     report(progress, 0.7, "finding components");
-    const double margin = 1e-3 * (high - low);  // as 1 HU of about 4000
+    const double margin = 1e-3 * (high - low); // as 1 HU of about 4000
     baked.components = remove_components(baking, baked.level, surface.keep, margin);
     if (std::none_of(baked.components.begin(), baked.components.end(),
                      [](const VolumeComponent& component) { return component.kept; }))
-        throw std::runtime_error(place + ": keep leaves no component; lower the volume that it asks for");
+        throw std::runtime_error(place +
+                                 ": keep leaves no component; lower the volume that it asks for");
     report(progress, 0.9, "building the grid");
     baked.grid = std::make_shared<GridField>(baking, background);
     baked.field = baked.grid;
     return baked;
 }
 
-}  // namespace
+} // namespace
 
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
                           const std::filesystem::path& cache, const Progress& progress) {
@@ -162,10 +168,11 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
                        const IsosurfaceExtractor& extract, const std::filesystem::path& cache,
                        const Progress& progress) {
     if (!surface.grid)
-        throw std::runtime_error("a surface given by a formula is not meshed; use contact = \"volume\"");
-    const std::string key = sha256_of_text(
-        fmt::format("palpate mesh {} {} {:a} {:a} {:a} {:a}", kCacheVersion, surface.key, surface.level,
-                    settings.facet_angle_deg, settings.facet_size_m, settings.facet_distance_m));
+        throw std::runtime_error(
+            "a surface given by a formula is not meshed; use contact = \"volume\"");
+    const std::string key = sha256_of_text(fmt::format(
+        "palpate mesh {} {} {:a} {:a} {:a} {:a}", kCacheVersion, surface.key, surface.level,
+        settings.facet_angle_deg, settings.facet_size_m, settings.facet_distance_m));
     const std::filesystem::path file = cache / (key.substr(0, 32) + ".ply");
     BakedMesh result;
     if (!cache.empty() && std::filesystem::exists(file)) {
@@ -173,14 +180,17 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         result.from_cache = true;
     } else {
         if (!extract)
-            throw std::runtime_error(
-                "this build has no CGAL to extract a mesh with; use contact = \"volume\", or build with it");
+            throw std::runtime_error("this build has no CGAL to extract a mesh with; use contact = "
+                                     "\"volume\", or build with it");
         report(progress, 0.0, "extracting");
         const std::unique_ptr<FieldSampler> sampler = surface.field->make_sampler();
         Isosurface wanted;
-        wanted.value = [&sampler, level = surface.level](const Vec3& p) { return sampler->value(p) - level; };
+        wanted.value = [&sampler, level = surface.level](const Vec3& p) {
+            return sampler->value(p) - level;
+        };
         wanted.bounds = surface.field->bounds();
-        wanted.seeds = choose_seeds(surface.grid->preview(surface.level), settings.facet_size_m, kSmallestComponentTriangles);
+        wanted.seeds = choose_seeds(surface.grid->preview(surface.level), settings.facet_size_m,
+                                    kSmallestComponentTriangles);
         result.mesh = std::make_shared<TriangleMesh>(extract(wanted, settings, progress));
         if (!cache.empty()) {
             std::filesystem::create_directories(cache);
@@ -190,4 +200,4 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
     return result;
 }
 
-}  // namespace palpate
+} // namespace palpate

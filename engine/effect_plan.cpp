@@ -35,7 +35,8 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
         return plan_surface(scene.surfaces.at(effect.surface), repeated);
     }
     case EffectKind::gradient_surface:
-        if (effect.strength.is_zero()) return {0, false, "strength_n is 0 everywhere: it cannot be felt", ""};
+        if (effect.strength.is_zero())
+            return {0, false, "strength_n is 0 everywhere: it cannot be felt", ""};
         return {0, true, "a plane through the proxy, against the gradient", "", 1.0};
     case EffectKind::constant_force:
         if (effect.force_n == std::array<double, 3>{0.0, 0.0, 0.0})
@@ -45,7 +46,7 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
     return {};
 }
 
-}  // namespace
+} // namespace
 
 bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& surface) const {
     return std::any_of(effects.begin(), effects.end(), [&](const PlannedEffect& planned) {
@@ -73,8 +74,9 @@ EffectPlan plan_effects(const SceneDescription& scene) {
     }
     for (const auto& [volume, description] : scene.volumes)
         if (!used_volumes.contains(volume))
-            plan.left_out.push_back("volume " + volume + ": nothing that is on needs it; it is not read");
+            plan.left_out.push_back("volume " + volume +
+                                    ": nothing that is on needs it; it is not read");
     return plan;
 }
 
-}  // namespace palpate
+} // namespace palpate

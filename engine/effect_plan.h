@@ -10,21 +10,21 @@ namespace palpate {
 
 /// What one effect of a scene needs per evaluation, or why it is left out.
 struct PlannedEffect {
-    std::size_t effect = 0;   ///< index into SceneDescription::effects
+    std::size_t effect = 0; ///< index into SceneDescription::effects
     bool on = true;
-    std::string reason;       ///< why on or off, in words
-    std::string contact;      ///< kind surface: how the proxy is carried
-    double samples = 0.0;     ///< field samples per evaluation
-    double roots = 0.0;       ///< exact first roots per evaluation
-    double rays = 0.0;        ///< Embree rays per evaluation
+    std::string reason;   ///< why on or off, in words
+    std::string contact;  ///< kind surface: how the proxy is carried
+    double samples = 0.0; ///< field samples per evaluation
+    double roots = 0.0;   ///< exact first roots per evaluation
+    double rays = 0.0;    ///< Embree rays per evaluation
     bool needs_mesh = false;
     bool needs_hessian = false;
 };
 
 /// Which effects, fields and queries a scene needs, and why: nothing else is built.
 struct EffectPlan {
-    std::vector<PlannedEffect> effects;     ///< one for each of the scene's, in its order
-    std::vector<std::string> left_out;      ///< surfaces and volumes that nothing uses, in words
+    std::vector<PlannedEffect> effects; ///< one for each of the scene's, in its order
+    std::vector<std::string> left_out;  ///< surfaces and volumes that nothing uses, in words
 
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
 };
@@ -32,4 +32,4 @@ struct EffectPlan {
 /// Plans a scene.                                                                       [setup]
 EffectPlan plan_effects(const SceneDescription& scene);
 
-}  // namespace palpate
+} // namespace palpate

@@ -9,9 +9,10 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kPoints = 2000;      // evaluations timed
-constexpr std::size_t kPerReading = 10;    // evaluations between two readings of the clock, whose cost is then below 1 %
-constexpr double kSpeed = 0.2;             // m/s: how far apart a hand's frames are
+constexpr std::size_t kPoints = 2000; // evaluations timed
+constexpr std::size_t kPerReading =
+    10; // evaluations between two readings of the clock, whose cost is then below 1 %
+constexpr double kSpeed = 0.2; // m/s: how far apart a hand's frames are
 
 /// Places where a hand would be: along an orbit on the surface, or across the box of a field.
 std::vector<Vec3> places(const ScalarField& field, std::optional<double> level) {
@@ -21,12 +22,14 @@ std::vector<Vec3> places(const ScalarField& field, std::optional<double> level) 
         orbit.depth_min_mm = orbit.depth_max_mm = 0.0;
         orbit.speed_m_per_s = kSpeed;
         orbit.duration_s = kPoints / 1000.0 + 0.5;
-        for (const DeviceState& state : make_orbit(field, *level, orbit, 1000.0)) points.push_back(state.position);
+        for (const DeviceState& state : make_orbit(field, *level, orbit, 1000.0))
+            points.push_back(state.position);
         return points;
     }
     const Box box = field.bounds();
     for (std::size_t i = 0; i < kPoints; ++i)
-        points.push_back(box.center() + Vec3{(static_cast<double>(i) - kPoints / 2.0) * kSpeed / 1000.0, 0, 0});
+        points.push_back(box.center() +
+                         Vec3{(static_cast<double>(i) - kPoints / 2.0) * kSpeed / 1000.0, 0, 0});
     return points;
 }
 
@@ -37,7 +40,8 @@ double median_us(const std::vector<Vec3>& points, const Evaluate& evaluate) {
     std::vector<double> readings;
     for (std::size_t i = 0; i + kPerReading < points.size(); i += kPerReading) {
         const double began = clock.now_us();
-        for (std::size_t k = 0; k < kPerReading; ++k) evaluate(points[i + k], points[i + k + 1]);
+        for (std::size_t k = 0; k < kPerReading; ++k)
+            evaluate(points[i + k], points[i + k + 1]);
         readings.push_back((clock.now_us() - began) / kPerReading);
     }
     if (readings.empty()) return 0.0;
@@ -45,7 +49,7 @@ double median_us(const std::vector<Vec3>& points, const Evaluate& evaluate) {
     return readings[readings.size() / 2];
 }
 
-}  // namespace
+} // namespace
 
 std::vector<double> measure_prices(const Scene& scene) {
     std::vector<double> prices(scene.plan().effects.size(), 0.0);
@@ -82,4 +86,4 @@ std::vector<double> measure_prices(const Scene& scene) {
     return prices;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -8,27 +8,28 @@
 
 namespace palpate {
 
-/// All that a frame tells: recorder, benchmarks, command and tests read this one struct. Scene frame, SI.
+/// All that a frame tells: recorder, benchmarks, command and tests read this one struct. Scene
+/// frame, SI.
 struct FrameReport {
-    std::uint64_t frame = 0;  ///< from 0
-    std::uint32_t trial = 0;  ///< from 0; a trial begins with the proxy at the probe
-    double time_s = 0.0;      ///< the device's time of this frame
-    Vec3 probe{0.0};          ///< m, as the device gave it
-    Vec3 proxy{0.0};          ///< m, after the frame
-    Vec3 force{0.0};          ///< N, as it is sent: after the limits
+    std::uint64_t frame = 0; ///< from 0
+    std::uint32_t trial = 0; ///< from 0; a trial begins with the proxy at the probe
+    double time_s = 0.0;     ///< the device's time of this frame
+    Vec3 probe{0.0};         ///< m, as the device gave it
+    Vec3 proxy{0.0};         ///< m, after the frame
+    Vec3 force{0.0};         ///< N, as it is sent: after the limits
 
-    std::uint32_t sub_steps = 0;    ///< movements of the proxy that were accepted
-    std::uint32_t evaluations = 0;  ///< gatherings of primitives with one solution each
-    std::uint32_t contacts = 0;     ///< primitives with a multiplier > 0 in the last solution
-    double residual_m = 0.0;        ///< length of the last movement that the solver asked for
-    std::uint32_t flags = 0;        ///< FrameFlag bits
+    std::uint32_t sub_steps = 0;   ///< movements of the proxy that were accepted
+    std::uint32_t evaluations = 0; ///< gatherings of primitives with one solution each
+    std::uint32_t contacts = 0;    ///< primitives with a multiplier > 0 in the last solution
+    double residual_m = 0.0;       ///< length of the last movement that the solver asked for
+    std::uint32_t flags = 0;       ///< FrameFlag bits
 
-    std::uint32_t field_samples = 0;    ///< values or gradients read from fields
-    std::uint32_t surface_queries = 0;  ///< Embree rays and closest points
-    std::uint32_t root_queries = 0;     ///< exact first roots
-    double spent_us = 0.0;              ///< around frame(); not deterministic
-    double estimate_us = 0.0;           ///< of a sub-step, eq. (10); 0 where the method needs none
-    double late_us = 0.0;               ///< start of the frame after its deadline; 0 at asap pace
+    std::uint32_t field_samples = 0;   ///< values or gradients read from fields
+    std::uint32_t surface_queries = 0; ///< Embree rays and closest points
+    std::uint32_t root_queries = 0;    ///< exact first roots
+    double spent_us = 0.0;             ///< around frame(); not deterministic
+    double estimate_us = 0.0;          ///< of a sub-step, eq. (10); 0 where the method needs none
+    double late_us = 0.0;              ///< start of the frame after its deadline; 0 at asap pace
 };
 
-}  // namespace palpate
+} // namespace palpate

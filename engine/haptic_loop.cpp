@@ -13,11 +13,14 @@ namespace {
 // Beyond this no scene reaches, and Embree's float32 would overflow.
 constexpr double kProbeRange = SurfaceScene::kQueryRange;
 
-/// Denormal numbers cost hundreds of cycles each: flushed to zero within a frame, the caller's mode restored after it.
+/// Denormal numbers cost hundreds of cycles each: flushed to zero within a frame, the caller's mode
+/// restored after it.
 class FlushDenormals {
 public:
 #if defined(__x86_64__)
-    FlushDenormals() noexcept : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero); }
+    FlushDenormals() noexcept : saved_(_mm_getcsr()) {
+        _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
+    }
     ~FlushDenormals() { _mm_setcsr(saved_); }
 
 private:
@@ -42,7 +45,8 @@ SteppingSettings stepping(const LoopDescription& loop) {
 template <class T>
 std::vector<T*> pointers(const std::vector<std::unique_ptr<T>>& owners) {
     std::vector<T*> result;
-    for (const std::unique_ptr<T>& owner : owners) result.push_back(owner.get());
+    for (const std::unique_ptr<T>& owner : owners)
+        result.push_back(owner.get());
     return result;
 }
 
@@ -50,27 +54,25 @@ bool in_range(const Vec3& p) noexcept {
     return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
 }
 
-}  // namespace
+} // namespace
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock)
-    : scene_(std::move(scene)),
-      clock_(clock),
-      contacts_(scene_->make_contacts()),
-      effects_(scene_->make_effects()),
-      coupling_{scene_->description().coupling.stiffness_n_per_m,
-                scene_->description().coupling.damping_n_s_per_m},
+    : scene_(std::move(scene)), clock_(clock), contacts_(scene_->make_contacts()),
+      effects_(scene_->make_effects()), coupling_{scene_->description().coupling.stiffness_n_per_m,
+                                                  scene_->description().coupling.damping_n_s_per_m},
       limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
                 1.0 / scene_->description().loop.rate_hz}),
       period_s_(1.0 / scene_->description().loop.rate_hz) {
-    subdivision_ = std::make_unique<Subdivision>(stepping(scene_->description().loop), pointers(contacts_),
-                                                 pointers(effects_), clock_);
+    subdivision_ = std::make_unique<Subdivision>(stepping(scene_->description().loop),
+                                                 pointers(contacts_), pointers(effects_), clock_);
 }
 
 HapticLoop::~HapticLoop() = default;
 
 FrameReport HapticLoop::frame(const DeviceState& device) noexcept { return frame(device, {}); }
 
-FrameReport HapticLoop::frame(const DeviceState& device, std::span<const std::uint32_t> steps_left) noexcept {
+FrameReport HapticLoop::frame(const DeviceState& device,
+                              std::span<const std::uint32_t> steps_left) noexcept {
     const FlushDenormals flush_denormals;
     const double began_us = clock_.now_us();
     const QueryCount before = queries();
@@ -86,7 +88,8 @@ FrameReport HapticLoop::frame(const DeviceState& device, std::span<const std::ui
         const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
         move_proxy(device, steps_left, report);
         const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
-        wanted = coupling_force(coupling_, device.position, proxy_, device.velocity, proxy_velocity);  // (3)
+        wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
+                                proxy_velocity); // (3)
     } else {
         report.flags |= kProbeNotFinite;
     }
@@ -96,7 +99,8 @@ FrameReport HapticLoop::frame(const DeviceState& device, std::span<const std::ui
     const QueryCount after = queries();
     report.field_samples = static_cast<std::uint32_t>(after.field_samples - before.field_samples);
     report.root_queries = static_cast<std::uint32_t>(after.roots - before.roots);
-    report.surface_queries = static_cast<std::uint32_t>(after.surface_queries - before.surface_queries);
+    report.surface_queries =
+        static_cast<std::uint32_t>(after.surface_queries - before.surface_queries);
     report.estimate_us = subdivision_->estimate_us();
     report.spent_us = clock_.now_us() - began_us;
     return report;
@@ -111,8 +115,9 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
         report.flags |= subdivision_->restart(proxy_);
     }
     const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_};
-    const SubdivisionResult result = steps_left.empty() ? subdivision_->advance(context)
-                                                        : subdivision_->advance(context, steps_left);
+    const SubdivisionResult result = steps_left.empty()
+                                         ? subdivision_->advance(context)
+                                         : subdivision_->advance(context, steps_left);
     proxy_ = result.proxy;
     report.sub_steps = result.sub_steps;
     report.evaluations = result.evaluations;
@@ -128,9 +133,11 @@ QueryCount HapticLoop::queries() const noexcept {
         total.roots += one.roots;
         total.surface_queries += one.surface_queries;
     };
-    for (const auto& contact : contacts_) add(contact->queries());
-    for (const auto& effect : effects_) add(effect->queries());
+    for (const auto& contact : contacts_)
+        add(contact->queries());
+    for (const auto& effect : effects_)
+        add(effect->queries());
     return total;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -15,8 +15,9 @@
 
 namespace palpate {
 
-/// All mutable state of one haptic loop over a shared scene. frame() is an ordinary function: call it from whichever thread you
-/// like, one at a time. Below it there is no allocation, lock, exception or unbounded loop.
+/// All mutable state of one haptic loop over a shared scene. frame() is an ordinary function: call
+/// it from whichever thread you like, one at a time. Below it there is no allocation, lock,
+/// exception or unbounded loop.
 class HapticLoop {
 public:
     /// Builds contacts, effects and buffers; the clock must outlive the loop.            [setup]
@@ -26,16 +27,20 @@ public:
     HapticLoop& operator=(const HapticLoop&) = delete;
 
     /// One haptic frame: probe in, force out (FrameReport::force, N, scene frame).       [loop]
-    /// A probe that is not finite, or beyond 1e6 m, holds the proxy and takes the force to zero at the slew limit.
+    /// A probe that is not finite, or beyond 1e6 m, holds the proxy and takes the force to zero at
+    /// the slew limit.
     FrameReport frame(const DeviceState& device) noexcept;
 
     /// The same with the clock's decisions of an earlier run (see steps_left()).         [loop]
-    FrameReport frame(const DeviceState& device, std::span<const std::uint32_t> steps_left) noexcept;
+    FrameReport frame(const DeviceState& device,
+                      std::span<const std::uint32_t> steps_left) noexcept;
 
     /// The proxy's corners in the last frame.                                            [loop]
     std::span<const Vec3> path() const noexcept { return subdivision_->path(); }
     /// N_steps of eq. (8) after each evaluation of the last frame.                        [loop]
-    std::span<const std::uint32_t> steps_left() const noexcept { return subdivision_->steps_left(); }
+    std::span<const std::uint32_t> steps_left() const noexcept {
+        return subdivision_->steps_left();
+    }
 
 private:
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
@@ -57,4 +62,4 @@ private:
     Vec3 proxy_{0.0};
 };
 
-}  // namespace palpate
+} // namespace palpate

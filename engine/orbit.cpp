@@ -9,16 +9,18 @@
 namespace palpate {
 namespace {
 
-constexpr double kSample = 0.25e-3;     // m along the spiral between rays: finer than voxels
-constexpr double kSteepest = 1.0;       // radius change per arc length that the probe follows: not into deep pockets
-constexpr int kFreeFrames = 20;         // in free space, after which a new trial begins
-constexpr double kDepthWave = 30e-3;    // m along the spiral from shallow to deep and back
-constexpr double kApproach = 5e-3;      // m in front of the surface where the path begins
-constexpr double kMissedShare = 0.3;    // of the largest radius: where rays that meet nothing put the surface
+constexpr double kSample = 0.25e-3; // m along the spiral between rays: finer than voxels
+constexpr double kSteepest =
+    1.0; // radius change per arc length that the probe follows: not into deep pockets
+constexpr int kFreeFrames = 20;      // in free space, after which a new trial begins
+constexpr double kDepthWave = 30e-3; // m along the spiral from shallow to deep and back
+constexpr double kApproach = 5e-3;   // m in front of the surface where the path begins
+constexpr double kMissedShare =
+    0.3; // of the largest radius: where rays that meet nothing put the surface
 
 /// Directions of the spiral: from the pole over the equator to the other pole.
 Vec3 spiral_direction(double share, int turns) {
-    const double z = 1.0 - 2.0 * share;  // equal areas per share
+    const double z = 1.0 - 2.0 * share; // equal areas per share
     const double around = 2.0 * std::numbers::pi * turns * share;
     const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
     return {r * std::cos(around), r * std::sin(around), z};
@@ -27,15 +29,17 @@ Vec3 spiral_direction(double share, int turns) {
 /// Where rays meet the surface, as a radius over the spiral's samples.
 struct Profile {
     std::vector<Vec3> direction;
-    std::vector<double> radius;  // m from the centre; negative where a ray meets nothing
-    bool cavity = false;         // felt from the centre outwards
+    std::vector<double> radius; // m from the centre; negative where a ray meets nothing
+    bool cavity = false;        // felt from the centre outwards
     double mean_radius = 0.0;
 };
 
-Profile cast_rays(const ScalarField& field, double level, const Vec3& center, double reach, int turns) {
+Profile cast_rays(const ScalarField& field, double level, const Vec3& center, double reach,
+                  int turns) {
     const std::unique_ptr<FieldSampler> sampler = field.make_sampler();
     Profile profile;
-    profile.cavity = sampler->value(center + Vec3{reach, 0, 0}) >= level && sampler->value(center) < level;
+    profile.cavity =
+        sampler->value(center + Vec3{reach, 0, 0}) >= level && sampler->value(center) < level;
     // Length of the spiral on a sphere that fills the bounds, about 4 R per turn.
     const double length = 4.0 * turns * reach;
     const std::size_t count = static_cast<std::size_t>(length / kSample) + 1;
@@ -43,23 +47,30 @@ Profile cast_rays(const ScalarField& field, double level, const Vec3& center, do
     for (std::size_t i = 0; i < count; ++i) {
         const Vec3 direction = spiral_direction((i + 0.5) / count, turns);
         const Vec3 outside = center + reach * direction;
-        const std::optional<double> root = profile.cavity ? sampler->first_root(center, outside, level)
-                                                          : sampler->first_root(outside, center, level);
+        const std::optional<double> root = profile.cavity
+                                               ? sampler->first_root(center, outside, level)
+                                               : sampler->first_root(outside, center, level);
         profile.direction.push_back(direction);
-        profile.radius.push_back(!root ? -1.0 : profile.cavity ? *root * reach : (1.0 - *root) * reach);
+        profile.radius.push_back(!root            ? -1.0
+                                 : profile.cavity ? *root * reach
+                                                  : (1.0 - *root) * reach);
         if (!root) continue;
         ++hits;
         profile.mean_radius += profile.radius.back();
     }
-    if (hits == 0) throw std::runtime_error("orbit: no ray around the centre of the surface's bounds meets it");
+    if (hits == 0)
+        throw std::runtime_error(
+            "orbit: no ray around the centre of the surface's bounds meets it");
     profile.mean_radius /= static_cast<double>(hits);
     return profile;
 }
 
-/// Presses the depth into the profile and takes the steepness out, towards free space, so that nothing becomes deeper.
+/// Presses the depth into the profile and takes the steepness out, towards free space, so that
+/// nothing becomes deeper.
 void press(Profile& profile, const DeviceDescription& orbit) {
     const double towards_free = profile.cavity ? -1.0 : 1.0;
-    const double missed = kMissedShare * *std::max_element(profile.radius.begin(), profile.radius.end());
+    const double missed =
+        kMissedShare * *std::max_element(profile.radius.begin(), profile.radius.end());
     const double low = 1e-3 * orbit.depth_min_mm;
     const double high = 1e-3 * orbit.depth_max_mm;
     std::vector<double>& radius = profile.radius;
@@ -73,10 +84,13 @@ void press(Profile& profile, const DeviceDescription& orbit) {
     }
     const auto limit = [&](std::size_t to, std::size_t from) {
         const double step = kSteepest * kSample;
-        if (towards_free * (radius[from] - radius[to]) > step) radius[to] = radius[from] - towards_free * step;
+        if (towards_free * (radius[from] - radius[to]) > step)
+            radius[to] = radius[from] - towards_free * step;
     };
-    for (std::size_t i = 1; i < radius.size(); ++i) limit(i, i - 1);
-    for (std::size_t i = radius.size() - 1; i-- > 0;) limit(i, i + 1);
+    for (std::size_t i = 1; i < radius.size(); ++i)
+        limit(i, i - 1);
+    for (std::size_t i = radius.size() - 1; i-- > 0;)
+        limit(i, i + 1);
 }
 
 std::vector<Vec3> corners(const Profile& profile, const Vec3& center) {
@@ -90,10 +104,10 @@ std::vector<Vec3> corners(const Profile& profile, const Vec3& center) {
     return points;
 }
 
-}  // namespace
+} // namespace
 
-std::vector<DeviceState> make_orbit(const ScalarField& field, double level, const DeviceDescription& orbit,
-                                    double rate_hz) {
+std::vector<DeviceState> make_orbit(const ScalarField& field, double level,
+                                    const DeviceDescription& orbit, double rate_hz) {
     const Box bounds = field.bounds();
     const Vec3 center = bounds.center();
     const double reach = 0.5 * glm::length(bounds.extent());
@@ -108,7 +122,7 @@ std::vector<DeviceState> make_orbit(const ScalarField& field, double level, cons
     const std::unique_ptr<FieldSampler> sampler = field.make_sampler();
     int free_frames = 0;
     std::size_t corner = 0;
-    double along = 0.0;  // of the current edge
+    double along = 0.0; // of the current edge
     while (corner + 1 < path.size() && states.size() < most) {
         const Vec3 edge = path[corner + 1] - path[corner];
         const double length = glm::length(edge);
@@ -122,11 +136,12 @@ std::vector<DeviceState> make_orbit(const ScalarField& field, double level, cons
         state.position = path[corner] + (length > 0.0 ? along / length : 0.0) * edge;
         if (!states.empty()) state.velocity = (state.position - states.back().position) * rate_hz;
         free_frames = sampler->value(state.position) < level ? free_frames + 1 : 0;
-        state.trial = (states.empty() ? 0 : states.back().trial) + (free_frames == kFreeFrames ? 1 : 0);
+        state.trial =
+            (states.empty() ? 0 : states.back().trial) + (free_frames == kFreeFrames ? 1 : 0);
         states.push_back(state);
         along += step;
     }
     return states;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -14,20 +14,22 @@ namespace palpate {
 
 /// Hash of a file that the scene was built from.
 struct RecordedSource {
-    std::string file;    ///< as the scene names it, made absolute
-    std::string sha256;  ///< of its bytes, hexadecimal
+    std::string file;   ///< as the scene names it, made absolute
+    std::string sha256; ///< of its bytes, hexadecimal
 };
 
 /// All that it takes to compute the same frames again, and what came out.
 struct Recording {
-    std::string version;                  ///< of the engine that wrote it
-    std::string scene_file;               ///< absolute path the scene was read from: anchors its relative paths
-    std::string scene_text;               ///< TOML
-    std::string overrides;                ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
-    std::vector<RecordedSource> sources;  ///< volumes and meshes
-    std::vector<DeviceState> inputs;      ///< a row per frame
-    std::vector<FrameReport> frames;      ///< what came out; clock columns included
-    std::vector<std::uint32_t> steps_left; ///< N_steps of eq. (8) after each evaluation, frame by frame; empty where no clock decided
+    std::string version;    ///< of the engine that wrote it
+    std::string scene_file; ///< absolute path the scene was read from: anchors its relative paths
+    std::string scene_text; ///< TOML
+    std::string
+        overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
+    std::vector<RecordedSource> sources;   ///< volumes and meshes
+    std::vector<DeviceState> inputs;       ///< a row per frame
+    std::vector<FrameReport> frames;       ///< what came out; clock columns included
+    std::vector<std::uint32_t> steps_left; ///< N_steps of eq. (8) after each evaluation, frame by
+                                           ///< frame; empty where no clock decided
 };
 
 /// Writes recording.h5 (HDF5: one data set per column, units as attributes).            [setup]
@@ -35,12 +37,14 @@ struct Recording {
 void write_recording(const std::filesystem::path& file, const Recording& recording);
 
 /// Reads it back, bit for bit.                                                          [setup]
-/// Throws std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a recording.
+/// Throws std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
+/// recording.
 Recording read_recording(const std::filesystem::path& file);
 
-/// SHA-256 of a file's bytes, hexadecimal; throws std::runtime_error when it cannot be read.     [setup]
+/// SHA-256 of a file's bytes, hexadecimal; throws std::runtime_error when it cannot be read.
+/// [setup]
 std::string sha256_of_file(const std::filesystem::path& file);
 /// SHA-256 of a string, hexadecimal.                                                    [any]
 std::string sha256_of_text(std::string_view text);
 
-}  // namespace palpate
+} // namespace palpate

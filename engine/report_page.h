@@ -13,8 +13,8 @@ namespace palpate {
 
 /// One trace in a report.
 struct ReportTrace {
-    std::string title;                ///< as "skull, adaptive, volume"
-    std::string summary;              ///< text of its summary.json
+    std::string title;   ///< as "skull, adaptive, volume"
+    std::string summary; ///< text of its summary.json
     std::vector<FrameReport> frames;
 };
 
@@ -25,17 +25,20 @@ struct ReportSubject {
     std::vector<ReportTrace> traces;
 };
 
-/// The table of a report as plain text, a line per trace: frames, in contact, sub-steps, us per frame p50/p99, queries per
-/// frame, force range, distance of the proxy from the iso-level (rms, p99), deepest chord.          [setup]
-/// Throws std::runtime_error when a summary is not what `palpate trace` writes.
+/// The table of a report as plain text, a line per trace: frames, in contact, sub-steps, us per
+/// frame p50/p99, queries per frame, force range, distance of the proxy from the iso-level (rms,
+/// p99), deepest chord.          [setup] Throws std::runtime_error when a summary is not what
+/// `palpate trace` writes.
 std::string report_table(const std::vector<ReportSubject>& subjects);
 
-/// Writes a self-contained HTML page: the table, per subject pictures of the surface with its first trace from two sides and a
-/// chart of each trace's force over time, and tables of surfaces, flags and effects. `notes` are paragraphs of plain text above
-/// it; a subject without mesh has no pictures.                                          [setup]
-/// Complete or not at all; throws std::runtime_error naming the file, or the trace whose summary is not what `palpate trace`
+/// Writes a self-contained HTML page: the table, per subject pictures of the surface with its first
+/// trace from two sides and a chart of each trace's force over time, and tables of surfaces, flags
+/// and effects. `notes` are paragraphs of plain text above it; a subject without mesh has no
+/// pictures.                                          [setup] Complete or not at all; throws
+/// std::runtime_error naming the file, or the trace whose summary is not what `palpate trace`
 /// writes.
-void write_report_page(const std::filesystem::path& file, const std::vector<ReportSubject>& subjects,
+void write_report_page(const std::filesystem::path& file,
+                       const std::vector<ReportSubject>& subjects,
                        const std::vector<std::string>& notes);
 
-}  // namespace palpate
+} // namespace palpate

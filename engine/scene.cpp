@@ -27,21 +27,22 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
         IsosurfaceSettings settings;
         settings.facet_size_m = 1e-3 * description.facet_size_mm;
         settings.facet_distance_m = 1e-3 * description.facet_distance_mm;
-        const BakedMesh mesh =
-            mesh_surface(surface.baked, settings, resources.extract, resources.cache, resources.progress);
+        const BakedMesh mesh = mesh_surface(surface.baked, settings, resources.extract,
+                                            resources.cache, resources.progress);
         surface.mesh = std::make_shared<SurfaceScene>(mesh.mesh);
     }
     return surface;
 }
 
-std::shared_ptr<const ScalarField> volume_field(const SceneDescription& scene, const std::string& volume) {
+std::shared_ptr<const ScalarField> volume_field(const SceneDescription& scene,
+                                                const std::string& volume) {
     const VolumeDescription& description = scene.volumes.at(volume);
     if (description.file.empty()) return make_analytic_field(scene, volume);
     const VoxelVolume voxels = read_volume(description.file);
     return std::make_shared<GridField>(voxels, static_cast<float>(value_range(voxels)[0]));
 }
 
-}  // namespace
+} // namespace
 
 std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene,
                                                        const std::string& volume) {
@@ -51,16 +52,19 @@ std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& s
         if (description.analytic == "sphere_cavity") return make_sphere_cavity(metres("radius_mm"));
         if (description.analytic == "solid_sphere") return make_solid_sphere(metres("radius_mm"));
         if (description.analytic == "bumpy_cavity")
-            return make_bumpy_cavity(metres("radius_mm"), metres("amplitude_mm"), metres("wavelength_mm"));
+            return make_bumpy_cavity(metres("radius_mm"), metres("amplitude_mm"),
+                                     metres("wavelength_mm"));
         if (description.analytic == "slab") return make_slab(metres("thickness_mm"));
-        if (description.analytic == "wedge") return make_wedge(description.parameters.at("angle_deg"));
-        if (description.analytic == "torus") return make_torus(metres("radius_mm"), metres("tube_mm"));
+        if (description.analytic == "wedge")
+            return make_wedge(description.parameters.at("angle_deg"));
+        if (description.analytic == "torus")
+            return make_torus(metres("radius_mm"), metres("tube_mm"));
     } catch (const std::invalid_argument& error) {
-        throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}", scene.file.string(), description.line,
-                                             volume, error.what()));
+        throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}", scene.file.string(),
+                                             description.line, volume, error.what()));
     }
-    throw std::runtime_error(fmt::format("{}:{}: [volume.{}] is not given by a formula", scene.file.string(),
-                                         description.line, volume));
+    throw std::runtime_error(fmt::format("{}:{}: [volume.{}] is not given by a formula",
+                                         scene.file.string(), description.line, volume));
 }
 
 Scene::Scene(SceneDescription description, const SceneResources& resources)
@@ -70,16 +74,17 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
             surfaces_.push_back(build_surface(description_, name, resources));
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
-        if (planned.on && effect.kind == EffectKind::gradient_surface && !fields_.contains(effect.volume))
+        if (planned.on && effect.kind == EffectKind::gradient_surface &&
+            !fields_.contains(effect.volume))
             fields_.emplace(effect.volume, volume_field(description_, effect.volume));
     }
     for (const SceneSurface& surface : surfaces_) {
         try {
             LevelScale::of(*surface.baked.field, surface.level);
         } catch (const std::invalid_argument& error) {
-            throw std::runtime_error(fmt::format("{}:{}: [surface.{}]: {}", description_.file.string(),
-                                                 description_.surfaces.at(surface.name).line, surface.name,
-                                                 error.what()));
+            throw std::runtime_error(fmt::format(
+                "{}:{}: [surface.{}]: {}", description_.file.string(),
+                description_.surfaces.at(surface.name).line, surface.name, error.what()));
         }
     }
 }
@@ -97,7 +102,8 @@ std::shared_ptr<const ScalarField> Scene::effect_field(const std::string& volume
 
 std::vector<std::unique_ptr<SurfaceContact>> Scene::make_contacts() const {
     std::vector<std::unique_ptr<SurfaceContact>> contacts;
-    for (const SceneSurface& surface : surfaces_) contacts.push_back(make_contact(surface));
+    for (const SceneSurface& surface : surfaces_)
+        contacts.push_back(make_contact(surface));
     return contacts;
 }
 
@@ -107,7 +113,8 @@ std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
         if (!planned.on) continue;
         const EffectDescription& effect = description_.effects[planned.effect];
         if (effect.kind == EffectKind::gradient_surface)
-            effects.push_back(std::make_unique<GradientSurface>(fields_.at(effect.volume), effect.strength));
+            effects.push_back(
+                std::make_unique<GradientSurface>(fields_.at(effect.volume), effect.strength));
         if (effect.kind == EffectKind::constant_force)
             effects.push_back(std::make_unique<ConstantForce>(
                 Vec3{effect.force_n[0], effect.force_n[1], effect.force_n[2]}));
@@ -115,4 +122,4 @@ std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
     return effects;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -20,9 +20,10 @@ namespace palpate {
 
 /// What building a scene may use besides its description.
 struct SceneResources {
-    std::filesystem::path cache;   ///< folder for baked fields and meshes; empty: none is kept
-    IsosurfaceExtractor extract;   ///< extract_isosurface of palpate::extraction, or empty: then no contact that needs a mesh
-    Progress progress;             ///< may be empty
+    std::filesystem::path cache; ///< folder for baked fields and meshes; empty: none is kept
+    IsosurfaceExtractor extract; ///< extract_isosurface of palpate::extraction, or empty: then no
+                                 ///< contact that needs a mesh
+    Progress progress;           ///< may be empty
 };
 
 /// A surface that is felt: the baked field, its level, and the mesh where the contact needs one.
@@ -31,10 +32,11 @@ struct SceneSurface {
     ContactKind contact = ContactKind::volume;
     LevelSettings level;
     BakedSurface baked;
-    std::shared_ptr<const SurfaceScene> mesh;  ///< null where the contact needs none
+    std::shared_ptr<const SurfaceScene> mesh; ///< null where the contact needs none
 };
 
-/// A scene, loaded: everything that its plan needs and nothing else. Immutable; several loops may share it.
+/// A scene, loaded: everything that its plan needs and nothing else. Immutable; several loops may
+/// share it.
 class Scene {
 public:
     /// Loads, bakes and extracts what the plan needs.                                    [setup]
@@ -43,24 +45,29 @@ public:
 
     const SceneDescription& description() const noexcept { return description_; }
     const EffectPlan& plan() const noexcept { return plan_; }
-    const std::vector<SceneSurface>& surfaces() const noexcept { return surfaces_; }  ///< that are felt, by name
+    const std::vector<SceneSurface>& surfaces() const noexcept {
+        return surfaces_;
+    } ///< that are felt, by name
 
-    /// Fresh per-loop objects of what is on: surfaces by name, effects in the scene's order.   [setup]
+    /// Fresh per-loop objects of what is on: surfaces by name, effects in the scene's order.
+    /// [setup]
     std::vector<std::unique_ptr<SurfaceContact>> make_contacts() const;
     std::vector<std::unique_ptr<Effect>> make_effects() const;
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 
-    /// The field of a volume that an effect other than a surface uses; null where none does.   [any]
+    /// The field of a volume that an effect other than a surface uses; null where none does. [any]
     std::shared_ptr<const ScalarField> effect_field(const std::string& volume) const;
 
 private:
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;
-    std::map<std::string, std::shared_ptr<const ScalarField>> fields_;  // of volume effects
+    std::map<std::string, std::shared_ptr<const ScalarField>> fields_; // of volume effects
 };
 
-/// The field of a volume given by a formula; throws std::runtime_error naming file and line.   [setup]
-std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene, const std::string& volume);
+/// The field of a volume given by a formula; throws std::runtime_error naming file and line.
+/// [setup]
+std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene,
+                                                       const std::string& volume);
 
-}  // namespace palpate
+} // namespace palpate

@@ -17,10 +17,13 @@ namespace palpate {
 
 /// A volume of the scene: a file or a formula.
 struct VolumeDescription {
-    std::filesystem::path file;                ///< absolute, or relative to the working folder; empty with `analytic`
-    std::string analytic;                      ///< sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus; or empty
-    std::map<std::string, double> parameters;  ///< of the formula, by key: radius_mm, amplitude_mm, ...
-    int line = 0;                              ///< of the scene file, for messages
+    std::filesystem::path
+        file; ///< absolute, or relative to the working folder; empty with `analytic`
+    std::string
+        analytic; ///< sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus; or empty
+    std::map<std::string, double>
+        parameters; ///< of the formula, by key: radius_mm, amplitude_mm, ...
+    int line = 0;   ///< of the scene file, for messages
 };
 
 enum class ContactKind { volume, direct };
@@ -29,15 +32,17 @@ enum class ContactKind { volume, direct };
 struct SurfaceDescription {
     enum class IsoAfterSmoothing { keep_position, as_given };
 
-    std::string volume;               ///< key of SceneDescription::volumes
-    double iso_value = 0.0;           ///< in the volume's own unit
-    double smooth_voxels = 0.0;       ///< standard deviation of the Gaussian baked in first, voxels, [0, 5]
+    std::string volume;     ///< key of SceneDescription::volumes
+    double iso_value = 0.0; ///< in the volume's own unit
+    double smooth_voxels =
+        0.0; ///< standard deviation of the Gaussian baked in first, voxels, [0, 5]
     IsoAfterSmoothing iso_after_smoothing = IsoAfterSmoothing::keep_position;
     ComponentPolicy keep;
     ContactKind contact = ContactKind::volume;
-    double strength_n = std::numeric_limits<double>::infinity();  ///< the surface yields above this, N, >= 0
-    double facet_size_mm = 2.0;       ///< of the mesh, where one is needed, (0, 50]
-    double facet_distance_mm = 0.2;   ///< of the mesh, (0, 10]
+    double strength_n =
+        std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0
+    double facet_size_mm = 2.0;                  ///< of the mesh, where one is needed, (0, 50]
+    double facet_distance_mm = 0.2;              ///< of the mesh, (0, 10]
     int line = 0;
 };
 
@@ -45,58 +50,58 @@ enum class EffectKind { surface, gradient_surface, constant_force };
 
 struct EffectDescription {
     EffectKind kind = EffectKind::surface;
-    std::string surface;        ///< kind surface: key of SceneDescription::surfaces
-    std::string volume;         ///< kind gradient_surface: key of SceneDescription::volumes
+    std::string surface; ///< kind surface: key of SceneDescription::surfaces
+    std::string volume;  ///< kind gradient_surface: key of SceneDescription::volumes
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
-                                ///< kind gradient_surface (key strength_n), N over the volume's value
-    std::array<double, 3> force_n{0.0, 0.0, 0.0};  ///< kind constant_force, N, scene frame
+    ///< kind gradient_surface (key strength_n), N over the volume's value
+    std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame
     int line = 0;
 };
 
 struct CouplingDescription {
-    double stiffness_n_per_m = 500.0;  ///< k_s of eq. (3), (0, 1e5]
-    double damping_n_s_per_m = 0.0;    ///< k_d of eq. (3), [0, 1e3]
+    double stiffness_n_per_m = 500.0; ///< k_s of eq. (3), (0, 1e5]
+    double damping_n_s_per_m = 0.0;   ///< k_d of eq. (3), [0, 1e3]
 };
 
 struct LimitsDescription {
-    double force_n = 5.0;          ///< (0, 1e3]
-    double slew_n_per_s = 2000.0;  ///< (0, 1e7]
+    double force_n = 5.0;         ///< (0, 1e3]
+    double slew_n_per_s = 2000.0; ///< (0, 1e7]
 };
 
 struct LoopDescription {
-    double rate_hz = 1000.0;   ///< [50, 20000]
-    double budget_us = 900.0;  ///< t_delta of eq. (8), (0, 1e6/rate_hz]
+    double rate_hz = 1000.0;  ///< [50, 20000]
+    double budget_us = 900.0; ///< t_delta of eq. (8), (0, 1e6/rate_hz]
     SteppingMethod method = SteppingMethod::adaptive;
-    int sub_steps = 8;           ///< method fixed, [1, 4096]
-    double tolerance_um = 0.1;   ///< method adaptive, (0, 1000]
-    int evaluation_cap = 8;      ///< method adaptive, [1, 256]
+    int sub_steps = 8;         ///< method fixed, [1, 4096]
+    double tolerance_um = 0.1; ///< method adaptive, (0, 1000]
+    int evaluation_cap = 8;    ///< method adaptive, [1, 256]
 };
 
 /// What moves the probe.
 struct DeviceDescription {
     enum class Kind { none, path, orbit };
     Kind kind = Kind::none;
-    std::filesystem::path file;         ///< path: CSV, t_s,x_m,y_m,z_m
-    std::string surface;                ///< orbit: key of surfaces; empty = the only one
-    double speed_m_per_s = 0.2;         ///< orbit, (0, 100]
-    double depth_min_mm = 1.0;          ///< orbit: pressed at least this deep, [0, 50]
-    double depth_max_mm = 5.0;          ///< orbit: and at most this deep, [depth_min_mm, 50]
-    double duration_s = 20.0;           ///< orbit, (0, 3600]
-    int turns = 12;                     ///< orbit: turns of the spiral from pole to pole, [1, 500]
+    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m
+    std::string surface;        ///< orbit: key of surfaces; empty = the only one
+    double speed_m_per_s = 0.2; ///< orbit, (0, 100]
+    double depth_min_mm = 1.0;  ///< orbit: pressed at least this deep, [0, 50]
+    double depth_max_mm = 5.0;  ///< orbit: and at most this deep, [depth_min_mm, 50]
+    double duration_s = 20.0;   ///< orbit, (0, 3600]
+    int turns = 12;             ///< orbit: turns of the spiral from pole to pole, [1, 500]
     int line = 0;
 };
 
 /// A scene as its file says it: validated, nothing loaded yet.
 struct SceneDescription {
-    std::filesystem::path file;  ///< where it was read from; empty when made in code
-    std::string text;            ///< the file's own text: recorded, hashed
+    std::filesystem::path file; ///< where it was read from; empty when made in code
+    std::string text;           ///< the file's own text: recorded, hashed
     std::map<std::string, VolumeDescription> volumes;
     std::map<std::string, SurfaceDescription> surfaces;
-    std::vector<EffectDescription> effects;  ///< in the file's order
+    std::vector<EffectDescription> effects; ///< in the file's order
     CouplingDescription coupling;
     LimitsDescription limits;
     LoopDescription loop;
     DeviceDescription device;
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -24,10 +24,12 @@ Kind named(const char* option, const std::string& text, const std::array<Kind, N
 }
 
 template <class Number>
-void set(const char* option, const std::optional<Number>& value, double low, double high, Number& target) {
+void set(const char* option, const std::optional<Number>& value, double low, double high,
+         Number& target) {
     if (!value) return;
     if (!(*value >= low && *value <= high))
-        throw std::invalid_argument(fmt::format("{} {}: must be between {} and {}", option, *value, low, high));
+        throw std::invalid_argument(
+            fmt::format("{} {}: must be between {} and {}", option, *value, low, high));
     target = *value;
 }
 
@@ -43,18 +45,19 @@ void set_device(const std::string& text, DeviceDescription& device) {
     }
 }
 
-}  // namespace
+} // namespace
 
 void apply(const SceneOverrides& overrides, SceneDescription& scene) {
     if (overrides.device) set_device(*overrides.device, scene.device);
     if (overrides.method)
         scene.loop.method = named("--method", *overrides.method,
-                                  std::array{SteppingMethod::single, SteppingMethod::paper, SteppingMethod::fixed,
-                                             SteppingMethod::adaptive});
+                                  std::array{SteppingMethod::single, SteppingMethod::paper,
+                                             SteppingMethod::fixed, SteppingMethod::adaptive});
     if (overrides.contact) {
-        const ContactKind contact =
-            named("--contact", *overrides.contact, std::array{ContactKind::volume, ContactKind::direct});
-        for (auto& [surface, description] : scene.surfaces) description.contact = contact;
+        const ContactKind contact = named("--contact", *overrides.contact,
+                                          std::array{ContactKind::volume, ContactKind::direct});
+        for (auto& [surface, description] : scene.surfaces)
+            description.contact = contact;
     }
     set("--sub-steps", overrides.sub_steps, 1, Subdivision::kMostEvaluations, scene.loop.sub_steps);
     set("--tolerance-um", overrides.tolerance_um, 1e-6, 1e3, scene.loop.tolerance_um);
@@ -91,9 +94,10 @@ SceneOverrides overrides_from_json(const std::string& text) {
         take("budget_us", overrides.budget_us);
         take("every", overrides.every);
     } catch (const nlohmann::json::exception& error) {
-        throw std::runtime_error(fmt::format("recording: its overrides are damaged ({})", error.what()));
+        throw std::runtime_error(
+            fmt::format("recording: its overrides are damaged ({})", error.what()));
     }
     return overrides;
 }
 
-}  // namespace palpate
+} // namespace palpate

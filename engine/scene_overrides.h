@@ -8,22 +8,24 @@
 
 namespace palpate {
 
-/// Options that change a scene for one run; kept in the recording, so that a replay changes it alike.
+/// Options that change a scene for one run; kept in the recording, so that a replay changes it
+/// alike.
 struct SceneOverrides {
-    std::optional<std::string> device;   ///< "orbit" or "path:FILE"
-    std::optional<std::string> method;   ///< as [loop] method
-    std::optional<std::string> contact;  ///< as [surface.X] contact, for every surface
+    std::optional<std::string> device;  ///< "orbit" or "path:FILE"
+    std::optional<std::string> method;  ///< as [loop] method
+    std::optional<std::string> contact; ///< as [surface.X] contact, for every surface
     std::optional<int> sub_steps;
     std::optional<double> tolerance_um;
     std::optional<double> budget_us;
-    std::optional<int> every;            ///< each K-th row of a path
+    std::optional<int> every; ///< each K-th row of a path
 };
 
 /// Changes a scene; values are checked as scene files are.                              [setup]
 /// Throws std::invalid_argument that names option, value and what is allowed.
 void apply(const SceneOverrides& overrides, SceneDescription& scene);
 
-std::string to_json(const SceneOverrides& overrides);          ///< [setup]
-SceneOverrides overrides_from_json(const std::string& text);   ///< throws std::runtime_error on bad JSON [setup]
+std::string to_json(const SceneOverrides& overrides); ///< [setup]
+SceneOverrides
+overrides_from_json(const std::string& text); ///< throws std::runtime_error on bad JSON [setup]
 
-}  // namespace palpate
+} // namespace palpate

@@ -7,14 +7,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kChordSpacing = 25e-6;  // m between samples of a chord, but at most
+constexpr double kChordSpacing = 25e-6;   // m between samples of a chord, but at most
 constexpr double kMostChordSamples = 400; // of a long free flight
-constexpr double kSearchRadius = 50e-3;  // m: deeper than any lost proxy in a head
+constexpr double kSearchRadius = 50e-3;   // m: deeper than any lost proxy in a head
 constexpr int kNewtonSteps = 30;
 
-}  // namespace
+} // namespace
 
-double level_distance(FieldSampler& sampler, const Vec3& point, double level, double longest_step_m) {
+double level_distance(FieldSampler& sampler, const Vec3& point, double level,
+                      double longest_step_m) {
     Vec3 x = point;
     for (int step = 0; step < kNewtonSteps; ++step) {
         const FieldSample here = sampler.sample(x);
@@ -32,21 +33,24 @@ double level_distance(FieldSampler& sampler, const Vec3& point, double level, do
 }
 
 SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
-    : surface_(surface),
-      scale_(LevelScale::of(*surface.baked.field, surface.level)),
+    : surface_(surface), scale_(LevelScale::of(*surface.baked.field, surface.level)),
       sampler_(surface.baked.field->make_sampler()) {
     const VolumeDescription& volume =
         scene.description().volumes.at(scene.description().surfaces.at(surface.name).volume);
-    const double outwards = volume.analytic == "sphere_cavity" ? 1.0 : volume.analytic == "solid_sphere" ? -1.0 : 0.0;
+    const double outwards = volume.analytic == "sphere_cavity"  ? 1.0
+                            : volume.analytic == "solid_sphere" ? -1.0
+                                                                : 0.0;
     if (outwards != 0.0)
-        sphere_radius_m_ = 1e-3 * volume.parameters.at("radius_mm") + outwards * surface.level.level;
+        sphere_radius_m_ =
+            1e-3 * volume.parameters.at("radius_mm") + outwards * surface.level.level;
 }
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
     if (frame.flags & kProbeNotFinite) return;
     for (std::size_t i = 1; i < path.size(); ++i) {
         const Vec3 chord = path[i] - path[i - 1];
-        const auto samples = static_cast<int>(std::min(1.0 + glm::length(chord) / kChordSpacing, kMostChordSamples));
+        const auto samples =
+            static_cast<int>(std::min(1.0 + glm::length(chord) / kChordSpacing, kMostChordSamples));
         for (int k = 0; k <= samples; ++k) {
             const Vec3 p = path[i - 1] + (static_cast<double>(k) / samples) * chord;
             const double above = sampler_->value(p) - surface_.level.level;
@@ -56,8 +60,10 @@ void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
             deepest_at_ = p;
         }
     }
+    if (sampler_->value(frame.proxy) > surface_.level.level + scale_.certificate) ++frames_inside_;
     if (frame.contacts == 0) return;
-    level_distance_m_.push_back(level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m));
+    level_distance_m_.push_back(
+        level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m));
     if (sphere_radius_m_) {
         const Vec3 closest = *sphere_radius_m_ * glm::normalize(frame.probe);
         position_error_m_.push_back(glm::length(frame.proxy - closest));
@@ -70,8 +76,9 @@ SurfaceAudit::Deepest SurfaceAudit::deepest() const {
     std::optional<SurfaceHit> hit;
     if (surface_.mesh) hit = surface_.mesh->closest_point(deepest_at_, kSearchRadius);
     result.depth_m = hit ? hit->distance_m
-                         : std::abs(level_distance(*sampler_, deepest_at_, surface_.level.level, scale_.trust_m));
+                         : std::abs(level_distance(*sampler_, deepest_at_, surface_.level.level,
+                                                   scale_.trust_m));
     return result;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -13,8 +13,9 @@
 
 namespace palpate {
 
-/// Measures, outside the loop and with queries of its own, how true frames were to a surface: how far the proxy in contact is from the
-/// level, and how deep the chords between its corners went. Not for the loop: allocates.
+/// Measures, outside the loop and with queries of its own, how true frames were to a surface: how
+/// far the proxy in contact is from the level, and how deep the chords between its corners went.
+/// Not for the loop: allocates.
 class SurfaceAudit {
 public:
     /// The scene must outlive the audit.                                                [setup]
@@ -25,30 +26,40 @@ public:
 
     /// The deepest sample of all chords.
     struct Deepest {
-        double above_level = 0.0;  ///< value minus level, the field's unit; <= 0: never below the surface
-        double depth_m = 0.0;      ///< its distance from the surface, m
+        double above_level =
+            0.0; ///< value minus level, the field's unit; <= 0: never below the surface
+        double depth_m = 0.0; ///< its distance from the surface, m
         std::uint64_t frame = 0;
     };
 
     const SceneSurface& surface() const noexcept { return surface_; }
-    const std::vector<double>& level_distance_m() const noexcept { return level_distance_m_; }  ///< signed, > 0 inside; per contact frame
-    const std::vector<double>& position_error_m() const noexcept { return position_error_m_; }  ///< spheres only: to the closest point
+    const std::vector<double>& level_distance_m() const noexcept {
+        return level_distance_m_;
+    } ///< signed, > 0 inside; per contact frame
+    const std::vector<double>& position_error_m() const noexcept {
+        return position_error_m_;
+    } ///< spheres only: to the closest point
     Deepest deepest() const;
-    double certificate() const noexcept { return scale_.certificate; }  ///< tau, the field's unit
+    std::uint64_t frames_inside() const noexcept {
+        return frames_inside_;
+    } ///< that ended deeper than the certificate's tolerance
+    double certificate() const noexcept { return scale_.certificate; } ///< tau, the field's unit
 
 private:
     const SceneSurface& surface_;
     LevelScale scale_;
     std::unique_ptr<FieldSampler> sampler_;
-    std::optional<double> sphere_radius_m_;  // where the closest point is known
+    std::optional<double> sphere_radius_m_; // where the closest point is known
     std::vector<double> level_distance_m_;
     std::vector<double> position_error_m_;
+    std::uint64_t frames_inside_ = 0;
     Deepest deepest_;
     Vec3 deepest_at_{0.0};
 };
 
-/// Signed distance of a point from a level along the slope, > 0 inside, by Newton steps on the field as interpolated; a bound of what is left
-/// is its last step. m.                                                                  [setup]
-double level_distance(FieldSampler& sampler, const Vec3& point, double level, double longest_step_m);
+/// Signed distance of a point from a level along the slope, > 0 inside, by Newton steps on the
+/// field as interpolated; a bound of what is left is its last step. m. [setup]
+double level_distance(FieldSampler& sampler, const Vec3& point, double level,
+                      double longest_step_m);
 
-}  // namespace palpate
+} // namespace palpate

@@ -22,14 +22,16 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMicrometres = 1e6;  // um per m
+constexpr double kMicrometres = 1e6; // um per m
 
-/// Mean, rms and percentiles of a column; the nearest rank, so that every number is one that occurred.
+/// Mean, rms and percentiles of a column; the nearest rank, so that every number is one that
+/// occurred.
 json statistics(std::vector<double> values) {
     if (values.empty()) return json::object();
     std::sort(values.begin(), values.end());
     const auto rank = [&](double share) {
-        const auto index = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+        const auto index =
+            static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
         return values[std::clamp<std::size_t>(index, 1, values.size()) - 1];
     };
     double sum = 0.0;
@@ -39,8 +41,8 @@ json statistics(std::vector<double> values) {
         squares += value * value;
     }
     const double count = static_cast<double>(values.size());
-    return {{"frames", values.size()}, {"mean", sum / count},  {"rms", std::sqrt(squares / count)},
-            {"p50", rank(0.50)},       {"p90", rank(0.90)},    {"p99", rank(0.99)},
+    return {{"frames", values.size()}, {"mean", sum / count}, {"rms", std::sqrt(squares / count)},
+            {"p50", rank(0.50)},       {"p90", rank(0.90)},   {"p99", rank(0.99)},
             {"max", values.back()}};
 }
 
@@ -48,13 +50,15 @@ template <class Column>
 json statistics_of(std::span<const FrameReport> frames, const Column& column) {
     std::vector<double> values;
     values.reserve(frames.size());
-    for (const FrameReport& frame : frames) values.push_back(column(frame));
+    for (const FrameReport& frame : frames)
+        values.push_back(column(frame));
     return statistics(std::move(values));
 }
 
 json absolute_um(const std::vector<double>& metres) {
     std::vector<double> values;
-    for (double value : metres) values.push_back(kMicrometres * std::abs(value));
+    for (double value : metres)
+        values.push_back(kMicrometres * std::abs(value));
     return statistics(std::move(values));
 }
 
@@ -82,6 +86,7 @@ json surface_summary(const SurfaceAudit& audit) {
             {"shift_mean_mm", 1e3 * surface.baked.shift.mean_m},
             {"shift_sd_mm", 1e3 * surface.baked.shift.deviation_m},
             {"level_distance_um", absolute_um(audit.level_distance_m())},
+            {"frames_inside", audit.frames_inside()},
             {"deepest_chord",
              {{"value_above_level", deepest.above_level},
               {"tolerance", audit.certificate()},
@@ -92,9 +97,11 @@ json surface_summary(const SurfaceAudit& audit) {
 json flag_summary(std::span<const FrameReport> frames) {
     json flags = json::array();
     for (const FrameFlagText& text : kFrameFlagTexts) {
-        const auto count = std::count_if(frames.begin(), frames.end(),
-                                         [&](const FrameReport& frame) { return (frame.flags & text.flag) != 0; });
-        if (count > 0) flags.push_back({{"name", text.name}, {"frames", count}, {"meaning", text.meaning}});
+        const auto count =
+            std::count_if(frames.begin(), frames.end(),
+                          [&](const FrameReport& frame) { return (frame.flags & text.flag) != 0; });
+        if (count > 0)
+            flags.push_back({{"name", text.name}, {"frames", count}, {"meaning", text.meaning}});
     }
     return flags;
 }
@@ -104,7 +111,8 @@ json effect_summary(const Scene& scene) {
     const std::vector<double> prices = measure_prices(scene);
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        json entry = {{"type", name(effect.kind)}, {"on", planned.on}, {"cost_us", prices[planned.effect]}};
+        json entry = {
+            {"type", name(effect.kind)}, {"on", planned.on}, {"cost_us", prices[planned.effect]}};
         if (!effect.surface.empty()) entry["surface"] = effect.surface;
         if (!effect.volume.empty()) entry["volume"] = effect.volume;
         effects.push_back(entry);
@@ -119,31 +127,36 @@ json truth(const Scene& scene, const Trace& trace) {
         const std::string& volume = scene.description().surfaces.at(audit.surface().name).volume;
         if (scene.description().volumes.at(volume).analytic.empty()) continue;
         result["level_um"] = absolute_um(audit.level_distance_m());
-        if (!audit.position_error_m().empty()) result["position_um"] = absolute_um(audit.position_error_m());
+        if (!audit.position_error_m().empty())
+            result["position_um"] = absolute_um(audit.position_error_m());
     }
     return result;
 }
 
 std::string contact_names(const Scene& scene) {
     std::set<std::string> names;
-    for (const SceneSurface& surface : scene.surfaces()) names.insert(std::string(name(surface.contact)));
+    for (const SceneSurface& surface : scene.surfaces())
+        names.insert(std::string(name(surface.contact)));
     std::string text;
-    for (const std::string& one : names) text += (text.empty() ? "" : ", ") + one;
+    for (const std::string& one : names)
+        text += (text.empty() ? "" : ", ") + one;
     return text;
 }
 
-}  // namespace
+} // namespace
 
 std::string summarize(const Scene& scene, const Trace& trace) {
     const std::span<const FrameReport> frames = trace.frames;
     const SceneDescription& description = scene.description();
-    const auto in_contact = std::count_if(frames.begin(), frames.end(),
-                                          [](const FrameReport& frame) { return frame.contacts > 0; });
-    const auto overruns = std::count_if(frames.begin(), frames.end(), [&](const FrameReport& frame) {
-        return frame.spent_us > 1e6 / description.loop.rate_hz;
-    });
+    const auto in_contact = std::count_if(
+        frames.begin(), frames.end(), [](const FrameReport& frame) { return frame.contacts > 0; });
+    const auto overruns =
+        std::count_if(frames.begin(), frames.end(), [&](const FrameReport& frame) {
+            return frame.spent_us > 1e6 / description.loop.rate_hz;
+        });
     std::set<std::uint32_t> trials;
-    for (const FrameReport& frame : frames) trials.insert(frame.trial);
+    for (const FrameReport& frame : frames)
+        trials.insert(frame.trial);
 
     json summary;
     summary["version"] = kVersion;
@@ -159,19 +172,22 @@ std::string summarize(const Scene& scene, const Trace& trace) {
     summary["overruns"] = overruns;
     summary["spent_us"] = statistics_of(frames, [](const FrameReport& f) { return f.spent_us; });
     summary["sub_steps"] = statistics_of(frames, [](const FrameReport& f) { return f.sub_steps; });
-    summary["evaluations"] = statistics_of(frames, [](const FrameReport& f) { return f.evaluations; });
+    summary["evaluations"] =
+        statistics_of(frames, [](const FrameReport& f) { return f.evaluations; });
     const auto mean = [&](auto column) { return statistics_of(frames, column).value("mean", 0.0); };
     summary["queries_per_frame"] = {
         {"field_samples", mean([](const FrameReport& f) { return f.field_samples; })},
         {"roots", mean([](const FrameReport& f) { return f.root_queries; })},
         {"surface_queries", mean([](const FrameReport& f) { return f.surface_queries; })}};
-    summary["force_n"] = statistics_of(frames, [](const FrameReport& f) { return glm::length(f.force); });
+    summary["force_n"] =
+        statistics_of(frames, [](const FrameReport& f) { return glm::length(f.force); });
     summary["surfaces"] = json::array();
-    for (const SurfaceAudit& audit : trace.audits) summary["surfaces"].push_back(surface_summary(audit));
+    for (const SurfaceAudit& audit : trace.audits)
+        summary["surfaces"].push_back(surface_summary(audit));
     summary["truth"] = truth(scene, trace);
     summary["flags"] = flag_summary(frames);
     summary["effects"] = effect_summary(scene);
     return summary.dump(2) + "\n";
 }
 
-}  // namespace palpate
+} // namespace palpate

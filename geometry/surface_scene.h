@@ -11,47 +11,52 @@ namespace palpate {
 
 /// A point of a surface found by a query, in double.
 struct SurfaceHit {
-    Vec3 position{0.0};          ///< m, scene frame; on the triangle to double rounding
-    Vec3 normal{0.0};            ///< unit, towards free space as the mesh is oriented
-    double distance_m = 0.0;     ///< from the query's start or centre
-    std::uint32_t triangle = 0;  ///< index into TriangleMesh::triangles
+    Vec3 position{0.0};         ///< m, scene frame; on the triangle to double rounding
+    Vec3 normal{0.0};           ///< unit, towards free space as the mesh is oriented
+    double distance_m = 0.0;    ///< from the query's start or centre
+    std::uint32_t triangle = 0; ///< index into TriangleMesh::triangles
 };
 
-/// An immutable triangle mesh behind Embree, which finds the triangles that a query may meet by float32 boxes about a local
-/// origin; which of them it meets, and where, is decided in double from the mesh's own vertices.
+/// An immutable triangle mesh behind Embree, which finds the triangles that a query may meet by
+/// float32 boxes about a local origin; which of them it meets, and where, is decided in double from
+/// the mesh's own vertices.
 ///
-/// The boxes are grown by more than all float32 rounding, so nothing is lost in them. (Embree's own float32 triangles would let
-/// through 0.6 % of the rays aimed at a vertex, ROBUST or not.) What is left is double rounding: a triangle that the segment
-/// meets is never missed, so a closed mesh is tight at its edges and vertices; one that is farther from the segment than a
-/// few query_error_m() is never reported. Degenerate triangles are not there for queries.
+/// The boxes are grown by more than all float32 rounding, so nothing is lost in them. (Embree's own
+/// float32 triangles would let through 0.6 % of the rays aimed at a vertex, ROBUST or not.) What is
+/// left is double rounding: a triangle that the segment meets is never missed, so a closed mesh is
+/// tight at its edges and vertices; one that is farther from the segment than a few query_error_m()
+/// is never reported. Degenerate triangles are not there for queries.
 class SurfaceScene {
 public:
     /// Builds the acceleration structure; vertices must be finite.                      [setup]
-    /// Throws std::invalid_argument (null, bad index, vertex not finite or beyond kQueryRange, no triangle with an area) or
-    /// std::runtime_error (Embree).
+    /// Throws std::invalid_argument (null, bad index, vertex not finite or beyond kQueryRange, no
+    /// triangle with an area) or std::runtime_error (Embree).
     explicit SurfaceScene(std::shared_ptr<const TriangleMesh> mesh);
     ~SurfaceScene();
     SurfaceScene(const SurfaceScene&) = delete;
     SurfaceScene& operator=(const SurfaceScene&) = delete;
 
-    /// First triangle, either face, on the segment from -> to, ends included; of equal ones the lowest id.   [any]
-    /// Nothing where there is none, from equals to, or an end is not finite or beyond kQueryRange.
+    /// First triangle, either face, on the segment from -> to, ends included; of equal ones the
+    /// lowest id.   [any] Nothing where there is none, from equals to, or an end is not finite or
+    /// beyond kQueryRange.
     std::optional<SurfaceHit> first_hit(const Vec3& from, const Vec3& to) const noexcept;
 
-    /// Closest point of the surface within `radius_m` of `point`; of equal ones that of the lowest triangle id.   [any]
-    /// Nothing where there is none, or an argument is not finite, out of kQueryRange, or radius_m <= 0.
+    /// Closest point of the surface within `radius_m` of `point`; of equal ones that of the lowest
+    /// triangle id.   [any] Nothing where there is none, or an argument is not finite, out of
+    /// kQueryRange, or radius_m <= 0.
     std::optional<SurfaceHit> closest_point(const Vec3& point, double radius_m) const noexcept;
 
     const TriangleMesh& mesh() const noexcept;
-    /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate (1.1e-16 m at 60 mm, 1.8e-14
-    /// at 10 m). A query's own coordinate counts where it is larger.
+    /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate
+    /// (1.1e-16 m at 60 mm, 1.8e-14 at 10 m). A query's own coordinate counts where it is larger.
     double query_error_m() const noexcept;
 
-    static constexpr double kQueryRange = 1.0e6;  ///< m; Debian's Embree aborts the process on rays beyond 1.8e18 or NaN
+    static constexpr double kQueryRange =
+        1.0e6; ///< m; Debian's Embree aborts the process on rays beyond 1.8e18 or NaN
 
 private:
     struct Embree;
     std::unique_ptr<Embree> embree_;
 };
 
-}  // namespace palpate
+} // namespace palpate

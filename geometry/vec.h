@@ -4,17 +4,18 @@
 #include <cmath>
 #include <limits>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
-#include <glm/geometric.hpp>
-#include <glm/common.hpp>
 
-/// Vectors, boxes and affine maps. Scene frame unless said otherwise: patient axes LPS, metres, right-handed.
+/// Vectors, boxes and affine maps. Scene frame unless said otherwise: patient axes LPS, metres,
+/// right-handed.
 namespace palpate {
 
-using Vec3 = glm::dvec3;  ///< column vector; metres when a position
-using Mat3 = glm::dmat3;  ///< column-major: m[column][row]
+using Vec3 = glm::dvec3; ///< column vector; metres when a position
+using Mat3 = glm::dmat3; ///< column-major: m[column][row]
 
 /// True when no component is NaN or infinite.                                           [any]
 inline bool is_finite(const Vec3& v) noexcept {
@@ -54,4 +55,4 @@ struct AffineTransform {
     }
 };
 
-}  // namespace palpate
+} // namespace palpate

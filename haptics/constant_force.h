@@ -5,12 +5,15 @@
 
 namespace palpate {
 
-/// A force that is felt everywhere, N, scene frame: the force primitive, an exact shift of the probe (composition.md 1).
+/// A force that is felt everywhere, N, scene frame: the force primitive, an exact shift of the
+/// probe (composition.md 1).
 class ConstantForce final : public Effect {
 public:
     explicit ConstantForce(const Vec3& force) noexcept : force_(force) {}
     void begin(const FrameContext&) noexcept override {}
-    void gather(const Vec3&, PrimitiveSet& primitives) noexcept override { primitives.add_force(force_); }
+    void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
+        primitives.add_force(force_);
+    }
     void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {}; }
 
@@ -18,4 +21,4 @@ private:
     Vec3 force_;
 };
 
-}  // namespace palpate
+} // namespace palpate

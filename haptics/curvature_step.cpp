@@ -8,15 +8,18 @@
 namespace palpate {
 namespace {
 
-// Below this eigenvalue the free directions have (nearly) no minimum, as on the top of a bump: slide off (contact.md 1.2, step 5).
+// Below this eigenvalue the free directions have (nearly) no minimum, as on the top of a bump:
+// slide off (contact.md 1.2, step 5).
 constexpr double kSmallestEigenvalue = 0.15;
 constexpr double kSlidingEigenvalue = 0.3;
 // The normal part may follow the slope only where slope and normal agree to about 73 degrees.
 constexpr double kSlopeShare = 0.3;
-// Normals are independent directions when more than this is left of them; a milliradian apart is one direction here.
+// Normals are independent directions when more than this is left of them; a milliradian apart is
+// one direction here.
 constexpr double kIndependent = 1e-3;
 
-/// Directions that no holding plane pins, at most two: an orthonormal basis of the complement of the normals.
+/// Directions that no holding plane pins, at most two: an orthonormal basis of the complement of
+/// the normals.
 struct FreeDirections {
     std::array<Vec3, 2> axis{};
     int count = 0;
@@ -37,7 +40,8 @@ FreeDirections complement(const std::array<Vec3, 3>& normals, int count) noexcep
     return {};
 }
 
-/// Solves M z = r for two directions; where M has no minimum to find, along its eigenvectors with their curvature made positive.
+/// Solves M z = r for two directions; where M has no minimum to find, along its eigenvectors with
+/// their curvature made positive.
 std::array<double, 2> newton_in_plane(double m00, double m01, double m10, double m11, double r0,
                                       double r1) noexcept {
     const double off = 0.5 * (m01 + m10);
@@ -45,7 +49,8 @@ std::array<double, 2> newton_in_plane(double m00, double m01, double m10, double
     const double half = 0.5 * (m00 - m11);
     const double radius = std::hypot(half, off);
     if (mean - radius > kSmallestEigenvalue) {
-        const double det = m00 * m11 - m01 * m10;  // >= product of the symmetric part's eigenvalues > 0
+        const double det =
+            m00 * m11 - m01 * m10; // >= product of the symmetric part's eigenvalues > 0
         return {(m11 * r0 - m01 * r1) / det, (m00 * r1 - m10 * r0) / det};
     }
     const double angle = 0.5 * std::atan2(off, half);
@@ -58,20 +63,24 @@ std::array<double, 2> newton_in_plane(double m00, double m01, double m10, double
     return {c * along_high - s * along_low, s * along_high + c * along_low};
 }
 
-/// Normal part of a step along one plane: meets the level with the exact slope (contact.md 1.2, step 5).
+/// Normal part of a step along one plane: meets the level with the exact slope (contact.md 1.2,
+/// step 5).
 double step_to_level(const ContactPlane& contact, const Vec3& tangential) noexcept {
     const Vec3& n = contact.plane.normal;
-    double along_normal = glm::dot(contact.slope, n);  // < 0: the value falls towards free space
-    if (along_normal > -kSlopeShare * contact.gradient_length) along_normal = -contact.gradient_length;
+    double along_normal = glm::dot(contact.slope, n); // < 0: the value falls towards free space
+    if (along_normal > -kSlopeShare * contact.gradient_length)
+        along_normal = -contact.gradient_length;
     const double sigma = (contact.level_gap - glm::dot(contact.slope, tangential)) / along_normal;
-    const double longest = 0.5 * glm::length(tangential) + std::abs(contact.level_gap) / contact.gradient_length;
+    const double longest =
+        0.5 * glm::length(tangential) + std::abs(contact.level_gap) / contact.gradient_length;
     return std::clamp(sigma, -longest, longest);
 }
 
-}  // namespace
+} // namespace
 
-Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts, const ProxySolution& solution,
-                    const Vec3& proxy, double stiffness, double damping) noexcept {
+Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
+                    const ProxySolution& solution, const Vec3& proxy, double stiffness,
+                    double damping) noexcept {
     const Vec3 full = solution.proxy - proxy;
 
     // The planes that hold, their normals orthonormalised, and the curvature they bring.
@@ -82,19 +91,23 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts, 
     Mat3 curvature{0.0};
     for (std::size_t i = 0; i < primitives.planes().size(); ++i) {
         if (solution.state[i] == MultiplierState::released) continue;
-        if (i < contacts.size()) curvature += (solution.multiplier_n[i] / stiffness) * contacts[i].depth_hessian;
+        if (i < contacts.size())
+            curvature += (solution.multiplier_n[i] / stiffness) * contacts[i].depth_hessian;
         if (solution.state[i] == MultiplierState::saturated) continue;
         ++holding;
         holds = i;
         Vec3 rest = primitives.planes()[i].normal;
-        for (int j = 0; j < pinned; ++j) rest -= glm::dot(normals[j], rest) * normals[j];
-        if (pinned < 3 && glm::length(rest) > kIndependent) normals[pinned++] = glm::normalize(rest);
+        for (int j = 0; j < pinned; ++j)
+            rest -= glm::dot(normals[j], rest) * normals[j];
+        if (pinned < 3 && glm::length(rest) > kIndependent)
+            normals[pinned++] = glm::normalize(rest);
     }
     const FreeDirections free = complement(normals, pinned);
     if (free.count == 0) return full;
 
     Vec3 tangential_full{0.0};
-    for (int k = 0; k < free.count; ++k) tangential_full += glm::dot(full, free.axis[k]) * free.axis[k];
+    for (int k = 0; k < free.count; ++k)
+        tangential_full += glm::dot(full, free.axis[k]) * free.axis[k];
     const Vec3 normal_part = full - tangential_full;
     const Vec3 rest = full - curvature * normal_part;
 
@@ -105,13 +118,14 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts, 
         const Vec3 bu = curvature * u;
         const Vec3 bw = curvature * w;
         const std::array<double, 2> z =
-            newton_in_plane(1.0 + glm::dot(u, bu), glm::dot(u, bw), glm::dot(w, bu), 1.0 + glm::dot(w, bw),
-                            glm::dot(rest, u), glm::dot(rest, w));
+            newton_in_plane(1.0 + glm::dot(u, bu), glm::dot(u, bw), glm::dot(w, bu),
+                            1.0 + glm::dot(w, bw), glm::dot(rest, u), glm::dot(rest, w));
         tangential = z[0] * u + z[1] * w;
     } else {
         const Vec3& u = free.axis[0];
         const double gain = 1.0 + glm::dot(u, curvature * u);
-        const double safe = gain > kSmallestEigenvalue ? gain : std::max(std::abs(gain), kSlidingEigenvalue);
+        const double safe =
+            gain > kSmallestEigenvalue ? gain : std::max(std::abs(gain), kSlidingEigenvalue);
         tangential = (glm::dot(rest, u) / safe) * u;
     }
     tangential *= damping;
@@ -122,4 +136,4 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts, 
     return tangential + step_to_level(contacts[holds], tangential) * contacts[holds].plane.normal;
 }
 
-}  // namespace palpate
+} // namespace palpate

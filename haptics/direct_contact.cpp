@@ -6,17 +6,16 @@
 namespace palpate {
 namespace {
 
-constexpr double kAnyDistance = 1.0;  // m: the plane is wanted however far the facet is in front of the level
+constexpr double kAnyDistance =
+    1.0; // m: the plane is wanted however far the facet is in front of the level
 
-}  // namespace
+} // namespace
 
 DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
-                             std::shared_ptr<const ScalarField> field, const LevelSettings& settings)
-    : surface_(std::move(surface)),
-      field_(std::move(field)),
-      settings_(settings),
-      scale_(LevelScale::of(*field_, settings)),
-      patch_cosine_(field_->patch_cosine()),
+                             std::shared_ptr<const ScalarField> field,
+                             const LevelSettings& settings)
+    : surface_(std::move(surface)), field_(std::move(field)), settings_(settings),
+      scale_(LevelScale::of(*field_, settings)), patch_cosine_(field_->patch_cosine()),
       sampler_(field_->make_sampler()) {}
 
 bool DirectContact::restart(const Vec3& proxy) noexcept {
@@ -47,17 +46,17 @@ Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
     ++rays_;
     const std::optional<SurfaceHit> hit = surface_->first_hit(from, to);
     const Vec3 chord = to - from;
-    if (!hit || glm::dot(hit->normal, chord) >= 0.0) return {};  // nothing, or a facet's back
+    if (!hit || glm::dot(hit->normal, chord) >= 0.0) return {}; // nothing, or a facet's back
 
     // One Newton step from the facet to the level: the facet is up to its chord error away from it.
     ContactPlane contact;
     LevelSettings at_any_distance = settings_;
     at_any_distance.free_m = kAnyDistance;
-    if (!level_plane(sampler_->sample(hit->position), hit->position, settings_.level, at_any_distance, scale_,
-                     contact))
+    if (!level_plane(sampler_->sample(hit->position), hit->position, settings_.level,
+                     at_any_distance, scale_, contact))
         return {};
     const double reached = glm::dot(contact.plane.normal, to - contact.plane.anchor);
-    if (reached >= -settings_.free_m) return {};  // the chord stays in front of the level there
+    if (reached >= -settings_.free_m) return {}; // the chord stays in front of the level there
     bundle_.remember(contact, hit->position, patch_cosine_);
     engaged_ = true;
     return {hit->distance_m / glm::length(chord), false};
@@ -67,4 +66,4 @@ QueryCount DirectContact::queries() const noexcept {
     return {sampler_->samples(), sampler_->roots(), rays_};
 }
 
-}  // namespace palpate
+} // namespace palpate

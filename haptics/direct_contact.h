@@ -8,15 +8,18 @@
 
 namespace palpate {
 
-/// Contact `direct`: the plain idea, for studies of what leaving the certificate out costs. An Embree ray along the chord finds a facet;
-/// the plane there goes through the level one Newton step away, with the normal of the field's gradient; once engaged, the plane at the
-/// proxy follows the level in the same way. Nothing else: between evaluations no test says what the chord passes through, and from
-/// behind a facet rays see only its back. It does get lost in thin and concave bone (contact.md 7.3).
+/// Contact `direct`: the plain idea, for studies of what leaving the certificate out costs. An
+/// Embree ray along the chord finds a facet; the plane there goes through the level one Newton step
+/// away, with the normal of the field's gradient; once engaged, the plane at the proxy follows the
+/// level in the same way. Nothing else: between evaluations no test says what the chord passes
+/// through, and from behind a facet rays see only its back. It does get lost in thin and concave
+/// bone (contact.md 7.3).
 class DirectContact final : public SurfaceContact {
 public:
-    /// Surface and field must be of the same baked field. Throws std::invalid_argument as LevelScale::of does.  [setup]
-    DirectContact(std::shared_ptr<const SurfaceScene> surface, std::shared_ptr<const ScalarField> field,
-                  const LevelSettings& settings);
+    /// Surface and field must be of the same baked field. Throws std::invalid_argument as
+    /// LevelScale::of does.  [setup]
+    DirectContact(std::shared_ptr<const SurfaceScene> surface,
+                  std::shared_ptr<const ScalarField> field, const LevelSettings& settings);
 
     bool restart(const Vec3& proxy) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
@@ -24,7 +27,9 @@ public:
     std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
     std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
-    std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override { return std::nullopt; }
+    std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override {
+        return std::nullopt;
+    }
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3&, bool, bool) noexcept override {}
     QueryCount queries() const noexcept override;
@@ -43,4 +48,4 @@ private:
     std::uint64_t rays_ = 0;
 };
 
-}  // namespace palpate
+} // namespace palpate

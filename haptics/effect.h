@@ -8,13 +8,14 @@ namespace palpate {
 
 /// What stays the same during a frame. Scene frame.
 struct FrameContext {
-    Vec3 probe{0.0};           ///< x_p: held during the frame, m
-    Vec3 start{0.0};           ///< proxy at the frame's start, m: where effects that depend on the path are anchored
-    double stiffness = 500.0;  ///< k_s, N/m, > 0
-    double period_s = 1e-3;    ///< nominal frame period T, not the measured one
+    Vec3 probe{0.0}; ///< x_p: held during the frame, m
+    Vec3 start{0.0}; ///< proxy at the frame's start, m: anchor of what depends on the path
+    double stiffness = 500.0; ///< k_s, N/m, > 0
+    double period_s = 1e-3;   ///< nominal frame period T, not the measured one
 };
 
-/// Something to feel that is not a surface with a certificate: adds primitives for the data at the proxy.
+/// Something to feel that is not a surface with a certificate: adds primitives for the data at the
+/// proxy.
 class Effect {
 public:
     virtual ~Effect() = default;
@@ -24,7 +25,7 @@ public:
     virtual void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept = 0;
     /// The frame ends at `proxy`.                                                       [loop]
     virtual void commit(const Vec3& proxy) noexcept = 0;
-    virtual QueryCount queries() const noexcept = 0;  ///< [any]
+    virtual QueryCount queries() const noexcept = 0; ///< [any]
 };
 
-}  // namespace palpate
+} // namespace palpate

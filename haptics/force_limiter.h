@@ -9,13 +9,14 @@
 namespace palpate {
 
 struct ForceLimits {
-    double force_n = 5.0;          ///< longest force, N, > 0
-    double slew_n_per_s = 2000.0;  ///< fastest change, N/s, > 0
-    double period_s = 1e-3;        ///< nominal frame period, s, > 0
+    double force_n = 5.0;         ///< longest force, N, > 0
+    double slew_n_per_s = 2000.0; ///< fastest change, N/s, > 0
+    double period_s = 1e-3;       ///< nominal frame period, s, > 0
 };
 
-/// Last before the device: what leaves here is finite, no longer than the limit, and no further from what left before than the slew
-/// limit allows in one period. So it also goes to zero smoothly.
+/// Last before the device: what leaves here is finite, no longer than the limit, and no further
+/// from what left before than the slew limit allows in one period. So it also goes to zero
+/// smoothly.
 class ForceLimiter {
 public:
     explicit ForceLimiter(const ForceLimits& limits) noexcept : limits_(limits) {}
@@ -44,11 +45,11 @@ public:
         return sent_;
     }
 
-    const Vec3& sent() const noexcept { return sent_; }  ///< last force, N
+    const Vec3& sent() const noexcept { return sent_; } ///< last force, N
 
 private:
     ForceLimits limits_;
     Vec3 sent_{0.0};
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -6,7 +6,8 @@
 
 namespace palpate {
 
-/// What may happen in a frame: bits of FrameReport::flags. Nothing here depends on a clock, so that a replay has the same.
+/// What may happen in a frame: bits of FrameReport::flags. Nothing here depends on a clock, so that
+/// a replay has the same.
 enum FrameFlag : std::uint32_t {
     kProbeNotFinite = 1u << 0,
     kEvaluationCap = 1u << 1,
@@ -28,19 +29,28 @@ struct FrameFlagText {
 
 inline constexpr std::array<FrameFlagText, 9> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
-     "the device gave a position that is not a number: proxy held, force to zero; check the device or path"},
+     "the device gave a position that is not a number: proxy held, force to zero; check the device "
+     "or path"},
     {kEvaluationCap, "evaluation_cap",
-     "the proxy is certified but not at its end yet and goes on in the next frame; move slower or raise the cap"},
-    {kStalled, "stalled", "no certified step was left towards the probe: the proxy stays; usually one frame long"},
+     "the proxy is certified but not at its end yet and goes on in the next frame; move slower or "
+     "raise the cap"},
+    {kStalled, "stalled",
+     "no certified step was left towards the probe: the proxy stays; usually one frame long"},
     {kInsideAtStart, "inside_at_start",
-     "the trial began inside a surface, which is not felt until the proxy has left it; begin in free space"},
-    {kForceClamped, "force_clamped", "the coupling's force exceeded limits.force_n and was shortened to it"},
-    {kForceSlewed, "force_slewed", "the force changed faster than limits.slew_n_per_s and was held back"},
+     "the trial began inside a surface, which is not felt until the proxy has left it; begin in "
+     "free space"},
+    {kForceClamped, "force_clamped",
+     "the coupling's force exceeded limits.force_n and was shortened to it"},
+    {kForceSlewed, "force_slewed",
+     "the force changed faster than limits.slew_n_per_s and was held back"},
     {kSolverCap, "solver_cap",
-     "the solver ran into its iteration cap; its residual is in residual_m and the certificate still holds"},
+     "the solver ran into its iteration cap; its residual is in residual_m and the certificate "
+     "still holds"},
     {kPrimitivesFull, "primitives_full",
-     "more haptic primitives than the fixed capacity: the last ones were left out; use fewer effects"},
-    {kForceNotFinite, "force_not_finite", "the force was not a number and was sent as zero; please report it"},
+     "more haptic primitives than the fixed capacity: the last ones were left out; use fewer "
+     "effects"},
+    {kForceNotFinite, "force_not_finite",
+     "the force was not a number and was sent as zero; please report it"},
 }};
 
-}  // namespace palpate
+} // namespace palpate

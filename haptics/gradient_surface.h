@@ -9,9 +9,10 @@
 
 namespace palpate {
 
-/// The paper's own surface mode: a plane through the current proxy, its normal against the field's gradient, its strength from a transfer
-/// function of the value there. It has no memory of a level, so what a step misses is lost: the
-/// drift that subdivision divides by the number of sub-steps (numerics 2.1).
+/// The paper's own surface mode: a plane through the current proxy, its normal against the field's
+/// gradient, its strength from a transfer function of the value there. It has no memory of a level,
+/// so what a step misses is lost: the drift that subdivision divides by the number of sub-steps
+/// (numerics 2.1).
 class GradientSurface final : public Effect {
 public:
     GradientSurface(std::shared_ptr<const ScalarField> field, const TransferFunction& strength)
@@ -26,7 +27,9 @@ public:
         if (strength > 0.0) primitives.add({proxy, -here.gradient / length, strength});
     }
     void commit(const Vec3&) noexcept override {}
-    QueryCount queries() const noexcept override { return {sampler_->samples(), sampler_->roots(), 0}; }
+    QueryCount queries() const noexcept override {
+        return {sampler_->samples(), sampler_->roots(), 0};
+    }
 
 private:
     std::shared_ptr<const ScalarField> field_;
@@ -34,4 +37,4 @@ private:
     std::unique_ptr<FieldSampler> sampler_;
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -12,9 +12,9 @@ namespace palpate {
 /// A plane that holds the proxy on its normal's side and yields above its strength:
 /// P = +lambda n, lambda in [0, s], while n.(x - p) < 0.                     numerics 1.1
 struct PlanePrimitive {
-    Vec3 anchor{0.0};         ///< p: a point of the plane, m, scene frame
-    Vec3 normal{0.0};         ///< n: unit, towards free space
-    double strength_n = 0.0;  ///< s: N, >= 0; infinite: a constraint
+    Vec3 anchor{0.0};        ///< p: a point of the plane, m, scene frame
+    Vec3 normal{0.0};        ///< n: unit, towards free space
+    double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
 };
 
 /// The haptic primitives of one evaluation: planes in a fixed capacity, forces merged into one.
@@ -51,4 +51,4 @@ private:
     bool overflowed_ = false;
 };
 
-}  // namespace palpate
+} // namespace palpate

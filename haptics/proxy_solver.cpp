@@ -10,16 +10,18 @@ namespace {
 constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr std::size_t kNone = kCapacity;
 
-// A normal whose rest after projection on the free normals is shorter depends on them (numerics 1.4).
+// A normal whose rest after projection on the free normals is shorter depends on them
+// (numerics 1.4).
 constexpr double kDependent = 1e-13;
 // Gap below which a plane counts as held: rounding of a point at distance `scale` (numerics 1.4).
-constexpr double kAbsoluteGap = 1e-17;  // m
-constexpr double kRelativeGap = 4e-14;  // of scale
+constexpr double kAbsoluteGap = 1e-17; // m
+constexpr double kRelativeGap = 4e-14; // of scale
 // Multipliers of hard planes end at this many times the scale: the exact penalty (numerics 1.4).
 constexpr double kHardMultiplier = 64.0;
 
-/// The dual of eq. (5) in displacements: y = x - a' = sum lambda_i n_i, 0 <= lambda_i <= sigma_i, all in metres (lambda = N / k).
-/// A primal active-set method on the bounded multipliers: at most three normals are free at a time.
+/// The dual of eq. (5) in displacements: y = x - a' = sum lambda_i n_i, 0 <= lambda_i <= sigma_i,
+/// all in metres (lambda = N / k). A primal active-set method on the bounded multipliers: at most
+/// three normals are free at a time.
 class DualProblem {
 public:
     DualProblem(const PrimitiveSet& primitives, const Vec3& target, double stiffness) noexcept {
@@ -78,15 +80,18 @@ public:
     double lambda(std::size_t i) const noexcept { return lambda_[i]; }
     MultiplierState state(std::size_t i) const noexcept {
         if (!usable_[i] || lambda_[i] <= 0.0) return MultiplierState::released;
-        return yields_[i] && lambda_[i] >= bound_[i] ? MultiplierState::saturated : MultiplierState::active;
+        return yields_[i] && lambda_[i] >= bound_[i] ? MultiplierState::saturated
+                                                     : MultiplierState::active;
     }
 
 private:
     bool is_free(std::size_t i) const noexcept {
-        return std::find(free_.begin(), free_.begin() + free_count_, i) != free_.begin() + free_count_;
+        return std::find(free_.begin(), free_.begin() + free_count_, i) !=
+               free_.begin() + free_count_;
     }
 
-    /// The bounded multiplier that most wants to move; with `first`, the lowest one (Bland: no cycles).
+    /// The bounded multiplier that most wants to move; with `first`, the lowest one (Bland: no
+    /// cycles).
     std::size_t most_violated(bool first) const noexcept {
         const Vec3 y = displacement();
         std::size_t chosen = kNone;
@@ -104,26 +109,30 @@ private:
         return chosen;
     }
 
-    /// Frees a multiplier; where its normal depends on the free ones, first moves along that dependency until one meets a bound.
+    /// Frees a multiplier; where its normal depends on the free ones, first moves along that
+    /// dependency until one meets a bound.
     void enter(std::size_t entering) noexcept {
         std::array<double, 3> share{};
         if (free_count_ > 0 && depends_on_free(normal_[entering], share)) {
             const double gap = glm::dot(normal_[entering], displacement()) - offset_[entering];
             const double direction = gap < 0.0 ? 1.0 : -1.0;
-            double step = direction > 0.0 ? bound_[entering] - lambda_[entering] : lambda_[entering];
+            double step =
+                direction > 0.0 ? bound_[entering] - lambda_[entering] : lambda_[entering];
             std::size_t blocking = kNone;
             for (std::size_t k = 0; k < free_count_; ++k) {
                 const double rate = -direction * share[k];
                 if (rate == 0.0) continue;
-                const double room = rate > 0.0 ? bound_[free_[k]] - lambda_[free_[k]] : lambda_[free_[k]];
+                const double room =
+                    rate > 0.0 ? bound_[free_[k]] - lambda_[free_[k]] : lambda_[free_[k]];
                 if (room / std::abs(rate) < step) {
                     step = room / std::abs(rate);
                     blocking = k;
                 }
             }
-            for (std::size_t k = 0; k < free_count_; ++k) move(free_[k], -direction * share[k] * step);
+            for (std::size_t k = 0; k < free_count_; ++k)
+                move(free_[k], -direction * share[k] * step);
             move(entering, direction * step);
-            if (blocking == kNone) {  // it went from bound to bound itself
+            if (blocking == kNone) { // it went from bound to bound itself
                 lambda_[entering] = direction > 0.0 ? bound_[entering] : 0.0;
                 return;
             }
@@ -134,11 +143,12 @@ private:
         if (free_count_ < free_.size()) free_[free_count_++] = entering;
     }
 
-    /// Moves the free multipliers to where their planes hold exactly; one that meets a bound on the way leaves.
+    /// Moves the free multipliers to where their planes hold exactly; one that meets a bound on the
+    /// way leaves.
     void settle_free_set() noexcept {
         while (free_count_ > 0) {
             std::array<double, 3> target{};
-            if (!balance(target)) {  // the newest normal is not independent enough to be solved for
+            if (!balance(target)) { // the newest normal is not independent enough to be solved for
                 release(free_count_ - 1);
                 continue;
             }
@@ -154,7 +164,8 @@ private:
                 }
             }
             if (blocking == kNone) {
-                for (std::size_t k = 0; k < free_count_; ++k) lambda_[free_[k]] = target[k];
+                for (std::size_t k = 0; k < free_count_; ++k)
+                    lambda_[free_[k]] = target[k];
                 return;
             }
             const bool up = target[blocking] > lambda_[free_[blocking]];
@@ -165,10 +176,13 @@ private:
         }
     }
 
-    void move(std::size_t i, double by) noexcept { lambda_[i] = std::clamp(lambda_[i] + by, 0.0, bound_[i]); }
+    void move(std::size_t i, double by) noexcept {
+        lambda_[i] = std::clamp(lambda_[i] + by, 0.0, bound_[i]);
+    }
 
     void release(std::size_t k) noexcept {
-        for (std::size_t j = k + 1; j < free_count_; ++j) free_[j - 1] = free_[j];
+        for (std::size_t j = k + 1; j < free_count_; ++j)
+            free_[j - 1] = free_[j];
         --free_count_;
     }
 
@@ -205,13 +219,16 @@ private:
     }
 
     /// x := (R^T R)^-1 x for the free normals' triangle R, whose diagonal is at least kDependent.
-    void solve_triangles(const std::array<std::array<double, 3>, 3>& r, std::array<double, 3>& x) const noexcept {
+    void solve_triangles(const std::array<std::array<double, 3>, 3>& r,
+                         std::array<double, 3>& x) const noexcept {
         for (std::size_t k = 0; k < free_count_; ++k) {
-            for (std::size_t j = 0; j < k; ++j) x[k] -= r[j][k] * x[j];
+            for (std::size_t j = 0; j < k; ++j)
+                x[k] -= r[j][k] * x[j];
             x[k] /= r[k][k];
         }
         for (std::size_t k = free_count_; k-- > 0;) {
-            for (std::size_t j = k + 1; j < free_count_; ++j) x[k] -= r[k][j] * x[j];
+            for (std::size_t j = k + 1; j < free_count_; ++j)
+                x[k] -= r[k][j] * x[j];
             x[k] /= r[k][k];
         }
     }
@@ -232,7 +249,8 @@ private:
         if (free_count_ < 3 && glm::length(rest) >= kDependent) return false;
         for (std::size_t k = free_count_; k-- > 0;) {
             share[k] = u[k];
-            for (std::size_t j = k + 1; j < free_count_; ++j) share[k] -= r[k][j] * share[j];
+            for (std::size_t j = k + 1; j < free_count_; ++j)
+                share[k] -= r[k][j] * share[j];
             share[k] /= r[k][k];
         }
         return true;
@@ -240,20 +258,21 @@ private:
 
     std::size_t count_ = 0;
     std::array<Vec3, kCapacity> normal_{};
-    std::array<double, kCapacity> offset_{};  // b_i = n_i.(p_i - a'), m
-    std::array<double, kCapacity> bound_{};   // sigma_i = s_i / k, m
-    std::array<double, kCapacity> lambda_{};  // m
+    std::array<double, kCapacity> offset_{}; // b_i = n_i.(p_i - a'), m
+    std::array<double, kCapacity> bound_{};  // sigma_i = s_i / k, m
+    std::array<double, kCapacity> lambda_{}; // m
     std::array<bool, kCapacity> usable_{};
-    std::array<bool, kCapacity> yields_{};    // the bound is the strength, not the hard planes' cap
+    std::array<bool, kCapacity> yields_{}; // the bound is the strength, not the hard planes' cap
     std::array<std::size_t, 3> free_{};
     std::size_t free_count_ = 0;
     double tolerance_ = 0.0;
 };
 
-}  // namespace
+} // namespace
 
-ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double stiffness) noexcept {
-    const Vec3 target = probe + primitives.force() / stiffness;  // a' = a + sum d / k
+ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe,
+                          double stiffness) noexcept {
+    const Vec3 target = probe + primitives.force() / stiffness; // a' = a + sum d / k
     ProxySolution solution;
     solution.proxy = target;
     if (primitives.planes().empty()) return solution;
@@ -269,4 +288,4 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, dou
     return solution;
 }
 
-}  // namespace palpate
+} // namespace palpate

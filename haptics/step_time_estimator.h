@@ -10,26 +10,29 @@ namespace palpate {
 class Clock {
 public:
     virtual ~Clock() = default;
-    virtual double now_us() noexcept = 0;  ///< us since some fixed instant; never goes back  [loop]
+    virtual double now_us() noexcept = 0; ///< us since some fixed instant; never goes back  [loop]
 };
 
 /// The system's monotonic clock (read without a system call on Linux).
 class SteadyClock final : public Clock {
 public:
     double now_us() noexcept override {
-        return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now().time_since_epoch())
+        return std::chrono::duration<double, std::micro>(
+                   std::chrono::steady_clock::now().time_since_epoch())
             .count();
     }
 };
 
-/// Estimate of the time a sub-step takes, eq. (10): up by alpha when the last one took longer, down by alpha when not. It follows
-/// the 49 % quantile (numerics 4); the bounds keep it alive when steps cost nothing.
+/// Estimate of the time a sub-step takes, eq. (10): up by alpha when the last one took longer, down
+/// by alpha when not. It follows the 49 % quantile (numerics 4); the bounds keep it alive when
+/// steps cost nothing.
 class StepTimeEstimator {
 public:
     static constexpr double kAlpha = 0.05;     ///< section 5 of the paper
     static constexpr double kLowest_us = 0.05; ///< no gathering and solution is faster
 
-    /// Begins at a fiftieth of the budget (us, > 0), section 4 of the paper, and never exceeds half of it.   [setup]
+    /// Begins at a fiftieth of the budget (us, > 0), section 4 of the paper, and never exceeds half
+    /// of it.   [setup]
     explicit StepTimeEstimator(double budget_us) noexcept
         : highest_us_(std::max(0.5 * budget_us, kLowest_us)),
           estimate_us_(std::clamp(budget_us / 50.0, kLowest_us, highest_us_)) {}
@@ -47,4 +50,4 @@ private:
     double estimate_us_;
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -14,28 +14,26 @@ namespace palpate {
 namespace {
 
 // A movement below this is rounding: the proxy keeps its bits (numerics 5, case 17).
-constexpr double kNoMovement = 1e-13;  // m
+constexpr double kNoMovement = 1e-13; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
-// Within this many tolerances the residual is trusted to go on falling as it did; further out, data have kinks.
+// Within this many tolerances the residual is trusted to go on falling as it did; further out, data
+// have kinks.
 constexpr double kNearTolerances = 5.0;
 // Damping of tangential steps while the residual does not fall (contact.md 1.2, step 5).
 constexpr double kResidualMustFallTo = 0.9;
 constexpr double kStrongestDamping = 1.0 / 16.0;
 
-}  // namespace
+} // namespace
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                          std::vector<Effect*> effects, Clock& clock)
-    : settings_(settings),
-      surfaces_(std::move(surfaces)),
-      effects_(std::move(effects)),
-      clock_(clock),
-      estimator_(settings.budget_us),
-      first_contact_(surfaces_.size() + 1, 0) {
+    : settings_(settings), surfaces_(std::move(surfaces)), effects_(std::move(effects)),
+      clock_(clock), estimator_(settings.budget_us), first_contact_(surfaces_.size() + 1, 0) {
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
-        throw std::invalid_argument("subdivision: sub_steps and evaluation_cap must be in [1, 4096]");
+        throw std::invalid_argument(
+            "subdivision: sub_steps and evaluation_cap must be in [1, 4096]");
     if (!(settings.budget_us > 0.0) || !(settings.tolerance_m > 0.0))
         throw std::invalid_argument("subdivision: budget_us and tolerance must be above 0");
     path_.reserve(2 * kMostEvaluations + 2);
@@ -78,14 +76,15 @@ SubdivisionResult Subdivision::run() noexcept {
     converged_ = false;
     unmoved_ = 0;
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
-    for (Effect* effect : effects_) effect->begin(frame_);
+    for (Effect* effect : effects_)
+        effect->begin(frame_);
 
     for (;;) {
-        gather(proxy);                                                        // (6)
-        solve(proxy, result);                                                 // (7)
-        const std::uint32_t steps_left = steps_still_affordable(result);      // (8), (10)
+        gather(proxy);                                                   // (6)
+        solve(proxy, result);                                            // (7)
+        const std::uint32_t steps_left = steps_still_affordable(result); // (8), (10)
         if (keeps_its_place(result)) break;
-        const Vec3 wanted = candidate(proxy, steps_left, result.residual_m);  // (9)
+        const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.planes().empty() && proxy == solution_.proxy;
         if (steps_left == 0 || arrived || (result.flags & kStalled)) break;
@@ -103,8 +102,10 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         surfaces_[i]->offer(proxy, contacts_);
     }
     first_contact_.back() = contacts_.size();
-    for (std::size_t i = 0; i < contacts_.size(); ++i) primitives_.add(contacts_[i].plane);
-    for (Effect* effect : effects_) effect->gather(proxy, primitives_);
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+        primitives_.add(contacts_[i].plane);
+    for (Effect* effect : effects_)
+        effect->gather(proxy, primitives_);
 }
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
@@ -122,10 +123,14 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
     const int made = static_cast<int>(result.evaluations);
     int left = 0;
     switch (settings_.method) {
-    case SteppingMethod::single: break;
-    case SteppingMethod::fixed: left = settings_.sub_steps - made; break;
+    case SteppingMethod::single:
+        break;
+    case SteppingMethod::fixed:
+        left = settings_.sub_steps - made;
+        break;
     case SteppingMethod::adaptive: {
-        // Newton steps square what is left, so to expect the last ratio once more is to expect too much.
+        // Newton steps square what is left, so to expect the last ratio once more is to expect too
+        // much.
         const double ratio = std::min(1.0, result.residual_m / last_residual_m_);
         const bool near = made > 1 && result.residual_m < kNearTolerances * settings_.tolerance_m;
         const double expected_m = near ? ratio * result.residual_m : result.residual_m;
@@ -139,10 +144,11 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
             left = index < replayed_.size() ? static_cast<int>(replayed_[index]) : 0;
             break;
         }
-        const double now_us = clock_.now_us();  // t_n
-        estimator_.observe(now_us - last_us_);  // (10)
+        const double now_us = clock_.now_us(); // t_n
+        estimator_.observe(now_us - last_us_); // (10)
         last_us_ = now_us;
-        const double affordable = (settings_.budget_us - (now_us - began_us_)) / estimator_.estimate_us();
+        const double affordable =
+            (settings_.budget_us - (now_us - began_us_)) / estimator_.estimate_us();
         left = static_cast<int>(std::clamp(std::floor(affordable), 0.0, 1.0 * kMostEvaluations));
         break;
     }
@@ -152,42 +158,49 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
     return static_cast<std::uint32_t>(bounded);
 }
 
-/// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a held proxy.
+/// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
+/// held proxy.
 bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcept {
     if (result.residual_m < kNoMovement) return true;
     return settings_.method == SteppingMethod::adaptive && result.evaluations == 1 &&
            !primitives_.planes().empty() && result.residual_m < settings_.tolerance_m;
 }
 
-Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept {
+Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left,
+                            double residual_m) noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (any_state(i, MultiplierState::saturated)) continue;
         if (const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy)) return *nearer;
     }
     if (settings_.method == SteppingMethod::adaptive) return curved_candidate(proxy, residual_m);
     if (steps_left == 0) return solution_.proxy;
-    return proxy + (solution_.proxy - proxy) / (steps_left + 1.0);  // eq. (9)
+    return proxy + (solution_.proxy - proxy) / (steps_left + 1.0); // eq. (9)
 }
 
 Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcept {
     if (primitives_.planes().empty()) return solution_.proxy;
-    damping_ = residual_m > kResidualMustFallTo * last_residual_m_ ? std::max(0.5 * damping_, kStrongestDamping)
-                                                                   : std::min(2.0 * damping_, 1.0);
+    damping_ = residual_m > kResidualMustFallTo * last_residual_m_
+                   ? std::max(0.5 * damping_, kStrongestDamping)
+                   : std::min(2.0 * damping_, 1.0);
     last_residual_m_ = residual_m;
-    Vec3 step = curvature_step(primitives_, contacts_, solution_, proxy, frame_.stiffness, damping_);
+    Vec3 step =
+        curvature_step(primitives_, contacts_, solution_, proxy, frame_.stiffness, damping_);
 
     double trust_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
-        if (first_contact_[i] < first_contact_[i + 1]) trust_m = std::min(trust_m, surfaces_[i]->trust_m());
+        if (first_contact_[i] < first_contact_[i + 1])
+            trust_m = std::min(trust_m, surfaces_[i]->trust_m());
     const double length = glm::length(step);
     if (length > trust_m) step *= trust_m / length;
     return proxy + step;
 }
 
-/// Follows the chord as far as every surface's certificate holds that does not yield in this sub-step.
+/// Follows the chord as far as every surface's certificate holds that does not yield in this
+/// sub-step.
 Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept {
-    double stopped_at = 1.0;  // by a surface met on the way: it offers its plane at the next gathering
-    double blocked_at = 1.0;  // by one that is felt already
+    double stopped_at =
+        1.0; // by a surface met on the way: it offers its plane at the next gathering
+    double blocked_at = 1.0; // by one that is felt already
     SurfaceContact* blocking = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (any_state(i, MultiplierState::saturated)) continue;
@@ -204,7 +217,8 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
     if (stopped_at < blocked_at) return accepted(from + stopped_at * chord, result);
 
     double share = 0.5;
-    while (share >= blocked_at && share > kShortestShare) share *= 0.5;
+    while (share >= blocked_at && share > kShortestShare)
+        share *= 0.5;
     if (share < blocked_at) return accepted(from + share * chord, result);
     const std::optional<Vec3> reached = blocking->obstructed(from, to, blocked_at);
     return accepted(reached.value_or(from), result);
@@ -224,11 +238,14 @@ Vec3 Subdivision::accepted(const Vec3& proxy, SubdivisionResult& result) noexcep
 
 /// An adaptive frame that ends at its cap ends on the level at least.
 Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
-    if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.planes().empty()) return proxy;
+    if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.planes().empty())
+        return proxy;
     if (!(result.residual_m < kNoMovement)) result.flags |= kEvaluationCap;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active)) continue;
-        if (const std::optional<Vec3> level = surfaces_[i]->settle(proxy)) proxy = carried(proxy, *level, result);
+        if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active))
+            continue;
+        if (const std::optional<Vec3> level = surfaces_[i]->settle(proxy))
+            proxy = carried(proxy, *level, result);
     }
     return proxy;
 }
@@ -238,7 +255,8 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
         const bool yielded = any_state(i, MultiplierState::saturated);
         surfaces_[i]->commit(proxy, yielded, yielded || any_state(i, MultiplierState::active));
     }
-    for (Effect* effect : effects_) effect->commit(proxy);
+    for (Effect* effect : effects_)
+        effect->commit(proxy);
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)
         if (solution_.state[i] != MultiplierState::released) ++result.contacts;
     result.proxy = proxy;
@@ -250,4 +268,4 @@ bool Subdivision::any_state(std::size_t surface, MultiplierState state) const no
     return false;
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -15,38 +15,42 @@ namespace palpate {
 
 /// How a frame's movement of the proxy is cut into sub-steps.
 enum class SteppingMethod {
-    single,    ///< one evaluation: the state before the paper
-    paper,     ///< eqs (6)-(10): as many shares as the clock allows
-    fixed,     ///< eqs (6), (7), (9) with a given number of shares
-    adaptive,  ///< full steps with curvature until the residual is below the tolerance
+    single,   ///< one evaluation: the state before the paper
+    paper,    ///< eqs (6)-(10): as many shares as the clock allows
+    fixed,    ///< eqs (6), (7), (9) with a given number of shares
+    adaptive, ///< full steps with curvature until the residual is below the tolerance
 };
 
 struct SteppingSettings {
     SteppingMethod method = SteppingMethod::adaptive;
-    int sub_steps = 8;           ///< fixed: evaluations per frame, [1, Subdivision::kMostEvaluations]
-    double budget_us = 900.0;    ///< paper: t_delta of eq. (8), us, > 0
-    double tolerance_m = 1e-7;   ///< adaptive: a step that is expected to leave less residual is the last, m, > 0
-    int evaluation_cap = 8;      ///< adaptive: evaluations per frame at most, [1, kMostEvaluations]
+    int sub_steps = 8;        ///< fixed: evaluations per frame, [1, Subdivision::kMostEvaluations]
+    double budget_us = 900.0; ///< paper: t_delta of eq. (8), us, > 0
+    double tolerance_m =
+        1e-7; ///< adaptive: a step that is expected to leave less residual is the last, m, > 0
+    int evaluation_cap = 8; ///< adaptive: evaluations per frame at most, [1, kMostEvaluations]
 };
 
 /// What a frame's subdivision came to.
 struct SubdivisionResult {
-    Vec3 proxy{0.0};                ///< x', m
+    Vec3 proxy{0.0}; ///< x', m
     std::uint32_t evaluations = 0;
     std::uint32_t sub_steps = 0;
-    std::uint32_t contacts = 0;     ///< multipliers above 0 in the last solution
-    double residual_m = 0.0;        ///< length of the last movement that the solver asked for
-    std::uint32_t flags = 0;        ///< FrameFlag bits
+    std::uint32_t contacts = 0; ///< multipliers above 0 in the last solution
+    double residual_m = 0.0;    ///< length of the last movement that the solver asked for
+    std::uint32_t flags = 0;    ///< FrameFlag bits
 };
 
-/// Spends a frame in sub-steps (section 4.1 of the paper; composition.md 2.2): gathers primitives at the proxy (6), solves (7), sees
-/// how many more steps fit (8), takes a share of the movement (9) or a curvature-corrected one, and lets the surfaces carry the
-/// proxy as far as every certificate holds. Owns nothing that moves but the loop's iteration memory.
+/// Spends a frame in sub-steps (section 4.1 of the paper; composition.md 2.2): gathers primitives
+/// at the proxy (6), solves (7), sees how many more steps fit (8), takes a share of the movement
+/// (9) or a curvature-corrected one, and lets the surfaces carry the proxy as far as every
+/// certificate holds. Owns nothing that moves but the loop's iteration memory.
 class Subdivision {
 public:
-    static constexpr int kMostEvaluations = 4096;  ///< bounds every frame, also where a clock stands still
+    static constexpr int kMostEvaluations =
+        4096; ///< bounds every frame, also where a clock stands still
 
-    /// Surfaces and effects in canonical order; all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
+    /// Surfaces and effects in canonical order; all must outlive this. Throws std::invalid_argument
+    /// on settings out of range.  [setup]
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                 std::vector<Effect*> effects, Clock& clock);
 
@@ -56,14 +60,19 @@ public:
     /// One frame's movement of the proxy from frame.start.                              [loop]
     SubdivisionResult advance(const FrameContext& frame) noexcept;
 
-    /// The same with the clock's decisions of an earlier run: N_steps of eq. (8) for each evaluation. Reproduces its bits.   [loop]
-    SubdivisionResult advance(const FrameContext& frame, std::span<const std::uint32_t> steps_left) noexcept;
+    /// The same with the clock's decisions of an earlier run: N_steps of eq. (8) for each
+    /// evaluation. Reproduces its bits.   [loop]
+    SubdivisionResult advance(const FrameContext& frame,
+                              std::span<const std::uint32_t> steps_left) noexcept;
 
-    /// The proxy's corners in the last frame, frame.start first: every chord that was carried.   [loop]
+    /// The proxy's corners in the last frame, frame.start first: every chord that was carried.
+    /// [loop]
     std::span<const Vec3> path() const noexcept { return path_; }
-    /// N_steps after each evaluation of the last frame: with these, wall-clock runs can be replayed.  [loop]
+    /// N_steps after each evaluation of the last frame: with these, wall-clock runs can be
+    /// replayed.  [loop]
     std::span<const std::uint32_t> steps_left() const noexcept { return steps_left_; }
-    double estimate_us() const noexcept;  ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
+    double estimate_us()
+        const noexcept; ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
 
 private:
     SubdivisionResult run() noexcept;
@@ -89,19 +98,20 @@ private:
     ContactSet contacts_;
     PrimitiveSet primitives_;
     ProxySolution solution_;
-    std::vector<std::size_t> first_contact_;  // of each surface, in contacts_; one more at the end
+    std::vector<std::size_t> first_contact_; // of each surface, in contacts_; one more at the end
 
     // Of one frame.
     FrameContext frame_;
-    double began_us_ = 0.0;       // t_0
-    double last_us_ = 0.0;        // t_n
-    double damping_ = 1.0;        // of tangential steps (contact.md 1.2, step 5)
+    double began_us_ = 0.0; // t_0
+    double last_us_ = 0.0;  // t_n
+    double damping_ = 1.0;  // of tangential steps (contact.md 1.2, step 5)
     double last_residual_m_ = 0.0;
-    bool converged_ = false;      // the step of the last evaluation is expected to leave less than the tolerance
-    int unmoved_ = 0;             // evaluations in a row that did not move the proxy
+    bool converged_ =
+        false; // the step of the last evaluation is expected to leave less than the tolerance
+    int unmoved_ = 0; // evaluations in a row that did not move the proxy
     std::span<const std::uint32_t> replayed_;
     std::vector<Vec3> path_;
     std::vector<std::uint32_t> steps_left_;
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -14,10 +14,10 @@ namespace palpate {
 /// A plane that a surface offers at the proxy, with what curvature corrections need to know of it.
 struct ContactPlane {
     PlanePrimitive plane;
-    double level_gap = 0.0;        ///< c0 - f at the sampled point, the field's unit U; < 0: deeper than the level
-    Vec3 slope{0.0};               ///< exact derivative of f there, U/m; zero: not known, take the plane as it is
-    double gradient_length = 0.0;  ///< length of the continuous gradient, U/m, > 0
-    Mat3 depth_hessian{0.0};       ///< second derivative of the depth D = (f - c0) / |g|, 1/m; zero: taken as flat
+    double level_gap = 0.0; ///< c0 - f at the sampled point, unit U; < 0: deeper than the level
+    Vec3 slope{0.0}; ///< exact derivative of f there, U/m; zero: not known, take the plane as it is
+    double gradient_length = 0.0; ///< length of the continuous gradient, U/m, > 0
+    Mat3 depth_hessian{0.0}; ///< of the depth D = (f - c0) / |g|, 1/m; zero: taken as flat
 };
 
 /// The planes of one evaluation, in canonical order: surface by surface.
@@ -49,8 +49,9 @@ private:
 
 /// How far a surface lets a chord through.
 struct Chord {
-    double fraction = 1.0;  ///< of the chord that is certified, [0,1]
-    bool engaged = false;   ///< the surface has offered planes at the chord's start: it corrects, rather than stops
+    double fraction = 1.0; ///< of the chord that is certified, [0,1]
+    bool engaged = false;  ///< the surface has offered planes at the chord's start: it corrects,
+                           ///< rather than stops
 };
 
 /// What a surface has computed so far: counters that only grow.
@@ -60,47 +61,52 @@ struct QueryCount {
     std::uint64_t surface_queries = 0;
 };
 
-/// One loop's contact with one immutable surface. It offers planes at a point, and says how far a chord may be followed; it knows no
-/// forces, the solver knows no geometry, and the loop alone knows both (composition.md 2.1). Its strength is
-/// its own affair only in commit(), where a surface that yielded moves its level along ("holds").
-/// Scene frame, m. Not for two threads at once.
+/// One loop's contact with one immutable surface. It offers planes at a point, and says how far a
+/// chord may be followed; it knows no forces, the solver knows no geometry, and the loop alone
+/// knows both (composition.md 2.1). Its strength is its own affair only in commit(), where a
+/// surface that yielded moves its level along ("holds"). Scene frame, m. Not for two threads at
+/// once.
 class SurfaceContact {
 public:
     virtual ~SurfaceContact() = default;
 
-    /// Forgets everything; the proxy is set to a new place. True when that is inside the surface, which is then not felt until the
-    /// proxy has left it.                                                              [loop]
+    /// Forgets everything; the proxy is set to a new place. True when that is inside the surface,
+    /// which is then not felt until the proxy has left it. [loop]
     virtual bool restart(const Vec3& proxy) noexcept = 0;
 
     /// Adds the planes felt at `proxy`: none in free space.                             [loop]
     virtual void offer(const Vec3& proxy, ContactSet& contacts) noexcept = 0;
 
-    /// Told which of its planes are needed: `first` is the index of its first offered one. Others are forgotten.   [loop]
+    /// Told which of its planes are needed: `first` is the index of its first offered one. Others
+    /// are forgotten.   [loop]
     virtual void keep_active(const ProxySolution& solution, std::size_t first) noexcept = 0;
 
-    /// A certified point nearer to the level, when the last offer() found the proxy so deep in the certificate's band that planes
-    /// alone could deadlock (contact.md 7.4); nothing otherwise.                        [loop]
+    /// A certified point nearer to the level, when the last offer() found the proxy so deep in the
+    /// certificate's band that planes alone could deadlock (contact.md 7.4); nothing otherwise.
+    /// [loop]
     virtual std::optional<Vec3> restore(const Vec3& proxy) noexcept = 0;
 
-    /// The point of the level that the slope at `proxy` leads to, from either side, where a frame that cannot go on may end;
-    /// nothing where there is none within the trusted step.                             [loop]
+    /// The point of the level that the slope at `proxy` leads to, from either side, where a frame
+    /// that cannot go on may end; nothing where there is none within the trusted step. [loop]
     virtual std::optional<Vec3> settle(const Vec3& proxy) noexcept = 0;
 
-    /// How far the chord from -> to holds this surface's certificate; never moves anything.    [loop]
+    /// How far the chord from -> to holds this surface's certificate; never moves anything. [loop]
     virtual Chord carry(const Vec3& from, const Vec3& to) noexcept = 0;
 
-    /// Told that a chord from -> to was blocked at `fraction` with no room left: a plane found there may open another way.
-    /// Returns a point between on the level that the proxy may go to, if there is one.  [loop]
-    virtual std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to, double fraction) noexcept = 0;
+    /// Told that a chord from -> to was blocked at `fraction` with no room left: a plane found
+    /// there may open another way. Returns a point between on the level that the proxy may go to,
+    /// if there is one.  [loop]
+    virtual std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to,
+                                           double fraction) noexcept = 0;
 
     /// Longest step that one evaluation's planes are trusted for, m.                    [any]
     virtual double trust_m() const noexcept = 0;
 
-    /// The frame ends at `proxy`; the only place where the anchored level moves. `yielded`: its multiplier reached its strength in
-    /// the last solution; `felt`: it was above 0.                                       [loop]
+    /// The frame ends at `proxy`; the only place where the anchored level moves. `yielded`: its
+    /// multiplier reached its strength in the last solution; `felt`: it was above 0. [loop]
     virtual void commit(const Vec3& proxy, bool yielded, bool felt) noexcept = 0;
 
-    virtual QueryCount queries() const noexcept = 0;  ///< [any]
+    virtual QueryCount queries() const noexcept = 0; ///< [any]
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -6,16 +6,17 @@
 
 namespace palpate {
 
-/// Strength over a field's value: linear between its nodes, constant outside; a plain struct of fixed capacity.
+/// Strength over a field's value: linear between its nodes, constant outside; a plain struct of
+/// fixed capacity.
 struct TransferFunction {
     struct Node {
-        double value = 0.0;       ///< the field's own unit
-        double strength_n = 0.0;  ///< N, >= 0; infinity only in a function of one node
+        double value = 0.0;      ///< the field's own unit
+        double strength_n = 0.0; ///< N, >= 0; infinity only in a function of one node
     };
     static constexpr std::size_t kCapacity = 32;
 
     std::array<Node, kCapacity> nodes{};
-    std::size_t count = 0;  ///< nodes in use, by strictly increasing value
+    std::size_t count = 0; ///< nodes in use, by strictly increasing value
 
     /// The same strength everywhere: N, >= 0, may be infinite.                          [any]
     static TransferFunction constant(double strength_n) noexcept {
@@ -33,7 +34,8 @@ struct TransferFunction {
             if (value > nodes[i].value) continue;
             const Node& low = nodes[i - 1];
             const Node& high = nodes[i];
-            const double share = (value - low.value) / (high.value - low.value);  // increasing values: > 0
+            const double share =
+                (value - low.value) / (high.value - low.value); // increasing values: > 0
             return low.strength_n + share * (high.strength_n - low.strength_n);
         }
         return nodes[count - 1].strength_n;
@@ -47,4 +49,4 @@ struct TransferFunction {
     }
 };
 
-}  // namespace palpate
+} // namespace palpate

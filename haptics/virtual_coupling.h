@@ -7,8 +7,8 @@ namespace palpate {
 
 /// Spring and damper between probe and proxy.
 struct VirtualCoupling {
-    double stiffness = 500.0;  ///< k_s, N/m, > 0
-    double damping = 0.0;      ///< k_d, N s/m, >= 0; 0 = spring alone
+    double stiffness = 500.0; ///< k_s, N/m, > 0
+    double damping = 0.0;     ///< k_d, N s/m, >= 0; 0 = spring alone
 };
 
 /// Force on the device from the proxy's lag behind the probe.                           [loop]
@@ -16,7 +16,8 @@ struct VirtualCoupling {
 /// Scene frame, N. Not limited here; see ForceLimiter. Finite for finite input.
 inline Vec3 coupling_force(const VirtualCoupling& coupling, const Vec3& probe, const Vec3& proxy,
                            const Vec3& probe_velocity, const Vec3& proxy_velocity) noexcept {
-    return -coupling.stiffness * (probe - proxy) - coupling.damping * (probe_velocity - proxy_velocity);
+    return -coupling.stiffness * (probe - proxy) -
+           coupling.damping * (probe_velocity - proxy_velocity);
 }
 
-}  // namespace palpate
+} // namespace palpate

@@ -8,37 +8,45 @@
 namespace palpate {
 namespace {
 
-// A chord may not rise above its start by more than this share of tau: rounding of the value, 1e-9 HU on CT (contact.md 1.2).
+// A chord may not rise above its start by more than this share of tau: rounding of the value, 1e-9
+// HU on CT (contact.md 1.2).
 constexpr double kRoundingShare = 1e-10;
-// Continuous and trilinear gradient disagree by more than 60 degrees: neither curvature nor the mean is worth anything.
+// Continuous and trilinear gradient disagree by more than 60 degrees: neither curvature nor the
+// mean is worth anything.
 constexpr double kReliableCosine = 0.5;
-// An obstacle's plane is sampled this share of the chord past the root, where its normal is its own.
+// An obstacle's plane is sampled this share of the chord past the root, where its normal is its
+// own.
 constexpr double kPastRoot = 0.03;
 constexpr int kRestoreHalvings = 5;
-// Deeper than this share of tau in the tolerated band, the level comes before anything else (contact.md 1.2, step 2).
+// Deeper than this share of tau in the tolerated band, the level comes before anything else
+// (contact.md 1.2, step 2).
 constexpr double kRestoreShare = 0.7;
 
 Vec3 between(const Vec3& from, const Vec3& to, double t) noexcept { return from + t * (to - from); }
 
-}  // namespace
+} // namespace
 
 LevelScale LevelScale::of(const ScalarField& field, const LevelSettings& settings) {
     if (!(settings.strength_n > 0.0) || !(settings.certificate_m > 0.0) || !(settings.free_m > 0.0))
-        throw std::invalid_argument("surface: strength, certificate and free distance must be above 0");
+        throw std::invalid_argument(
+            "surface: strength, certificate and free distance must be above 0");
     const double slope = field.typical_slope(settings.level);
     if (!(slope > 0.0))
-        throw std::invalid_argument("surface: no voxel reaches the level; choose one inside the value range");
+        throw std::invalid_argument(
+            "surface: no voxel reaches the level; choose one inside the value range");
     return {settings.certificate_m * slope, 0.05 * slope, 0.5 * field.feature_size_m()};
 }
 
-bool level_plane(const FieldSample& sample, const Vec3& point, double level, const LevelSettings& settings,
-                 const LevelScale& scale, ContactPlane& contact) noexcept {
+bool level_plane(const FieldSample& sample, const Vec3& point, double level,
+                 const LevelSettings& settings, const LevelScale& scale,
+                 ContactPlane& contact) noexcept {
     if (!sample.valid) return false;
     Vec3 gradient = sample.gradient;
     double length = glm::length(gradient);
     const double slope_length = glm::length(sample.slope);
-    const bool reliable = length > scale.smallest_gradient &&
-                          glm::dot(gradient, sample.slope) > kReliableCosine * length * slope_length;
+    const bool reliable =
+        length > scale.smallest_gradient &&
+        glm::dot(gradient, sample.slope) > kReliableCosine * length * slope_length;
     if (!reliable) {
         gradient = sample.slope;
         length = slope_length;
@@ -57,12 +65,10 @@ bool level_plane(const FieldSample& sample, const Vec3& point, double level, con
     return true;
 }
 
-VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field, const LevelSettings& settings)
-    : field_(std::move(field)),
-      settings_(settings),
-      scale_(LevelScale::of(*field_, settings)),
-      patch_cosine_(field_->patch_cosine()),
-      sampler_(field_->make_sampler()),
+VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
+                             const LevelSettings& settings)
+    : field_(std::move(field)), settings_(settings), scale_(LevelScale::of(*field_, settings)),
+      patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()),
       level_(settings.level) {}
 
 bool VolumeContact::restart(const Vec3& proxy) noexcept {
@@ -102,7 +108,7 @@ std::optional<Vec3> VolumeContact::restore(const Vec3& proxy) noexcept {
 std::optional<Vec3> VolumeContact::settle(const Vec3& proxy) noexcept {
     if (open_) return std::nullopt;
     here_ = sampler_->sample(proxy);
-    engaged_ = true;  // the chord to the level is judged by the certificate, not as a stop
+    engaged_ = true; // the chord to the level is judged by the certificate, not as a stop
     if (here_.value > level_) return downhill(proxy);
     const double slope = glm::length(here_.slope);
     if (!here_.valid || !(slope > 0.0)) return std::nullopt;
@@ -135,13 +141,14 @@ std::optional<Vec3> VolumeContact::downhill(const Vec3& proxy) noexcept {
 
 Chord VolumeContact::carry(const Vec3& from, const Vec3& to) noexcept {
     if (open_) return {};
-    const double limit =
-        engaged_ ? std::max(level_ + scale_.certificate, here_.value + kRoundingShare * scale_.certificate)
-                 : level_;
+    const double limit = engaged_ ? std::max(level_ + scale_.certificate,
+                                             here_.value + kRoundingShare * scale_.certificate)
+                                  : level_;
     return {sampler_->first_root(from, to, limit).value_or(1.0), engaged_};
 }
 
-std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to, double fraction) noexcept {
+std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to,
+                                              double fraction) noexcept {
     if (open_) return std::nullopt;
     std::optional<Vec3> reached;
     double blocked_at = fraction;
@@ -163,11 +170,14 @@ void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept 
         open_ = sampler_->value(proxy) >= level_;
         return;
     }
-    // Play: a yielding surface holds where it was pushed to. A hard one never moves its level (composition.md 4.1).
+    // Play: a yielding surface holds where it was pushed to. A hard one never moves its level
+    // (composition.md 4.1).
     if (std::isinf(settings_.strength_n) || (felt && !yielded)) return;
     level_ = std::max(settings_.level, sampler_->value(proxy));
 }
 
-QueryCount VolumeContact::queries() const noexcept { return {sampler_->samples(), sampler_->roots(), 0}; }
+QueryCount VolumeContact::queries() const noexcept {
+    return {sampler_->samples(), sampler_->roots(), 0};
+}
 
-}  // namespace palpate
+} // namespace palpate

@@ -12,10 +12,11 @@ namespace palpate {
 
 /// An isosurface of a field as something to touch.
 struct LevelSettings {
-    double level = 0.0;  ///< c, the field's unit U; free where the value is below
-    double strength_n = std::numeric_limits<double>::infinity();  ///< yields above, N, > 0
-    double certificate_m = 25e-6;  ///< tau as a length: no chord goes deeper, m, > 0 (contact.md 1.6: less stalls on CT)
-    double free_m = 5e-6;          ///< further than this in front of the level nothing is felt, m, > 0
+    double level = 0.0; ///< c, the field's unit U; free where the value is below
+    double strength_n = std::numeric_limits<double>::infinity(); ///< yields above, N, > 0
+    double certificate_m = 25e-6; ///< tau as a length: no chord goes deeper, m, > 0
+                                  ///< (contact.md 1.6: less stalls on CT)
+    double free_m = 5e-6; ///< further than this in front of the level nothing is felt, m, > 0
 };
 
 /// What of a level the contacts measure once: tolerances in the field's unit (contact.md, notes).
@@ -24,20 +25,23 @@ struct LevelScale {
     double smallest_gradient = 0.0; ///< U/m, 5 % of the typical slope: below, the normal is noise
     double trust_m = 0.0;           ///< half the field's feature size
 
-    /// Throws std::invalid_argument when the field never passes the level or a setting is out of range.   [setup]
+    /// Throws std::invalid_argument when the field never passes the level or a setting is out of
+    /// range.   [setup]
     static LevelScale of(const ScalarField& field, const LevelSettings& settings);
 };
 
-/// The plane of the level at a point: through the point of the level that the continuous gradient points to, with the continuous
-/// normal where it can be relied on and the trilinear one elsewhere (contact.md 1.2, steps 1 and 4).
-/// False in free space and where there is no normal.                                    [loop]
-bool level_plane(const FieldSample& sample, const Vec3& point, double level, const LevelSettings& settings,
-                 const LevelScale& scale, ContactPlane& contact) noexcept;
+/// The plane of the level at a point: through the point of the level that the continuous gradient
+/// points to, with the continuous normal where it can be relied on and the trilinear one elsewhere
+/// (contact.md 1.2, steps 1 and 4). False in free space and where there is no normal. [loop]
+bool level_plane(const FieldSample& sample, const Vec3& point, double level,
+                 const LevelSettings& settings, const LevelScale& scale,
+                 ContactPlane& contact) noexcept;
 
-/// Contact `volume`: the level of a field found, refined and guarded by the field alone (contact.md 1.2).
+/// Contact `volume`: the level of a field found, refined and guarded by the field alone
+/// (contact.md 1.2).
 ///
-/// Invariant: no accepted chord reaches max(c0 + tau, value at its start) from below, whatever the speed, whatever the solver says;
-/// unless the surface itself yields in that very sub-step.
+/// Invariant: no accepted chord reaches max(c0 + tau, value at its start) from below, whatever the
+/// speed, whatever the solver says; unless the surface itself yields in that very sub-step.
 class VolumeContact final : public SurfaceContact {
 public:
     /// Throws std::invalid_argument as LevelScale::of does.                             [setup]
@@ -49,13 +53,16 @@ public:
     std::optional<Vec3> restore(const Vec3& proxy) noexcept override;
     std::optional<Vec3> settle(const Vec3& proxy) noexcept override;
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
-    std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to, double fraction) noexcept override;
+    std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to,
+                                   double fraction) noexcept override;
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
     QueryCount queries() const noexcept override;
 
     const LevelScale& scale() const noexcept { return scale_; }
-    double anchored_level() const noexcept { return level_; }  ///< c0, U: the level, or where a yielding surface holds now
+    double anchored_level() const noexcept {
+        return level_;
+    } ///< c0, U: the level, or where a yielding surface holds now
 
 private:
     std::optional<Vec3> downhill(const Vec3& proxy) noexcept;
@@ -66,12 +73,12 @@ private:
     double patch_cosine_;
     std::unique_ptr<FieldSampler> sampler_;
 
-    double level_;            // c0
-    bool open_ = false;       // began inside: not felt until left
-    FieldSample here_;        // at the last offer()
-    bool engaged_ = false;    // planes were offered there
+    double level_;         // c0
+    bool open_ = false;    // began inside: not felt until left
+    FieldSample here_;     // at the last offer()
+    bool engaged_ = false; // planes were offered there
     PlaneBundle bundle_;
     std::uint32_t offered_ = 0;
 };
 
-}  // namespace palpate
+} // namespace palpate

@@ -9,16 +9,22 @@
 
 namespace palpate {
 
-/// What a scalar field is at a point. U stands for the field's own unit (HU, T1 signal, metres ...).
+/// What a scalar field is at a point. U stands for the field's own unit (HU, T1 signal, metres
+/// ...).
 struct FieldSample {
-    double value = 0.0;       ///< U
-    Vec3 slope{0.0};          ///< exact derivative of `value` as it is interpolated, U/m; jumps from cell to cell in a grid
-    Vec3 gradient{0.0};       ///< continuous gradient, U/m; in a grid node central differences interpolated (numerics 3.3)
-    Mat3 hessian{0.0};        ///< derivative of `gradient`, U/m^2: hessian * step is its change; need not be symmetric in a grid
-    bool valid = false;       ///< false: no data here (outside the grid, all corners NaN); the value is then the background, the rest 0
+    double value = 0.0; ///< U
+    Vec3 slope{0.0}; ///< exact derivative of `value` as it is interpolated, U/m; jumps from cell to
+                     ///< cell in a grid
+    Vec3 gradient{0.0}; ///< continuous gradient, U/m; in a grid node central differences
+                        ///< interpolated (numerics 3.3)
+    Mat3 hessian{0.0};  ///< derivative of `gradient`, U/m^2: hessian * step is its change; need not
+                        ///< be symmetric in a grid
+    bool valid = false; ///< false: no data here (outside the grid, all corners NaN); the value is
+                        ///< then the background, the rest 0
 };
 
-/// One loop's access to a field: keeps what makes the next query cheap. Not for two threads at once.
+/// One loop's access to a field: keeps what makes the next query cheap. Not for two threads at
+/// once.
 class FieldSampler {
 public:
     virtual ~FieldSampler() = default;
@@ -29,21 +35,26 @@ public:
     /// The value alone, U; the background where there is no data.                       [loop]
     virtual double value(const Vec3& point) noexcept = 0;
 
-    /// The smallest t in [0,1] at which the value on the segment from + t (to - from) reaches `level` from below; 0 when it
-    /// starts there. The returned t is on the lower side of the root: no value before it reaches the level, up to rounding.
-    /// Nothing where there is none. Exact for the field as interpolated: a cell's cubic, not a march. A segment that is not finite
-    /// is answered by 0: it leads nowhere.                                              [loop]
-    virtual std::optional<double> first_root(const Vec3& from, const Vec3& to, double level) noexcept = 0;
+    /// The smallest t in [0,1] at which the value on the segment from + t (to - from) reaches
+    /// `level` from below; 0 when it starts there. The returned t is on the lower side of the root:
+    /// no value before it reaches the level, up to rounding. Nothing where there is none. Exact for
+    /// the field as interpolated: a cell's cubic, not a march. A segment that is not finite is
+    /// answered by 0: it leads nowhere.                                              [loop]
+    virtual std::optional<double> first_root(const Vec3& from, const Vec3& to,
+                                             double level) noexcept = 0;
 
-    std::uint64_t samples() const noexcept { return samples_; }  ///< sample() and value() calls so far
-    std::uint64_t roots() const noexcept { return roots_; }      ///< first_root() calls so far
+    std::uint64_t samples() const noexcept {
+        return samples_;
+    }                                                       ///< sample() and value() calls so far
+    std::uint64_t roots() const noexcept { return roots_; } ///< first_root() calls so far
 
 protected:
     std::uint64_t samples_ = 0;
     std::uint64_t roots_ = 0;
 };
 
-/// A scalar field over the scene: immutable, shared by all loops; grows into the material, as density does.
+/// A scalar field over the scene: immutable, shared by all loops; grows into the material, as
+/// density does.
 class ScalarField {
 public:
     virtual ~ScalarField() = default;
@@ -51,18 +62,19 @@ public:
     /// A new sampler; the field must outlive it.                                        [setup]
     virtual std::unique_ptr<FieldSampler> make_sampler() const = 0;
 
-    /// Where the field can have an isosurface: m, scene frame. Outside, a grid is background.   [any]
+    /// Where the field can have an isosurface: m, scene frame. Outside, a grid is background. [any]
     virtual Box bounds() const = 0;
 
-    /// The smallest length on which the gradient turns, m: a grid's smallest spacing, a formula's smallest radius of
-    /// curvature. The trust region of a proxy step is half of it.                       [any]
+    /// The smallest length on which the gradient turns, m: a grid's smallest spacing, a formula's
+    /// smallest radius of curvature. The trust region of a proxy step is half of it. [any]
     virtual double feature_size_m() const noexcept = 0;
 
     /// Cosine above which two normals belong to one smooth patch rather than to a corner. [any]
     virtual double patch_cosine() const noexcept = 0;
 
-    /// Median length of the slope where the field passes `level`, U/m; 0 where it never does.   [setup]
+    /// Median length of the slope where the field passes `level`, U/m; 0 where it never does.
+    /// [setup]
     virtual double typical_slope(double level) const = 0;
 };
 
-}  // namespace palpate
+} // namespace palpate

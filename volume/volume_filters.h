@@ -6,41 +6,48 @@
 
 #include <palpate/volume/voxel_volume.h>
 
-/// What is baked into a field before a surface is taken from it, so that mesh and volume are of the same thing.
+/// What is baked into a field before a surface is taken from it, so that mesh and volume are of the
+/// same thing.
 namespace palpate {
 
-/// A copy with `margin` voxels of `background` around it; the affine follows, so voxels keep their places.        [setup]
+/// A copy with `margin` voxels of `background` around it; the affine follows, so voxels keep their
+/// places.        [setup]
 VoxelVolume padded(const VoxelVolume& volume, int margin, float background);
 
-/// Gaussian of standard deviation `sigma_voxels` (>= 0; along each axis in its own spacing; 0 = unchanged). The border's values go
-/// on outside. NaN spreads over the kernel, about 4 sigma. Bits do not depend on the number of threads.  [setup]
+/// Gaussian of standard deviation `sigma_voxels` (>= 0; along each axis in its own spacing; 0 =
+/// unchanged). The border's values go on outside. NaN spreads over the kernel, about 4 sigma. Bits
+/// do not depend on the number of threads.  [setup]
 void smooth(VoxelVolume& volume, double sigma_voxels);
 
-/// How far the surface of one field lies from that of another, along normals, positive = into free space (the material grew).
+/// How far the surface of one field lies from that of another, along normals, positive = into free
+/// space (the material grew).
 struct SurfaceShift {
     double mean_m = 0.0;
-    double deviation_m = 0.0;  ///< standard deviation
-    std::size_t points = 0;    ///< points of the reference surface where both were found within 2 voxels along the normal
+    double deviation_m = 0.0; ///< standard deviation
+    std::size_t points = 0;   ///< points of the reference surface where both were found within 2
+                              ///< voxels along the normal
 };
 
-/// Shift of the surface smoothed = smoothed_level against original = original_level, averaged over the latter's area. Of more than
-/// 200 000 points a regular subset. Both of one size and place, with free space around (padded()); else
-/// std::invalid_argument. No surface: all 0.                                             [setup]
-SurfaceShift surface_shift(const VoxelVolume& original, double original_level, const VoxelVolume& smoothed,
-                           double smoothed_level);
+/// Shift of the surface smoothed = smoothed_level against original = original_level, averaged over
+/// the latter's area. Of more than 200 000 points a regular subset. Both of one size and place,
+/// with free space around (padded()); else std::invalid_argument. No surface: all 0. [setup]
+SurfaceShift surface_shift(const VoxelVolume& original, double original_level,
+                           const VoxelVolume& smoothed, double smoothed_level);
 
-/// The level of `smoothed` whose surface does not move on average against `original` at `original_level` (contact.md 5):
-/// |surface_shift| <= 1e-6 m. Where points of a small surface vanish from one level to the next, so that the mean jumps over 0:
-/// the side nearer to 0, if within a hundredth of a voxel.                               [setup]
-/// Throws std::runtime_error when no level does that.
-double level_keeping_position(const VoxelVolume& original, double original_level, const VoxelVolume& smoothed);
+/// The level of `smoothed` whose surface does not move on average against `original` at
+/// `original_level` (contact.md 5): |surface_shift| <= 1e-6 m. Where points of a small surface
+/// vanish from one level to the next, so that the mean jumps over 0: the side nearer to 0, if
+/// within a hundredth of a voxel.                               [setup] Throws std::runtime_error
+/// when no level does that.
+double level_keeping_position(const VoxelVolume& original, double original_level,
+                              const VoxelVolume& smoothed);
 
 /// Which connected parts of the material stay.
 struct ComponentPolicy {
     enum class Kind { all, largest, count, volume };
     Kind kind = Kind::all;
-    std::size_t count = 1;      ///< kind count: this many largest stay, >= 1
-    double volume_mm3 = 0.0;    ///< kind volume: those larger than this stay, >= 0
+    std::size_t count = 1;   ///< kind count: this many largest stay, >= 1
+    double volume_mm3 = 0.0; ///< kind volume: those larger than this stay, >= 0
 };
 
 /// A connected part of the material.
@@ -48,12 +55,13 @@ struct VolumeComponent {
     std::size_t voxels = 0;
     double volume_mm3 = 0.0;
     bool kept = true;
-    Vec3 sample{0.0};  ///< scene position of one of its voxels, m
+    Vec3 sample{0.0}; ///< scene position of one of its voxels, m
 };
 
-/// Labels voxels >= level with 26-connectivity and sets those of unwanted components to level - margin: all eight corners of
-/// every cell around them are then below the level, so no root is left (contact.md 1.1). Largest first.           [setup]
-std::vector<VolumeComponent> remove_components(VoxelVolume& volume, double level, const ComponentPolicy& policy,
-                                               double margin);
+/// Labels voxels >= level with 26-connectivity and sets those of unwanted components to level -
+/// margin: all eight corners of every cell around them are then below the level, so no root is left
+/// (contact.md 1.1). Largest first.           [setup]
+std::vector<VolumeComponent> remove_components(VoxelVolume& volume, double level,
+                                               const ComponentPolicy& policy, double margin);
 
-}  // namespace palpate
+} // namespace palpate

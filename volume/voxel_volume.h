@@ -12,19 +12,22 @@ namespace palpate {
 
 /// A dense scalar image as it was scanned: values at voxel centres, i fastest.
 struct VoxelVolume {
-    std::array<int, 3> size{0, 0, 0};      ///< voxels along i, j, k
-    std::vector<float> values;             ///< own unit (HU ...); values[i + size[0] * (j + size[1] * k)]
-    AffineTransform index_to_scene;        ///< voxel index (i,j,k) -> scene point (LPS, m); columns are direction * spacing
-    std::string source_type;               ///< voxel type of the file, as "int16", "float32"
-    std::vector<std::string> warnings;     ///< what a user should know of how the file was read
+    std::array<int, 3> size{0, 0, 0}; ///< voxels along i, j, k
+    std::vector<float> values;      ///< own unit (HU ...); values[i + size[0] * (j + size[1] * k)]
+    AffineTransform index_to_scene; ///< voxel index (i,j,k) -> scene point (LPS, m); columns are
+                                    ///< direction * spacing
+    std::string source_type;        ///< voxel type of the file, as "int16", "float32"
+    std::vector<std::string> warnings; ///< what a user should know of how the file was read
 
     std::size_t voxels() const noexcept {
-        return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
+        return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+               static_cast<std::size_t>(size[2]);
     }
     std::size_t index(int i, int j, int k) const noexcept {
         return static_cast<std::size_t>(i) +
                static_cast<std::size_t>(size[0]) *
-                   (static_cast<std::size_t>(j) + static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(k));
+                   (static_cast<std::size_t>(j) +
+                    static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(k));
     }
     float at(int i, int j, int k) const noexcept { return values[index(i, j, k)]; }
     Vec3 spacing_m() const noexcept {
@@ -37,8 +40,8 @@ struct VoxelVolume {
 std::array<double, 2> value_range(const VoxelVolume& volume) noexcept;
 
 /// Orientation in words: where voxel 0,0,0 lies and where each index runs, as
-/// "voxel 0,0,0 lies right, anterior, inferior; i runs to the patient's left, j posterior, k superior"; oblique axes say by
-/// how many degrees they are off.                                                       [any]
+/// "voxel 0,0,0 lies right, anterior, inferior; i runs to the patient's left, j posterior, k
+/// superior"; oblique axes say by how many degrees they are off. [any]
 std::string orientation_in_words(const VoxelVolume& volume);
 
-}  // namespace palpate
+} // namespace palpate

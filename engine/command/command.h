@@ -14,14 +14,22 @@
 namespace palpate::command {
 
 /// Exit codes of the command: what scripts rely on.
-enum ExitCode { kDone = 0, kCheckFailed = 1, kUsage = 2, kBadInput = 3, kDevice = 4, kInternal = 5 };
+enum ExitCode {
+    kDone = 0,
+    kCheckFailed = 1,
+    kUsage = 2,
+    kBadInput = 3,
+    kDevice = 4,
+    kInternal = 5
+};
 
 /// A mistake in the options that the parser cannot see: exit 2.
 struct UsageError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Each adds its sub-command to `app`; its options live in the closure. The function to run goes to `run`.
+/// Each adds its sub-command to `app`; its options live in the closure. The function to run goes to
+/// `run`.
 using Run = std::function<int()>;
 void add_info(CLI::App& app, Run& run);
 void add_extract(CLI::App& app, Run& run);
@@ -31,10 +39,12 @@ void add_replay(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_phantom(CLI::App& app, Run& run);
 
-/// Where baked fields and meshes are kept: $PALPATE_CACHE, else $XDG_CACHE_HOME/palpate, else ~/.cache/palpate, else nowhere.
+/// Where baked fields and meshes are kept: $PALPATE_CACHE, else $XDG_CACHE_HOME/palpate, else
+/// ~/.cache/palpate, else nowhere.
 std::filesystem::path cache_folder();
 
-/// What the command gives a scene to be built with: the cache, CGAL where this build has it, a progress bar.
+/// What the command gives a scene to be built with: the cache, CGAL where this build has it, a
+/// progress bar.
 SceneResources resources();
 
 /// Draws a progress bar on stderr where that is a terminal, and nothing elsewhere.
@@ -43,4 +53,4 @@ Progress progress_bar();
 /// The JSON text of a document ends with a newline on stdout.
 void print(const std::string& text);
 
-}  // namespace palpate::command
+} // namespace palpate::command

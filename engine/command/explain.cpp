@@ -17,17 +17,18 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
     nlohmann::json effects = nlohmann::json::array();
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        effects.push_back({{"type", name(effect.kind)},
-                           {"of", subject(effect)},
-                           {"on", planned.on},
-                           {"reason", planned.reason},
-                           {"contact", planned.contact},
-                           {"per_evaluation",
-                            {{"field_samples", planned.samples},
-                             {"roots", planned.roots},
-                             {"surface_queries", planned.rays}}},
-                           {"needs", {{"mesh", planned.needs_mesh}, {"hessian", planned.needs_hessian}}},
-                           {"price_us", prices[planned.effect]}});
+        effects.push_back(
+            {{"type", name(effect.kind)},
+             {"of", subject(effect)},
+             {"on", planned.on},
+             {"reason", planned.reason},
+             {"contact", planned.contact},
+             {"per_evaluation",
+              {{"field_samples", planned.samples},
+               {"roots", planned.roots},
+               {"surface_queries", planned.rays}}},
+             {"needs", {{"mesh", planned.needs_mesh}, {"hessian", planned.needs_hessian}}},
+             {"price_us", prices[planned.effect]}});
     }
     const nlohmann::json document = {{"scene", scene.description().file.string()},
                                      {"method", name(scene.description().loop.method)},
@@ -39,25 +40,30 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
 std::string as_text(const Scene& scene, const std::vector<double>& prices) {
     std::string text = fmt::format("{}: method {}\n", scene.description().file.string(),
                                    name(scene.description().loop.method));
-    text += fmt::format("{:<18}{:<14}{:<5}{:<9}{:>8}{:>7}{:>6}{:>11}  {}\n", "effect", "of", "", "contact",
-                        "samples", "roots", "rays", "us/eval", "why");
+    text += fmt::format("{:<18}{:<14}{:<5}{:<9}{:>8}{:>7}{:>6}{:>11}  {}\n", "effect", "of", "",
+                        "contact", "samples", "roots", "rays", "us/eval", "why");
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        text += fmt::format("{:<18}{:<14}{:<5}{:<9}{:>8}{:>7}{:>6}{:>11.3f}  {}\n", name(effect.kind),
-                            subject(effect), planned.on ? "on" : "off", planned.contact, planned.samples,
-                            planned.roots, planned.rays, prices[planned.effect], planned.reason);
+        text += fmt::format("{:<18}{:<14}{:<5}{:<9}{:>8}{:>7}{:>6}{:>11.3f}  {}\n",
+                            name(effect.kind), subject(effect), planned.on ? "on" : "off",
+                            planned.contact, planned.samples, planned.roots, planned.rays,
+                            prices[planned.effect], planned.reason);
     }
-    if (scene.plan().effects.empty()) text += "no effects: a frame computes nothing but the free motion\n";
-    for (const std::string& line : scene.plan().left_out) text += "left out: " + line + "\n";
+    if (scene.plan().effects.empty())
+        text += "no effects: a frame computes nothing but the free motion\n";
+    for (const std::string& line : scene.plan().left_out)
+        text += "left out: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
-        text += fmt::format("surface {}: level {:.6g}, smoothing moved it by {:+.4f} mm on average (sd {:.4f} mm)\n",
+        text += fmt::format("surface {}: level {:.6g}, smoothing moved it by {:+.4f} mm on average "
+                            "(sd {:.4f} mm)\n",
                             surface.name, surface.level.level, 1e3 * surface.baked.shift.mean_m,
                             1e3 * surface.baked.shift.deviation_m);
-    return text + "Samples, roots and rays are per evaluation; us per evaluation is the median measured just now, "
+    return text + "Samples, roots and rays are per evaluation; us per evaluation is the median "
+                  "measured just now, "
                   "on this machine.\n";
 }
 
-}  // namespace
+} // namespace
 
 void add_explain(CLI::App& app, Run& run) {
     struct Options {
@@ -65,7 +71,8 @@ void add_explain(CLI::App& app, Run& run) {
         bool json = false;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("explain", "what a scene computes per sub-step, what it leaves out, and why");
+    CLI::App* command = app.add_subcommand(
+        "explain", "what a scene computes per sub-step, what it leaves out, and why");
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();
     command->add_flag("--json", options->json, "as JSON");
     command->callback([options, &run] {
@@ -78,4 +85,4 @@ void add_explain(CLI::App& app, Run& run) {
     });
 }
 
-}  // namespace palpate::command
+} // namespace palpate::command

@@ -28,10 +28,12 @@ json volume_info(const std::string& file, std::string& words) {
             line.push_back(volume.index_to_scene.linear[column][row] / (1e-3 * spacing_mm[column]));
         directions.push_back(line);
     }
-    words = fmt::format("volume of {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm, {}, values {:.6g} to {:.6g}\n{}\n",
-                        volume.size[0], volume.size[1], volume.size[2], spacing_mm.x, spacing_mm.y, spacing_mm.z,
-                        volume.source_type, low, high, orientation_in_words(volume));
-    for (const std::string& warning : volume.warnings) words += "warning: " + warning + "\n";
+    words = fmt::format("volume of {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm, {}, values "
+                        "{:.6g} to {:.6g}\n{}\n",
+                        volume.size[0], volume.size[1], volume.size[2], spacing_mm.x, spacing_mm.y,
+                        spacing_mm.z, volume.source_type, low, high, orientation_in_words(volume));
+    for (const std::string& warning : volume.warnings)
+        words += "warning: " + warning + "\n";
     return {{"kind", "volume"},
             {"size", volume.size},
             {"spacing_mm", as_json(spacing_mm, 1.0)},
@@ -45,15 +47,18 @@ json volume_info(const std::string& file, std::string& words) {
 
 json mesh_info(const std::string& file, std::string& words) {
     const MeshReport report = inspect(read_ply(file));
-    words = fmt::format("mesh of {} vertices and {} triangles in {} components, {}, {}, {} degenerate triangles\n"
-                        "bounds {:.3f} {:.3f} {:.3f} to {:.3f} {:.3f} {:.3f} mm (LPS), area {:.1f} mm2, smallest angle {:.1f} "
-                        "degrees, normals {}\n",
-                        report.vertices, report.triangles, report.components.size(),
-                        report.closed() ? "closed" : "not closed", report.manifold() ? "2-manifold" : "not manifold",
-                        report.degenerate, 1e3 * report.bounds.lower.x, 1e3 * report.bounds.lower.y,
-                        1e3 * report.bounds.lower.z, 1e3 * report.bounds.upper.x, 1e3 * report.bounds.upper.y,
-                        1e3 * report.bounds.upper.z, 1e6 * report.area_m2, report.smallest_angle_deg,
-                        report.volume_m3 >= 0.0 ? "outwards" : "inwards");
+    words = fmt::format(
+        "mesh of {} vertices and {} triangles in {} components, {}, {}, {} degenerate triangles\n"
+        "bounds {:.3f} {:.3f} {:.3f} to {:.3f} {:.3f} {:.3f} mm (LPS), area {:.1f} mm2, smallest "
+        "angle {:.1f} "
+        "degrees, normals {}\n",
+        report.vertices, report.triangles, report.components.size(),
+        report.closed() ? "closed" : "not closed",
+        report.manifold() ? "2-manifold" : "not manifold", report.degenerate,
+        1e3 * report.bounds.lower.x, 1e3 * report.bounds.lower.y, 1e3 * report.bounds.lower.z,
+        1e3 * report.bounds.upper.x, 1e3 * report.bounds.upper.y, 1e3 * report.bounds.upper.z,
+        1e6 * report.area_m2, report.smallest_angle_deg,
+        report.volume_m3 >= 0.0 ? "outwards" : "inwards");
     return {{"kind", "mesh"},
             {"vertices", report.vertices},
             {"triangles", report.triangles},
@@ -69,30 +74,42 @@ json mesh_info(const std::string& file, std::string& words) {
 json scene_info(const std::string& file, std::string& words) {
     const SceneDescription scene = read_scene(file);
     json volumes = json::array();
-    for (const auto& [name, volume] : scene.volumes) volumes.push_back(name);
+    for (const auto& [name, volume] : scene.volumes)
+        volumes.push_back(name);
     json surfaces = json::array();
-    for (const auto& [name, surface] : scene.surfaces) surfaces.push_back(name);
+    for (const auto& [name, surface] : scene.surfaces)
+        surfaces.push_back(name);
     json effects = json::array();
-    for (const EffectDescription& effect : scene.effects) effects.push_back(name(effect.kind));
-    words = fmt::format("scene: volumes {}, surfaces {}, effects {}, method {} at {} Hz\n", volumes.dump(), surfaces.dump(),
-                        effects.dump(), name(scene.loop.method), scene.loop.rate_hz);
-    return {{"kind", "scene"},   {"volumes", volumes},
-            {"surfaces", surfaces}, {"effects", effects},
-            {"method", name(scene.loop.method)}, {"rate_hz", scene.loop.rate_hz}};
+    for (const EffectDescription& effect : scene.effects)
+        effects.push_back(name(effect.kind));
+    words = fmt::format("scene: volumes {}, surfaces {}, effects {}, method {} at {} Hz\n",
+                        volumes.dump(), surfaces.dump(), effects.dump(), name(scene.loop.method),
+                        scene.loop.rate_hz);
+    return {{"kind", "scene"},
+            {"volumes", volumes},
+            {"surfaces", surfaces},
+            {"effects", effects},
+            {"method", name(scene.loop.method)},
+            {"rate_hz", scene.loop.rate_hz}};
 }
 
 json recording_info(const std::string& file, std::string& words) {
     const Recording recording = read_recording(file);
-    const auto in_contact = std::count_if(recording.frames.begin(), recording.frames.end(),
-                                          [](const FrameReport& frame) { return frame.contacts > 0; });
+    const auto in_contact =
+        std::count_if(recording.frames.begin(), recording.frames.end(),
+                      [](const FrameReport& frame) { return frame.contacts > 0; });
     json sources = json::array();
     for (const RecordedSource& source : recording.sources)
         sources.push_back({{"file", source.file}, {"sha256", source.sha256}});
-    words = fmt::format("recording of {} frames, {} in contact, of {} by palpate {}\n", recording.frames.size(),
-                        in_contact, recording.scene_file, recording.version);
-    return {{"kind", "recording"},          {"frames", recording.frames.size()},
-            {"frames_in_contact", in_contact}, {"scene", recording.scene_file},
-            {"version", recording.version}, {"sources", sources}};
+    words =
+        fmt::format("recording of {} frames, {} in contact, of {} by palpate {}\n",
+                    recording.frames.size(), in_contact, recording.scene_file, recording.version);
+    return {{"kind", "recording"},
+            {"frames", recording.frames.size()},
+            {"frames_in_contact", in_contact},
+            {"scene", recording.scene_file},
+            {"version", recording.version},
+            {"sources", sources}};
 }
 
 int info(const std::string& file, bool as_document) {
@@ -111,7 +128,7 @@ int info(const std::string& file, bool as_document) {
     return kDone;
 }
 
-}  // namespace
+} // namespace
 
 void add_info(CLI::App& app, Run& run) {
     struct Options {
@@ -119,10 +136,12 @@ void add_info(CLI::App& app, Run& run) {
         bool json = false;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("info", "size, spacing, orientation in words, range of a volume, mesh, scene or recording");
+    CLI::App* command = app.add_subcommand(
+        "info", "size, spacing, orientation in words, range of a volume, mesh, scene or recording");
     command->add_option("FILE", options->file, "NRRD, NIfTI, .vdb; .ply; .toml; .h5")->required();
     command->add_flag("--json", options->json, "as JSON");
-    command->callback([options, &run] { run = [options] { return info(options->file, options->json); }; });
+    command->callback(
+        [options, &run] { run = [options] { return info(options->file, options->json); }; });
 }
 
-}  // namespace palpate::command
+} // namespace palpate::command

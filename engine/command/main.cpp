@@ -30,7 +30,8 @@ Progress progress_bar() {
     return [](double fraction, std::string_view what) {
         constexpr int width = 30;
         const int done = static_cast<int>(fraction * width);
-        fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} % {:<40}", "", done, "", width - done, 100.0 * fraction, what);
+        fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} % {:<40}", "", done, "", width - done,
+                   100.0 * fraction, what);
         if (fraction >= 1.0) fmt::print(stderr, "\r{:80}\r", "");
         std::fflush(stderr);
         return true;
@@ -56,7 +57,8 @@ void print(const std::string& text) {
 namespace {
 
 int run(int argc, char** argv) {
-    CLI::App app{"palpate: feel segmented anatomy. Results go to files and stdout, progress and warnings to stderr."};
+    CLI::App app{"palpate: feel segmented anatomy. Results go to files and stdout, progress and "
+                 "warnings to stderr."};
     app.set_version_flag("--version", std::string("palpate ") + kVersion);
     app.require_subcommand(1);
     Run chosen;
@@ -75,8 +77,8 @@ int run(int argc, char** argv) {
     return chosen();
 }
 
-}  // namespace
-}  // namespace palpate::command
+} // namespace
+} // namespace palpate::command
 
 int main(int argc, char** argv) {
     using namespace palpate::command;

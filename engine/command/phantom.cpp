@@ -7,7 +7,8 @@ namespace palpate::command {
 
 void add_phantom(CLI::App& app, Run& run) {
     const auto file = std::make_shared<std::string>();
-    CLI::App* command = app.add_subcommand("phantom", "writes a generated CT of a bumpy, grooved shell: a volume to try things on");
+    CLI::App* command = app.add_subcommand(
+        "phantom", "writes a generated CT of a bumpy, grooved shell: a volume to try things on");
     command->add_option("FILE", *file, ".nrrd, .nii or .nii.gz to write")->required();
     command->callback([file, &run] {
         run = [file] {
@@ -18,4 +19,4 @@ void add_phantom(CLI::App& app, Run& run) {
     });
 }
 
-}  // namespace palpate::command
+} // namespace palpate::command

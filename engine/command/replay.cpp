@@ -12,7 +12,9 @@
 namespace palpate::command {
 namespace {
 
-bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
+bool same_bits(double a, double b) {
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
 
 bool same_bits(const Vec3& a, const Vec3& b) {
     return same_bits(a.x, b.x) && same_bits(a.y, b.y) && same_bits(a.z, b.z);
@@ -21,8 +23,9 @@ bool same_bits(const Vec3& a, const Vec3& b) {
 /// Everything that frames.csv says.
 bool same_frame(const FrameReport& a, const FrameReport& b) {
     return a.frame == b.frame && a.trial == b.trial && same_bits(a.time_s, b.time_s) &&
-           same_bits(a.probe, b.probe) && same_bits(a.proxy, b.proxy) && same_bits(a.force, b.force) &&
-           a.sub_steps == b.sub_steps && a.evaluations == b.evaluations && a.contacts == b.contacts &&
+           same_bits(a.probe, b.probe) && same_bits(a.proxy, b.proxy) &&
+           same_bits(a.force, b.force) && a.sub_steps == b.sub_steps &&
+           a.evaluations == b.evaluations && a.contacts == b.contacts &&
            same_bits(a.residual_m, b.residual_m) && a.flags == b.flags;
 }
 
@@ -30,13 +33,14 @@ int replay(const std::filesystem::path& file, const std::string& out, bool check
     const Recording recording = read_recording(file);
     const auto scene = recorded_scene(recording, file);
     SteadyClock clock;
-    const Trace trace =
-        run_trace(scene, recording.inputs, clock, progress_bar(), recording.steps_left, recording.frames);
+    const Trace trace = run_trace(scene, recording.inputs, clock, progress_bar(),
+                                  recording.steps_left, recording.frames);
     if (!out.empty()) {
         std::filesystem::create_directories(out);
         write_frames_csv(std::filesystem::path(out) / "frames.csv", trace.frames);
         write_timing_csv(std::filesystem::path(out) / "timing.csv", trace.frames);
-        internal::write_whole_file(std::filesystem::path(out) / "summary.json", summarize(*scene, trace));
+        internal::write_whole_file(std::filesystem::path(out) / "summary.json",
+                                   summarize(*scene, trace));
     }
     if (!check) {
         print(fmt::format("replayed {} frames", trace.frames.size()));
@@ -51,7 +55,7 @@ int replay(const std::filesystem::path& file, const std::string& out, bool check
     return different == 0 ? kDone : kCheckFailed;
 }
 
-}  // namespace
+} // namespace
 
 void add_replay(CLI::App& app, Run& run) {
     struct Options {
@@ -62,11 +66,12 @@ void add_replay(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("replay", "computes a recording's frames again");
     command->add_option("RECORDING", options->recording, "recording.h5 of a trace")->required();
-    command->add_option("--out", options->out, "folder for frames.csv, timing.csv and summary.json");
+    command->add_option("--out", options->out,
+                        "folder for frames.csv, timing.csv and summary.json");
     command->add_flag("--check", options->check, "compare bit for bit; exit 1 where frames differ");
     command->callback([options, &run] {
         run = [options] { return replay(options->recording, options->out, options->check); };
     });
 }
 
-}  // namespace palpate::command
+} // namespace palpate::command

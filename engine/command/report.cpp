@@ -15,7 +15,8 @@ namespace palpate::command {
 namespace {
 
 /// Traces over the same scene are one subject: its first surface gives the picture.
-int report(const std::vector<std::string>& folders, const std::string& out, const std::vector<std::string>& notes) {
+int report(const std::vector<std::string>& folders, const std::string& out,
+           const std::vector<std::string>& notes) {
     std::vector<ReportSubject> subjects;
     std::map<std::string, std::size_t> subject_of;
     for (const std::filesystem::path folder : folders) {
@@ -23,24 +24,30 @@ int report(const std::vector<std::string>& folders, const std::string& out, cons
         if (!subject_of.contains(recording.scene_file)) {
             const auto scene = recorded_scene(recording, folder / "recording.h5");
             if (scene->surfaces().empty())
-                throw std::runtime_error(folder.string() + ": the scene has no surface that could be drawn");
+                throw std::runtime_error(folder.string() +
+                                         ": the scene has no surface that could be drawn");
             const SceneSurface& surface = scene->surfaces().front();
             const SurfaceDescription& description = scene->description().surfaces.at(surface.name);
             IsosurfaceSettings settings;
             settings.facet_size_m = 1e-3 * description.facet_size_mm;
             settings.facet_distance_m = 1e-3 * description.facet_distance_mm;
             const SceneResources with = resources();
-            const BakedMesh mesh = mesh_surface(surface.baked, settings, with.extract, with.cache, with.progress);
+            const BakedMesh mesh =
+                mesh_surface(surface.baked, settings, with.extract, with.cache, with.progress);
             subject_of[recording.scene_file] = subjects.size();
-            subjects.push_back({fmt::format("{}: {}", scene->description().file.stem().string(), surface.name),
-                                mesh.mesh, {}});
+            subjects.push_back(
+                {fmt::format("{}: {}", scene->description().file.stem().string(), surface.name),
+                 mesh.mesh,
+                 {}});
         }
-        const std::string summary = internal::read_text_file(folder / "summary.json", "a summary of palpate trace");
+        const std::string summary =
+            internal::read_text_file(folder / "summary.json", "a summary of palpate trace");
         const nlohmann::json json = nlohmann::json::parse(summary);
         ReportSubject& subject = subjects[subject_of[recording.scene_file]];
-        subject.traces.push_back({fmt::format("{}, {}, {}", std::filesystem::path(recording.scene_file).stem().string(),
-                                              json.value("method", "?"), json.value("contact", "?")),
-                                  summary, recording.frames});
+        subject.traces.push_back(
+            {fmt::format("{}, {}, {}", std::filesystem::path(recording.scene_file).stem().string(),
+                         json.value("method", "?"), json.value("contact", "?")),
+             summary, recording.frames});
     }
     print(report_table(subjects));
     write_report_page(out, subjects, notes);
@@ -48,7 +55,7 @@ int report(const std::vector<std::string>& folders, const std::string& out, cons
     return kDone;
 }
 
-}  // namespace
+} // namespace
 
 void add_report(CLI::App& app, Run& run) {
     struct Options {
@@ -57,7 +64,8 @@ void add_report(CLI::App& app, Run& run) {
         std::vector<std::string> notes;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("report", "a page with table, pictures and charts of traces");
+    CLI::App* command =
+        app.add_subcommand("report", "a page with table, pictures and charts of traces");
     command->add_option("FOLDER", options->folders, "folders that palpate trace wrote")->required();
     command->add_option("-o,--out", options->out, "HTML file to write");
     command->add_option("--note", options->notes, "a paragraph of text above the table");
@@ -66,4 +74,4 @@ void add_report(CLI::App& app, Run& run) {
     });
 }
 
-}  // namespace palpate::command
+} // namespace palpate::command

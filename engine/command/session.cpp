@@ -24,7 +24,7 @@ std::string mesh_hash(const TriangleMesh& mesh) {
     return sha256_of_text(sha256_of_text(vertices) + sha256_of_text(triangles));
 }
 
-}  // namespace
+} // namespace
 
 SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& overrides) {
     try {
@@ -39,14 +39,16 @@ std::vector<RecordedSource> sources(const Scene& scene) {
     std::vector<RecordedSource> result;
     for (const auto& [name, volume] : scene.description().volumes)
         if (!volume.file.empty())
-            result.push_back({std::filesystem::absolute(volume.file).string(), sha256_of_file(volume.file)});
+            result.push_back(
+                {std::filesystem::absolute(volume.file).string(), sha256_of_file(volume.file)});
     for (const SceneSurface& surface : scene.surfaces())
-        if (surface.mesh) result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh->mesh())});
+        if (surface.mesh)
+            result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh->mesh())});
     return result;
 }
 
-Recording recorded(const Scene& scene, const SceneOverrides& overrides, std::span<const DeviceState> inputs,
-                   const Trace& trace) {
+Recording recorded(const Scene& scene, const SceneOverrides& overrides,
+                   std::span<const DeviceState> inputs, const Trace& trace) {
     Recording recording;
     recording.version = kVersion;
     recording.scene_file = std::filesystem::absolute(scene.description().file).string();
@@ -59,18 +61,19 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, std::spa
     return recording;
 }
 
-std::shared_ptr<const Scene> recorded_scene(const Recording& recording, const std::filesystem::path& file) {
+std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
+                                            const std::filesystem::path& file) {
     SceneDescription description = parse_scene(recording.scene_text, recording.scene_file);
     apply(overrides_from_json(recording.overrides), description);
     auto scene = std::make_shared<const Scene>(std::move(description), resources());
     const std::vector<RecordedSource> now = sources(*scene);
     for (std::size_t i = 0; i < recording.sources.size(); ++i) {
         if (i < now.size() && now[i].sha256 == recording.sources[i].sha256) continue;
-        throw std::runtime_error(
-            fmt::format("{}: {} is not what it was when this was recorded; bring back the one with SHA-256 {}",
-                        file.string(), recording.sources[i].file, recording.sources[i].sha256));
+        throw std::runtime_error(fmt::format(
+            "{}: {} is not what it was when this was recorded; bring back the one with SHA-256 {}",
+            file.string(), recording.sources[i].file, recording.sources[i].sha256));
     }
     return scene;
 }
 
-}  // namespace palpate::command
+} // namespace palpate::command

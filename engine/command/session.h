@@ -19,10 +19,12 @@ SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& ove
 std::vector<RecordedSource> sources(const Scene& scene);
 
 /// The recording of a trace.
-Recording recorded(const Scene& scene, const SceneOverrides& overrides, std::span<const DeviceState> inputs,
-                   const Trace& trace);
+Recording recorded(const Scene& scene, const SceneOverrides& overrides,
+                   std::span<const DeviceState> inputs, const Trace& trace);
 
-/// The scene that a recording was made with, loaded again; throws std::runtime_error when a source has changed since.
-std::shared_ptr<const Scene> recorded_scene(const Recording& recording, const std::filesystem::path& file);
+/// The scene that a recording was made with, loaded again; throws std::runtime_error when a source
+/// has changed since.
+std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
+                                            const std::filesystem::path& file);
 
-}  // namespace palpate::command
+} // namespace palpate::command

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uses the installed library as an embedding simulator would: a field, a sample, a strength over its value.
+// Uses the installed library as an embedding simulator would: a field, a sample, a strength over
+// its value.
 #include <cmath>
 #include <cstdio>
 
@@ -12,7 +13,8 @@ int main() {
     const auto field = palpate::make_solid_sphere(radius_m);
     const auto sampler = field->make_sampler();
     const palpate::FieldSample sample = sampler->sample({0.03, 0.0, 0.04 - 0.01});
-    // radius - |x| with |x| = 0.03 * sqrt(2): a handful of roundings of numbers below 0.1, 1e-17 each.
+    // radius - |x| with |x| = 0.03 * sqrt(2): a handful of roundings of numbers below 0.1, 1e-17
+    // each.
     const double expected_m = radius_m - 0.03 * std::sqrt(2.0);
     const bool value_right = sample.valid && std::abs(sample.value - expected_m) < 1e-15;
 

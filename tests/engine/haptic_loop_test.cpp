@@ -14,9 +14,11 @@ namespace palpate {
 namespace {
 
 std::shared_ptr<const Scene> ball(const std::string& more = "") {
-    return std::make_shared<const Scene>(
-        parse_scene("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[surface.s]\nvolume = \"v\"\n"
-                    "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n" + more, "ball.toml"));
+    return std::make_shared<const Scene>(parse_scene(
+        "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[surface.s]\nvolume = \"v\"\n"
+        "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n" +
+            more,
+        "ball.toml"));
 }
 
 DeviceState at(double x, double y, double z, std::uint32_t trial = 0) {
@@ -42,11 +44,13 @@ TEST(HapticLoop, AProbeThatIsNoNumberHoldsTheProxyAndFadesTheForce) {
     HapticLoop loop(ball(), clock);
     loop.frame(at(0, 0, 0.06));
     FrameReport report;
-    for (int i = 0; i < 10; ++i) report = loop.frame(at(0, 0, 0.045));
+    for (int i = 0; i < 10; ++i)
+        report = loop.frame(at(0, 0, 0.045));
     const Vec3 held = report.proxy;
     const double force = glm::length(report.force);
     EXPECT_NEAR(force, 2.5, 1e-6);
-    for (const DeviceState& bad : {at(nan, 0, 0), at(0, INFINITY, 0), at(0, 0, -1e300), at(nan, nan, nan)}) {
+    for (const DeviceState& bad :
+         {at(nan, 0, 0), at(0, INFINITY, 0), at(0, 0, -1e300), at(nan, nan, nan)}) {
         report = loop.frame(bad);
         EXPECT_EQ(report.proxy, held);
         EXPECT_TRUE(report.flags & kProbeNotFinite);
@@ -96,7 +100,8 @@ TEST(HapticLoop, SeveralLoopsShareAScene) {
     }
     test::ScriptedClock other;
     HapticLoop alone(scene, other);
-    for (int i = 0; i < 100; ++i) alone.frame(at(0.001 * i - 0.05, 0, 0.049));
+    for (int i = 0; i < 100; ++i)
+        alone.frame(at(0.001 * i - 0.05, 0, 0.049));
     const DeviceState last = at(0.05, 0, 0.049);
     EXPECT_EQ(one.frame(last).proxy, alone.frame(last).proxy) << "the other loop changed nothing";
 }
@@ -107,8 +112,9 @@ TEST(HapticLoop, DampingResistsApproach) {
     loop.frame(at(0, 0, 0.06));
     DeviceState state = at(0, 0, 0.06);
     state.velocity = {0, 0, -0.1};
-    EXPECT_NEAR(loop.frame(state).force.z, 0.2, 1e-12) << "k_d times the velocity of a probe whose proxy stands";
+    EXPECT_NEAR(loop.frame(state).force.z, 0.2, 1e-12)
+        << "k_d times the velocity of a probe whose proxy stands";
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

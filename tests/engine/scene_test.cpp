@@ -20,34 +20,41 @@ namespace palpate {
 namespace {
 
 const char* kTwoBalls =
-    "[volume.a]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[volume.b]\nanalytic = \"solid_sphere\"\nradius_mm = 40\n"
+    "[volume.a]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[volume.b]\nanalytic = "
+    "\"solid_sphere\"\nradius_mm = 40\n"
     "[surface.skin]\nvolume = \"a\"\nstrength_n = 1.0\n[surface.bone]\nvolume = \"b\"\n";
 
 TEST(EffectPlan, WhatNoEffectNamesIsLeftOut) {
-    const Scene scene(parse_scene(std::string(kTwoBalls) + "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n", "x.toml"));
+    const Scene scene(parse_scene(
+        std::string(kTwoBalls) + "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n", "x.toml"));
     ASSERT_EQ(scene.surfaces().size(), 1u);
     EXPECT_EQ(scene.surfaces()[0].name, "bone");
     EXPECT_EQ(scene.plan().left_out.size(), 2u) << "surface skin and volume a";
 }
 
 TEST(EffectPlan, WhatCannotBeFeltIsOff) {
-    SceneDescription description = parse_scene(
-        std::string(kTwoBalls) +
-            "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n"
-            "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"a\"\nstrength_n = 0\n"
-            "[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, 0]\n",
-        "x.toml");
+    SceneDescription description =
+        parse_scene(std::string(kTwoBalls) +
+                        "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n[[effect]]\ntype = "
+                        "\"surface\"\nsurface = \"bone\"\n"
+                        "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"a\"\nstrength_n = 0\n"
+                        "[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, 0]\n",
+                    "x.toml");
     const EffectPlan plan = plan_effects(description);
     ASSERT_EQ(plan.effects.size(), 4u);
     EXPECT_TRUE(plan.effects[0].on);
-    for (std::size_t i = 1; i < 4; ++i) EXPECT_FALSE(plan.effects[i].on) << plan.effects[i].reason;
+    for (std::size_t i = 1; i < 4; ++i)
+        EXPECT_FALSE(plan.effects[i].on) << plan.effects[i].reason;
 }
 
-// Skin that yields before bone: the probe goes through the skin at its strength and stops at the bone (composition.md 2.3).
+// Skin that yields before bone: the probe goes through the skin at its strength and stops at the
+// bone (composition.md 2.3).
 TEST(Scene, SkinYieldsAndBoneHolds) {
     const auto scene = std::make_shared<const Scene>(
-        parse_scene(std::string(kTwoBalls) + "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n[[effect]]\ntype = "
-                                             "\"surface\"\nsurface = \"bone\"\n", "x.toml"));
+        parse_scene(std::string(kTwoBalls) +
+                        "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n[[effect]]\ntype = "
+                        "\"surface\"\nsurface = \"bone\"\n",
+                    "x.toml"));
     test::ScriptedClock clock;
     std::vector<DeviceState> inputs;
     for (int i = 0; i <= 300; ++i) {
@@ -58,7 +65,8 @@ TEST(Scene, SkinYieldsAndBoneHolds) {
     const Trace trace = run_trace(scene, inputs, clock);
     for (const FrameReport& frame : trace.frames) {
         const double z = frame.probe.z;
-        const double skin = std::max(z, std::min(0.05, z + 0.002));  // yields 2 mm behind: 1 N / 500 N/m
+        const double skin =
+            std::max(z, std::min(0.05, z + 0.002)); // yields 2 mm behind: 1 N / 500 N/m
         const double expected = std::max(skin, 0.04);
         ASSERT_NEAR(frame.proxy.z, expected, 1e-7) << "frame " << frame.frame;
     }
@@ -66,9 +74,10 @@ TEST(Scene, SkinYieldsAndBoneHolds) {
 }
 
 TEST(Scene, ALevelThatNoVoxelReachesIsRefusedWithLineAndRange) {
-    const std::string text = "[volume.ct]\nfile = \"" + test::phantom_file() +
-                             "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 5000\n[[effect]]\ntype = "
-                             "\"surface\"\nsurface = \"bone\"\n";
+    const std::string text =
+        "[volume.ct]\nfile = \"" + test::phantom_file() +
+        "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 5000\n[[effect]]\ntype = "
+        "\"surface\"\nsurface = \"bone\"\n";
     try {
         Scene scene(parse_scene(text, "x.toml"));
         FAIL() << "it was accepted";
@@ -83,7 +92,8 @@ TEST(Scene, ALevelThatNoVoxelReachesIsRefusedWithLineAndRange) {
 TEST(Scene, TheCacheGivesTheSameField) {
     const test::TemporaryFolder folder;
     const std::string text = "[volume.ct]\nfile = \"" + test::phantom_file() +
-                             "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 226\nsmooth_voxels = 0.7\nkeep = \"largest\"\n"
+                             "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 226\nsmooth_voxels "
+                             "= 0.7\nkeep = \"largest\"\n"
                              "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
     SceneResources resources;
     resources.cache = folder.path();
@@ -95,7 +105,8 @@ TEST(Scene, TheCacheGivesTheSameField) {
     EXPECT_TRUE(cached.from_cache);
     EXPECT_EQ(baked.level, cached.level);
     EXPECT_EQ(baked.components.size(), cached.components.size());
-    EXPECT_LE(std::abs(baked.shift.mean_m), 0.02e-3) << "keep_position: the surface stays where it was on average";
+    EXPECT_LE(std::abs(baked.shift.mean_m), 0.02e-3)
+        << "keep_position: the surface stays where it was on average";
     const auto a = baked.field->make_sampler();
     const auto b = cached.field->make_sampler();
     for (int i = 0; i < 20000; ++i) {
@@ -112,8 +123,9 @@ TEST(Scene, OtherSettingsAreOtherCacheEntries) {
     SceneResources resources;
     resources.cache = folder.path();
     std::set<std::string> keys;
-    for (const char* more : {"", "smooth_voxels = 0.7\n", "smooth_voxels = 0.7\niso_after_smoothing = \"as_given\"\n",
-                             "keep = \"largest\"\n", "keep = 2\n"}) {
+    for (const char* more :
+         {"", "smooth_voxels = 0.7\n", "smooth_voxels = 0.7\niso_after_smoothing = \"as_given\"\n",
+          "keep = \"largest\"\n", "keep = 2\n"}) {
         const std::string text = "[volume.ct]\nfile = \"" + test::phantom_file() +
                                  "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 226\n" + more +
                                  "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
@@ -130,15 +142,18 @@ TEST(Orbit, IsSmoothAtTheGivenSpeedAndNeverTooDeep) {
     const auto states = make_orbit(*surface.baked.field, surface.level.level, orbit, 1000.0);
     ASSERT_GT(states.size(), 5000u);
     const auto sampler = surface.baked.field->make_sampler();
-    EXPECT_LT(sampler->value(states.front().position), surface.level.level) << "begins in free space";
+    EXPECT_LT(sampler->value(states.front().position), surface.level.level)
+        << "begins in free space";
     const Vec3 center = surface.baked.field->bounds().center();
     int deep_enough = 0;
     for (std::size_t i = 1; i < states.size(); ++i) {
         ASSERT_LE(glm::length(states[i].position - states[i - 1].position), 0.2e-3 * (1 + 1e-9));
         const Vec3 outwards = glm::normalize(states[i].position - center);
-        const auto root = sampler->first_root(center + 0.08 * outwards, states[i].position, surface.level.level);
+        const auto root =
+            sampler->first_root(center + 0.08 * outwards, states[i].position, surface.level.level);
         if (!root) continue;
-        const double depth = (1.0 - *root) * glm::length(center + 0.08 * outwards - states[i].position);
+        const double depth =
+            (1.0 - *root) * glm::length(center + 0.08 * outwards - states[i].position);
         // Between rays, 0.25 mm apart, a slope of one to one may add a quarter of a millimetre.
         ASSERT_LE(depth, 5.5e-3) << i;
         if (depth > 1e-3) ++deep_enough;
@@ -147,12 +162,15 @@ TEST(Orbit, IsSmoothAtTheGivenSpeedAndNeverTooDeep) {
 }
 
 TEST(Orbit, FeelsACavityFromInside) {
-    const Scene scene(parse_scene("[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n[surface.s]\nvolume = \"v\"\n"
-                                  "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n", "x.toml"));
+    const Scene scene(parse_scene(
+        "[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n[surface.s]\nvolume = \"v\"\n"
+        "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+        "x.toml"));
     DeviceDescription orbit;
     const auto states = make_orbit(*scene.surfaces()[0].baked.field, 0.0, orbit, 1000.0);
     double furthest = 0.0;
-    for (const DeviceState& state : states) furthest = std::max(furthest, glm::length(state.position));
+    for (const DeviceState& state : states)
+        furthest = std::max(furthest, glm::length(state.position));
     EXPECT_LE(furthest, 0.055 + 1e-6);
     EXPECT_GE(furthest, 0.054);
     EXPECT_LT(glm::length(states.front().position), 0.05);
@@ -181,7 +199,8 @@ TEST(SceneOverrides, RefuseWhatSceneFilesRefuse) {
     EXPECT_THROW(apply(overrides, scene), std::invalid_argument);
 }
 
-// Wall-clock runs are replayed from their recorded decisions, bit for bit, whatever the clock says then.
+// Wall-clock runs are replayed from their recorded decisions, bit for bit, whatever the clock says
+// then.
 TEST(Trace, PaperIsReplayedBitForBit) {
     const auto scene = test::phantom_scene("volume", "paper", "budget_us = 60\n");
     std::vector<DeviceState> inputs;
@@ -202,5 +221,5 @@ TEST(Trace, PaperIsReplayedBitForBit) {
     }
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

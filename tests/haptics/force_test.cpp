@@ -15,7 +15,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 TEST(VirtualCoupling, IsSpringAndDamperOfEquationThree) {
-    const Vec3 force = coupling_force({500.0, 2.0}, {0, 0, -0.002}, {0, 0, 0}, {0.1, 0, 0}, {0.05, 0, 0});
+    const Vec3 force =
+        coupling_force({500.0, 2.0}, {0, 0, -0.002}, {0, 0, 0}, {0.1, 0, 0}, {0.05, 0, 0});
     EXPECT_DOUBLE_EQ(force.z, 1.0);
     EXPECT_DOUBLE_EQ(force.x, -0.1);
 }
@@ -23,7 +24,7 @@ TEST(VirtualCoupling, IsSpringAndDamperOfEquationThree) {
 TEST(ForceLimiter, NeverExceedsLimitOrSlew) {
     ForceLimiter limiter({5.0, 2000.0, 1e-3});
     Vec3 before{0.0};
-    const Vec3 wishes[] = {{100, 0, 0}, {-100, 3, 0}, {0, 0, 0},          {1, 1, 1},
+    const Vec3 wishes[] = {{100, 0, 0},  {-100, 3, 0},      {0, 0, 0},         {1, 1, 1},
                            {kNan, 0, 0}, {kInfinite, 1, 0}, {1e300, 1e300, 0}, {0, -9, 2}};
     for (int i = 0; i < 400; ++i) {
         std::uint32_t flags = 0;
@@ -38,7 +39,8 @@ TEST(ForceLimiter, NeverExceedsLimitOrSlew) {
 TEST(ForceLimiter, GoesToZeroSmoothlyOnAForceThatIsNoNumber) {
     ForceLimiter limiter({5.0, 2000.0, 1e-3});
     std::uint32_t flags = 0;
-    for (int i = 0; i < 3; ++i) limiter.limit({5, 0, 0}, flags);
+    for (int i = 0; i < 3; ++i)
+        limiter.limit({5, 0, 0}, flags);
     EXPECT_DOUBLE_EQ(limiter.sent().x, 5.0);
     flags = 0;
     EXPECT_DOUBLE_EQ(limiter.limit({kNan, kNan, kNan}, flags).x, 3.0);
@@ -72,24 +74,28 @@ TEST(TransferFunction, IsLinearBetweenNodesAndConstantOutside) {
     EXPECT_EQ(TransferFunction::constant(kInfinite)(-5.0), kInfinite);
 }
 
-// numerics 4: eq. (10) is a sign filter that settles around the quantile that steps exceed 51 % of the time, in steps of 5 %.
+// numerics 4: eq. (10) is a sign filter that settles around the quantile that steps exceed 51 % of
+// the time, in steps of 5 %.
 TEST(StepTimeEstimator, FollowsTheMiddleOfStepTimes) {
     StepTimeEstimator estimator(900.0);
     EXPECT_DOUBLE_EQ(estimator.estimate_us(), 18.0);
-    for (int i = 0; i < 1000; ++i) estimator.observe(i % 2 == 0 ? 3.0 : 5.0);
+    for (int i = 0; i < 1000; ++i)
+        estimator.observe(i % 2 == 0 ? 3.0 : 5.0);
     EXPECT_GE(estimator.estimate_us(), 3.0 * 0.95);
     EXPECT_LE(estimator.estimate_us(), 5.0 * 1.05);
-    estimator.observe(1e6);  // an interrupt moves it by 5 % and no more
+    estimator.observe(1e6); // an interrupt moves it by 5 % and no more
     EXPECT_LE(estimator.estimate_us(), 5.0 * 1.05 * 1.05);
 }
 
 TEST(StepTimeEstimator, StaysBetweenItsBounds) {
     StepTimeEstimator estimator(900.0);
-    for (int i = 0; i < 10000; ++i) estimator.observe(0.0);
+    for (int i = 0; i < 10000; ++i)
+        estimator.observe(0.0);
     EXPECT_DOUBLE_EQ(estimator.estimate_us(), StepTimeEstimator::kLowest_us);
-    for (int i = 0; i < 10000; ++i) estimator.observe(1e9);
+    for (int i = 0; i < 10000; ++i)
+        estimator.observe(1e9);
     EXPECT_DOUBLE_EQ(estimator.estimate_us(), 450.0);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

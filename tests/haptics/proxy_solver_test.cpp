@@ -10,16 +10,18 @@
 namespace palpate {
 namespace {
 
-constexpr double kStiffness = 500.0;  // N/m
+constexpr double kStiffness = 500.0; // N/m
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 PrimitiveSet planes(std::initializer_list<PlanePrimitive> list) {
     PrimitiveSet set;
-    for (const PlanePrimitive& plane : list) set.add(plane);
+    for (const PlanePrimitive& plane : list)
+        set.add(plane);
     return set;
 }
 
-/// The function that eq. (5) minimises, in J; hard planes cost nothing where they hold and are left out.
+/// The function that eq. (5) minimises, in J; hard planes cost nothing where they hold and are left
+/// out.
 double energy(const PrimitiveSet& set, const Vec3& probe, const Vec3& x) {
     double e = 0.5 * kStiffness * squared_length(x - probe) - glm::dot(set.force(), x);
     for (const PlanePrimitive& plane : set.planes())
@@ -54,7 +56,7 @@ TEST(ProxySolver, AHardPlaneProjectsTheProbeOntoItself) {
 
 // Eq. (4) in its corrected form (numerics 1.3): the plane follows the probe at a distance of s/k.
 TEST(ProxySolver, AYieldingPlaneLagsByStrengthOverStiffness) {
-    const double strength = 1.0;  // s/k = 2 mm
+    const double strength = 1.0; // s/k = 2 mm
     const auto solution =
         solve_proxy(planes({{{0, 0, 0}, {0, 0, 1}, strength}}), {0, 0, -0.005}, kStiffness);
     EXPECT_NEAR(solution.proxy.z, -0.003, 1e-17);
@@ -70,7 +72,8 @@ TEST(ProxySolver, AForceShiftsTheProbeExactly) {
 }
 
 TEST(ProxySolver, OpposedPlanesLeaveProxyBetweenThem) {
-    const auto gap = planes({{{0, 0, 0.001}, {0, 0, -1}, kInfinite}, {{0, 0, -0.001}, {0, 0, 1}, kInfinite}});
+    const auto gap =
+        planes({{{0, 0, 0.001}, {0, 0, -1}, kInfinite}, {{0, 0, -0.001}, {0, 0, 1}, kInfinite}});
     for (double z : {-0.02, -0.0005, 0.0, 0.0007, 0.05}) {
         const auto solution = solve_proxy(gap, {0, 0, z}, kStiffness);
         EXPECT_NEAR(solution.proxy.z, std::clamp(z, -0.001, 0.001), 1e-15);
@@ -95,7 +98,8 @@ TEST(ProxySolver, UnusablePlanesAreIgnored) {
     EXPECT_EQ(solve_proxy(set, probe, kStiffness).proxy, probe);
 }
 
-/// Families of numerics 1.5: random, near-parallel by 1e-16..1e-1 rad, coincident and antiparallel, on an integer lattice.
+/// Families of numerics 1.5: random, near-parallel by 1e-16..1e-1 rad, coincident and antiparallel,
+/// on an integer lattice.
 PrimitiveSet random_planes(Random& random, int family) {
     PrimitiveSet set;
     const int count = 1 + static_cast<int>(16 * random.share()) % 16;
@@ -107,7 +111,8 @@ PrimitiveSet random_planes(Random& random, int family) {
         plane.anchor = random.vector(0.01);
         if (family == 1) {
             const double angle = std::pow(10.0, -16.0 + 15.0 * random.share());
-            plane.normal = glm::normalize((random.share() < 0.3 ? -common : common) + angle * random.direction());
+            plane.normal = glm::normalize((random.share() < 0.3 ? -common : common) +
+                                          angle * random.direction());
         }
         if (family == 2) {
             const auto lattice = [&] { return std::floor(5.0 * random.share()) - 2.0; };
@@ -124,7 +129,8 @@ PrimitiveSet random_planes(Random& random, int family) {
     return set;
 }
 
-// numerics 1.5: planes and forces are solved to 1e-13 of the scale in every case (measured worst 1.3e-14 there).
+// numerics 1.5: planes and forces are solved to 1e-13 of the scale in every case (measured
+// worst 1.3e-14 there).
 TEST(ProxySolver, MeetsItsOptimalityConditionsInEveryFamily) {
     for (int family = 0; family < 3; ++family) {
         const unsigned seed = 20260 + family;
@@ -149,13 +155,14 @@ TEST(ProxySolver, MeetsItsOptimalityConditionsInEveryFamily) {
     }
 }
 
-// The residual is the solver's own word; this is not: no neighbour has less energy. The minimum is quadratic, so a step of 1 um may
-// gain at most rounding of the energy, 1e-15 of about 0.1 J.
+// The residual is the solver's own word; this is not: no neighbour has less energy. The minimum is
+// quadratic, so a step of 1 um may gain at most rounding of the energy, 1e-15 of about 0.1 J.
 TEST(ProxySolver, NoNeighbourHasLessEnergy) {
     Random random(7);
     for (int i = 0; i < 5000; ++i) {
         PrimitiveSet set;
-        for (int k = 0; k < 5; ++k) set.add({random.vector(0.01), random.direction(), 3.0 * random.share()});
+        for (int k = 0; k < 5; ++k)
+            set.add({random.vector(0.01), random.direction(), 3.0 * random.share()});
         const Vec3 probe = random.vector(0.01);
         const auto solution = solve_proxy(set, probe, kStiffness);
         const double least = energy(set, probe, solution.proxy);
@@ -164,27 +171,29 @@ TEST(ProxySolver, NoNeighbourHasLessEnergy) {
     }
 }
 
-// Firmly non-expansive in the probe (numerics 1.1): a force can never change by more than k times the hand's movement. Finite strengths:
-// the cap of hard ones moves with the probe.
+// Firmly non-expansive in the probe (numerics 1.1): a force can never change by more than k times
+// the hand's movement. Finite strengths: the cap of hard ones moves with the probe.
 TEST(ProxySolver, IsNotExpansive) {
     Random random(11);
     for (int i = 0; i < 20000; ++i) {
         PrimitiveSet set;
-        for (int k = 0; k < 6; ++k) set.add({random.vector(0.01), random.direction(), 5.0 * random.share()});
+        for (int k = 0; k < 6; ++k)
+            set.add({random.vector(0.01), random.direction(), 5.0 * random.share()});
         const Vec3 a = random.vector(0.01);
         const Vec3 b = a + random.vector(0.002);
-        const double moved =
-            glm::length(solve_proxy(set, a, kStiffness).proxy - solve_proxy(set, b, kStiffness).proxy);
+        const double moved = glm::length(solve_proxy(set, a, kStiffness).proxy -
+                                         solve_proxy(set, b, kStiffness).proxy);
         ASSERT_LE(moved, glm::length(b - a) * (1.0 + 1e-12) + 1e-15);
     }
 }
 
 TEST(ProxySolver, MorePlanesThanFitAreRemembered) {
     PrimitiveSet set;
-    for (std::size_t i = 0; i <= PrimitiveSet::kCapacity; ++i) set.add({{0, 0, 0}, {0, 0, 1}, 1.0});
+    for (std::size_t i = 0; i <= PrimitiveSet::kCapacity; ++i)
+        set.add({{0, 0, 0}, {0, 0, 1}, 1.0});
     EXPECT_TRUE(set.overflowed());
     EXPECT_EQ(set.planes().size(), PrimitiveSet::kCapacity);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

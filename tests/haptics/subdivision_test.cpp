@@ -20,7 +20,7 @@ namespace {
 using test::ContactLoop;
 using test::one_surface;
 
-constexpr double kRadius = 0.05;  // m
+constexpr double kRadius = 0.05; // m
 
 SteppingSettings stepping(SteppingMethod method, int sub_steps = 8) {
     SteppingSettings settings;
@@ -37,7 +37,8 @@ std::vector<Vec3> free_path(const SteppingSettings& settings, double clock_step_
     return {loop.subdivision().path().begin(), loop.subdivision().path().end()};
 }
 
-// Corrected eq. (9) gives equal shares for a target that does not move: 1/M, 1/(M-1), ..., 1 (numerics 1.3).
+// Corrected eq. (9) gives equal shares for a target that does not move: 1/M, 1/(M-1), ..., 1
+// (numerics 1.3).
 TEST(Subdivision, SharesOfAFixedTargetAreEqual) {
     ContactLoop loop(stepping(SteppingMethod::fixed, 5), {});
     loop.start({0, 0, 0});
@@ -45,7 +46,8 @@ TEST(Subdivision, SharesOfAFixedTargetAreEqual) {
     EXPECT_EQ(result.evaluations, 5u);
     const auto path = loop.subdivision().path();
     ASSERT_EQ(path.size(), 6u);
-    for (std::size_t i = 0; i < path.size(); ++i) EXPECT_NEAR(path[i].x, 0.002 * static_cast<double>(i), 1e-17);
+    for (std::size_t i = 0; i < path.size(); ++i)
+        EXPECT_NEAR(path[i].x, 0.002 * static_cast<double>(i), 1e-17);
 }
 
 TEST(Subdivision, SingleIsOneEvaluation) {
@@ -54,19 +56,22 @@ TEST(Subdivision, SingleIsOneEvaluation) {
     EXPECT_EQ(path.back(), Vec3(0.01, 0, 0));
 }
 
-// Eq. (8): floor((t_delta - (t_n - t_0)) / estimate). Every reading of the scripted clock costs 10 us, so steps last 10 us and the estimate
-// settles around 10: the budget of 900 us holds about 90, and the last sub-step ends within the budget.
+// Eq. (8): floor((t_delta - (t_n - t_0)) / estimate). Every reading of the scripted clock costs 10
+// us, so steps last 10 us and the estimate settles around 10: the budget of 900 us holds about 90,
+// and the last sub-step ends within the budget.
 TEST(Subdivision, PaperSpendsItsBudgetAndNoMore) {
     SteppingSettings settings = stepping(SteppingMethod::paper);
     ContactLoop loop(settings, {}, {}, 10.0);
     loop.start({0, 0, 0});
     SubdivisionResult result;
-    for (int frame = 0; frame < 20; ++frame) result = loop.move({0.001 * (frame + 1), 0, 0});
+    for (int frame = 0; frame < 20; ++frame)
+        result = loop.move({0.001 * (frame + 1), 0, 0});
     EXPECT_GE(result.evaluations, 80u);
     EXPECT_LE(result.evaluations, 90u);
     EXPECT_EQ(loop.subdivision().steps_left().size(), result.evaluations);
     EXPECT_EQ(loop.subdivision().steps_left().back(), 0u);
-    EXPECT_EQ(loop.proxy(), Vec3(0.02, 0, 0)) << "the last action is that of eq. (7): the whole movement";
+    EXPECT_EQ(loop.proxy(), Vec3(0.02, 0, 0))
+        << "the last action is that of eq. (7): the whole movement";
 }
 
 TEST(Subdivision, PaperMakesOneEvaluationWhenTheBudgetIsGone) {
@@ -102,13 +107,15 @@ TEST(Subdivision, RecordedDecisionsOfTheClockReproduceTheBits) {
         const Vec3 probe = 0.052 * Vec3{std::cos(0.004 * i), std::sin(0.004 * i), 0};
         first.move(probe);
         const auto decisions = first.subdivision().steps_left();
-        const auto result = second.subdivision().advance({probe, second.proxy(), 500.0, 1e-3}, decisions);
+        const auto result =
+            second.subdivision().advance({probe, second.proxy(), 500.0, 1e-3}, decisions);
         second.start(result.proxy);
         ASSERT_EQ(second.proxy(), first.proxy());
     }
 }
 
-/// Largest drift off a cavity's wall after a probe has gone round 2 mm behind it at 0.2 m/s for one second, m.
+/// Largest drift off a cavity's wall after a probe has gone round 2 mm behind it at 0.2 m/s for one
+/// second, m.
 double drift(int sub_steps) {
     std::shared_ptr<const ScalarField> field = make_sphere_cavity(kRadius);
     std::vector<std::unique_ptr<Effect>> effects;
@@ -125,11 +132,13 @@ double drift(int sub_steps) {
     return worst;
 }
 
-// numerics 2.1: the paper's scheme is exactly first order: drift x N is constant. 3 % for the shrinking lever arm of a drifted proxy.
+// numerics 2.1: the paper's scheme is exactly first order: drift x N is constant. 3 % for the
+// shrinking lever arm of a drifted proxy.
 TEST(Subdivision, DriftOfTheMemorylessSurfaceFallsAsOneOverN) {
     const double one = drift(1);
-    EXPECT_NEAR(one, 372.5e-6, 0.05 * 372.5e-6);  // closed form (v R/R_p)^2 dt T / (2 R)
-    for (int n : {2, 8, 46}) EXPECT_NEAR(drift(n) * n, one, 0.03 * one) << n;
+    EXPECT_NEAR(one, 372.5e-6, 0.05 * 372.5e-6); // closed form (v R/R_p)^2 dt T / (2 R)
+    for (int n : {2, 8, 46})
+        EXPECT_NEAR(drift(n) * n, one, 0.03 * one) << n;
 }
 
 TEST(Subdivision, AdaptiveReachesTheClosestPointOfACavity) {
@@ -141,7 +150,8 @@ TEST(Subdivision, AdaptiveReachesTheClosestPointOfACavity) {
         const double angle = 0.2e-3 * i / 0.055;
         const Vec3 probe = 0.055 * Vec3{std::cos(angle), std::sin(angle), 0};
         evaluations += loop.move(probe).evaluations;
-        if (i > 3) worst = std::max(worst, glm::length(loop.proxy() - kRadius * glm::normalize(probe)));
+        if (i > 3)
+            worst = std::max(worst, glm::length(loop.proxy() - kRadius * glm::normalize(probe)));
     }
     // The stop at 0.1 um applies its last step, which squares what is left: far below a nanometre.
     EXPECT_LE(worst, 1e-9);
@@ -149,12 +159,15 @@ TEST(Subdivision, AdaptiveReachesTheClosestPointOfACavity) {
 }
 
 TEST(Subdivision, AHeldProbeMovesNoBit) {
-    for (SteppingMethod method : {SteppingMethod::adaptive, SteppingMethod::fixed, SteppingMethod::single}) {
+    for (SteppingMethod method :
+         {SteppingMethod::adaptive, SteppingMethod::fixed, SteppingMethod::single}) {
         ContactLoop loop(stepping(method), one_surface(make_bumpy_cavity(kRadius, 1e-3, 15e-3)));
         loop.start({0, 0, 0});
         const Vec3 probe{0.04, 0.03, 0.02};
-        for (int i = 0; i < 200; ++i) loop.move(probe);
-        if (method != SteppingMethod::adaptive) continue;  // the others may still creep towards the same point
+        for (int i = 0; i < 200; ++i)
+            loop.move(probe);
+        if (method != SteppingMethod::adaptive)
+            continue; // the others may still creep towards the same point
         const Vec3 held = loop.proxy();
         for (int i = 0; i < 5000; ++i) {
             loop.move(probe);
@@ -165,8 +178,9 @@ TEST(Subdivision, AHeldProbeMovesNoBit) {
 
 TEST(Subdivision, ForcesShiftTheTargetThatASurfaceCarriesTowards) {
     std::vector<std::unique_ptr<Effect>> effects;
-    effects.push_back(std::make_unique<ConstantForce>(Vec3{0.0, 0.0, -1.0}));  // 2 mm at 500 N/m
-    ContactLoop loop(stepping(SteppingMethod::adaptive), one_surface(make_slab(0.002)), std::move(effects));
+    effects.push_back(std::make_unique<ConstantForce>(Vec3{0.0, 0.0, -1.0})); // 2 mm at 500 N/m
+    ContactLoop loop(stepping(SteppingMethod::adaptive), one_surface(make_slab(0.002)),
+                     std::move(effects));
     loop.start({0, 0, 0.01});
     loop.move({0, 0, 0.004});
     EXPECT_NEAR(loop.proxy().z, 0.002, 1e-17) << "free: the probe plus force over stiffness";
@@ -185,5 +199,5 @@ TEST(Subdivision, RefusesSettingsOutOfRange) {
     EXPECT_THROW(Subdivision(settings, {}, {}, clock), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

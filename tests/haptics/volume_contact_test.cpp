@@ -18,8 +18,8 @@ namespace {
 using test::ContactLoop;
 using test::one_surface;
 
-constexpr double kRadius = 0.05;         // m
-constexpr double kCertificate = 25e-6;   // m, default of LevelSettings
+constexpr double kRadius = 0.05;       // m
+constexpr double kCertificate = 25e-6; // m, default of LevelSettings
 
 /// Deepest value over all chords of the last frame, m above the level 0 of a field.
 double deepest(const ScalarField& field, std::span<const Vec3> path) {
@@ -27,7 +27,8 @@ double deepest(const ScalarField& field, std::span<const Vec3> path) {
     double deep = -1.0;
     for (std::size_t i = 1; i < path.size(); ++i)
         for (int k = 0; k <= 50; ++k)
-            deep = std::max(deep, sampler->value(path[i - 1] + (k / 50.0) * (path[i] - path[i - 1])));
+            deep =
+                std::max(deep, sampler->value(path[i - 1] + (k / 50.0) * (path[i] - path[i - 1])));
     return deep;
 }
 
@@ -36,7 +37,8 @@ Vec3 random_direction(std::mt19937_64& random) {
     return glm::normalize(Vec3{normal(random), normal(random), normal(random)});
 }
 
-// The promise of the certificate: however fast the hand is, no chord gets deeper than tau. 1e-12 m is rounding of the value.
+// The promise of the certificate: however fast the hand is, no chord gets deeper than tau. 1e-12 m
+// is rounding of the value.
 TEST(VolumeContact, NoChordIsDeeperThanTheCertificateAtAnySpeed) {
     const std::pair<const char*, std::shared_ptr<const ScalarField>> bodies[] = {
         {"cavity", make_sphere_cavity(kRadius)},
@@ -50,7 +52,8 @@ TEST(VolumeContact, NoChordIsDeeperThanTheCertificateAtAnySpeed) {
         SCOPED_TRACE(testing::Message() << name << ", seed 3");
         std::mt19937_64 random(3);
         std::uniform_real_distribution<double> share;
-        for (SteppingMethod method : {SteppingMethod::adaptive, SteppingMethod::fixed, SteppingMethod::single}) {
+        for (SteppingMethod method :
+             {SteppingMethod::adaptive, SteppingMethod::fixed, SteppingMethod::single}) {
             SteppingSettings settings;
             settings.method = method;
             auto surfaces = one_surface(field);
@@ -58,7 +61,8 @@ TEST(VolumeContact, NoChordIsDeeperThanTheCertificateAtAnySpeed) {
             ContactLoop loop(settings, std::move(surfaces));
             Vec3 start{0, 0, 0};
             const auto sampler = field->make_sampler();
-            while (sampler->value(start) > -1e-3) start = 0.06 * share(random) * random_direction(random);
+            while (sampler->value(start) > -1e-3)
+                start = 0.06 * share(random) * random_direction(random);
             loop.start(start);
             Vec3 probe = start;
             for (int frame = 0; frame < 1500; ++frame) {
@@ -66,23 +70,29 @@ TEST(VolumeContact, NoChordIsDeeperThanTheCertificateAtAnySpeed) {
                 probe += 0.2e-3 * std::pow(2000.0, share(random)) * random_direction(random);
                 if (glm::length(probe) > 0.07) probe *= 0.07 / glm::length(probe);
                 loop.move(probe);
-                ASSERT_LE(deepest(*field, loop.subdivision().path()), tau + 1e-12) << "frame " << frame;
+                ASSERT_LE(deepest(*field, loop.subdivision().path()), tau + 1e-12)
+                    << "frame " << frame;
             }
         }
     }
 }
 
-// Negative control: the same fuzz with the carrying switched off must go deeper, or the test above would prove nothing.
+// Negative control: the same fuzz with the carrying switched off must go deeper, or the test above
+// would prove nothing.
 class Uncarried final : public SurfaceContact {
 public:
     explicit Uncarried(std::shared_ptr<const ScalarField> field) : contact_(std::move(field), {}) {}
     bool restart(const Vec3& p) noexcept override { return contact_.restart(p); }
     void offer(const Vec3& p, ContactSet& set) noexcept override { contact_.offer(p, set); }
-    void keep_active(const ProxySolution& s, std::size_t first) noexcept override { contact_.keep_active(s, first); }
+    void keep_active(const ProxySolution& s, std::size_t first) noexcept override {
+        contact_.keep_active(s, first);
+    }
     std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
     std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }
     Chord carry(const Vec3&, const Vec3&) noexcept override { return {}; }
-    std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override { return std::nullopt; }
+    std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override {
+        return std::nullopt;
+    }
     double trust_m() const noexcept override { return contact_.trust_m(); }
     void commit(const Vec3& p, bool y, bool f) noexcept override { contact_.commit(p, y, f); }
     QueryCount queries() const noexcept override { return contact_.queries(); }
@@ -105,21 +115,23 @@ TEST(VolumeContact, APlateIsNeverPassed) {
     ContactLoop loop({}, one_surface(make_slab(1e-3)));
     for (double step : {0.2e-3, 1e-3, 5e-3, 50e-3}) {
         loop.start({0, 0, 0.01});
-        for (double z = 0.01; z > -0.12; z -= step) loop.move({0.3 * (0.01 - z), 0, z});
+        for (double z = 0.01; z > -0.12; z -= step)
+            loop.move({0.3 * (0.01 - z), 0, z});
         EXPECT_NEAR(loop.proxy().z, 0.5e-3, 1e-12) << step;
     }
 }
 
-// Force-depth of a surface that yields: the play operator, exact on a ball pressed along a ray (composition.md 2.2 and 3.2).
+// Force-depth of a surface that yields: the play operator, exact on a ball pressed along a ray
+// (composition.md 2.2 and 3.2).
 TEST(VolumeContact, AYieldingSurfaceIsThePlayOperator) {
     LevelSettings level;
-    level.strength_n = 1.0;  // s/k = 2 mm
+    level.strength_n = 1.0; // s/k = 2 mm
     const double slack = level.strength_n / ContactLoop::kStiffness;
     SteppingSettings settings;
-    settings.tolerance_m = 1e-12;  // the proxy may rest anywhere within the tolerance
+    settings.tolerance_m = 1e-12; // the proxy may rest anywhere within the tolerance
     ContactLoop loop(settings, one_surface(make_solid_sphere(kRadius), level));
     loop.start({0, 0, 0.06});
-    double held = kRadius;  // height at which the surface holds
+    double held = kRadius; // height at which the surface holds
     for (int i = 0; i < 4000; ++i) {
         const double z = 0.051 + 0.008 * std::cos(0.01 * i) - 0.004 * std::sin(0.0037 * i);
         loop.move({0, 0, z});
@@ -142,7 +154,8 @@ TEST(VolumeContact, AHardSurfaceNeverMovesItsLevel) {
     }
 }
 
-/// Free space between two faces that meet in an edge along y, opening upwards; the probe is pushed down into it.
+/// Free space between two faces that meet in an edge along y, opening upwards; the probe is pushed
+/// down into it.
 double deepest_in_corner(double opening_deg) {
     std::shared_ptr<const ScalarField> field = make_wedge(360.0 - opening_deg);
     ContactLoop loop({}, one_surface(field));
@@ -155,7 +168,8 @@ double deepest_in_corner(double opening_deg) {
     return deep;
 }
 
-// numerics 3.5: one plane cannot represent a corner (0.9-2.6 mm deep); the bundle holds within the certificate, and its end in the edge.
+// numerics 3.5: one plane cannot represent a corner (0.9-2.6 mm deep); the bundle holds within the
+// certificate, and its end in the edge.
 TEST(VolumeContact, CornersOfEveryAngleHold) {
     for (double opening : {10.0, 30.0, 60.0, 90.0, 120.0, 150.0, 175.0})
         EXPECT_LE(deepest_in_corner(opening), kCertificate + 1e-12) << opening;
@@ -165,10 +179,12 @@ TEST(VolumeContact, RestsInTheEdgeOfAConcaveCorner) {
     for (double opening : {30.0, 90.0, 150.0}) {
         ContactLoop loop({}, one_surface(make_wedge(360.0 - opening)));
         loop.start({0, 0, 0.02});
-        for (int i = 0; i < 50; ++i) loop.move({0, 0.003, -0.01});
+        for (int i = 0; i < 50; ++i)
+            loop.move({0, 0.003, -0.01});
         EXPECT_LE(glm::length(loop.proxy() - Vec3(0, 0.003, 0)), 1e-9) << opening;
         const Vec3 held = loop.proxy();
-        for (int i = 0; i < 1000; ++i) loop.move({0, 0.003, -0.01});
+        for (int i = 0; i < 1000; ++i)
+            loop.move({0, 0.003, -0.01});
         EXPECT_EQ(loop.proxy(), held) << opening;
     }
 }
@@ -184,8 +200,9 @@ TEST(VolumeContact, BeginningInsideIsFlaggedAndNotFeltUntilLeft) {
     EXPECT_NEAR(loop.proxy().z, kRadius, 1e-9) << "felt again once it was outside";
 }
 
-// Passivity at a held probe (numerics 1.2): the spring's energy never rises within a frame on a hard surface. 1e-12 m of |x - a| is rounding;
-// the certificate's band allows the proxy no gain, as carrying only shortens.
+// Passivity at a held probe (numerics 1.2): the spring's energy never rises within a frame on a
+// hard surface. 1e-12 m of |x - a| is rounding; the certificate's band allows the proxy no gain, as
+// carrying only shortens.
 TEST(VolumeContact, AHeldProbeNeverGainsSpringEnergy) {
     std::shared_ptr<const ScalarField> field = make_bumpy_cavity(kRadius, 1e-3, 15e-3);
     std::mt19937_64 random(9);
@@ -210,5 +227,5 @@ TEST(VolumeContact, RefusesALevelThatIsNeverReached) {
     EXPECT_THROW(VolumeContact(make_slab(1e-3), level), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

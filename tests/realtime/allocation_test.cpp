@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// No allocation below frame(), Embree and OpenVDB included: this program's own malloc counts for every library in it.
+// No allocation below frame(), Embree and OpenVDB included: this program's own malloc counts for
+// every library in it.
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
@@ -15,9 +16,10 @@ namespace {
 std::atomic<bool> counting{false};
 std::atomic<long> allocations{0};
 void count() noexcept {
-    if (counting.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
+    if (counting.load(std::memory_order_relaxed))
+        allocations.fetch_add(1, std::memory_order_relaxed);
 }
-}  // namespace
+} // namespace
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
@@ -28,17 +30,35 @@ void* __libc_realloc(void*, std::size_t);
 void* __libc_memalign(std::size_t, std::size_t);
 void __libc_free(void*);
 
-void* malloc(std::size_t size) { count(); return __libc_malloc(size); }
-void* calloc(std::size_t n, std::size_t size) { count(); return __libc_calloc(n, size); }
-void* realloc(void* p, std::size_t size) { count(); return __libc_realloc(p, size); }
-void* memalign(std::size_t alignment, std::size_t size) { count(); return __libc_memalign(alignment, size); }
-void* aligned_alloc(std::size_t alignment, std::size_t size) { count(); return __libc_memalign(alignment, size); }
+void* malloc(std::size_t size) {
+    count();
+    return __libc_malloc(size);
+}
+void* calloc(std::size_t n, std::size_t size) {
+    count();
+    return __libc_calloc(n, size);
+}
+void* realloc(void* p, std::size_t size) {
+    count();
+    return __libc_realloc(p, size);
+}
+void* memalign(std::size_t alignment, std::size_t size) {
+    count();
+    return __libc_memalign(alignment, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+    count();
+    return __libc_memalign(alignment, size);
+}
 int posix_memalign(void** p, std::size_t alignment, std::size_t size) {
     count();
     *p = __libc_memalign(alignment, size);
-    return *p ? 0 : 12;  // ENOMEM
+    return *p ? 0 : 12; // ENOMEM
 }
-void free(void* p) { count(); __libc_free(p); }
+void free(void* p) {
+    count();
+    __libc_free(p);
+}
 }
 
 namespace palpate {
@@ -52,14 +72,17 @@ long allocations_of(const std::shared_ptr<const Scene>& scene) {
     const auto step = [&](int i) {
         const double angle = 0.004 * i;
         const double radius = 0.028 + 0.006 * std::sin(0.01 * i);
-        state.position = radius * Vec3{std::cos(angle), std::sin(angle), 0.3 * std::sin(0.37 * angle)};
+        state.position =
+            radius * Vec3{std::cos(angle), std::sin(angle), 0.3 * std::sin(0.37 * angle)};
         state.time_s = 1e-3 * i;
         loop.frame(state);
     };
-    for (int i = 0; i < 100; ++i) step(i);
+    for (int i = 0; i < 100; ++i)
+        step(i);
     allocations = 0;
     counting = true;
-    for (int i = 100; i < 10100; ++i) step(i);
+    for (int i = 100; i < 10100; ++i)
+        step(i);
     counting = false;
     return allocations;
 }
@@ -74,7 +97,8 @@ TEST(Allocation, TheCounterCounts) {
 
 TEST(Allocation, FramesOfContactVolumeMakeNone) {
     for (const char* method : {"adaptive", "fixed", "paper", "single"})
-        EXPECT_EQ(allocations_of(test::phantom_scene("volume", method, "budget_us = 50\n")), 0) << method;
+        EXPECT_EQ(allocations_of(test::phantom_scene("volume", method, "budget_us = 50\n")), 0)
+            << method;
 }
 
 TEST(Allocation, FramesOfContactDirectMakeNone) {
@@ -86,7 +110,7 @@ TEST(Allocation, FramesOfVolumeEffectsMakeNone) {
     EXPECT_EQ(allocations_of(test::gradient_surface_scene()), 0);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate
 
 #endif

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// No system call below frame(): a child under a seccomp filter may only end; anything else kills it.
+// No system call below frame(): a child under a seccomp filter may only end; anything else kills
+// it.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -26,7 +27,8 @@ namespace {
 enum class Outcome { finished, killed, unavailable };
 constexpr int kUnavailable = 77;
 
-/// From here on this process may only end; anything else kills it, other libraries' threads included.
+/// From here on this process may only end; anything else kills it, other libraries' threads
+/// included.
 bool forbid_system_calls() {
     sock_filter rules[] = {
         BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
@@ -35,17 +37,20 @@ bool forbid_system_calls() {
         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
     };
     const sock_fprog program{static_cast<unsigned short>(std::size(rules)), rules};
-    return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+    return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+           prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
-/// What becomes of a child that runs frames (and, if asked, one forbidden call) with system calls forbidden.
+/// What becomes of a child that runs frames (and, if asked, one forbidden call) with system calls
+/// forbidden.
 Outcome without_system_calls(const std::shared_ptr<const Scene>& scene, bool forbidden_call) {
-    test::ScriptedClock clock(1.0);  // on some machines reading the time is a system call of its own
+    test::ScriptedClock clock(1.0); // on some machines reading the time is a system call of its own
     HapticLoop loop(scene, clock);
     const auto frames = [&](int from, int to) {
         DeviceState state;
         for (int i = from; i < to; ++i) {
-            state.position = (0.028 + 0.006 * std::sin(0.01 * i)) * Vec3{std::cos(0.004 * i), std::sin(0.004 * i), 0};
+            state.position = (0.028 + 0.006 * std::sin(0.01 * i)) *
+                             Vec3{std::cos(0.004 * i), std::sin(0.004 * i), 0};
             loop.frame(state);
         }
     };
@@ -75,6 +80,6 @@ TEST(SystemCalls, AForbiddenOneIsCaught) {
     EXPECT_EQ(outcome, Outcome::killed);
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate
 #endif

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on scanned anatomy, shown on a generated CT with thin walls, grooves and anisotropic slices (contact.md 2).
+// What must hold on scanned anatomy, shown on a generated CT with thin walls, grooves and
+// anisotropic slices (contact.md 2).
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -31,7 +32,8 @@ std::vector<DeviceState> orbit_of(const Scene& scene, double speed, double secon
     return make_orbit(*surface.baked.field, surface.level.level, orbit, 1000.0);
 }
 
-/// Random strokes of 0.2 to 400 mm per frame round and through the head, each trial from free space.
+/// Random strokes of 0.2 to 400 mm per frame round and through the head, each trial from free
+/// space.
 std::vector<DeviceState> wild_strokes(unsigned seed, int frames) {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> share;
@@ -46,7 +48,8 @@ std::vector<DeviceState> wild_strokes(unsigned seed, int frames) {
         states.push_back(state);
         state.time_s += 1e-3;
         state.position += 0.2e-3 * std::pow(2000.0, share(random)) * random_direction(random);
-        if (glm::length(state.position) > 0.06) state.position *= 0.06 / glm::length(state.position);
+        if (glm::length(state.position) > 0.06)
+            state.position *= 0.06 / glm::length(state.position);
     }
     return states;
 }
@@ -58,17 +61,20 @@ Trace traced(const std::shared_ptr<const Scene>& scene, const std::vector<Device
 
 double root_mean_square(const std::vector<double>& values) {
     double sum = 0.0;
-    for (double value : values) sum += value * value;
+    for (double value : values)
+        sum += value * value;
     return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 double percentile_99(std::vector<double> values) {
-    for (double& value : values) value = std::abs(value);
+    for (double& value : values)
+        value = std::abs(value);
     std::sort(values.begin(), values.end());
     return values[static_cast<std::size_t>(0.99 * static_cast<double>(values.size()))];
 }
 
-// I1 of contact.md: no chord deeper than tau, at any speed and with any method. 1e-6 HU is rounding of the trilinear value.
+// I1 of contact.md: no chord deeper than tau, at any speed and with any method. 1e-6 HU is rounding
+// of the trilinear value.
 TEST(Anatomy, NoChordIsDeeperThanTheCertificate) {
     for (const char* method : {"adaptive", "fixed", "paper", "single"}) {
         const auto scene = test::phantom_scene("volume", method);
@@ -91,7 +97,8 @@ TEST(Anatomy, AnOrbitStaysOnTheLevel) {
     EXPECT_LE(root_mean_square(distance), 1e-6);
     EXPECT_LE(percentile_99(distance), 0.1e-6);
     double evaluations = 0.0;
-    for (const FrameReport& frame : trace.frames) evaluations += frame.evaluations;
+    for (const FrameReport& frame : trace.frames)
+        evaluations += frame.evaluations;
     EXPECT_LE(evaluations / static_cast<double>(trace.frames.size()), 3.0);
 }
 
@@ -105,11 +112,13 @@ TEST(Anatomy, AHeldProbeMovesNoBit) {
         FrameReport report = loop.frame(orbit[i]);
         if (i % 200 != 199) continue;
         // A frame that ended at its evaluation cap goes on in the next ones: at most this many.
-        for (int settle = 0; settle < 50 && (report.flags & kEvaluationCap); ++settle) report = loop.frame(orbit[i]);
+        for (int settle = 0; settle < 50 && (report.flags & kEvaluationCap); ++settle)
+            report = loop.frame(orbit[i]);
         report = loop.frame(orbit[i]);
         const Vec3 held = report.proxy;
         ++held_places;
-        for (int k = 0; k < 300; ++k) ASSERT_EQ(loop.frame(orbit[i]).proxy, held) << "place " << i;
+        for (int k = 0; k < 300; ++k)
+            ASSERT_EQ(loop.frame(orbit[i]).proxy, held) << "place " << i;
     }
     EXPECT_GE(held_places, 40);
 }
@@ -127,12 +136,14 @@ TEST(Anatomy, TheSameInputsGiveTheSameBits) {
 }
 
 TEST(Anatomy, EveryForceIsFiniteLimitedAndSlewLimited) {
-    const auto scene = test::phantom_scene("volume", "adaptive", "[limits]\nforce_n = 3\nslew_n_per_s = 1000\n");
+    const auto scene =
+        test::phantom_scene("volume", "adaptive", "[limits]\nforce_n = 3\nslew_n_per_s = 1000\n");
     std::vector<DeviceState> strokes = wild_strokes(4, 3000);
     std::mt19937_64 random(4);
     for (int i = 0; i < 100; ++i) {
         const double bad[] = {std::nan(""), INFINITY, -INFINITY, 1e300};
-        strokes[random() % strokes.size()].position[static_cast<int>(random() % 3)] = bad[random() % 4];
+        strokes[random() % strokes.size()].position[static_cast<int>(random() % 3)] =
+            bad[random() % 4];
     }
     const Trace trace = traced(scene, strokes);
     Vec3 before{0.0};
@@ -144,7 +155,8 @@ TEST(Anatomy, EveryForceIsFiniteLimitedAndSlewLimited) {
     }
 }
 
-// Contact.md 7.3: what leaving the certificate out costs. A control for the tests above: the same strokes go deep.
+// Contact.md 7.3: what leaving the certificate out costs. A control for the tests above: the same
+// strokes go deep.
 TEST(Anatomy, DirectContactGoesDeeperThanTheCertificate) {
     if (!test::can_extract()) GTEST_SKIP() << "this build has no extraction";
     const auto scene = test::phantom_scene("direct", "adaptive");
@@ -152,5 +164,5 @@ TEST(Anatomy, DirectContactGoesDeeperThanTheCertificate) {
     EXPECT_GT(trace.audits.front().deepest().above_level, 2.0 * trace.audits.front().certificate());
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

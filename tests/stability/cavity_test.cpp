@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper's experiment: a probe that circles behind the wall of a spherical cavity at 0.2 m/s (its section 5).
+// The paper's experiment: a probe that circles behind the wall of a spherical cavity at 0.2 m/s
+// (its section 5).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -34,15 +35,15 @@ std::vector<DeviceState> circle() {
 }
 
 std::shared_ptr<const Scene> scene(const std::string& effect, const std::string& loop) {
-    const std::string text =
-        "[volume.cavity]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n"
-        "[surface.wall]\nvolume = \"cavity\"\n" + effect + "[loop]\n" + loop;
+    const std::string text = "[volume.cavity]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n"
+                             "[surface.wall]\nvolume = \"cavity\"\n" +
+                             effect + "[loop]\n" + loop;
     return std::make_shared<const Scene>(parse_scene(text, "cavity.toml"));
 }
 
 const char* kSurface = "[[effect]]\ntype = \"surface\"\nsurface = \"wall\"\n";
-const char* kGradientSurface =
-    "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"cavity\"\nstrength_n = [[-1e-9, 0], [0, 1e6]]\n";
+const char* kGradientSurface = "[[effect]]\ntype = \"gradient_surface\"\nvolume = "
+                               "\"cavity\"\nstrength_n = [[-1e-9, 0], [0, 1e6]]\n";
 
 double final_drift(const std::string& loop) {
     test::ScriptedClock clock;
@@ -50,7 +51,8 @@ double final_drift(const std::string& loop) {
     return glm::length(trace.frames.back().proxy) - kRadius;
 }
 
-// numerics 2.1: drift times number of sub-steps is constant, so 1 against 46 is a factor of 46; 5 % for the lever arm of the drifted proxy.
+// numerics 2.1: drift times number of sub-steps is constant, so 1 against 46 is a factor of 46; 5 %
+// for the lever arm of the drifted proxy.
 TEST(Cavity, FortySixSubStepsDriftAFortySixthOfOne) {
     const double one = final_drift("method = \"single\"\n");
     const double many = final_drift("method = \"fixed\"\nsub_steps = 46\n");
@@ -62,7 +64,8 @@ TEST(Cavity, AdaptiveStaysWithinAThousandthOfAMicrometre) {
     const Trace trace = run_trace(scene(kSurface, "method = \"adaptive\"\n"), circle(), clock);
     double squares = 0.0;
     const auto& distance = trace.audits.front().level_distance_m();
-    for (double d : distance) squares += d * d;
+    for (double d : distance)
+        squares += d * d;
     ASSERT_GT(distance.size(), 3000u);
     EXPECT_LE(std::sqrt(squares / static_cast<double>(distance.size())), 1e-9);
 }
@@ -82,5 +85,5 @@ TEST(Cavity, AJumpAcrossEndsOnTheWall) {
     }
 }
 
-}  // namespace
-}  // namespace palpate
+} // namespace
+} // namespace palpate

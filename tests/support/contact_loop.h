@@ -14,14 +14,18 @@ namespace palpate::test {
 /// A proxy on surfaces and effects, without devices or files: what haptics tests drive.
 class ContactLoop {
 public:
-    ContactLoop(const SteppingSettings& settings, std::vector<std::unique_ptr<SurfaceContact>> surfaces,
+    ContactLoop(const SteppingSettings& settings,
+                std::vector<std::unique_ptr<SurfaceContact>> surfaces,
                 std::vector<std::unique_ptr<Effect>> effects = {}, double clock_step_us = 0.0)
         : clock_(clock_step_us), surfaces_(std::move(surfaces)), effects_(std::move(effects)) {
         std::vector<SurfaceContact*> surface_pointers;
-        for (auto& surface : surfaces_) surface_pointers.push_back(surface.get());
+        for (auto& surface : surfaces_)
+            surface_pointers.push_back(surface.get());
         std::vector<Effect*> effect_pointers;
-        for (auto& effect : effects_) effect_pointers.push_back(effect.get());
-        subdivision_ = std::make_unique<Subdivision>(settings, surface_pointers, effect_pointers, clock_);
+        for (auto& effect : effects_)
+            effect_pointers.push_back(effect.get());
+        subdivision_ =
+            std::make_unique<Subdivision>(settings, surface_pointers, effect_pointers, clock_);
     }
 
     void start(const Vec3& proxy) {
@@ -39,7 +43,7 @@ public:
     ScriptedClock& clock() { return clock_; }
     SurfaceContact& surface(std::size_t i) { return *surfaces_[i]; }
 
-    static constexpr double kStiffness = 500.0;  // N/m
+    static constexpr double kStiffness = 500.0; // N/m
 
 private:
     ScriptedClock clock_;
@@ -51,11 +55,11 @@ private:
 };
 
 /// One volume contact with the level 0 (or another) of a field.
-inline std::vector<std::unique_ptr<SurfaceContact>> one_surface(std::shared_ptr<const ScalarField> field,
-                                                                LevelSettings level = {}) {
+inline std::vector<std::unique_ptr<SurfaceContact>>
+one_surface(std::shared_ptr<const ScalarField> field, LevelSettings level = {}) {
     std::vector<std::unique_ptr<SurfaceContact>> surfaces;
     surfaces.push_back(std::make_unique<VolumeContact>(std::move(field), level));
     return surfaces;
 }
 
-}  // namespace palpate::test
+} // namespace palpate::test

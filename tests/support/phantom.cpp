@@ -15,8 +15,8 @@ namespace {
 /// A folder that lives as long as the process.
 const std::filesystem::path& folder() {
     struct Folder {
-        std::filesystem::path path =
-            std::filesystem::temp_directory_path() / ("palpate-phantom-" + std::to_string(getpid()));
+        std::filesystem::path path = std::filesystem::temp_directory_path() /
+                                     ("palpate-phantom-" + std::to_string(getpid()));
         Folder() { std::filesystem::create_directories(path); }
         ~Folder() {
             std::error_code ignored;
@@ -36,7 +36,7 @@ SceneResources test_resources() {
     return resources;
 }
 
-}  // namespace
+} // namespace
 
 std::string phantom_file() {
     static const std::string file = [] {
@@ -49,20 +49,24 @@ std::string phantom_file() {
 
 std::shared_ptr<const Scene> phantom_scene(const std::string& contact, const std::string& method,
                                            const std::string& more) {
-    const std::string text = "[volume.ct]\nfile = \"" + phantom_file() +
-                             "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 226\nsmooth_voxels = 0.7\ncontact = \"" +
-                             contact + "\"\n[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n[loop]\nmethod = \"" +
-                             method + "\"\n" + more;
-    return std::make_shared<const Scene>(parse_scene(text, folder() / "phantom.toml"), test_resources());
+    const std::string text =
+        "[volume.ct]\nfile = \"" + phantom_file() +
+        "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 226\nsmooth_voxels = 0.7\ncontact = \"" +
+        contact + "\"\n[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n[loop]\nmethod = \"" +
+        method + "\"\n" + more;
+    return std::make_shared<const Scene>(parse_scene(text, folder() / "phantom.toml"),
+                                         test_resources());
 }
 
 std::shared_ptr<const Scene> gradient_surface_scene() {
-    const std::string text = "[volume.ct]\nfile = \"" + phantom_file() +
-                             "\"\n[[effect]]\ntype = \"gradient_surface\"\nvolume = \"ct\"\n"
-                             "strength_n = [[-200, 0], [200, 3]]\n[loop]\nmethod = \"fixed\"\nsub_steps = 10\n";
-    return std::make_shared<const Scene>(parse_scene(text, folder() / "phantom.toml"), test_resources());
+    const std::string text =
+        "[volume.ct]\nfile = \"" + phantom_file() +
+        "\"\n[[effect]]\ntype = \"gradient_surface\"\nvolume = \"ct\"\n"
+        "strength_n = [[-200, 0], [200, 3]]\n[loop]\nmethod = \"fixed\"\nsub_steps = 10\n";
+    return std::make_shared<const Scene>(parse_scene(text, folder() / "phantom.toml"),
+                                         test_resources());
 }
 
 bool can_extract() { return static_cast<bool>(test_resources().extract); }
 
-}  // namespace palpate::test
+} // namespace palpate::test

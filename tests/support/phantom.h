@@ -21,4 +21,4 @@ std::shared_ptr<const Scene> gradient_surface_scene();
 /// Whether this build can extract meshes (has CGAL).
 bool can_extract();
 
-}  // namespace palpate::test
+} // namespace palpate::test

@@ -17,4 +17,4 @@ private:
     double now_us_ = 0.0;
 };
 
-}  // namespace palpate::test
+} // namespace palpate::test

@@ -104,7 +104,7 @@ TEST(GridVdb, FileErrorsNameTheFile) {
     for (const double share : {0.05, 0.3, 0.6, 0.9}) {
         const std::filesystem::path cut = folder / "cut.vdb";
         test::make_file(cut, bytes.substr(0, static_cast<std::size_t>(
-                                                   share * static_cast<double>(bytes.size()))));
+                                                 share * static_cast<double>(bytes.size()))));
         expect_named(cut, message_of([&] { GridField::read_vdb(cut, metadata); }));
     }
 }

@@ -14,15 +14,15 @@
 namespace palpate {
 namespace {
 
+using test::content_of;
 using test::counting;
 using test::distance;
 using test::frame_mm;
+using test::make_file;
 using test::oblique_frame;
 using test::random_volume;
-using test::content_of;
 using test::refusal;
 using test::TemporaryFolder;
-using test::make_file;
 
 constexpr double kMm = 1e-3;
 

@@ -13,15 +13,15 @@ namespace palpate {
 namespace {
 
 using test::append;
+using test::content_of;
 using test::counting;
 using test::distance;
 using test::frame_mm;
+using test::make_file;
 using test::oblique_frame;
 using test::random_volume;
-using test::content_of;
 using test::refusal;
 using test::TemporaryFolder;
-using test::make_file;
 
 constexpr double kMm = 1e-3;
 
@@ -53,7 +53,7 @@ TEST(NrrdVolume, RasAndLasAreTurnedIntoLps) {
                              "space origin: (10,20,30)\n";
     for (const char* ras : {"right-anterior-superior", "RAS"}) {
         make_file(folder / "r.nrrd",
-                    nrrd_text(std::string("space: ") + ras + "\n" + rest) + counting(24));
+                  nrrd_text(std::string("space: ") + ras + "\n" + rest) + counting(24));
         const auto expected = frame_mm(Mat3(-0.5, 0, 0, 0, -1, 0.25, 0, 0, 2), {-10, -20, 30});
         const VoxelVolume volume = read_volume(folder / "r.nrrd");
         EXPECT_LT(distance(volume.index_to_scene, expected), 1e-15) << ras;
@@ -61,7 +61,7 @@ TEST(NrrdVolume, RasAndLasAreTurnedIntoLps) {
     }
     for (const char* las : {"left-anterior-superior", "LAS"}) {
         make_file(folder / "l.nrrd",
-                    nrrd_text(std::string("space: ") + las + "\n" + rest) + counting(24));
+                  nrrd_text(std::string("space: ") + las + "\n" + rest) + counting(24));
         const auto expected = frame_mm(Mat3(0.5, 0, 0, 0, -1, 0.25, 0, 0, 2), {10, -20, 30});
         EXPECT_LT(distance(read_volume(folder / "l.nrrd").index_to_scene, expected), 1e-15) << las;
     }
@@ -77,8 +77,8 @@ TEST(NrrdVolume, WarnsWhereOrientationOrSpacingIsNotStated) {
     make_file(folder / "n.nrrd", nrrd_text("") + counting(24));
     EXPECT_EQ(read_volume(folder / "n.nrrd").warnings.size(), 2U);
     make_file(folder / "x.nrrd",
-                nrrd_text("space: scanner-xyz\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n") +
-                    counting(24));
+              nrrd_text("space: scanner-xyz\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n") +
+                  counting(24));
     EXPECT_EQ(read_volume(folder / "x.nrrd").warnings.size(), 1U);
 }
 
@@ -89,9 +89,9 @@ TEST(NrrdVolume, ReadsEveryScalarType) {
         for (int n = 0; n < 24; ++n)
             append(data, static_cast<decltype(one)>(n));
         make_file(folder / "t.nrrd", "NRRD0004\ntype: " + std::string(type) +
-                                           "\ndimension: 3\nsizes: 4 3 2\nendian: little\n"
-                                           "encoding: raw\n" +
-                                           kLpsGeometry + "\n" + data);
+                                         "\ndimension: 3\nsizes: 4 3 2\nendian: little\n"
+                                         "encoding: raw\n" +
+                                         kLpsGeometry + "\n" + data);
         const VoxelVolume volume = read_volume(folder / "t.nrrd");
         EXPECT_EQ(volume.source_type, name);
         EXPECT_EQ(volume.values[23], 23.0F) << type;
@@ -149,7 +149,7 @@ TEST(NrrdVolume, RefusesDataOfTheWrongLength) {
     make_file(folder / "m.nhdr", nrrd_text(kLpsGeometry, "data file: missing.raw\n"));
     EXPECT_REFUSED(folder / "m.nhdr", "missing.raw");
     make_file(folder / "l.nhdr",
-                nrrd_text(kLpsGeometry, "data file: LIST 2\nd.raw\nmissing.raw\n"));
+              nrrd_text(kLpsGeometry, "data file: LIST 2\nd.raw\nmissing.raw\n"));
     EXPECT_REFUSED(folder / "l.nhdr", "cannot be read");
 }
 
@@ -203,14 +203,14 @@ TEST(NrrdVolume, RefusesSingularAxes) {
           "(nan,0,0) (0,1,0) (0,0,1)", "(1,0,0) (0,inf,0) (0,0,1)"}) {
         SCOPED_TRACE(directions);
         make_file(folder / "a.nrrd", nrrd_text(std::string("space: LPS\nspace directions: ") +
-                                                 directions + "\nspace origin: (0,0,0)\n") +
-                                           counting(24));
+                                               directions + "\nspace origin: (0,0,0)\n") +
+                                         counting(24));
         refusal(folder / "a.nrrd");
     }
     for (const char* spacings : {"0 1 1", "1 nan 1"}) {
         SCOPED_TRACE(spacings);
         make_file(folder / "a.nrrd",
-                    nrrd_text(std::string("spacings: ") + spacings + "\n") + counting(24));
+                  nrrd_text(std::string("spacings: ") + spacings + "\n") + counting(24));
         refusal(folder / "a.nrrd");
     }
 }

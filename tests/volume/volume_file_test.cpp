@@ -13,14 +13,14 @@
 namespace palpate {
 namespace {
 
+using test::content_of;
 using test::distance;
+using test::make_file;
 using test::oblique_frame;
 using test::random_volume;
-using test::content_of;
 using test::refusal;
 using test::sheared_frame;
 using test::TemporaryFolder;
-using test::make_file;
 
 constexpr double kMm = 1e-3;
 
@@ -106,7 +106,7 @@ TEST(VolumeFile, RefusesWhatCannotBeAVolumeWithOneLine) {
         make_file(folder / (std::string("empty") + ending), "");
         EXPECT_REFUSED(folder / (std::string("empty") + ending), "is empty");
         make_file(folder / (std::string("text") + ending),
-                    std::string(1000, 'x') + "\nnot a volume\n");
+                  std::string(1000, 'x') + "\nnot a volume\n");
         refusal(folder / (std::string("text") + ending));
         SCOPED_TRACE("seed 3");
         std::mt19937 random(3);
