@@ -28,8 +28,11 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     offered_ = 0;
     if (!engaged_) return;
     bundle_.forget_beyond(proxy, scale_.trust_m);
+    // Where the facet was hit, the level may be a facet's chord error away.
+    LevelSettings near_the_facet = settings_;
+    near_the_facet.free_m = scale_.trust_m;
     ContactPlane contact;
-    if (level_plane(sampler_->sample(proxy), proxy, settings_.level, settings_, scale_, contact))
+    if (level_plane(sampler_->sample(proxy), proxy, settings_.level, near_the_facet, scale_, contact))
         bundle_.remember(contact, proxy, patch_cosine_);
     else
         bundle_.clear();

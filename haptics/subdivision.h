@@ -25,8 +25,7 @@ struct SteppingSettings {
     SteppingMethod method = SteppingMethod::adaptive;
     int sub_steps = 8;        ///< fixed: evaluations per frame, [1, Subdivision::kMostEvaluations]
     double budget_us = 900.0; ///< paper: t_delta of eq. (8), us, > 0
-    double tolerance_m =
-        1e-7; ///< adaptive: a step that is expected to leave less residual is the last, m, > 0
+    double tolerance_m = 1e-7; ///< adaptive: a step expected to leave less is the last, m, > 0
     int evaluation_cap = 8; ///< adaptive: evaluations per frame at most, [1, kMostEvaluations]
 };
 
@@ -46,8 +45,8 @@ struct SubdivisionResult {
 /// certificate holds. Owns nothing that moves but the loop's iteration memory.
 class Subdivision {
 public:
-    static constexpr int kMostEvaluations =
-        4096; ///< bounds every frame, also where a clock stands still
+    /// Bounds every frame, also where a clock stands still.
+    static constexpr int kMostEvaluations = 4096;
 
     /// Surfaces and effects in canonical order; all must outlive this. Throws std::invalid_argument
     /// on settings out of range.  [setup]
@@ -106,8 +105,7 @@ private:
     double last_us_ = 0.0;  // t_n
     double damping_ = 1.0;  // of tangential steps (contact.md 1.2, step 5)
     double last_residual_m_ = 0.0;
-    bool converged_ =
-        false; // the step of the last evaluation is expected to leave less than the tolerance
+    bool converged_ = false; // the last step is expected to leave less than the tolerance
     int unmoved_ = 0; // evaluations in a row that did not move the proxy
     std::span<const std::uint32_t> replayed_;
     std::vector<Vec3> path_;
