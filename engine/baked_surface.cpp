@@ -195,6 +195,8 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         if (!cache.empty()) {
             std::filesystem::create_directories(cache);
             write_ply(*result.mesh, file, {"palpate mesh " + key});
+            // Millimetres and back round: the first run takes the same bits as every later one.
+            result.mesh = std::make_shared<TriangleMesh>(read_ply(file));
         }
     }
     return result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include <palpate/engine/orbit.h>
@@ -14,7 +15,8 @@ constexpr std::size_t kPerReading =
     10; // evaluations between two readings of the clock, whose cost is then below 1 %
 constexpr double kSpeed = 0.2; // m/s: how far apart a hand's frames are
 
-/// Places where a hand would be: along an orbit on the surface, or across the box of a field.
+/// Places where a hand would be: along an orbit on the surface, or across the box of a field. None
+/// where the orbit's rays miss a surface that is small: its price is then not known.
 std::vector<Vec3> places(const ScalarField& field, std::optional<double> level) {
     std::vector<Vec3> points;
     if (level) {
@@ -22,8 +24,12 @@ std::vector<Vec3> places(const ScalarField& field, std::optional<double> level) 
         orbit.depth_min_mm = orbit.depth_max_mm = 0.0;
         orbit.speed_m_per_s = kSpeed;
         orbit.duration_s = kPoints / 1000.0 + 0.5;
-        for (const DeviceState& state : make_orbit(field, *level, orbit, 1000.0))
-            points.push_back(state.position);
+        try {
+            for (const DeviceState& state : make_orbit(field, *level, orbit, 1000.0))
+                points.push_back(state.position);
+        } catch (const std::runtime_error&) {
+            points.clear();
+        }
         return points;
     }
     const Box box = field.bounds();
@@ -63,6 +69,7 @@ std::vector<double> measure_prices(const Scene& scene) {
                 if (surface.name != effect.surface) continue;
                 const std::unique_ptr<SurfaceContact> contact = scene.make_contact(surface);
                 const std::vector<Vec3> points = places(*surface.baked.field, surface.level.level);
+                if (points.empty()) continue;
                 contact->restart(points.front());
                 prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3& to) {
                     ContactSet planes;

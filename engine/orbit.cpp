@@ -60,7 +60,7 @@ Profile cast_rays(const ScalarField& field, double level, const Vec3& center, do
     }
     if (hits == 0)
         throw std::runtime_error(
-            "orbit: no ray around the centre of the surface's bounds meets it");
+            "orbit: no ray around the centre of the volume meets the surface; give a path instead");
     profile.mean_radius /= static_cast<double>(hits);
     return profile;
 }

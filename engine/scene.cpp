@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene.h>
 
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -24,6 +25,11 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     surface.level.level = surface.baked.level;
     surface.level.strength_n = description.strength_n;
     if (description.contact == ContactKind::direct) {
+        if (std::isfinite(description.strength_n))
+            throw std::runtime_error(fmt::format(
+                "{}:{}: [surface.{}]: contact = \"direct\" does not yield, strength_n = {} needs "
+                "contact = \"volume\"",
+                scene.file.string(), description.line, name, description.strength_n));
         IsosurfaceSettings settings;
         settings.facet_size_m = 1e-3 * description.facet_size_mm;
         settings.facet_distance_m = 1e-3 * description.facet_distance_mm;

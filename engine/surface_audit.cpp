@@ -34,13 +34,14 @@ double level_distance(FieldSampler& sampler, const Vec3& point, double level,
 
 SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
     : surface_(surface), scale_(LevelScale::of(*surface.baked.field, surface.level)),
-      sampler_(surface.baked.field->make_sampler()) {
+      sampler_(surface.baked.field->make_sampler()), alone_(scene.surfaces().size() == 1) {
     const VolumeDescription& volume =
         scene.description().volumes.at(scene.description().surfaces.at(surface.name).volume);
     const double outwards = volume.analytic == "sphere_cavity"  ? 1.0
                             : volume.analytic == "solid_sphere" ? -1.0
                                                                 : 0.0;
-    if (outwards != 0.0)
+    // A surface that yields is not where the formula says.
+    if (outwards != 0.0 && std::isinf(surface.level.strength_n))
         sphere_radius_m_ =
             1e-3 * volume.parameters.at("radius_mm") + outwards * surface.level.level;
 }
@@ -62,8 +63,11 @@ void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
     }
     if (sampler_->value(frame.proxy) > surface_.level.level + scale_.certificate) ++frames_inside_;
     if (frame.contacts == 0) return;
-    level_distance_m_.push_back(
-        level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m));
+    const double distance =
+        level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m);
+    // With several surfaces a frame in contact may be so with another one: then this one is far.
+    if (!alone_ && std::abs(distance) > scale_.trust_m) return;
+    level_distance_m_.push_back(distance);
     if (sphere_radius_m_) {
         const Vec3 closest = *sphere_radius_m_ * glm::normalize(frame.probe);
         position_error_m_.push_back(glm::length(frame.proxy - closest));

@@ -49,6 +49,7 @@ private:
     const SceneSurface& surface_;
     LevelScale scale_;
     std::unique_ptr<FieldSampler> sampler_;
+    bool alone_;                            // the scene's only surface: every contact is with it
     std::optional<double> sphere_radius_m_; // where the closest point is known
     std::vector<double> level_distance_m_;
     std::vector<double> position_error_m_;

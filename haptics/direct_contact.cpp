@@ -18,10 +18,10 @@ DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
       scale_(LevelScale::of(*field_, settings)), patch_cosine_(field_->patch_cosine()),
       sampler_(field_->make_sampler()) {}
 
-bool DirectContact::restart(const Vec3& proxy) noexcept {
+bool DirectContact::restart(const Vec3&) noexcept {
     bundle_.clear();
     engaged_ = false;
-    return sampler_->value(proxy) >= settings_.level;
+    return false;
 }
 
 void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
@@ -32,7 +32,8 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     LevelSettings near_the_facet = settings_;
     near_the_facet.free_m = scale_.trust_m;
     ContactPlane contact;
-    if (level_plane(sampler_->sample(proxy), proxy, settings_.level, near_the_facet, scale_, contact))
+    if (level_plane(sampler_->sample(proxy), proxy, settings_.level, near_the_facet, scale_,
+                    contact))
         bundle_.remember(contact, proxy, patch_cosine_);
     else
         bundle_.clear();

@@ -8,8 +8,8 @@ namespace palpate {
 
 /// What stays the same during a frame. Scene frame.
 struct FrameContext {
-    Vec3 probe{0.0}; ///< x_p: held during the frame, m
-    Vec3 start{0.0}; ///< proxy at the frame's start, m: anchor of what depends on the path
+    Vec3 probe{0.0};          ///< x_p: held during the frame, m
+    Vec3 start{0.0};          ///< proxy at the frame's start, m: anchor of what depends on the path
     double stiffness = 500.0; ///< k_s, N/m, > 0
     double period_s = 1e-3;   ///< nominal frame period T, not the measured one
 };

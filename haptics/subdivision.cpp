@@ -87,7 +87,11 @@ SubdivisionResult Subdivision::run() noexcept {
         const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.planes().empty() && proxy == solution_.proxy;
-        if (steps_left == 0 || arrived || (result.flags & kStalled)) break;
+        if (arrived || (result.flags & kStalled)) break;
+        if (steps_left > 0) continue;
+        if (settings_.method == SteppingMethod::adaptive && !converged_)
+            result.flags |= kEvaluationCap;
+        break;
     }
     proxy = settled(proxy, result);
     commit(proxy, result);
@@ -240,7 +244,6 @@ Vec3 Subdivision::accepted(const Vec3& proxy, SubdivisionResult& result) noexcep
 Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
     if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.planes().empty())
         return proxy;
-    if (!(result.residual_m < kNoMovement)) result.flags |= kEvaluationCap;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active))
             continue;

@@ -23,10 +23,10 @@ enum class SteppingMethod {
 
 struct SteppingSettings {
     SteppingMethod method = SteppingMethod::adaptive;
-    int sub_steps = 8;        ///< fixed: evaluations per frame, [1, Subdivision::kMostEvaluations]
-    double budget_us = 900.0; ///< paper: t_delta of eq. (8), us, > 0
+    int sub_steps = 8;         ///< fixed: evaluations per frame, [1, Subdivision::kMostEvaluations]
+    double budget_us = 900.0;  ///< paper: t_delta of eq. (8), us, > 0
     double tolerance_m = 1e-7; ///< adaptive: a step expected to leave less is the last, m, > 0
-    int evaluation_cap = 8; ///< adaptive: evaluations per frame at most, [1, kMostEvaluations]
+    int evaluation_cap = 8;    ///< adaptive: evaluations per frame at most, [1, kMostEvaluations]
 };
 
 /// What a frame's subdivision came to.
@@ -106,7 +106,7 @@ private:
     double damping_ = 1.0;  // of tangential steps (contact.md 1.2, step 5)
     double last_residual_m_ = 0.0;
     bool converged_ = false; // the last step is expected to leave less than the tolerance
-    int unmoved_ = 0; // evaluations in a row that did not move the proxy
+    int unmoved_ = 0;        // evaluations in a row that did not move the proxy
     std::span<const std::uint32_t> replayed_;
     std::vector<Vec3> path_;
     std::vector<std::uint32_t> steps_left_;

@@ -17,7 +17,7 @@ struct ContactPlane {
     double level_gap = 0.0; ///< c0 - f at the sampled point, unit U; < 0: deeper than the level
     Vec3 slope{0.0}; ///< exact derivative of f there, U/m; zero: not known, take the plane as it is
     double gradient_length = 0.0; ///< length of the continuous gradient, U/m, > 0
-    Mat3 depth_hessian{0.0}; ///< of the depth D = (f - c0) / |g|, 1/m; zero: taken as flat
+    Mat3 depth_hessian{0.0};      ///< of the depth D = (f - c0) / |g|, 1/m; zero: taken as flat
 };
 
 /// The planes of one evaluation, in canonical order: surface by surface.
@@ -90,7 +90,8 @@ public:
     /// that cannot go on may end; nothing where there is none within the trusted step. [loop]
     virtual std::optional<Vec3> settle(const Vec3& proxy) noexcept = 0;
 
-    /// How far the chord from -> to holds this surface's certificate; never moves anything. [loop]
+    /// How far the chord from -> to holds this surface's certificate. A surface met on the way may
+    /// remember its plane; its level never moves here.                                     [loop]
     virtual Chord carry(const Vec3& from, const Vec3& to) noexcept = 0;
 
     /// Told that a chord from -> to was blocked at `fraction` with no room left: a plane found

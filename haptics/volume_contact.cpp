@@ -87,9 +87,15 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     ContactPlane contact;
     if (!level_plane(here_, proxy, level_, settings_, scale_, contact)) {
         bundle_.clear();
+        // Inside without a normal, as on a plateau: not a surface to be met, but a depth not to
+        // exceed.
+        engaged_ = here_.value >= level_;
         return;
     }
     engaged_ = true;
+    // Each plane has the surface's whole strength: several of a yielding surface would resist more
+    // than it.
+    if (std::isfinite(settings_.strength_n)) bundle_.clear();
     bundle_.forget_beyond(proxy, scale_.trust_m);
     bundle_.remember(contact, proxy, patch_cosine_);
     for (std::size_t i = 0; i < bundle_.size(); ++i)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
 #include <cstdint>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -29,14 +30,28 @@ bool same_frame(const FrameReport& a, const FrameReport& b) {
            same_bits(a.residual_m, b.residual_m) && a.flags == b.flags;
 }
 
+/// A recording that another program edited may not be one run any more.
+void require_consistent(const Recording& recording, const std::filesystem::path& file) {
+    std::uint64_t evaluations = 0;
+    for (const FrameReport& frame : recording.frames)
+        evaluations += frame.evaluations;
+    const std::size_t decisions = recording.steps_left.size();
+    if (recording.frames.size() == recording.inputs.size() &&
+        (decisions == 0 || decisions == evaluations))
+        return;
+    throw std::runtime_error(file.string() +
+                             ": its inputs, frames and clock do not belong together; record again");
+}
+
 int replay(const std::filesystem::path& file, const std::string& out, bool check) {
     const Recording recording = read_recording(file);
+    require_consistent(recording, file);
     const auto scene = recorded_scene(recording, file);
     SteadyClock clock;
     const Trace trace = run_trace(scene, recording.inputs, clock, progress_bar(),
                                   recording.steps_left, recording.frames);
     if (!out.empty()) {
-        std::filesystem::create_directories(out);
+        make_folder(out);
         write_frames_csv(std::filesystem::path(out) / "frames.csv", trace.frames);
         write_timing_csv(std::filesystem::path(out) / "timing.csv", trace.frames);
         internal::write_whole_file(std::filesystem::path(out) / "summary.json",

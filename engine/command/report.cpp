@@ -14,6 +14,30 @@
 namespace palpate::command {
 namespace {
 
+/// The mesh to draw: extracted, or the preview in a build without CGAL; none for a formula.
+std::shared_ptr<const TriangleMesh> drawn_mesh(const Scene& scene, const SceneSurface& surface) {
+    if (!surface.baked.grid) return nullptr;
+    const SceneResources with = resources();
+    if (!with.extract)
+        return std::make_shared<TriangleMesh>(surface.baked.grid->preview(surface.baked.level));
+    const SurfaceDescription& description = scene.description().surfaces.at(surface.name);
+    IsosurfaceSettings settings;
+    settings.facet_size_m = 1e-3 * description.facet_size_mm;
+    settings.facet_distance_m = 1e-3 * description.facet_distance_mm;
+    return mesh_surface(surface.baked, settings, with.extract, with.cache, with.progress).mesh;
+}
+
+/// Method and contact of a summary, as "adaptive, volume".
+std::string method_of(const std::string& summary, const std::filesystem::path& folder) {
+    try {
+        const nlohmann::json json = nlohmann::json::parse(summary);
+        return json.value("method", "?") + ", " + json.value("contact", "?");
+    } catch (const nlohmann::json::exception&) {
+        throw std::runtime_error((folder / "summary.json").string() +
+                                 ": is damaged; trace the scene again");
+    }
+}
+
 /// Traces over the same scene are one subject: its first surface gives the picture.
 int report(const std::vector<std::string>& folders, const std::string& out,
            const std::vector<std::string>& notes) {
@@ -27,26 +51,18 @@ int report(const std::vector<std::string>& folders, const std::string& out,
                 throw std::runtime_error(folder.string() +
                                          ": the scene has no surface that could be drawn");
             const SceneSurface& surface = scene->surfaces().front();
-            const SurfaceDescription& description = scene->description().surfaces.at(surface.name);
-            IsosurfaceSettings settings;
-            settings.facet_size_m = 1e-3 * description.facet_size_mm;
-            settings.facet_distance_m = 1e-3 * description.facet_distance_mm;
-            const SceneResources with = resources();
-            const BakedMesh mesh =
-                mesh_surface(surface.baked, settings, with.extract, with.cache, with.progress);
             subject_of[recording.scene_file] = subjects.size();
             subjects.push_back(
                 {fmt::format("{}: {}", scene->description().file.stem().string(), surface.name),
-                 mesh.mesh,
+                 drawn_mesh(*scene, surface),
                  {}});
         }
         const std::string summary =
             internal::read_text_file(folder / "summary.json", "a summary of palpate trace");
-        const nlohmann::json json = nlohmann::json::parse(summary);
         ReportSubject& subject = subjects[subject_of[recording.scene_file]];
         subject.traces.push_back(
-            {fmt::format("{}, {}, {}", std::filesystem::path(recording.scene_file).stem().string(),
-                         json.value("method", "?"), json.value("contact", "?")),
+            {fmt::format("{}, {}", std::filesystem::path(recording.scene_file).stem().string(),
+                         method_of(summary, folder)),
              summary, recording.frames});
     }
     print(report_table(subjects));

@@ -13,6 +13,7 @@
 namespace palpate::command {
 namespace {
 
+constexpr const char* kFieldSource = "volume and settings of surface ";
 constexpr const char* kMeshSource = "mesh of surface ";
 
 /// Hash of a mesh's own numbers, wherever it came from.
@@ -37,8 +38,11 @@ SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& ove
 
 std::vector<RecordedSource> sources(const Scene& scene) {
     std::vector<RecordedSource> result;
+    // The baked key hashes the voxels as they were decoded, wherever the file keeps them.
+    for (const SceneSurface& surface : scene.surfaces())
+        if (surface.baked.grid) result.push_back({kFieldSource + surface.name, surface.baked.key});
     for (const auto& [name, volume] : scene.description().volumes)
-        if (!volume.file.empty())
+        if (!volume.file.empty() && scene.effect_field(name))
             result.push_back(
                 {std::filesystem::absolute(volume.file).string(), sha256_of_file(volume.file)});
     for (const SceneSurface& surface : scene.surfaces())
@@ -74,6 +78,14 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
             file.string(), recording.sources[i].file, recording.sources[i].sha256));
     }
     return scene;
+}
+
+void make_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (!std::filesystem::is_directory(folder))
+        throw std::runtime_error(fmt::format(
+            "{}: cannot be made a folder; name another one with --out", folder.string()));
 }
 
 } // namespace palpate::command

@@ -27,4 +27,7 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides,
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file);
 
+/// Makes a folder for results, and those above it; throws std::runtime_error naming it.
+void make_folder(const std::filesystem::path& folder);
+
 } // namespace palpate::command

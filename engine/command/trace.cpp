@@ -26,16 +26,16 @@ struct Options {
 int trace(const Options& options) {
     const SceneDescription description =
         changed_scene(read_scene(options.scene), options.overrides);
+    const std::filesystem::path out =
+        options.out.empty() ? std::filesystem::path(description.file.stem().string() + "-trace")
+                            : std::filesystem::path(options.out);
+    make_folder(out); // before the work, not after it
     const auto scene = std::make_shared<const Scene>(description, resources());
     std::vector<DeviceState> inputs = device_states(*scene, options.overrides.every.value_or(1));
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
     SteadyClock clock;
     const Trace trace = run_trace(scene, inputs, clock, progress_bar());
-    const std::filesystem::path out =
-        options.out.empty() ? std::filesystem::path(description.file.stem().string() + "-trace")
-                            : std::filesystem::path(options.out);
-    std::filesystem::create_directories(out);
     write_frames_csv(out / "frames.csv", trace.frames);
     write_timing_csv(out / "timing.csv", trace.frames);
     write_recording(out / "recording.h5", recorded(*scene, options.overrides, inputs, trace));

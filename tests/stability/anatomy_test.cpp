@@ -13,6 +13,9 @@
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/trace.h>
 
+#include <palpate/volume/grid_field.h>
+
+#include "tests/support/contact_loop.h"
 #include "tests/support/phantom.h"
 #include "tests/support/scripted_clock.h"
 
@@ -153,6 +156,32 @@ TEST(Anatomy, EveryForceIsFiniteLimitedAndSlewLimited) {
         ASSERT_LE(glm::length(frame.force - before), 1.0 * (1 + 1e-12));
         before = frame.force;
     }
+}
+
+// Saturated data, as in 8-bit volumes: behind its edge the body is a plateau without a normal. Seen
+// once: a yielding surface pressed into it was locked there, as every chord began at its own level.
+TEST(Anatomy, AYieldingSurfaceLetsGoOfAPlateau) {
+    VoxelVolume volume;
+    volume.size = {40, 40, 40};
+    volume.values.resize(volume.voxels());
+    for (int axis = 0; axis < 3; ++axis)
+        volume.index_to_scene.linear[axis][axis] = 1e-3;
+    for (int k = 0; k < 40; ++k)
+        for (int j = 0; j < 40; ++j)
+            for (int i = 0; i < 40; ++i)
+                volume.values[volume.index(i, j, k)] =
+                    static_cast<float>(std::clamp(60.0 * (20 - k), 0.0, 255.0));
+    LevelSettings level;
+    level.level = 100.0;
+    level.strength_n = 1.0;
+    test::ContactLoop loop({}, test::one_surface(std::make_shared<GridField>(volume, 0.0f), level));
+    loop.start({0.02, 0.02, 0.03});
+    for (double z = 0.03; z > 0.008; z -= 1e-4)
+        loop.move({0.02, 0.02, z});
+    EXPECT_LT(loop.proxy().z, 0.0155) << "it yielded into the plateau, which begins at 15.75 mm";
+    for (double z = 0.008; z < 0.03; z += 1e-4)
+        loop.move({0.02, 0.02, z});
+    EXPECT_NEAR(loop.proxy().z, 0.03, 1e-4) << "it came out with the hand";
 }
 
 // Contact.md 7.3: what leaving the certificate out costs. A control for the tests above: the same
