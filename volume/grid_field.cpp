@@ -14,7 +14,6 @@
 
 #include <unistd.h>
 
-#include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
@@ -190,10 +189,15 @@ void write_stream(const std::filesystem::path& file, const openvdb::GridBase::Co
 openvdb::FloatGrid::Ptr read_stream(const std::filesystem::path& file,
                                     std::map<std::string, std::string>& metadata) {
     openvdb::initialize();
-    openvdb::io::File input(file.string());
-    input.open(false); // delayed loading would read leaves from the disk inside the loop
-    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(
-        input.hasGrid(kGridName) ? input.readGrid(kGridName) : nullptr);
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw std::runtime_error("cannot be opened; check its name and permissions");
+    // Where a file ends too early OpenVDB goes on with whatever is in memory: the stream must throw.
+    stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+    // Delayed loading would read leaves from the disk inside the loop.
+    openvdb::io::Stream input(stream, /*delayLoad=*/false);
+    openvdb::FloatGrid::Ptr grid;
+    for (const openvdb::GridBase::Ptr& one : *input.getGrids())
+        if (one->getName() == kGridName) grid = openvdb::gridPtrCast<openvdb::FloatGrid>(one);
     if (!grid)
         throw std::runtime_error(std::string("no float grid \"") + kGridName +
                                  "\"; give a file that palpate wrote");
@@ -358,6 +362,8 @@ std::unique_ptr<GridField> GridField::read_vdb(const std::filesystem::path& file
             throw std::runtime_error("a size is not positive; write the file again");
         auto grid = std::make_unique<Grid>(vdb, size, read_affine(*vdb));
         return std::unique_ptr<GridField>(new GridField(std::move(grid)));
+    } catch (const std::ios_base::failure&) {
+        throw std::runtime_error(file.string() + ": is truncated or cannot be read; write it again");
     } catch (const std::runtime_error& error) { // ours: they say what to do
         throw std::runtime_error(file.string() + ": " + error.what());
     } catch (const std::invalid_argument& error) {
