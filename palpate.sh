@@ -68,7 +68,16 @@ build_targets() {
     cmake --build --preset "$preset" --parallel "$(build_jobs)" "${targets[@]}"
 }
 
+# Real volumes for tests/data, as far as they can be had: the tests of the others say that they are skipped.
+fetch_test_data() {
+    local set
+    for set in skull brain labels atlases macaque dicom diffusion; do
+        scripts/fetch_data.sh build/release/real-data "$set" || say "without the real data \"$set\""
+    done
+}
+
 run_tests() {
+    fetch_test_data
     build_targets release
     build_targets asan fast_tests
     say "all tests (build/release)"

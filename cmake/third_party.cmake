@@ -14,11 +14,20 @@ add_library(palpate_openvdb INTERFACE)
 target_include_directories(palpate_openvdb SYSTEM INTERFACE ${OPENVDB_INCLUDE})
 target_link_libraries(palpate_openvdb INTERFACE ${OPENVDB_LIBRARY} TBB::tbb)
 
-# NRRD and writing NIfTI, the Gaussian and connected components. ITK's own use file sets directory-wide flags, so its variables are used.
+# Writing NRRD and NIfTI, the Gaussian and connected components. ITK's own use file sets directory-wide flags, so its variables are used.
 find_package(ITK 5 REQUIRED COMPONENTS ITKCommon ITKIOImageBase ITKIONRRD ITKIONIFTI ITKSmoothing ITKConnectedComponents)
 add_library(palpate_itk INTERFACE)
 target_include_directories(palpate_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS})
 target_link_libraries(palpate_itk INTERFACE ${ITK_LIBRARIES})
+
+# Decoding compressed DICOM pixels. Its own configuration drags in what is not needed.
+find_path(GDCM_INCLUDE gdcmBitmap.h PATH_SUFFIXES gdcm-3.0 REQUIRED)
+add_library(palpate_gdcm INTERFACE)
+target_include_directories(palpate_gdcm SYSTEM INTERFACE ${GDCM_INCLUDE})
+foreach(library gdcmMSFF gdcmDSED gdcmCommon)
+  find_library(${library}_LIBRARY ${library} REQUIRED)
+  target_link_libraries(palpate_gdcm INTERFACE ${${library}_LIBRARY})
+endforeach()
 
 find_package(ZLIB REQUIRED)
 add_library(palpate_zlib INTERFACE)

@@ -35,16 +35,18 @@ check_includes() {
     # In which sources a library may be included; "" for a library that nobody knows.
     function home_of(header) {
         if (header ~ /^embree/) return "^geometry/surface_scene\\.cpp$"
-        if (header ~ /^CGAL\//) return "^geometry/isosurface\\.cpp$"
+        if (header ~ /^CGAL\//) return "^geometry/(isosurface|mesh_intersections)\\.cpp$"
         if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
         if (header ~ /^itk/) return "^volume/.*\\.cpp$"
+        if (header ~ /^gdcm/) return "^volume/internal/dicom_pixels\\.cpp$"
         if (header ~ /^zlib\.h$/) return "^volume/.*\\.cpp$"
         if (header ~ /^hidapi/) return "^drivers/.*\\.cpp$"
         if (header ~ /^hdf5/) return "^engine/(recording|internal/recording_store)\\.cpp$"
         if (header ~ /^openssl\//) return "^engine/internal/sha256\\.cpp$"
         if (header ~ /^toml/) return "^engine/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
         if (header ~ /^png\.h$/) return "^engine/.*\\.cpp$"
-        if (header ~ /^(fmt|nlohmann)\//) return "^engine/.*\\.cpp$"
+        if (header ~ /^fmt\//) return "^engine/.*\\.cpp$"
+        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|internal/json_text\\.h)$"
         if (header ~ /^CLI\//) return "^engine/command/"
         return ""
     }

@@ -14,7 +14,7 @@ step() { printf '\n== %s\n' "$*"; }
 seconds() { date +%s.%N; }
 
 step "Data"
-if "$top/scripts/fetch_demo_data.sh" "$data"; then
+if "$top/scripts/fetch_data.sh" "$data"; then
     subjects=(skull brain)
     notes=(--note "The skull is a real head CT (Debian package invesalius-examples), bone at 226 HU; the brain is the ch2better template (mricron-data), cortex at 60. Left and right of the skull are not verified.")
 else

@@ -7,14 +7,16 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
-#include <new>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <unistd.h>
 
+#include <palpate/volume/internal/component_image.h>
+#include <palpate/volume/internal/dicom_series.h>
 #include <palpate/volume/internal/volume_import.h>
 
 namespace palpate {
@@ -22,28 +24,30 @@ namespace {
 
 constexpr double kMmPerMetre = 1e3;
 
-enum class Format { nrrd, nifti, vdb };
-
-bool ends_with(const std::string& name, const std::string& ending) {
-    return name.size() > ending.size() &&
-           name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
-}
+enum class Format { component_image, vdb, dicom };
 
 /// The ending that decides the format, as ".nii.gz"; empty when it is none that is known.
 std::string known_ending(const std::filesystem::path& file) {
     const std::string name = file.filename().string();
-    for (const char* ending : {".nrrd", ".nhdr", ".nii.gz", ".nii", ".vdb"})
-        if (ends_with(name, ending)) return ending;
+    for (const std::string ending : {".nrrd", ".nhdr", ".nii.gz", ".nii", ".mha", ".mhd", ".vdb"})
+        if (name.size() > ending.size() && name.ends_with(ending)) return ending;
     return {};
 }
 
+bool is_folder(const std::filesystem::path& file) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(file, ignored);
+}
+
 Format format_of(const std::filesystem::path& file) {
+    if (is_folder(file)) return Format::dicom;
     const std::string ending = known_ending(file);
-    if (ending.empty())
-        throw import_error(file, "is not a volume by its name; .nrrd, .nhdr, .nii, .nii.gz and "
-                                 ".vdb are read");
     if (ending == ".vdb") return Format::vdb;
-    return ending == ".nrrd" || ending == ".nhdr" ? Format::nrrd : Format::nifti;
+    if (!ending.empty()) return Format::component_image;
+    if (is_dicom_file(file)) return Format::dicom;
+    throw import_error(file,
+                       "is not a volume by its name; .nrrd, .nhdr, .nii, .nii.gz, .mha, .mhd, "
+                       ".vdb and folders of DICOM slices are read");
 }
 
 void require_file(const std::filesystem::path& file) {
@@ -51,13 +55,55 @@ void require_file(const std::filesystem::path& file) {
     const auto status = std::filesystem::status(file, error);
     if (!std::filesystem::exists(status))
         throw import_error(file, "does not exist; check its name");
-    if (std::filesystem::is_directory(status))
-        throw import_error(file, "is a folder; name a volume file");
     if (!std::filesystem::is_regular_file(status))
         throw import_error(file, "is not a regular file; name a volume file");
     if (std::filesystem::file_size(file, error) == 0)
         throw import_error(file, "is empty; get the file again");
 }
+
+/// A choice that the file does not offer was meant for another file.
+void require_choices(const std::filesystem::path& file, Format format,
+                     const VolumeSelection& selection) {
+    if (!selection.series.empty() && format != Format::dicom)
+        throw import_error(file, "is not DICOM and has no series \"" + selection.series +
+                                     "\"; leave series out");
+    if (!selection.grid.empty() && format != Format::vdb)
+        throw import_error(file, "is not OpenVDB and has no grid \"" + selection.grid +
+                                     "\"; leave grid out");
+}
+
+/// Checks what can be said of any file; returns its format.
+Format checked_format(const std::filesystem::path& file) {
+    const Format format = format_of(file);
+    if (!is_folder(file)) require_file(file);
+    return format;
+}
+
+} // namespace
+
+VoxelVolume read_volume(const std::filesystem::path& file, const VolumeSelection& selection) {
+    const Format format = checked_format(file);
+    require_choices(file, format, selection);
+    if (format == Format::dicom) return read_dicom_volume(file, selection);
+    if (format == Format::vdb) return read_vdb_volume(file, selection.grid);
+    return as_scalar_volume(
+        file, *read_component_image(file, selection.nifti_transform, ImagePart::scalar));
+}
+
+std::vector<VolumeEntry> list_volumes(const std::filesystem::path& file) {
+    const Format format = checked_format(file);
+    if (format == Format::dicom) return list_dicom_series(file);
+    if (format == Format::vdb) return list_vdb_grids(file);
+    const auto image =
+        read_component_image(file, VolumeSelection::NiftiTransform::automatic, ImagePart::header);
+    std::string text = image->source_type;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        text += (axis == 0 ? ", " : "x") + std::to_string(image->size[axis]);
+    if (image->components > 1) text += ", " + std::to_string(image->components) + " per voxel";
+    return {{"", text, image->components == 1}};
+}
+
+namespace {
 
 /// ITK's warnings go to stderr through a process-wide switch, which is put back afterwards; one
 /// reader or writer at a time, so that it is put back to what it was.
@@ -86,127 +132,6 @@ std::string description(const itk::ExceptionObject& error) {
         text.erase(0, prefix + 3); // "ITK ERROR: Class(0xADDRESS): "
     return text.substr(0, 200);
 }
-
-template <class T>
-void append_as_float(const std::vector<char>& bytes, std::vector<float>& out) {
-    const T* const values = reinterpret_cast<const T*>(bytes.data());
-    out.resize(bytes.size() / sizeof(T));
-    std::transform(values, values + out.size(), out.begin(),
-                   [](T value) { return static_cast<float>(value); });
-}
-
-/// ITK's buffer as floats.
-std::vector<float> as_floats(itk::IOComponentEnum component, const std::vector<char>& bytes) {
-    std::vector<float> floats;
-    switch (component) {
-    case itk::IOComponentEnum::UCHAR:
-        append_as_float<unsigned char>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::CHAR:
-        append_as_float<signed char>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::USHORT:
-        append_as_float<unsigned short>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::SHORT:
-        append_as_float<short>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::UINT:
-        append_as_float<unsigned int>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::INT:
-        append_as_float<int>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::ULONG:
-        append_as_float<unsigned long>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::LONG:
-        append_as_float<long>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::ULONGLONG:
-        append_as_float<unsigned long long>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::LONGLONG:
-        append_as_float<long long>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::FLOAT:
-        append_as_float<float>(bytes, floats);
-        break;
-    case itk::IOComponentEnum::DOUBLE:
-        append_as_float<double>(bytes, floats);
-        break;
-    default:
-        throw std::runtime_error("voxels of a type that is not read");
-    }
-    return floats;
-}
-
-/// Reads all voxels into volume.values; volume.size is what our own reading of the header found.
-void read_voxels(const std::filesystem::path& file, itk::ImageIOBase& io, VoxelVolume& volume) {
-    io.SetFileName(file.string());
-    io.ReadImageInformation();
-    const unsigned dimensions = io.GetNumberOfDimensions();
-    itk::ImageIORegion region(dimensions);
-    for (unsigned axis = 0; axis < dimensions; ++axis) {
-        const auto size = io.GetDimensions(axis);
-        const auto expected = axis < 3 ? volume.size[axis] : 1;
-        if (size != static_cast<itk::SizeValueType>(expected))
-            throw std::runtime_error("the reader finds another size than the header states");
-        region.SetSize(axis, size);
-    }
-    if (io.GetNumberOfComponents() != 1) throw std::runtime_error("voxels are not scalars");
-    io.SetIORegion(region);
-    std::vector<char> bytes(static_cast<std::size_t>(io.GetImageSizeInBytes()));
-    io.Read(bytes.data());
-    volume.values = as_floats(io.GetComponentType(), bytes);
-    if (volume.values.size() != volume.voxels())
-        throw std::runtime_error("the reader delivers another number of voxels than the header "
-                                 "states");
-}
-
-/// The same, with whatever goes wrong as one line about the file.
-void read_voxels_or_explain(const std::filesystem::path& file, VoxelVolume& volume) {
-    try {
-        read_voxels(file, *itk::NrrdImageIO::New(), volume);
-    } catch (const itk::ExceptionObject& error) {
-        throw import_error(file, "cannot be read, truncated or damaged (" + description(error) +
-                                     "); get the file again");
-    } catch (const std::bad_alloc&) {
-        throw import_error(file, "does not fit into memory; crop or resample it");
-    } catch (const std::exception& error) {
-        throw import_error(file, std::string("cannot be read (") + error.what() +
-                                     "); convert it with another program");
-    }
-}
-
-VoxelVolume read_nrrd(const std::filesystem::path& file) {
-    NrrdHeader header = read_nrrd_header(file);
-    VoxelVolume volume;
-    volume.size = header.size;
-    volume.index_to_scene = header.index_to_scene;
-    volume.source_type = std::move(header.type);
-    volume.warnings = std::move(header.warnings);
-    const QuietItk quiet;
-    read_voxels_or_explain(file, volume);
-    return volume;
-}
-
-} // namespace
-
-VoxelVolume read_volume(const std::filesystem::path& file) {
-    const Format format = format_of(file);
-    require_file(file);
-    switch (format) {
-    case Format::nrrd:
-        return read_nrrd(file);
-    case Format::nifti:
-        return read_nifti_volume(file);
-    default:
-        return read_vdb_volume(file);
-    }
-}
-
-namespace {
 
 // A NIfTI qform holds a rotation only, and ITK builds the sform from the same directions.
 constexpr double kOrthogonal = 1e-6; // cosine: float rounding of a header

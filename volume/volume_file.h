@@ -2,18 +2,53 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <palpate/volume/voxel_volume.h>
 
 namespace palpate {
 
-/// Reads a scalar volume: NRRD (.nrrd, detached .nhdr; raw, gzip) through ITK, NIfTI-1 (.nii,
-/// .nii.gz), .vdb through OpenVDB (its only float grid, or the one named "density"; millimetres
-/// LPS). Millimetres become metres, axes LPS.           [setup] Where a NIfTI's sform and qform
-/// differ, the sform is taken when its code is set, with a warning that says by how much. Throws
-/// std::runtime_error "FILE: what is wrong; what to do": missing, truncated, wrong size, not
-/// scalar, not 3-D, singular affine.
-VoxelVolume read_volume(const std::filesystem::path& file);
+/// Which volume of a file or folder that holds several, and how its geometry is to be read.
+struct VolumeSelection {
+    /// What to do with a DICOM series whose slices are not all sound or not evenly spaced.
+    enum class Slices {
+        refuse, ///< an error that names the slice
+        repair  ///< malformed slices are left out; gaps and uneven spacing are filled by linear
+                ///< interpolation between neighbours; each said in a warning
+    };
+    /// Which of a NIfTI file's two transforms places it.
+    enum class NiftiTransform {
+        automatic, ///< sform where its code is set, else qform; a warning where they disagree
+        sform,
+        qform
+    };
+
+    std::string series; ///< DICOM folder: a series' number, description or instance UID; empty: the
+                        ///< only one
+    std::string grid;   ///< .vdb: name of a grid; empty: the one named "density", or the only one
+    Slices slices = Slices::refuse;
+    NiftiTransform nifti_transform = NiftiTransform::automatic;
+};
+
+/// Reads a scalar volume: NRRD (.nrrd, detached .nhdr; raw, gzip), NIfTI-1 (.nii, .nii.gz),
+/// MetaImage (.mha, .mhd), a folder of DICOM slices, .vdb through OpenVDB (millimetres LPS).
+/// Millimetres become metres, axes LPS.  [setup] Where a NIfTI's sform and qform differ, a warning
+/// says by how much. Throws std::runtime_error "FILE: what is wrong; what to do": missing,
+/// truncated, wrong size, not scalar, not 3-D, singular affine; several series or grids and no
+/// selection (all are listed); a malformed slice (named).
+VoxelVolume read_volume(const std::filesystem::path& file, const VolumeSelection& selection = {});
+
+/// One volume of a file or folder that may hold several.
+struct VolumeEntry {
+    std::string selector; ///< what VolumeSelection::series or ::grid takes to choose it
+    std::string text;     ///< in words: DICOM number, description, modality, slices; grid and type
+    bool readable = true; ///< as a scalar volume
+};
+
+/// The series of a DICOM folder or the grids of a .vdb; one entry for any other file.   [setup]
+/// Throws as read_volume() for what cannot be read at all.
+std::vector<VolumeEntry> list_volumes(const std::filesystem::path& file);
 
 /// Writes a volume as .nrrd, .nii or .nii.gz (millimetres, LPS directions), float32; complete or
 /// not at all.      [setup] Throws std::runtime_error naming the file.

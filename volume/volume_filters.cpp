@@ -109,6 +109,22 @@ Vec3 scene_position(const VoxelVolume& volume, std::size_t voxel) {
                                         static_cast<double>(voxel / (width * height))});
 }
 
+/// "x to x, y to y, z to z mm (LPS)" of the voxel centres.
+std::string scene_box_text(const VoxelVolume& volume) {
+    Box box;
+    for (int corner = 0; corner < 8; ++corner)
+        box.add(volume.index_to_scene.point({corner & 1 ? volume.size[0] - 1 : 0,
+                                             corner & 2 ? volume.size[1] - 1 : 0,
+                                             corner & 4 ? volume.size[2] - 1 : 0}));
+    const auto mm = [](double metres) {
+        return std::to_string(static_cast<long long>(std::lround(1e3 * metres)));
+    };
+    std::string text;
+    for (int axis = 0; axis < 3; ++axis)
+        text += (axis == 0 ? "" : ", ") + mm(box.lower[axis]) + " to " + mm(box.upper[axis]);
+    return text + " mm (LPS)";
+}
+
 float value_of_removed(double level, double margin) {
     const float removed = static_cast<float>(level - margin);
     if (!(std::isfinite(level) && margin > 0.0 && std::isfinite(removed)))
@@ -141,6 +157,78 @@ VoxelVolume padded(const VoxelVolume& volume, int margin, float background) {
     result.source_type = volume.source_type;
     result.warnings = volume.warnings;
     return result;
+}
+
+VoxelVolume cropped(const VoxelVolume& volume, const Box& region_m) {
+    require_filled(volume, "cropped");
+    const AffineTransform scene_to_index = volume.index_to_scene.inverse();
+    Box region;
+    for (int corner = 0; corner < 8; ++corner)
+        region.add(scene_to_index.point({(corner & 1 ? region_m.upper : region_m.lower).x,
+                                         (corner & 2 ? region_m.upper : region_m.lower).y,
+                                         (corner & 4 ? region_m.upper : region_m.lower).z}));
+    std::array<int, 3> first{};
+    VoxelVolume result;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const double last = volume.size[a] - 1;
+        // Written so that NaN is no overlap either.
+        if (!(region.lower[axis] <= last && region.upper[axis] >= 0.0))
+            throw std::invalid_argument("no voxel of the volume lies in it; the volume is from " +
+                                        scene_box_text(volume));
+        first[a] = static_cast<int>(std::floor(std::max(region.lower[axis], 0.0)));
+        const int end = static_cast<int>(std::ceil(std::min(region.upper[axis], last)));
+        result.size[a] = end - first[a] + 1;
+    }
+    result.values.reserve(result.voxels());
+    for (int k = 0; k < result.size[2]; ++k)
+        for (int j = 0; j < result.size[1]; ++j) {
+            const auto row =
+                volume.values.begin() +
+                static_cast<std::ptrdiff_t>(volume.index(first[0], first[1] + j, first[2] + k));
+            result.values.insert(result.values.end(), row, row + result.size[0]);
+        }
+    result.index_to_scene = volume.index_to_scene;
+    result.index_to_scene.offset = volume.index_to_scene.point({first[0], first[1], first[2]});
+    result.source_type = volume.source_type;
+    result.warnings = volume.warnings;
+    return result;
+}
+
+void clear_far_from_level(VoxelVolume& volume, double level, float background) {
+    require_filled(volume, "clear_far_from_level");
+    constexpr int kBlock = 8, kStencil = 3;
+    std::array<int, 3> blocks{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        blocks[axis] = (volume.size[axis] + kBlock - 1) / kBlock;
+    const auto block_index = [&](int i, int j, int k) {
+        return static_cast<std::size_t>(i) +
+               static_cast<std::size_t>(blocks[0]) *
+                   (static_cast<std::size_t>(j) +
+                    static_cast<std::size_t>(blocks[1]) * static_cast<std::size_t>(k));
+    };
+    // Every voxel at the level marks the blocks that its stencil reaches.
+    std::vector<char> near(block_index(0, 0, blocks[2]), 0);
+    const auto reached = [](int at, int count) {
+        return std::array<int, 2>{std::max(at - kStencil, 0) / kBlock,
+                                  std::min((at + kStencil) / kBlock, count - 1)};
+    };
+    for (int k = 0; k < volume.size[2]; ++k)
+        for (int j = 0; j < volume.size[1]; ++j)
+            for (int i = 0; i < volume.size[0]; ++i) {
+                if (volume.at(i, j, k) < level) continue; // NaN counts as near: nothing is known
+                const auto bi = reached(i, blocks[0]), bj = reached(j, blocks[1]),
+                           bk = reached(k, blocks[2]);
+                for (const int c : bk)
+                    for (const int b : bj)
+                        for (const int a : bi)
+                            near[block_index(a, b, c)] = 1;
+            }
+    for (int k = 0; k < volume.size[2]; ++k)
+        for (int j = 0; j < volume.size[1]; ++j)
+            for (int i = 0; i < volume.size[0]; ++i)
+                if (!near[block_index(i / kBlock, j / kBlock, k / kBlock)])
+                    volume.values[volume.index(i, j, k)] = background;
 }
 
 void smooth(VoxelVolume& volume, double sigma_voxels) {

@@ -14,6 +14,15 @@ namespace palpate {
 /// places.        [setup]
 VoxelVolume padded(const VoxelVolume& volume, int margin, float background);
 
+/// The voxels whose cells meet the box `region_m` (scene frame), with their places.      [setup]
+/// Throws std::invalid_argument where the volume has none there, saying where it is.
+VoxelVolume cropped(const VoxelVolume& volume, const Box& region_m);
+
+/// Sets blocks of 8 x 8 x 8 voxels (aligned with index 0, as OpenVDB's leaves) to `background`
+/// where no voxel of the block or within three of it reaches the level: a sparse grid then keeps
+/// only what a surface needs, its stencils included.                                     [setup]
+void clear_far_from_level(VoxelVolume& volume, double level, float background);
+
 /// Gaussian of standard deviation `sigma_voxels` (>= 0; along each axis in its own spacing; 0 =
 /// unchanged). The border's values go on outside. NaN spreads over the kernel, about 4 sigma. Bits
 /// do not depend on the number of threads.  [setup]

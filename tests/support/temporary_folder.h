@@ -7,6 +7,7 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 #include <stdlib.h>
 
@@ -42,8 +43,11 @@ inline std::string content_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-/// Makes a file with these bytes.
+/// Makes a file with these bytes. An old one is removed, not truncated: ext4 writes a file that
+/// replaces a truncated one to the disk at once, which takes milliseconds.
 inline void make_file(const std::filesystem::path& file, const std::string& bytes) {
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
     std::ofstream(file, std::ios::binary) << bytes;
 }
 

@@ -3,12 +3,12 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/nifti_writer.h"
 #include "tests/support/test_volumes.h"
 
 namespace palpate {
@@ -19,52 +19,13 @@ using test::counting;
 using test::distance;
 using test::frame_mm;
 using test::make_file;
+using test::Nifti;
 using test::oblique_frame;
 using test::random_volume;
 using test::refusal;
 using test::TemporaryFolder;
 
 constexpr double kMm = 1e-3;
-
-/// A NIfTI-1 header of 4 x 3 x 2 int16 whose fields can be set by their offset.
-struct Nifti {
-    Nifti() : bytes(352, '\0') {
-        set<std::int32_t>(0, 348);
-        for (const auto& [offset, value] :
-             {std::pair{40, 3}, {42, 4}, {44, 3}, {46, 2}, {48, 1}, {50, 1}, {52, 1}, {54, 1}})
-            set<std::int16_t>(static_cast<std::size_t>(offset), static_cast<std::int16_t>(value));
-        type(4, 16);
-        set<float>(76, 1.0F);
-        set<float>(80, 0.5F);
-        set<float>(84, 1.0F);
-        set<float>(88, 2.0F);
-        set<float>(108, 352.0F);
-        set<char>(123, 2); // mm
-        std::memcpy(bytes.data() + 344, "n+1", 4);
-    }
-    template <class T>
-    void set(std::size_t offset, T value) {
-        std::memcpy(bytes.data() + offset, &value, sizeof(T));
-    }
-    void type(std::int16_t code, std::int16_t bits) {
-        set(70, code);
-        set(72, bits);
-    }
-    /// Spacing .5 1 2 as a sform; RAS, mm.
-    void sform(float x, float y, float z) {
-        set<std::int16_t>(254, 1);
-        const float rows[3][4] = {{0.5F, 0, 0, x}, {0, 1.0F, 0, y}, {0, 0, 2.0F, z}};
-        std::memcpy(bytes.data() + 280, rows, sizeof(rows));
-    }
-    void qform(float b, float c, float d, float x, float y, float z) {
-        set<std::int16_t>(252, 1);
-        const float values[6] = {b, c, d, x, y, z};
-        std::memcpy(bytes.data() + 256, values, sizeof(values));
-    }
-    std::string with(const std::string& data) const { return bytes + data; }
-
-    std::string bytes;
-};
 
 TEST(NiftiVolume, RasMillimetresBecomeLpsMetres) {
     const TemporaryFolder folder;
@@ -92,10 +53,66 @@ TEST(NiftiVolume, SformWinsOverADifferentQformAndSaysByHowMuch) {
     const auto expected = frame_mm(Mat3(-0.5, 0, 0, 0, -1, 0, 0, 0, 2), {-90, 126, -72});
     EXPECT_LT(distance(volume.index_to_scene, expected), 1e-15);
     ASSERT_EQ(volume.warnings.size(), 1U);
-    EXPECT_NE(volume.warnings[0].find("145.12 mm"), std::string::npos) << volume.warnings[0];
+    EXPECT_NE(volume.warnings[0].find("145.12 mm and 0.0 degrees: the sform is taken"),
+              std::string::npos)
+        << volume.warnings[0];
     nifti.qform(0.0F, 0.0F, 0.0F, 90.0F, -126.0F, -72.01F); // a hundredth of a millimetre
     make_file(folder / "a.nii", nifti.with(counting(24)));
     EXPECT_TRUE(read_volume(folder / "a.nii").warnings.empty());
+}
+
+TEST(NiftiVolume, TheFormThatIsAskedForIsTakenAndAMissingOneIsAnError) {
+    const TemporaryFolder folder;
+    const auto file = folder / "a.nii";
+    const auto read = [&](VolumeSelection::NiftiTransform transform) {
+        VolumeSelection selection;
+        selection.nifti_transform = transform;
+        return read_volume(file, selection);
+    };
+    Nifti nifti;
+    nifti.sform(90.0F, -126.0F, -72.0F);
+    // Half a turn about z: x and y run backwards, 180 degrees from the sform.
+    nifti.qform(0.0F, 0.0F, 1.0F, 1.0F, 2.0F, 3.0F);
+    make_file(file, nifti.with(counting(24)));
+    const auto by_sform = frame_mm(Mat3(-0.5, 0, 0, 0, -1, 0, 0, 0, 2), {-90, 126, -72});
+    const auto by_qform = frame_mm(Mat3(0.5, 0, 0, 0, 1, 0, 0, 0, 2), {-1, -2, 3});
+    const VoxelVolume automatic = read(VolumeSelection::NiftiTransform::automatic);
+    const VoxelVolume sform = read(VolumeSelection::NiftiTransform::sform);
+    const VoxelVolume qform = read(VolumeSelection::NiftiTransform::qform);
+    EXPECT_LT(distance(automatic.index_to_scene, by_sform), 1e-15);
+    EXPECT_LT(distance(sform.index_to_scene, by_sform), 1e-15);
+    EXPECT_LT(distance(qform.index_to_scene, by_qform), 1e-15);
+    ASSERT_EQ(qform.warnings.size(), 1U);
+    EXPECT_NE(qform.warnings[0].find("180.0 degrees: the qform is taken"), std::string::npos)
+        << qform.warnings[0];
+
+    const auto refused = [&](VolumeSelection::NiftiTransform transform, const char* words) {
+        try {
+            read(transform);
+            ADD_FAILURE() << "was read";
+        } catch (const std::runtime_error& error) {
+            EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+        }
+    };
+    nifti.set<std::int16_t>(252, 0);
+    make_file(file, nifti.with(counting(24)));
+    refused(VolumeSelection::NiftiTransform::qform, "no qform (its code is 0); choose its sform");
+    nifti.set<std::int16_t>(252, 1);
+    nifti.set<std::int16_t>(254, 0);
+    make_file(file, nifti.with(counting(24)));
+    refused(VolumeSelection::NiftiTransform::sform, "no sform (its code is 0); choose its qform");
+}
+
+TEST(NiftiVolume, WarnsOfASformWhoseVoxelsAreNotThoseOfThePixdim) {
+    // Seen in the wild: a sform of unit columns beside voxels of another size.
+    const TemporaryFolder folder;
+    Nifti nifti;
+    nifti.sform({Mat3(1.0), Vec3(0.0)});
+    make_file(folder / "a.nii", nifti.with(counting(24)));
+    const VoxelVolume volume = read_volume(folder / "a.nii");
+    ASSERT_EQ(volume.warnings.size(), 1U);
+    EXPECT_NE(volume.warnings[0].find("1 x 1 x 1, its pixdim says 0.5 x 1 x 2"), std::string::npos)
+        << volume.warnings[0];
 }
 
 TEST(NiftiVolume, SformIsNotTakenWhenItsCodeIsZero) {
@@ -206,7 +223,8 @@ TEST(NiftiVolume, RefusesTruncatedFilesPlainAndGzipped) {
     write_volume(random_volume(oblique_frame(Vec3(kMm), Vec3(0.0))), folder / "whole.nii.gz");
     const std::string whole = content_of(folder / "whole.nii.gz");
     for (const std::size_t cut :
-         {std::size_t{1}, std::size_t{20}, whole.size() / 4, whole.size() / 2, whole.size() - 60}) {
+         {std::size_t{1}, std::size_t{20}, whole.size() / 4, whole.size() / 2, whole.size() - 60,
+          whole.size() - 8, whole.size() - 1}) { // the last eight bytes are sum and length
         SCOPED_TRACE(cut);
         make_file(folder / "cut.nii.gz", whole.substr(0, cut));
         refusal(folder / "cut.nii.gz");
@@ -240,6 +258,17 @@ TEST(NiftiVolume, RefusesWhatIsNotAScalarVolume) {
         n.set<std::int16_t>(40, 4);
         n.set<std::int16_t>(48, 2);
     });
+    refused("3 numbers per voxel", [](Nifti& n) { n.sizes({4, 3, 2, 3}); });
+    refused("3 numbers per voxel (vector)", [](Nifti& n) {
+        n.sizes({4, 3, 2, 1, 3});
+        n.intent(1007);
+    });
+    refused("9 volumes, as of a time series", [](Nifti& n) {
+        n.sizes({4, 3, 2, 9});
+        n.intent(3); // t statistics: not components of a thing
+    });
+    refused("5 dimensions", [](Nifti& n) { n.sizes({4, 3, 2, 2, 2}); });
+    refused("impossible size", [](Nifti& n) { n.sizes({4, 3, 2, -2}); });
     refused("impossible size", [](Nifti& n) { n.set<std::int16_t>(44, 0); });
     refused("impossible size", [](Nifti& n) { n.set<std::int16_t>(44, -3); });
     refused("9 dimensions", [](Nifti& n) { n.set<std::int16_t>(40, 9); });

@@ -47,6 +47,98 @@ TEST(Padded, VoxelsKeepTheirPlacesAndBackgroundSurroundsThem) {
     EXPECT_THROW(padded(VoxelVolume{}, 2, 0.0F), std::invalid_argument);
 }
 
+// --- cropping --------------------------------------------------------------------------------
+
+TEST(Cropped, KeepsTheVoxelsOfTheRegionInTheirPlaces) {
+    for (const AffineTransform& frame :
+         {sheared_frame(kMm), oblique_frame({kMm, 2 * kMm, 3 * kMm}, {0.1, -0.2, 0.3})}) {
+        const std::array<int, 3> size{12, 11, 10};
+        const VoxelVolume volume =
+            sampled(size, frame, [](const Vec3& p) { return 1e3 * (p.x + 2 * p.y + 5 * p.z); });
+        const Vec3 middle = middle_of(size, frame);
+        Box region;
+        region.add(middle - Vec3(1.2 * kMm));
+        region.add(middle + Vec3(1.2 * kMm));
+        const VoxelVolume part = cropped(volume, region);
+        EXPECT_LT(part.voxels(), volume.voxels());
+        // Every voxel is one of the original's, at its place: the values are the places.
+        for (int k = 0; k < part.size[2]; ++k)
+            for (int j = 0; j < part.size[1]; ++j)
+                for (int i = 0; i < part.size[0]; ++i) {
+                    const Vec3 p = part.index_to_scene.point(Vec3(i, j, k));
+                    // Floats of up to about 2e3 have steps of 1.2e-4.
+                    EXPECT_NEAR(part.at(i, j, k), 1e3 * (p.x + 2 * p.y + 5 * p.z), 3e-4);
+                }
+        // And none of the region is missing: its corners lie within the box of voxel centres.
+        const AffineTransform to_index = part.index_to_scene.inverse();
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3 index = to_index.point({(corner & 1 ? region.upper : region.lower).x,
+                                               (corner & 2 ? region.upper : region.lower).y,
+                                               (corner & 4 ? region.upper : region.lower).z});
+            for (int axis = 0; axis < 3; ++axis) {
+                EXPECT_GE(index[axis], -1e-9);
+                EXPECT_LE(index[axis], part.size[static_cast<std::size_t>(axis)] - 1 + 1e-9);
+            }
+        }
+    }
+}
+
+TEST(Cropped, ARegionBesideTheVolumeIsRefusedWithTheVolumesBox) {
+    VoxelVolume volume =
+        sampled({10, 10, 10}, {Mat3(kMm), Vec3(0.0)}, [](const Vec3&) { return 1; });
+    EXPECT_EQ(cropped(volume, {Vec3(-1.0), Vec3(1.0)}).size, volume.size) << "all of it";
+    try {
+        cropped(volume, {Vec3(0.1), Vec3(0.2)});
+        FAIL() << "accepted";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("0 to 9, 0 to 9, 0 to 9 mm (LPS)"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+// --- clearing --------------------------------------------------------------------------------
+
+TEST(ClearFarFromLevel, ChangesNothingThatAStencilOfTheSurfaceSees) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> noise(0.0F, 0.9F);
+    VoxelVolume volume =
+        sampled({37, 30, 29}, {Mat3(kMm), Vec3(0.0)}, [](const Vec3&) { return 0; });
+    for (float& value : volume.values)
+        value = noise(random);
+    for (const std::array<int, 3>& at : {std::array{3, 4, 5}, {20, 15, 16}, {36, 29, 28}})
+        volume.values[volume.index(at[0], at[1], at[2])] = 2.0F;
+    VoxelVolume cleared = volume;
+    clear_far_from_level(cleared, 1.0, -5.0F);
+
+    std::size_t background = 0;
+    for (int k = 0; k < volume.size[2]; ++k)
+        for (int j = 0; j < volume.size[1]; ++j)
+            for (int i = 0; i < volume.size[0]; ++i) {
+                bool near = false; // the definition, voxel by voxel
+                for (const std::array<int, 3>& at :
+                     {std::array{3, 4, 5}, {20, 15, 16}, {36, 29, 28}}) {
+                    const auto reaches = [](int block_of, int at_axis) {
+                        const int first = block_of / 8 * 8;
+                        return at_axis + 3 >= first && at_axis - 3 < first + 8;
+                    };
+                    near = near || (reaches(i, at[0]) && reaches(j, at[1]) && reaches(k, at[2]));
+                }
+                const float expected = near ? volume.at(i, j, k) : -5.0F;
+                ASSERT_EQ(cleared.at(i, j, k), expected) << i << ' ' << j << ' ' << k;
+                background += near ? 0 : 1;
+            }
+    EXPECT_GT(background, volume.voxels() / 4) << "otherwise nothing was tested";
+}
+
+TEST(ClearFarFromLevel, VoxelsThatAreNotNumbersCountAsNear) {
+    VoxelVolume volume = sampled({24, 8, 8}, {Mat3(kMm), Vec3(0.0)}, [](const Vec3&) { return 0; });
+    volume.values[volume.index(4, 4, 4)] = std::nanf("");
+    clear_far_from_level(volume, 1.0, -5.0F);
+    EXPECT_EQ(volume.at(0, 0, 0), 0.0F);
+    EXPECT_EQ(volume.at(8, 0, 0), -5.0F) << "the next block is out of its reach";
+}
+
 // --- smoothing -------------------------------------------------------------------------------
 
 /// The discrete Gaussian exp(-t) I_n(t), t = sigma^2, far enough out to be exact in float.

@@ -1,54 +1,135 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/internal/volume_import.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <mutex>
+#include <new>
+#include <stdexcept>
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
+
+#include <palpate/volume/internal/vdb_outline.h>
 
 namespace palpate {
 namespace {
 
 constexpr const char* kGridName = "density";
 constexpr double kMetresPerMm = 1e-3;
+constexpr std::size_t kListed = 8; // grids in a message
 
 // A dense copy of a sparse grid can be far larger than its file: 8 GiB of floats.
 constexpr double kMaxDenseVoxels = 2147483648.0;
+
+// A box that is nearly empty comes from a voxel gone astray: beyond 256^3 voxels, one in a thousand
+// must be active. Of a level set of 1000^3 it is one in a hundred.
+constexpr double kUnquestionedVoxels = 16777216.0;
+constexpr double kMinActiveShare = 1e-3;
 
 void initialise_openvdb() {
     static std::once_flag once;
     std::call_once(once, [] { openvdb::initialize(); });
 }
 
-/// OpenVDB prints a warning for versions that it does not know and tries; so look first.
-void check_version(const std::filesystem::path& file, std::istream& input) {
-    std::int64_t magic = 0; // both little-endian, as are the machines this is built for
-    std::uint32_t version = 0;
-    input.read(reinterpret_cast<char*>(&magic), sizeof(magic));
-    input.read(reinterpret_cast<char*>(&version), sizeof(version));
-    if (!input || magic != openvdb::OPENVDB_MAGIC)
-        throw import_error(file, "is not an OpenVDB file; check the file or its name");
-    if (version > openvdb::OPENVDB_FILE_VERSION)
-        throw import_error(file, "is of OpenVDB file version " + std::to_string(version) +
-                                     ", newer than " +
-                                     std::to_string(openvdb::OPENVDB_FILE_VERSION) +
-                                     " which is read; write it with an older OpenVDB");
-    input.seekg(0);
+std::string type_in_words(const VdbGridOutline& grid) {
+    return grid.value_type.empty() ? "unknown type" : grid.value_type;
 }
 
-/// All grids of a file. A stream that throws at its end finds every truncation; a mapped file with
-/// delayed loading would find it while somebody feels the surface.
-openvdb::GridPtrVecPtr read_grids(const std::filesystem::path& file) {
+std::string list_of(const std::vector<VdbGridOutline>& grids) {
+    std::string list;
+    for (std::size_t n = 0; n < std::min(grids.size(), kListed); ++n)
+        list += (n == 0 ? "" : ", ") + grids[n].name + " (" + type_in_words(grids[n]) + ")";
+    if (grids.size() > kListed) list += " and " + std::to_string(grids.size() - kListed) + " more";
+    return list.empty() ? "nothing" : list;
+}
+
+const VdbGridOutline& named_grid(const std::filesystem::path& file,
+                                 const std::vector<VdbGridOutline>& grids,
+                                 const std::string& name) {
+    const VdbGridOutline* named = nullptr;
+    for (const VdbGridOutline& grid : grids) {
+        if (grid.name != name) continue;
+        if (named != nullptr)
+            throw import_error(file, "has several grids named \"" + name + "\"; rename one");
+        named = &grid;
+    }
+    if (named == nullptr)
+        throw import_error(file, "has no grid \"" + name + "\", only: " + list_of(grids) +
+                                     "; name one of them");
+    if (!named->is_scalar())
+        throw import_error(file, "has a grid \"" + name + "\" of " + type_in_words(*named) +
+                                     ", which is no scalar volume; name one of float, double or "
+                                     "int32");
+    return *named;
+}
+
+/// The grid named density, or the only one that can be read.
+const VdbGridOutline& default_grid(const std::filesystem::path& file,
+                                   const std::vector<VdbGridOutline>& grids) {
+    std::vector<const VdbGridOutline*> scalar;
+    bool has_default = false;
+    for (const VdbGridOutline& grid : grids) {
+        if (!grid.is_scalar()) continue;
+        scalar.push_back(&grid);
+        has_default = has_default || grid.name == kGridName;
+    }
+    if (scalar.empty())
+        throw import_error(file, "has no scalar grid, only: " + list_of(grids) +
+                                     "; convert one to float");
+    if (scalar.size() == 1) return *scalar.front();
+    if (has_default) return named_grid(file, grids, kGridName);
+    throw import_error(file, "has several grids and none is named density: " + list_of(grids) +
+                                 "; choose one with the key grid or --grid");
+}
+
+/// Walks the tree that OpenVDB is about to read, be it another grid's.
+void check_tree(const std::filesystem::path& file, const VdbOutline& outline,
+                const VdbGridOutline& grid) {
+    check_vdb_tree(file, grid);
+    if (grid.parent.empty()) return;
+    const auto parent =
+        std::find_if(outline.grids.begin(), outline.grids.end(), [&](const VdbGridOutline& other) {
+            return other.unique_name == grid.parent && other.parent.empty() &&
+                   other.value_type == grid.value_type;
+        });
+    if (parent == outline.grids.end())
+        throw import_error(file,
+                           "has a grid \"" + grid.name +
+                               "\" that shares the tree of a grid which is not there; get the "
+                               "file again");
+    check_vdb_tree(file, *parent);
+}
+
+/// All grids of a file that was written to a stream. Exceptions at its end find every truncation.
+openvdb::GridBase::Ptr read_from_stream(const std::filesystem::path& file,
+                                        const VdbGridOutline& grid) {
     std::ifstream input(file, std::ios::binary);
-    if (!input) throw import_error(file, "cannot be opened; check its permissions");
-    check_version(file, input);
     input.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+    openvdb::io::Stream stream(input, /*delayLoad=*/false);
+    const openvdb::GridPtrVecPtr grids = stream.getGrids();
+    for (const openvdb::GridBase::Ptr& read : *grids)
+        if (read->getName() == grid.name) return read;
+    return nullptr;
+}
+
+openvdb::GridBase::Ptr read_from_file(const std::filesystem::path& file,
+                                      const VdbGridOutline& grid) {
+    openvdb::io::File input(file.string());
+    input.open(/*delayLoad=*/false);
+    return input.readGrid(grid.unique_name);
+}
+
+openvdb::GridBase::Ptr read_grid(const std::filesystem::path& file, const VdbOutline& outline,
+                                 const VdbGridOutline& grid) {
+    if (outline.has_offsets) check_tree(file, outline, grid);
     try {
-        openvdb::io::Stream stream(input, /*delayLoad=*/false);
-        return stream.getGrids();
+        const auto read =
+            outline.has_offsets ? read_from_file(file, grid) : read_from_stream(file, grid);
+        if (read != nullptr) return read;
+        throw std::runtime_error("its grid is not where it says");
     } catch (const std::ios_base::failure&) {
         throw import_error(file, "is truncated: it ends within a grid; get the file again");
     } catch (const std::bad_alloc&) {
@@ -59,30 +140,8 @@ openvdb::GridPtrVecPtr read_grids(const std::filesystem::path& file) {
     }
 }
 
-openvdb::FloatGrid::Ptr choose_grid(const std::filesystem::path& file,
-                                    const openvdb::GridPtrVec& grids) {
-    openvdb::FloatGrid::Ptr only;
-    std::size_t count = 0;
-    std::string list;
-    for (const openvdb::GridBase::Ptr& grid : grids) {
-        list += (list.empty() ? "" : ", ") + grid->getName() + " (" + grid->valueType() + ")";
-        const auto float_grid = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
-        if (!float_grid) continue;
-        if (float_grid->getName() == kGridName) return float_grid;
-        only = float_grid;
-        ++count;
-    }
-    if (count == 0)
-        throw import_error(file, "has no float grid, only: " + (list.empty() ? "nothing" : list) +
-                                     "; convert one to float");
-    if (count > 1)
-        throw import_error(file, "has several float grids and none is named density: " + list +
-                                     "; rename one");
-    return only;
-}
-
 /// Index -> scene: the file's millimetres become metres, its origin that of the box's first voxel.
-AffineTransform index_to_scene(const std::filesystem::path& file, const openvdb::FloatGrid& grid,
+AffineTransform index_to_scene(const std::filesystem::path& file, const openvdb::GridBase& grid,
                                const openvdb::Coord& first) {
     const openvdb::math::Transform& transform = grid.transform();
     if (!transform.isLinear())
@@ -102,7 +161,8 @@ AffineTransform index_to_scene(const std::filesystem::path& file, const openvdb:
     return result;
 }
 
-std::array<int, 3> dense_size(const std::filesystem::path& file, const openvdb::CoordBBox& box) {
+std::array<int, 3> dense_size(const std::filesystem::path& file, const openvdb::GridBase& grid,
+                              const openvdb::CoordBBox& box) {
     std::array<int, 3> size{};
     double voxels = 1.0;
     std::string text;
@@ -116,29 +176,75 @@ std::array<int, 3> dense_size(const std::filesystem::path& file, const openvdb::
                                          ", too large for a dense volume; crop it");
         size[static_cast<std::size_t>(axis)] = static_cast<int>(length);
     }
+    const auto active = static_cast<double>(grid.activeVoxelCount());
+    if (voxels > kUnquestionedVoxels && active < kMinActiveShare * voxels)
+        throw import_error(file,
+                           "has only " + std::to_string(grid.activeVoxelCount()) +
+                               " active voxels over a box of " + text +
+                               ", too sparse for a dense volume; remove those gone astray, or "
+                               "crop it");
     return size;
+}
+
+template <class Grid>
+std::vector<float> dense_values(const openvdb::GridBase& grid, const openvdb::CoordBBox& box) {
+    std::vector<float> values(static_cast<std::size_t>(box.volume()));
+    openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(box, values.data());
+    openvdb::tools::copyToDense(static_cast<const Grid&>(grid), dense);
+    return values;
+}
+
+/// Values over the box, background between; `type` says which they were.
+std::vector<float> dense_values(const std::filesystem::path& file, const openvdb::GridBase& grid,
+                                const openvdb::CoordBBox& box, std::string& type) {
+    try {
+        if (grid.isType<openvdb::FloatGrid>()) {
+            type = "float32";
+            return dense_values<openvdb::FloatGrid>(grid, box);
+        }
+        if (grid.isType<openvdb::DoubleGrid>()) {
+            type = "float64";
+            return dense_values<openvdb::DoubleGrid>(grid, box);
+        }
+        if (grid.isType<openvdb::Int32Grid>()) {
+            type = "int32";
+            return dense_values<openvdb::Int32Grid>(grid, box);
+        }
+    } catch (const std::bad_alloc&) {
+        throw import_error(file, "does not fit into memory; crop it");
+    }
+    throw import_error(file, "has a grid of another type than it says; get the file again");
 }
 
 } // namespace
 
-VoxelVolume read_vdb_volume(const std::filesystem::path& file) {
+VoxelVolume read_vdb_volume(const std::filesystem::path& file, const std::string& name) {
     initialise_openvdb();
-    const openvdb::GridPtrVecPtr grids = read_grids(file);
-    const openvdb::FloatGrid::Ptr grid = choose_grid(file, *grids);
+    const VdbOutline outline = read_vdb_outline(file);
+    const VdbGridOutline& chosen =
+        name.empty() ? default_grid(file, outline.grids) : named_grid(file, outline.grids, name);
+    const openvdb::GridBase::ConstPtr grid = read_grid(file, outline, chosen);
     const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     if (box.empty()) throw import_error(file, "has no active voxel; check how it was made");
 
     VoxelVolume volume;
-    volume.size = dense_size(file, box);
+    volume.size = dense_size(file, *grid, box);
     volume.index_to_scene = index_to_scene(file, *grid, box.min());
-    volume.source_type = "float32";
-    volume.values.resize(volume.voxels());
-    openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(box, volume.values.data());
-    openvdb::tools::copyToDense(*grid, dense);
+    volume.values = dense_values(file, *grid, box, volume.source_type);
     if (grid->getGridClass() == openvdb::GRID_LEVEL_SET)
         volume.warnings.emplace_back("is a level set, negative inside; material is where values "
                                      "are large, so its inside is felt as free space");
     return volume;
+}
+
+std::vector<VolumeEntry> list_vdb_grids(const std::filesystem::path& file) {
+    const VdbOutline outline = read_vdb_outline(file);
+    std::vector<VolumeEntry> entries;
+    for (const VdbGridOutline& grid : outline.grids)
+        entries.push_back({grid.name,
+                           type_in_words(grid) + (grid.is_scalar() ? "" : ", not scalar"),
+                           grid.is_scalar()});
+    return entries;
 }
 
 } // namespace palpate

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/internal/volume_import.h>
 
+#include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <system_error>
 
 namespace palpate {
 namespace {
@@ -24,13 +28,36 @@ std::runtime_error import_error(const std::filesystem::path& file, const std::st
     std::string line;
     for (const char c : file.string() + ": " + what) {
         if (!std::isspace(static_cast<unsigned char>(c)))
-            line += c;
+            line += std::iscntrl(static_cast<unsigned char>(c)) ? '?' : c;
         else if (!line.empty() && line.back() != ' ')
             line += ' ';
     }
     while (!line.empty() && line.back() == ' ')
         line.pop_back();
     return std::runtime_error(line);
+}
+
+std::string short_number(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.4g", value);
+    return text.data();
+}
+
+std::string short_text(const std::string& text) {
+    constexpr std::size_t kMostCharacters = 60;
+    std::string result;
+    for (const char c : text.substr(0, kMostCharacters))
+        result += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
+    return text.size() > kMostCharacters ? result + "..." : result;
+}
+
+std::optional<double> parsed_number(std::string_view text) noexcept {
+    if (text.starts_with('+')) text.remove_prefix(1);
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number))
+        return std::nullopt;
+    return number;
 }
 
 void require_regular(const std::filesystem::path& file, const Mat3& linear, const Vec3& offset,

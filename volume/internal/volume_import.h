@@ -4,10 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include <palpate/volume/volume_file.h>
 #include <palpate/volume/voxel_volume.h>
 
 /// What read_volume() asks of a file before it lets a library read the voxels: libraries fill what
@@ -15,8 +18,20 @@
 /// says.
 namespace palpate {
 
-/// The exception "FILE: WHAT", on one line whatever a library's message looked like.   [setup]
+/// The exception "FILE: WHAT", on one line whatever a library's message or a name found in a file
+/// looked like.                                                                         [setup]
 std::runtime_error import_error(const std::filesystem::path& file, const std::string& what);
+
+/// A number for a message, of four digits.                                               [setup]
+std::string short_number(double value);
+
+/// A file's words for a message: what is not printable becomes a question mark, and the end of what
+/// is longer than 60 characters three dots.                                              [setup]
+std::string short_text(const std::string& text);
+
+/// The finite number that a text is, whole and with "." in any locale; nothing for anything else.
+/// [any]
+std::optional<double> parsed_number(std::string_view text) noexcept;
 
 /// Throws import_error unless the map is finite and regular; `what` says where it comes from.
 /// [setup]
@@ -33,21 +48,11 @@ std::array<int, 3> require_three_dimensions(const std::filesystem::path& file,
 void require_plausible_deflation(const std::filesystem::path& file, std::uint64_t stored_bytes,
                                  std::uint64_t bytes);
 
-/// Reads a NIfTI-1 volume, plain or gzipped.                                            [setup]
-VoxelVolume read_nifti_volume(const std::filesystem::path& file);
+/// Reads a scalar grid of an OpenVDB file: the one of that name, or when `name` is empty the one
+/// named "density", or the only one.                                                    [setup]
+VoxelVolume read_vdb_volume(const std::filesystem::path& file, const std::string& name);
 
-/// An NRRD header as far as it matters here.
-struct NrrdHeader {
-    std::array<int, 3> size{0, 0, 0};
-    std::string type;                  ///< as "int16"
-    AffineTransform index_to_scene;    ///< LPS, m
-    std::vector<std::string> warnings; ///< orientation or spacing not stated
-};
-
-/// Reads and checks the text against the length of the data, beside it or detached.     [setup]
-NrrdHeader read_nrrd_header(const std::filesystem::path& file);
-
-/// Reads a float grid of an OpenVDB file.                                               [setup]
-VoxelVolume read_vdb_volume(const std::filesystem::path& file);
+/// The grids of an OpenVDB file.                                                        [setup]
+std::vector<VolumeEntry> list_vdb_grids(const std::filesystem::path& file);
 
 } // namespace palpate
