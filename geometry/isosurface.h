@@ -37,11 +37,14 @@ using IsosurfaceExtractor =
 
 /// Closed, 2-manifold mesh of an isosurface, oriented towards free space; deterministic. [setup]
 /// Vertices lie on the surface to 1e-8 m. Whether every component is there can only be proven
-/// against another mesh of the surface: missing_components(). Progress is told several times a
-/// second, but for stretches in which CGAL asks no value (it scans edges and vertices for
-/// manifoldness: 2 to 4 s each for 130 000 vertices). In palpate::extraction (CGAL Mesh_3, GPL).
-/// Throws std::invalid_argument on settings out of range or no seeds, and std::runtime_error when
-/// nothing could be meshed, the result is not closed and manifold, or progress cancelled it.
+/// against another mesh of the surface: missing_components(). In palpate::extraction (CGAL Mesh_3,
+/// GPL). Throws std::invalid_argument on settings out of range or no seeds, and std::runtime_error
+/// when nothing could be meshed, the result is not closed and manifold, or progress cancelled it.
+///
+/// Progress is told several times a second; the longest stretch between, in which nothing can be
+/// cancelled either, was 1 s of CPU for 626 000 triangles. The fraction never falls; against time
+/// it is within 0.25 on skull CT, where pieces are looked for twice or three times. Small surfaces
+/// that need one round jump from about 0.3 to the end.
 TriangleMesh extract_isosurface(const Isosurface& surface, const IsosurfaceSettings& settings,
                                 const Progress& progress = {});
 

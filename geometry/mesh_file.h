@@ -9,6 +9,40 @@
 
 namespace palpate {
 
+enum class MeshFrame { as_stated, lps, ras };         ///< as_stated: what the file says, else LPS
+enum class MeshUnit { as_stated, millimetre, metre }; ///< as_stated: what the file says, else mm
+
+/// How a mesh file is to be understood where it does not say so itself, or says it wrongly.
+struct MeshFileSettings {
+    MeshFrame frame = MeshFrame::as_stated;
+    MeshUnit unit = MeshUnit::as_stated;
+};
+
+/// A mesh as read, and what was taken for granted.
+struct MeshFile {
+    TriangleMesh mesh;                    ///< scene frame (LPS), m
+    MeshFrame frame = MeshFrame::lps;     ///< of the file: lps or ras
+    MeshUnit unit = MeshUnit::millimetre; ///< of the file
+    bool frame_stated = false;            ///< in the file (SPACE=LPS or SPACE=RAS in a comment)
+    bool unit_stated = false;             ///< in the file (UNIT=mm or UNIT=m in a comment)
+    /// What was assumed, as "states no frame: LPS is assumed"; where settings contradict the file;
+    /// a size that speaks against the unit; bytes that were passed over; text that may be cut off.
+    std::vector<std::string> warnings;
+};
+
+/// Reads a surface mesh by its ending: PLY (ascii, binary little and big-endian), STL (ascii,
+/// binary; corners of equal coordinates become one vertex), OBJ (v and f, positive and negative
+/// indices; textures and normals are passed over). Polygons are cut into fans, which is right for
+/// convex ones.                                                                          [setup]
+///
+/// Comments of PLY and OBJ and the title of an STL may say SPACE= and UNIT=, as Slicer does
+/// ("3D Slicer output. SPACE=LPS"). From RAS to LPS x and y are turned: half a turn, so triangles
+/// face as before. An OBJ that ends between two lines cannot be told from a shorter one.
+/// Throws std::runtime_error "FILE[:LINE]: what is wrong; what to do": unknown ending, truncated,
+/// an index that no vertex has, a coordinate that is not finite, no triangle, an unknown or
+/// contradictory SPACE= or UNIT= that `settings` do not settle.
+MeshFile read_mesh(const std::filesystem::path& file, const MeshFileSettings& settings = {});
+
 /// Writes a binary little-endian PLY: double vertices in millimetres, LPS, said so in comments
 /// ("SPACE=LPS", "UNIT=mm"), which `comments` follow, a line each. The file appears under its name
 /// only when complete.  [setup] Throws std::runtime_error naming the file when it cannot be
@@ -16,9 +50,7 @@ namespace palpate {
 void write_ply(const TriangleMesh& mesh, const std::filesystem::path& file,
                const std::vector<std::string>& comments = {});
 
-/// Reads a PLY (ascii or binary little-endian, float or double vertices, triangles or polygons cut
-/// into fans), taken as millimetres in LPS unless a comment says otherwise (SPACE=RAS, UNIT=m).
-/// [setup] Throws std::runtime_error "FILE[:LINE]: what is wrong; what to do".
+/// The mesh alone of a PLY, for files of our own; it may be empty. Throws as read_mesh().  [setup]
 TriangleMesh read_ply(const std::filesystem::path& file);
 
 } // namespace palpate

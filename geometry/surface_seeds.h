@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include <palpate/geometry/mesh_report.h>
 #include <palpate/geometry/triangle_mesh.h>
 
 namespace palpate {

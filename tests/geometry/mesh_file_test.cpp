@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/geometry/mesh_file.h>
 
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -10,13 +11,14 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/mesh_text.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
 
-class MeshFile : public testing::Test {
+class PlyFile : public testing::Test {
 protected:
     std::filesystem::path write(const std::string& text) const {
         std::ofstream(folder / "mesh.ply", std::ios::binary) << text;
@@ -52,7 +54,7 @@ std::string text_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-TEST_F(MeshFile, ComesBackAsItWasWritten) {
+TEST_F(PlyFile, ComesBackAsItWasWritten) {
     const TriangleMesh mesh = test::bumpy_sphere(0.05, 3);
     write_ply(mesh, folder / "a.ply", {"made by a test", "level 226 HU"});
     const TriangleMesh back = read_ply(folder / "a.ply");
@@ -63,7 +65,7 @@ TEST_F(MeshFile, ComesBackAsItWasWritten) {
         ASSERT_LE(glm::length(back.vertices[v] - mesh.vertices[v]), 3e-17);
 }
 
-TEST_F(MeshFile, SaysFrameUnitAndComments) {
+TEST_F(PlyFile, SaysFrameUnitAndComments) {
     write_ply(test::sheet(0.06, 1), folder / "a.ply", {"made by a test", "level 226 HU"});
     const std::string text = text_of(folder / "a.ply");
     EXPECT_TRUE(
@@ -72,19 +74,19 @@ TEST_F(MeshFile, SaysFrameUnitAndComments) {
     EXPECT_EQ(text.size(), text.find("end_header\n") + 11 + 4 * 24 + 2 * 13);
 }
 
-TEST_F(MeshFile, WritingLeavesNoOtherFile) {
+TEST_F(PlyFile, WritingLeavesNoOtherFile) {
     write_ply(test::sheet(0.06, 1), folder / "a.ply");
     write_ply(test::sheet(0.06, 2), folder / "a.ply");
     EXPECT_EQ(read_ply(folder / "a.ply").triangles.size(), 8u);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST_F(MeshFile, EmptyMeshComesBackEmpty) {
+TEST_F(PlyFile, EmptyMeshComesBackEmpty) {
     write_ply({}, folder / "a.ply");
     EXPECT_TRUE(read_ply(folder / "a.ply").vertices.empty());
 }
 
-TEST_F(MeshFile, ThatCannotBeWrittenIsNamed) {
+TEST_F(PlyFile, ThatCannotBeWrittenIsNamed) {
     const auto file = folder / "no such folder/a.ply";
     try {
         write_ply({}, file);
@@ -95,7 +97,7 @@ TEST_F(MeshFile, ThatCannotBeWrittenIsNamed) {
     EXPECT_THROW(write_ply({}, folder / "a.ply", {"two\nlines"}), std::invalid_argument);
 }
 
-TEST_F(MeshFile, AsciiQuadBecomesTwoTriangles) {
+TEST_F(PlyFile, AsciiQuadBecomesTwoTriangles) {
     const TriangleMesh mesh = read_ply(
         write(header("ascii", 4, 1) + "0 0 0\n1 0 0\r\n  1 1.5e0 0\n0 1 +2\n\n4 0 1 2 3\n"));
     ASSERT_EQ(mesh.triangles.size(), 2u);
@@ -104,7 +106,7 @@ TEST_F(MeshFile, AsciiQuadBecomesTwoTriangles) {
     EXPECT_EQ(mesh.vertices[3], Vec3(0.0, 0.001, 0.002));
 }
 
-TEST_F(MeshFile, CommentsTurnRasAndScaleMetres) {
+TEST_F(PlyFile, CommentsTurnRasAndScaleMetres) {
     const std::string body = "1 2 3\n2 2 3\n1 4 3\n3 0 1 2\n";
     const TriangleMesh ras = read_ply(write(header("ascii", 3, 1, "comment SPACE=RAS\n") + body));
     EXPECT_EQ(ras.vertices[0], Vec3(-0.001, -0.002, 0.003));
@@ -114,7 +116,7 @@ TEST_F(MeshFile, CommentsTurnRasAndScaleMetres) {
               "mesh.ply:3: unknown UNIT=inch; use UNIT=mm or UNIT=m");
 }
 
-TEST_F(MeshFile, BinaryFloatWithOtherPropertiesAndElementsIsRead) {
+TEST_F(PlyFile, BinaryFloatWithOtherPropertiesAndElementsIsRead) {
     std::string text =
         "ply\r\nformat binary_little_endian 1.0\r\nobj_info scanner\r\nelement vertex 3\r\n"
         "property float x\r\nproperty uchar red\r\nproperty float y\r\nproperty float z\r\n"
@@ -136,7 +138,41 @@ TEST_F(MeshFile, BinaryFloatWithOtherPropertiesAndElementsIsRead) {
     EXPECT_EQ(mesh.triangles.at(0), (std::array<std::uint32_t, 3>{0, 2, 1}));
 }
 
-TEST_F(MeshFile, ErrorsSayWhereAndWhat) {
+TEST_F(PlyFile, BigEndianIsReadAsLittleEndianIs) {
+    std::string text = "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty double x\n"
+                       "property float y\nproperty short z\nelement face 1\n"
+                       "property list ushort uint vertex_indices\nend_header\n";
+    for (int v = 0; v < 3; ++v) {
+        test::put_big_endian(text, 1.5 * v);
+        test::put_big_endian(text, 0.25f * static_cast<float>(v * v));
+        test::put_big_endian(text, static_cast<std::int16_t>(-7));
+    }
+    test::put_big_endian(text, std::uint16_t{3});
+    for (const std::uint32_t vertex : {0u, 2u, 1u})
+        test::put_big_endian(text, vertex);
+    const TriangleMesh mesh = read_ply(write(text));
+    EXPECT_EQ(mesh.vertices[2], Vec3(0.003, 0.001, -0.007));
+    EXPECT_EQ(mesh.triangles.at(0), (std::array<std::uint32_t, 3>{0, 2, 1}));
+}
+
+TEST_F(PlyFile, RowsThatTheHeaderDoesNotCountAreSaid) {
+    const TriangleMesh sheet = test::sheet(60.0, 1);
+    test::make_file(folder / "a.ply", test::ascii_ply(sheet) + "3 0 1 2\n");
+    EXPECT_EQ(read_mesh(folder / "a.ply").warnings.at(0), "has more rows than its header says");
+    write_ply(sheet, folder / "b.ply");
+    test::make_file(folder / "b.ply", test::content_of(folder / "b.ply") + "1234567890123");
+    EXPECT_EQ(read_mesh(folder / "b.ply").warnings.at(0),
+              "13 bytes behind the last row are passed over");
+}
+
+TEST_F(PlyFile, OwnFilesAreReadWithoutAWarning) {
+    write_ply(test::sheet(0.06, 1), folder / "a.ply", {"level 226 HU"});
+    const MeshFile file = read_mesh(folder / "a.ply");
+    EXPECT_TRUE(file.warnings.empty());
+    EXPECT_TRUE(file.frame_stated && file.unit_stated);
+}
+
+TEST_F(PlyFile, ErrorsSayWhereAndWhat) {
     const std::string triangle = "0 0 0\n1 0 0\n0 1 0\n"; // lines 10 to 12, behind the header
     EXPECT_EQ(complaint(header("ascii", 3, 1) + "0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n"),
               "mesh.ply:11: vertex 1: 'zero' is not a number; repair the file");
@@ -150,12 +186,9 @@ TEST_F(MeshFile, ErrorsSayWhereAndWhat) {
               "mesh.ply:11: vertex 1: its position is not finite; repair the file");
     EXPECT_EQ(complaint(header("ascii", 3, 1) + "0 0 0\n1 0 0\n0 1"),
               "mesh.ply:12: vertex 2: the file ends in it, of 3; copy or export it again");
-    EXPECT_EQ(complaint(header("binary_big_endian", 3, 1)),
-              "mesh.ply:2: big-endian PLY is not read; convert the file to binary little-endian or "
-              "ascii");
-    EXPECT_EQ(
-        complaint(header("binary_middle_endian", 3, 1)),
-        "mesh.ply:2: unknown format 'binary_middle_endian'; use ascii or binary_little_endian");
+    EXPECT_EQ(complaint(header("binary_middle_endian", 3, 1)),
+              "mesh.ply:2: unknown format 'binary_middle_endian'; use ascii, "
+              "binary_little_endian or binary_big_endian");
     EXPECT_EQ(complaint("solid cube\n"),
               "mesh.ply: not a PLY file (its first line is not 'ply'); export the mesh as PLY");
     EXPECT_EQ(complaint(""),
@@ -173,7 +206,7 @@ TEST_F(MeshFile, ErrorsSayWhereAndWhat) {
         "mesh.ply: has no element 'face'; export a surface, not a cloud of points");
 }
 
-TEST_F(MeshFile, MissingFileIsNamed) {
+TEST_F(PlyFile, MissingFileIsNamed) {
     try {
         read_ply(folder / "absent.ply");
         FAIL();
@@ -183,7 +216,7 @@ TEST_F(MeshFile, MissingFileIsNamed) {
     }
 }
 
-TEST_F(MeshFile, CutOffAnywhereIsAnErrorNotAMesh) {
+TEST_F(PlyFile, CutOffAnywhereIsAnErrorNotAMesh) {
     write_ply(test::icosphere(0.05, 1), folder / "whole.ply");
     const std::string whole = text_of(folder / "whole.ply");
     for (std::size_t size = 0; size < whole.size(); size += 7)
