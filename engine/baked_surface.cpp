@@ -6,26 +6,21 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include <palpate/engine/internal/baked_field.h>
+#include <palpate/engine/internal/baked_report.h>
 #include <palpate/engine/recording.h>
 #include <palpate/engine/scene.h>
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/geometry/surface_seeds.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/volume_sources.h>
 
 namespace palpate {
 namespace {
 
 // Raised whenever the same inputs would bake or mesh differently: old cache files are then no
 // longer found.
-constexpr int kCacheVersion = 1;
-// The continuous gradient's stencil needs two voxels of background (contact.md 1.1).
-constexpr int kPadding = 2;
-
-void report(const Progress& progress, double fraction, std::string_view what) {
-    if (progress && !progress(fraction, what)) throw std::runtime_error("cancelled");
-}
+constexpr int kCacheVersion = 2;
 
 std::string where(const SceneDescription& scene, const std::string& surface) {
     const int line = scene.surfaces.at(surface).line;
@@ -37,45 +32,43 @@ std::string policy_text(const ComponentPolicy& keep) {
     return fmt::format("{}/{}/{:a}", static_cast<int>(keep.kind), keep.count, keep.volume_mm3);
 }
 
-/// Hash of the voxels as they were decoded, whatever container they came in, and of every setting.
-std::string bake_key(const VoxelVolume& volume, const SurfaceDescription& surface) {
-    std::string text = fmt::format("palpate bake {}\n{} {} {}\n", kCacheVersion, volume.size[0],
-                                   volume.size[1], volume.size[2]);
-    for (int column = 0; column < 3; ++column)
-        for (int row = 0; row < 3; ++row)
-            text += fmt::format("{:a} ", volume.index_to_scene.linear[column][row]);
-    for (int row = 0; row < 3; ++row)
-        text += fmt::format("{:a} ", volume.index_to_scene.offset[row]);
-    text += fmt::format("\n{:a} {:a} {} {}\n", surface.iso_value, surface.smooth_voxels,
-                        static_cast<int>(surface.iso_after_smoothing), policy_text(surface.keep));
-    const std::string_view voxels(reinterpret_cast<const char*>(volume.values.data()),
-                                  volume.values.size() * sizeof(float));
-    return sha256_of_text(text + sha256_of_text(voxels));
+std::string region_text(const std::optional<Box>& region_mm) {
+    if (!region_mm) return "all";
+    std::string text;
+    for (const Vec3& corner : {region_mm->lower, region_mm->upper})
+        text += fmt::format("{:a} {:a} {:a} ", corner.x, corner.y, corner.z);
+    return text;
 }
 
-nlohmann::json to_json(const BakedSurface& baked) {
-    nlohmann::json components = nlohmann::json::array();
-    for (const VolumeComponent& component : baked.components)
-        components.push_back(
-            {{"voxels", component.voxels},
-             {"volume_mm3", component.volume_mm3},
-             {"kept", component.kept},
-             {"sample_m", {component.sample.x, component.sample.y, component.sample.z}}});
-    return {{"level", baked.level},
-            {"shift_mean_m", baked.shift.mean_m},
-            {"shift_deviation_m", baked.shift.deviation_m},
-            {"shift_points", baked.shift.points},
-            {"components", components}};
+/// Hash of what a volume is read from and of how it is read; the names of files do not matter.
+std::string source_key(const VolumeDescription& volume) {
+    std::vector<std::string> hashes;
+    for (const std::filesystem::path& file : source_files(volume.file))
+        if (std::filesystem::exists(file)) hashes.push_back(sha256_of_file(file));
+    std::sort(hashes.begin(), hashes.end());
+    std::string text = fmt::format("{} {} {} {}\n", volume.selection.series, volume.selection.grid,
+                                   static_cast<int>(volume.selection.slices),
+                                   static_cast<int>(volume.selection.nifti_transform));
+    for (const std::string& hash : hashes)
+        text += hash + "\n";
+    return sha256_of_text(text);
 }
 
-void from_json(const nlohmann::json& json, BakedSurface& baked) {
-    baked.level = json.at("level");
-    baked.shift = {json.at("shift_mean_m"), json.at("shift_deviation_m"), json.at("shift_points")};
-    for (const nlohmann::json& one : json.at("components")) {
-        const nlohmann::json& at = one.at("sample_m");
-        baked.components.push_back({one.at("voxels"), one.at("volume_mm3"), one.at("kept"),
-                                    Vec3{at.at(0), at.at(1), at.at(2)}});
+/// The hash of everything that decides on a baked field.
+std::string bake_key(const std::string& source, const VolumeDescription& volume,
+                     const SurfaceDescription& surface) {
+    std::string text = fmt::format("palpate bake {}\n{}\n{:a} {:a} {} {} {}\n", kCacheVersion,
+                                   source, surface.iso_value, surface.smooth_voxels,
+                                   static_cast<int>(surface.iso_after_smoothing),
+                                   policy_text(surface.keep), region_text(surface.region_mm));
+    if (!surface.labels.empty()) {
+        const std::filesystem::path table =
+            volume.labels.empty() ? find_name_table(volume.file) : volume.labels;
+        if (!table.empty()) text += sha256_of_file(table) + "\n";
+        for (const std::string& label : surface.labels)
+            text += fmt::format("{} {}\n", label.size(), label);
     }
+    return sha256_of_text(text);
 }
 
 /// What an earlier run baked under this key; false where there is nothing usable, which is then
@@ -85,7 +78,7 @@ bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
     try {
         std::map<std::string, std::string> metadata;
         std::shared_ptr<const GridField> grid = GridField::read_vdb(file, metadata);
-        from_json(nlohmann::json::parse(metadata.at("palpate_baked")), baked);
+        baked = internal::baked_from_json(metadata.at("palpate_baked"));
         baked.grid = grid;
         baked.field = grid;
         baked.from_cache = true;
@@ -95,48 +88,48 @@ bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
     }
 }
 
-void require_level_in_range(const VoxelVolume& volume, double level, const std::string& place) {
-    const auto [low, high] = value_range(volume);
-    if (level > low && level <= high) return;
-    throw std::runtime_error(
-        fmt::format("{}: iso_value {} is reached by no voxel; choose one above {} and up to {}",
-                    place, level, low, high));
-}
-
-BakedSurface bake_grid(const VoxelVolume& original, const SurfaceDescription& surface,
-                       const std::string& place, const Progress& progress) {
-    const auto [low, high] = value_range(original);
-    const float background = static_cast<float>(low);
-    VoxelVolume baking = padded(original, kPadding, background);
-    BakedSurface baked;
-    baked.level = surface.iso_value;
-    if (surface.smooth_voxels > 0.0) {
-        report(progress, 0.1, "smoothing");
-        const VoxelVolume before = baking;
-        smooth(baking, surface.smooth_voxels);
-        report(progress, 0.4, "choosing the level again");
-        if (surface.iso_after_smoothing == SurfaceDescription::IsoAfterSmoothing::keep_position)
-            baked.level = level_keeping_position(before, surface.iso_value, baking);
-        require_level_in_range(baking, baked.level, place);
-        baked.shift = surface_shift(before, surface.iso_value, baking, baked.level);
-    }
-    report(progress, 0.7, "finding components");
-    const double margin = 1e-3 * (high - low); // as 1 HU of about 4000
-    baked.components = remove_components(baking, baked.level, surface.keep, margin);
-    if (std::none_of(baked.components.begin(), baked.components.end(),
-                     [](const VolumeComponent& component) { return component.kept; }))
-        throw std::runtime_error(place +
-                                 ": keep leaves no component; lower the volume that it asks for");
-    report(progress, 0.9, "building the grid");
-    baked.grid = std::make_shared<GridField>(baking, background);
-    baked.field = baked.grid;
-    return baked;
-}
-
 } // namespace
 
+struct VolumeReader::Kept {
+    std::string volume_name, labels_name;
+    VoxelVolume volume;
+    LabelVolume labels;
+    std::map<std::string, std::string> keys;
+};
+
+VolumeReader::VolumeReader(const SceneDescription& scene)
+    : scene_(scene), kept_(std::make_unique<Kept>()) {}
+VolumeReader::~VolumeReader() = default;
+
+const VoxelVolume& VolumeReader::volume(const std::string& name) {
+    if (kept_->volume_name == name) return kept_->volume;
+    const VolumeDescription& source = scene_.volumes.at(name);
+    kept_->volume_name.clear();
+    kept_->volume = {}; // before the next one takes its memory
+    kept_->volume = read_volume(source.file, source.selection);
+    kept_->volume_name = name;
+    return kept_->volume;
+}
+
+const LabelVolume& VolumeReader::labels(const std::string& name) {
+    if (kept_->labels_name == name) return kept_->labels;
+    const VolumeDescription& source = scene_.volumes.at(name);
+    kept_->labels_name.clear();
+    kept_->labels = {};
+    kept_->labels = read_label_volume(source.file, source.labels, source.selection);
+    kept_->labels_name = name;
+    return kept_->labels;
+}
+
+const std::string& VolumeReader::key(const std::string& name) {
+    std::string& key = kept_->keys[name];
+    if (key.empty()) key = source_key(scene_.volumes.at(name));
+    return key;
+}
+
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
-                          const std::filesystem::path& cache, const Progress& progress) {
+                          VolumeReader& reader, const std::filesystem::path& cache,
+                          const Progress& progress) {
     const SurfaceDescription& description = scene.surfaces.at(surface);
     const VolumeDescription& source = scene.volumes.at(description.volume);
     if (source.file.empty()) {
@@ -146,22 +139,46 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
         return baked;
     }
 
-    report(progress, 0.0, "reading " + source.file.filename().string());
-    const VoxelVolume volume = read_volume(source.file);
-    require_level_in_range(volume, description.iso_value, where(scene, surface));
-    const std::string key = bake_key(volume, description);
+    internal::report(progress, 0.0, "reading " + source.file.filename().string());
+    const std::string key = bake_key(reader.key(description.volume), source, description);
     const std::filesystem::path file = cache / (key.substr(0, 32) + ".vdb");
     BakedSurface baked;
     if (cache.empty() || !read_cached(file, baked)) {
-        baked = bake_grid(volume, description, where(scene, surface), progress);
+        const std::string place = where(scene, surface);
+        baked = description.labels.empty()
+                    ? internal::bake_level(reader.volume(description.volume), description, place,
+                                           progress)
+                    : internal::bake_labels(reader.labels(description.volume), description, place,
+                                            progress);
         if (!cache.empty()) {
             std::filesystem::create_directories(cache);
-            baked.grid->write_vdb(file, {{"palpate_baked", to_json(baked).dump()}});
+            baked.grid->write_vdb(file, {{"palpate_baked", baked_as_json(baked)}});
         }
     }
     baked.key = key;
-    report(progress, 1.0, "field ready");
+    internal::report(progress, 1.0, "field ready");
     return baked;
+}
+
+BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
+                          const std::filesystem::path& cache, const Progress& progress) {
+    VolumeReader reader(scene);
+    return bake_surface(scene, surface, reader, cache, progress);
+}
+
+IsosurfaceSettings mesh_settings(const SurfaceDescription& description, const BakedSurface& baked) {
+    // Coarser facets would turn by more than 40 degrees over what a smoothed label keeps of its
+    // voxels: 2 % of the edges at the isosurfaces' 2 mm, at most 0.9 % with these (AAL, 1 mm).
+    constexpr double label_size_voxels = 0.5, label_distance_voxels = 0.05;
+    IsosurfaceSettings settings;
+    if (!description.labels.empty()) {
+        settings.facet_size_m = label_size_voxels * baked.field->feature_size_m();
+        settings.facet_distance_m = label_distance_voxels * baked.field->feature_size_m();
+    }
+    if (description.facet_size_mm) settings.facet_size_m = 1e-3 * *description.facet_size_mm;
+    if (description.facet_distance_mm)
+        settings.facet_distance_m = 1e-3 * *description.facet_distance_mm;
+    return settings;
 }
 
 BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& settings,
@@ -182,7 +199,7 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         if (!extract)
             throw std::runtime_error("this build has no CGAL to extract a mesh with; use contact = "
                                      "\"volume\", or build with it");
-        report(progress, 0.0, "extracting");
+        internal::report(progress, 0.0, "extracting");
         const std::unique_ptr<FieldSampler> sampler = surface.field->make_sampler();
         Isosurface wanted;
         wanted.value = [&sampler, level = surface.level](const Vec3& p) {

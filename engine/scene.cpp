@@ -16,12 +16,12 @@ namespace palpate {
 namespace {
 
 SceneSurface build_surface(const SceneDescription& scene, const std::string& name,
-                           const SceneResources& resources) {
+                           VolumeReader& reader, const SceneResources& resources) {
     const SurfaceDescription& description = scene.surfaces.at(name);
     SceneSurface surface;
     surface.name = name;
     surface.contact = description.contact;
-    surface.baked = bake_surface(scene, name, resources.cache, resources.progress);
+    surface.baked = bake_surface(scene, name, reader, resources.cache, resources.progress);
     surface.level.level = surface.baked.level;
     surface.level.strength_n = description.strength_n;
     if (description.contact == ContactKind::direct) {
@@ -30,11 +30,9 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
                 "{}:{}: [surface.{}]: contact = \"direct\" does not yield, strength_n = {} needs "
                 "contact = \"volume\"",
                 scene.file.string(), description.line, name, description.strength_n));
-        IsosurfaceSettings settings;
-        settings.facet_size_m = 1e-3 * description.facet_size_mm;
-        settings.facet_distance_m = 1e-3 * description.facet_distance_mm;
-        const BakedMesh mesh = mesh_surface(surface.baked, settings, resources.extract,
-                                            resources.cache, resources.progress);
+        const BakedMesh mesh =
+            mesh_surface(surface.baked, mesh_settings(description, surface.baked),
+                         resources.extract, resources.cache, resources.progress);
         surface.mesh = std::make_shared<SurfaceScene>(mesh.mesh);
     }
     return surface;
@@ -44,7 +42,7 @@ std::shared_ptr<const ScalarField> volume_field(const SceneDescription& scene,
                                                 const std::string& volume) {
     const VolumeDescription& description = scene.volumes.at(volume);
     if (description.file.empty()) return make_analytic_field(scene, volume);
-    const VoxelVolume voxels = read_volume(description.file);
+    const VoxelVolume voxels = read_volume(description.file, description.selection);
     return std::make_shared<GridField>(voxels, static_cast<float>(value_range(voxels)[0]));
 }
 
@@ -75,9 +73,10 @@ std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& s
 
 Scene::Scene(SceneDescription description, const SceneResources& resources)
     : description_(std::move(description)), plan_(plan_effects(description_)) {
+    VolumeReader reader(description_);
     for (const auto& [name, surface] : description_.surfaces)
         if (plan_.uses_surface(description_, name))
-            surfaces_.push_back(build_surface(description_, name, resources));
+            surfaces_.push_back(build_surface(description_, name, reader, resources));
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
         if (planned.on && effect.kind == EffectKind::gradient_surface &&

@@ -11,14 +11,17 @@
 
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/volume_file.h>
 #include <palpate/volume/volume_filters.h>
 
 namespace palpate {
 
 /// A volume of the scene: a file or a formula.
 struct VolumeDescription {
-    std::filesystem::path
-        file; ///< absolute, or relative to the working folder; empty with `analytic`
+    std::filesystem::path file; ///< a file or a DICOM folder; absolute, or relative to the working
+                                ///< folder; empty with `analytic`
+    VolumeSelection selection;  ///< which of several volumes in it, and how forgiving
+    std::filesystem::path labels; ///< name table of a label volume; empty: its own names
     std::string
         analytic; ///< sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus; or empty
     std::map<std::string, double>
@@ -28,12 +31,19 @@ struct VolumeDescription {
 
 enum class ContactKind { volume, direct };
 
-/// A surface of the scene: an isosurface of a volume.
+/// A surface of the scene: an isosurface of a volume, or the border of labels.
 struct SurfaceDescription {
-    enum class IsoAfterSmoothing { keep_position, as_given };
+    /// What decides on the level of the smoothed field.
+    enum class IsoAfterSmoothing {
+        keep_position, ///< the surface does not move on average
+        keep_volume,   ///< labels: it encloses as much as their voxels
+        as_given       ///< the level is iso_value; for labels 0.5
+    };
 
-    std::string volume;     ///< key of SceneDescription::volumes
-    double iso_value = 0.0; ///< in the volume's own unit
+    std::string volume;              ///< key of SceneDescription::volumes
+    double iso_value = 0.0;          ///< in the volume's own unit; unused with labels
+    std::vector<std::string> labels; ///< names or numbers, made one surface; empty: by iso_value
+    std::optional<Box> region_mm;    ///< the part of the volume that is used, scene frame (LPS), mm
     double smooth_voxels =
         0.0; ///< standard deviation of the Gaussian baked in first, voxels, [0, 5]
     IsoAfterSmoothing iso_after_smoothing = IsoAfterSmoothing::keep_position;
@@ -41,12 +51,17 @@ struct SurfaceDescription {
     ContactKind contact = ContactKind::volume;
     double strength_n =
         std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0
-    double facet_size_mm = 2.0;                  ///< of the mesh, where one is needed, (0, 50]
-    double facet_distance_mm = 0.2;              ///< of the mesh, (0, 10]
+    std::optional<double> facet_size_mm; ///< of the mesh, where one is needed, (0, 50]; empty: 2,
+                                         ///< for labels half a voxel
+    std::optional<double> facet_distance_mm; ///< of the mesh, (0, 10]; empty: 0.2, for labels 0.05
+                                             ///< voxels
     int line = 0;
 };
 
 enum class EffectKind { surface, gradient_surface, constant_force };
+
+/// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
+inline constexpr double kLabelSmoothing = 1.0; // voxels
 
 struct EffectDescription {
     EffectKind kind = EffectKind::surface;

@@ -14,8 +14,8 @@ namespace palpate {
 /// be read, TOML syntax, unknown keys (with the nearest valid name), wrong types, values out of
 /// range, keys that exclude each other, names or files that do not exist. A surface's strength_n
 /// given as [[value, N], ...] is its value at iso_value, where the proxy touches. Without budget_us
-/// the budget is 900 us, or 0.9 periods where that is less; an orbit without a surface takes the
-/// only one.
+/// the budget is 900 us, or 0.9 periods where that is less; a surface of labels is smoothed by one
+/// voxel and keeps its volume.
 SceneDescription read_scene(const std::filesystem::path& file);
 
 /// The same from text; `file` only names it in messages and anchors relative paths.     [setup]

@@ -15,17 +15,38 @@ namespace {
 
 constexpr std::size_t kFramesPerReport = 500; // between two calls of progress
 
-const SceneSurface& orbited(const Scene& scene, const std::string& name) {
+/// The surfaces that an orbit goes around: the named one, or each that is felt.
+std::vector<const SceneSurface*> orbited(const Scene& scene) {
     const DeviceDescription& device = scene.description().device;
-    const std::string place =
-        fmt::format("{}:{}: [device]", scene.description().file.string(), device.line);
+    std::vector<const SceneSurface*> surfaces;
     for (const SceneSurface& surface : scene.surfaces())
-        if (name.empty() ? scene.surfaces().size() == 1 : surface.name == name) return surface;
-    throw std::runtime_error(name.empty() ? place + ": orbit needs to know its surface, as the "
-                                                    "scene does not have exactly one that is "
-                                                    "felt; add surface = \"...\""
-                                          : place + ": surface " + name +
-                                                " is not felt by any effect; add an effect for it");
+        if (device.surface.empty() || surface.name == device.surface) surfaces.push_back(&surface);
+    if (surfaces.empty())
+        throw std::runtime_error(
+            fmt::format("{}:{}: [device]: {} is felt by no effect; add an effect for it",
+                        scene.description().file.string(), device.line,
+                        device.surface.empty() ? "no surface" : "surface " + device.surface));
+    return surfaces;
+}
+
+/// One orbit after the other, each a trial of its own and with its share of the time.
+std::vector<DeviceState> orbits(const Scene& scene, int every) {
+    const std::vector<const SceneSurface*> surfaces = orbited(scene);
+    const double rate_hz = scene.description().loop.rate_hz;
+    DeviceDescription orbit = scene.description().device;
+    orbit.speed_m_per_s *= every;
+    orbit.duration_s /= static_cast<double>(surfaces.size());
+    std::vector<DeviceState> states;
+    for (const SceneSurface* surface : surfaces) {
+        const std::uint32_t first_trial = states.empty() ? 0 : states.back().trial + 1;
+        for (DeviceState state :
+             make_orbit(*surface->baked.field, surface->level.level, orbit, rate_hz)) {
+            state.time_s = static_cast<double>(states.size()) / rate_hz;
+            state.trial += first_trial;
+            states.push_back(state);
+        }
+    }
+    return states;
 }
 
 } // namespace
@@ -36,13 +57,8 @@ std::vector<DeviceState> device_states(const Scene& scene, int every) {
     switch (device.kind) {
     case DeviceDescription::Kind::path:
         return read_probe_path(device.file, description.loop.rate_hz, every);
-    case DeviceDescription::Kind::orbit: {
-        const SceneSurface& surface = orbited(scene, device.surface);
-        DeviceDescription faster = device;
-        faster.speed_m_per_s *= every;
-        return make_orbit(*surface.baked.field, surface.level.level, faster,
-                          description.loop.rate_hz);
-    }
+    case DeviceDescription::Kind::orbit:
+        return orbits(scene, every);
     case DeviceDescription::Kind::none:
         break;
     }

@@ -85,6 +85,7 @@ json surface_summary(const SurfaceAudit& audit) {
             {"level", surface.level.level},
             {"shift_mean_mm", 1e3 * surface.baked.shift.mean_m},
             {"shift_sd_mm", 1e3 * surface.baked.shift.deviation_m},
+            {"baked", surface.baked.grid ? json::parse(baked_as_json(surface.baked)) : json()},
             {"level_distance_um", absolute_um(audit.level_distance_m())},
             {"frames_inside", audit.frames_inside()},
             {"deepest_chord",

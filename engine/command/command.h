@@ -47,7 +47,8 @@ std::filesystem::path cache_folder();
 /// progress bar.
 SceneResources resources();
 
-/// Draws a progress bar on stderr where that is a terminal, and nothing elsewhere.
+/// Draws a progress bar with the time that is left on stderr where that is a terminal, and nothing
+/// elsewhere; cancels once a signal has asked for it.
 Progress progress_bar();
 
 /// The JSON text of a document ends with a newline on stdout.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <sstream>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -30,11 +32,27 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
              {"needs", {{"mesh", planned.needs_mesh}, {"hessian", planned.needs_hessian}}},
              {"price_us", prices[planned.effect]}});
     }
+    nlohmann::json surfaces = nlohmann::json::array();
+    for (const SceneSurface& surface : scene.surfaces())
+        surfaces.push_back(
+            {{"name", surface.name},
+             {"baked", surface.baked.grid ? nlohmann::json::parse(baked_as_json(surface.baked))
+                                          : nlohmann::json()}});
     const nlohmann::json document = {{"scene", scene.description().file.string()},
                                      {"method", name(scene.description().loop.method)},
                                      {"effects", effects},
+                                     {"surfaces", surfaces},
                                      {"left_out", scene.plan().left_out}};
     return document.dump(2);
+}
+
+/// Every line two columns further in.
+std::string indented(const std::string& lines) {
+    std::string text;
+    std::istringstream input(lines);
+    for (std::string line; std::getline(input, line);)
+        text += "  " + line + "\n";
+    return text;
 }
 
 std::string as_text(const Scene& scene, const std::vector<double>& prices) {
@@ -54,10 +72,8 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
     for (const std::string& line : scene.plan().left_out)
         text += "left out: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
-        text += fmt::format("surface {}: level {:.6g}, smoothing moved it by {:+.4f} mm on average "
-                            "(sd {:.4f} mm)\n",
-                            surface.name, surface.level.level, 1e3 * surface.baked.shift.mean_m,
-                            1e3 * surface.baked.shift.deviation_m);
+        text +=
+            fmt::format("surface {}:\n{}", surface.name, indented(baked_in_words(surface.baked)));
     return text + "Samples, roots and rays are per evaluation; us per evaluation is the median "
                   "measured just now, "
                   "on this machine.\n";

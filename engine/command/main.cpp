@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -9,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/command/interrupt.h>
 #include <palpate/geometry/isosurface.h>
 #include <palpate/version.h>
 
@@ -25,16 +28,45 @@ std::filesystem::path cache_folder() {
     return {};
 }
 
-Progress progress_bar() {
-    if (!isatty(STDERR_FILENO)) return {};
-    return [](double fraction, std::string_view what) {
+namespace {
+
+/// What is left of a step at the pace it has had so far; empty while that says little.
+std::string time_left(double fraction, double seconds) {
+    constexpr double least_fraction = 0.05, least_seconds = 2.0;
+    if (fraction < least_fraction || fraction >= 1.0 || seconds < least_seconds) return "";
+    return fmt::format(", {:.0f} s left", std::ceil(seconds * (1.0 - fraction) / fraction));
+}
+
+/// A line on a terminal that is drawn over and over.
+class ProgressBar {
+public:
+    void draw(double fraction, std::string_view what) {
+        if (what != what_ || fraction < fraction_) began_ = std::chrono::steady_clock::now();
+        what_ = what;
+        fraction_ = fraction;
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began_;
         constexpr int width = 30;
         const int done = static_cast<int>(fraction * width);
-        fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} % {:<40}", "", done, "", width - done,
-                   100.0 * fraction, what);
-        if (fraction >= 1.0) fmt::print(stderr, "\r{:80}\r", "");
+        const std::string text = std::string(what) + time_left(fraction, spent.count());
+        fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} % {:<45}", "", done, "", width - done,
+                   100.0 * fraction, text);
+        if (fraction >= 1.0) fmt::print(stderr, "\r{:85}\r", "");
         std::fflush(stderr);
-        return true;
+    }
+
+private:
+    std::string what_;
+    double fraction_ = 0.0;
+    std::chrono::steady_clock::time_point began_;
+};
+
+} // namespace
+
+Progress progress_bar() {
+    if (!isatty(STDERR_FILENO)) return [](double, std::string_view) { return !stop_wanted(); };
+    return [bar = std::make_shared<ProgressBar>()](double fraction, std::string_view what) {
+        bar->draw(fraction, what);
+        return !stop_wanted();
     };
 }
 
@@ -82,8 +114,11 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     using namespace palpate::command;
+    stop_on_signals();
     try {
-        return run(argc, argv);
+        const int code = run(argc, argv);
+        end_by_signal();
+        return code;
     } catch (const UsageError& error) {
         fmt::print(stderr, "palpate: {}\n", error.what());
         return kUsage;
@@ -91,6 +126,7 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "palpate: not enough memory\n");
         return kInternal;
     } catch (const std::runtime_error& error) {
+        end_by_signal(); // whatever it says, this is why
         fmt::print(stderr, "palpate: {}\n", error.what());
         return kBadInput;
     } catch (const std::invalid_argument& error) {

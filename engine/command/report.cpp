@@ -20,10 +20,8 @@ std::shared_ptr<const TriangleMesh> drawn_mesh(const Scene& scene, const SceneSu
     const SceneResources with = resources();
     if (!with.extract)
         return std::make_shared<TriangleMesh>(surface.baked.grid->preview(surface.baked.level));
-    const SurfaceDescription& description = scene.description().surfaces.at(surface.name);
-    IsosurfaceSettings settings;
-    settings.facet_size_m = 1e-3 * description.facet_size_mm;
-    settings.facet_distance_m = 1e-3 * description.facet_distance_mm;
+    const IsosurfaceSettings settings =
+        mesh_settings(scene.description().surfaces.at(surface.name), surface.baked);
     return mesh_surface(surface.baked, settings, with.extract, with.cache, with.progress).mesh;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/command/session.h>
 
+#include <cstdio>
+#include <set>
 #include <stdexcept>
 #include <string_view>
 
@@ -78,6 +80,17 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
             file.string(), recording.sources[i].file, recording.sources[i].sha256));
     }
     return scene;
+}
+
+void warn_of_volumes(const Scene& scene) {
+    std::set<std::string> said;
+    for (const SceneSurface& surface : scene.surfaces()) {
+        const std::string& volume = scene.description().surfaces.at(surface.name).volume;
+        for (const std::string& warning : surface.baked.warnings)
+            if (said.insert(volume + warning).second)
+                fmt::print(stderr, "palpate: warning: {}: {}\n",
+                           scene.description().volumes.at(volume).file.string(), warning);
+    }
 }
 
 void make_folder(const std::filesystem::path& folder) {

@@ -27,6 +27,9 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides,
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file);
 
+/// Says on stderr what a user should know of how the scene's volumes were read, each once.
+void warn_of_volumes(const Scene& scene);
+
 /// Makes a folder for results, and those above it; throws std::runtime_error naming it.
 void make_folder(const std::filesystem::path& folder);
 

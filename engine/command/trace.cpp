@@ -31,6 +31,7 @@ int trace(const Options& options) {
                             : std::filesystem::path(options.out);
     make_folder(out); // before the work, not after it
     const auto scene = std::make_shared<const Scene>(description, resources());
+    warn_of_volumes(*scene);
     std::vector<DeviceState> inputs = device_states(*scene, options.overrides.every.value_or(1));
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 

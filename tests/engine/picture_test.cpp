@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/picture.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -13,12 +13,16 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <palpate/engine/internal/force_colors.h>
 
+#include "tests/support/png_image.h"
+
 namespace palpate {
 namespace {
+
+using Image = test::PngImage;
+using test::decoded;
 
 constexpr double kRadius = 0.05;                     // m
 constexpr int kSize = 300;                           // pixels
@@ -57,34 +61,6 @@ std::shared_ptr<const TriangleMesh> sphere(Facing facing) {
         }
     }
     return mesh;
-}
-
-struct Image {
-    int width = 0;
-    int height = 0;
-    std::vector<std::uint8_t> rgb;
-
-    std::array<int, 3> at(int x, int y) const {
-        const auto first = 3 * static_cast<std::size_t>(y * width + x);
-        return {rgb[first], rgb[first + 1], rgb[first + 2]};
-    }
-};
-
-Image decoded(const std::string& bytes) {
-    png_image png;
-    std::memset(&png, 0, sizeof png);
-    png.version = PNG_IMAGE_VERSION;
-    Image image;
-    if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0) {
-        ADD_FAILURE() << png.message;
-        return image;
-    }
-    png.format = PNG_FORMAT_RGB;
-    image.width = static_cast<int>(png.width);
-    image.height = static_cast<int>(png.height);
-    image.rgb.resize(PNG_IMAGE_SIZE(png));
-    EXPECT_NE(png_image_finish_read(&png, nullptr, image.rgb.data(), 0, nullptr), 0);
-    return image;
 }
 
 PictureView small_view() {

@@ -11,6 +11,7 @@
 namespace palpate {
 namespace {
 
+using test::kBall;
 using test::kBone;
 using test::kHead;
 using test::kSkin;
@@ -230,9 +231,41 @@ TEST_F(SceneFileMessage, WhatOtherVersionsHaveIsNamedAsSuch) {
            "; it has sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus");
     expect("[surface.bone]\nmesh = \"bone.ply\"\n", "scene.toml:2: key \"mesh\"",
            "volume and iso_value");
-    expect(kBone + "label = \"Hippocampus_L\"\n", "scene.toml:6: key \"label\"", "by iso_value");
-    expect(kHead + "labels = \"aal.nii.txt\"\n", "scene.toml:3: key \"labels\"",
-           "from a scalar volume");
+}
+
+TEST_F(SceneFileMessage, LabelsAndRegionsAreChecked) {
+    const std::string part = kHead + "[surface.part]\nvolume = \"head\"\n"; // lines 1 to 4
+    const std::vector<std::pair<std::string, std::string>> wrong{
+        {kBone + "label = \"Hippocampus_L\"\n",
+         "scene.toml:6: label and iso_value in [surface.bone] exclude each other; keep one of "
+         "them"},
+        {part,
+         "scene.toml:3: key \"iso_value\" is missing in [surface.part]; give the level of the "
+         "surface in the volume's unit, or the name of a label"},
+        {part + "label = []\n", "scene.toml:5: label in [surface.part] is empty"},
+        {part + "label = 1.5\n", "a label's name or number, or a list of them"},
+        {part + "label = \"\"\n", "a label's name or number, or a list of them"},
+        {kSkin + "label = 1\n", "scene.toml:6: label in [surface.skin] does not go with the "
+                                "analytic volume \"ball\""},
+        {kBone + "iso_after_smoothing = \"keep_volume\"\n",
+         "scene.toml:6: iso_after_smoothing = \"keep_volume\" in [surface.bone] is for labels"},
+        {kHead + "labels = \"probe.csv\"\n[surface.bone]\nvolume = \"head\"\niso_value = 1\n",
+         "scene.toml:6: iso_value in [surface.bone] is of the label volume \"head\""},
+        {kBone + "region_mm = [[0, 0, 0]]\n", "is not a pair of corners"},
+        {kBone + "region_mm = [[0, 0, 0], [1, 1]]\n", "has a corner of other than three numbers"},
+        {kBone + "region_mm = [[0, 0, 0], [1, 0, 1]]\n",
+         "region_mm in [surface.bone] has no volume"},
+        {kBone + "region_mm = [[0, 0, 0], [1, nan, 1]]\n", "region_mm = nan"},
+        {kSkin + "region_mm = [[0, 0, 0], [1, 1, 1]]\n",
+         "region_mm in [surface.skin] does not go with the analytic volume \"ball\""},
+        {kHead + "slices = \"mend\"\n",
+         "scene.toml:3: unknown slices = \"mend\" in [volume.head]; valid values: refuse, repair"},
+        {kBall + "series = \"3\"\n", "unknown key \"series\""},
+    };
+    for (const auto& [text, what] : wrong) {
+        const std::string message = complaint(text);
+        EXPECT_NE(message.find(what), std::string::npos) << text << ": " << message;
+    }
 }
 
 TEST_F(SceneFileMessage, SyntaxAndDuplicateNamesHaveTheirLine) {

@@ -265,18 +265,54 @@ TEST_F(SceneFile, BudgetFollowsAFasterRate) {
     EXPECT_NE(complaint("[loop]\nrate_hz = 4000\nbudget_us = 900\n"), "");
 }
 
-TEST_F(SceneFile, OrbitTakesTheOnlySurface) {
+TEST_F(SceneFile, OrbitGoesAroundOneSurfaceOrAll) {
     const auto device =
         parse(kSkin + "[device]\ntype = \"orbit\"\nspeed_m_per_s = 1\ndepth_min_mm = 7\n").device;
     EXPECT_EQ(device.kind, DeviceDescription::Kind::orbit);
-    EXPECT_EQ(device.surface, "skin");
+    EXPECT_EQ(device.surface, "") << "each that is felt";
     EXPECT_EQ(device.speed_m_per_s, 1.0);
     EXPECT_EQ(device.depth_max_mm, 7.0) << "the default of 5 mm follows a deeper minimum";
     EXPECT_EQ(device.turns, 12);
-    EXPECT_EQ(complaint(kSkin + "[surface.bone]\nvolume = \"ball\"\n[device]\ntype = \"orbit\"\n"),
-              "scene.toml:8: key \"surface\" is missing in [device]; surfaces: bone, skin");
+    EXPECT_EQ(parse(kSkin + "[device]\ntype = \"orbit\"\nsurface = \"skin\"\n").device.surface,
+              "skin");
     EXPECT_EQ(complaint("[device]\ntype = \"orbit\"\n"),
-              "scene.toml:1: key \"surface\" is missing in [device]; surfaces: none");
+              "scene.toml:1: the orbit in [device] has no surface to go around; add a "
+              "[surface.NAME]");
+}
+
+TEST_F(SceneFile, ALabelIsSmoothedAndKeepsItsVolume) {
+    const auto surface = [&](const std::string& keys) {
+        return parse(kHead + "[surface.part]\nvolume = \"head\"\n" + keys).surfaces.at("part");
+    };
+    using Iso = SurfaceDescription::IsoAfterSmoothing;
+    const SurfaceDescription one = surface("label = \"Hippocampus_L\"\n");
+    EXPECT_EQ(one.labels, std::vector<std::string>{"Hippocampus_L"});
+    EXPECT_EQ(one.smooth_voxels, kLabelSmoothing);
+    EXPECT_EQ(one.iso_after_smoothing, Iso::keep_volume);
+    const SurfaceDescription several = surface("label = [37, \"Thalamus_L\"]\nsmooth_voxels = 0\n"
+                                               "iso_after_smoothing = \"as_given\"\n");
+    EXPECT_EQ(several.labels, (std::vector<std::string>{"37", "Thalamus_L"}));
+    EXPECT_EQ(several.smooth_voxels, 0.0);
+    EXPECT_EQ(several.iso_after_smoothing, Iso::as_given);
+}
+
+TEST_F(SceneFile, ARegionIsTwoOppositeCorners) {
+    const Box region =
+        *parse(kBone + "region_mm = [[10, -5, 0], [-10, 5, 20.5]]\n").surfaces.at("bone").region_mm;
+    EXPECT_EQ(region.lower, Vec3(-10.0, -5.0, 0.0));
+    EXPECT_EQ(region.upper, Vec3(10.0, 5.0, 20.5));
+}
+
+TEST_F(SceneFile, AVolumeSaysWhichOfSeveralItIs) {
+    const VolumeDescription volume =
+        parse(kHead + "series = \"3\"\ngrid = \"ct\"\nslices = \"repair\"\n"
+                      "nifti_transform = \"qform\"\nlabels = \"probe.csv\"\n")
+            .volumes.at("head");
+    EXPECT_EQ(volume.selection.series, "3");
+    EXPECT_EQ(volume.selection.grid, "ct");
+    EXPECT_EQ(volume.selection.slices, VolumeSelection::Slices::repair);
+    EXPECT_EQ(volume.selection.nifti_transform, VolumeSelection::NiftiTransform::qform);
+    EXPECT_EQ(volume.labels.filename(), "probe.csv");
 }
 
 TEST(SceneNames, AreSpelledAsInScenes) {

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace palpate::command {
+
+/// From now on Ctrl-C (SIGINT) and SIGTERM ask the command to stop at the next step of its progress,
+/// so that nothing half-written stays behind; a second one ends it at once.
+void stop_on_signals();
+
+/// True once a signal has asked to stop.
+bool stop_wanted() noexcept;
+
+/// Ends the process by the signal that asked, as a shell expects of it; returns where none did.
+void end_by_signal();
+
+} // namespace palpate::command

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/file_info.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include <palpate/engine/internal/file_info_kinds.h>
+
+namespace palpate {
+namespace {
+
+std::string lower_case_ending(const std::filesystem::path& file) {
+    std::string ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) {
+        return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    });
+    return ending;
+}
+
+} // namespace
+
+FileInfo file_info(const std::filesystem::path& file, const FileInfoSettings& settings) {
+    const std::string ending = lower_case_ending(file);
+    if (ending == ".ply" || ending == ".stl" || ending == ".obj")
+        return internal::mesh_info(file, settings);
+    if (ending == ".toml") return internal::scene_info(file);
+    if (ending == ".h5") return internal::recording_info(file);
+    return internal::volume_info(file, settings);
+}
+
+} // namespace palpate

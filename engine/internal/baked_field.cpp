@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/internal/baked_field.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <palpate/volume/label_filters.h>
+
+namespace palpate::internal {
+namespace {
+
+using IsoAfterSmoothing = SurfaceDescription::IsoAfterSmoothing;
+
+// The continuous gradient's stencil needs two voxels of background (contact.md 1.1).
+constexpr int kPadding = 2;
+constexpr double kLabelLevel = 0.5; // of an occupancy: half way between voxel centres
+constexpr double kMm3PerM3 = 1e9;
+
+void require_level_in_range(const VoxelVolume& volume, double level, const std::string& place) {
+    const auto [low, high] = value_range(volume);
+    if (level > low && level <= high) return;
+    throw std::runtime_error(
+        fmt::format("{}: iso_value {} is reached by no voxel; choose one above {} and up to {}",
+                    place, level, low, high));
+}
+
+VoxelVolume region_of(const VoxelVolume& volume, const SurfaceDescription& surface,
+                      const std::string& place) {
+    const Box region_m{1e-3 * surface.region_mm->lower, 1e-3 * surface.region_mm->upper};
+    try {
+        return cropped(volume, region_m);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: region_mm: {}; correct it", place, error.what()));
+    }
+}
+
+/// The level of the smoothed field, as the scene wants it chosen.
+double level_after_smoothing(const VoxelVolume& before, double level, const VoxelVolume& smoothed,
+                             IsoAfterSmoothing rule, double label_volume_mm3) {
+    switch (rule) {
+    case IsoAfterSmoothing::keep_position:
+        return level_keeping_position(before, level, smoothed);
+    case IsoAfterSmoothing::keep_volume:
+        return level_keeping_volume(smoothed, label_volume_mm3 / kMm3PerM3);
+    case IsoAfterSmoothing::as_given:
+        break;
+    }
+    return level;
+}
+
+/// Components, and the grid: the same for levels and labels. `field` is smoothed already.
+void finish(VoxelVolume&& field, float background, double margin, const SurfaceDescription& surface,
+            const std::string& place, const Progress& progress, BakedSurface& baked) {
+    report(progress, 0.7, "finding components");
+    baked.components = remove_components(field, baked.level, surface.keep, margin);
+    if (std::none_of(baked.components.begin(), baked.components.end(),
+                     [](const VolumeComponent& component) { return component.kept; }))
+        throw std::runtime_error(place +
+                                 ": keep leaves no component; lower the volume that it asks for");
+    baked.volume_mm3 = kMm3PerM3 * volume_above(field, baked.level);
+    report(progress, 0.9, "building the grid");
+    clear_far_from_level(field, baked.level, background);
+    baked.grid = std::make_shared<GridField>(field, background);
+    baked.field = baked.grid;
+}
+
+} // namespace
+
+void report(const Progress& progress, double fraction, std::string_view what) {
+    if (progress && !progress(fraction, what)) throw std::runtime_error("cancelled");
+}
+
+BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& surface,
+                        const std::string& place, const Progress& progress) {
+    require_level_in_range(volume, surface.iso_value, place);
+    const auto [low, high] = value_range(volume);
+    const float background = static_cast<float>(low);
+    VoxelVolume field = surface.region_mm
+                            ? padded(region_of(volume, surface, place), kPadding, background)
+                            : padded(volume, kPadding, background);
+    if (surface.region_mm) require_level_in_range(field, surface.iso_value, place);
+    BakedSurface baked;
+    baked.level = surface.iso_value;
+    baked.warnings = volume.warnings;
+    baked.volume_before_mm3 = kMm3PerM3 * volume_above(field, surface.iso_value);
+    if (surface.smooth_voxels > 0.0) {
+        report(progress, 0.1, "smoothing");
+        const VoxelVolume before = field;
+        smooth(field, surface.smooth_voxels);
+        report(progress, 0.4, "choosing the level again");
+        baked.level = level_after_smoothing(before, surface.iso_value, field,
+                                            surface.iso_after_smoothing, 0.0);
+        require_level_in_range(field, baked.level, place);
+        baked.shift = surface_shift(before, surface.iso_value, field, baked.level);
+    }
+    const double margin = 1e-3 * (high - low); // as 1 HU of about 4000
+    finish(std::move(field), background, margin, surface, place, progress, baked);
+    return baked;
+}
+
+BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& surface,
+                         const std::string& place, const Progress& progress) {
+    std::vector<std::size_t> chosen;
+    try {
+        chosen = find_labels(volume, surface.labels);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}", place, error.what()));
+    }
+    // The Gaussian's kernel ends at about four sigma.
+    const int margin = kPadding + static_cast<int>(std::ceil(4.0 * surface.smooth_voxels));
+    VoxelVolume before = label_occupancy(volume, chosen, margin);
+    if (surface.region_mm) before = padded(region_of(before, surface, place), margin, 0.0F);
+
+    BakedSurface baked;
+    baked.level = kLabelLevel;
+    baked.warnings = volume.warnings;
+    for (const std::size_t label : chosen)
+        baked.labels.push_back(volume.labels[label].name);
+    const double voxel_mm3 = kMm3PerM3 * std::abs(glm::determinant(before.index_to_scene.linear));
+    baked.volume_before_mm3 =
+        voxel_mm3 *
+        static_cast<double>(std::count(before.values.begin(), before.values.end(), 1.0F));
+    if (baked.volume_before_mm3 == 0.0)
+        throw std::runtime_error(
+            fmt::format("{}: region_mm: the label has no voxel in it; correct it", place));
+    VoxelVolume field = before;
+    if (surface.smooth_voxels > 0.0) {
+        report(progress, 0.1, "smoothing");
+        field = smooth_against_neighbours(volume, chosen, before, surface.smooth_voxels);
+        report(progress, 0.4, "choosing the level again");
+        baked.level = level_after_smoothing(before, kLabelLevel, field, surface.iso_after_smoothing,
+                                            baked.volume_before_mm3);
+        baked.shift = surface_shift(before, kLabelLevel, field, baked.level);
+        baked.thin_parts = thin_parts(before, field, baked.level);
+    }
+    constexpr double margin_of_removed = 1e-3; // of an occupancy in [0, 1]
+    finish(std::move(field), 0.0F, margin_of_removed, surface, place, progress, baked);
+    return baked;
+}
+
+} // namespace palpate::internal

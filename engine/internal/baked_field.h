@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include <palpate/engine/baked_surface.h>
+#include <palpate/volume/label_volume.h>
+
+namespace palpate::internal {
+
+/// Bakes a field for an isosurface of a measured volume.                                [setup]
+/// `place` begins messages: "FILE:LINE: [surface.bone]". Throws std::runtime_error.
+BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& surface,
+                        const std::string& place, const Progress& progress);
+
+/// Bakes a field for the border of labels.                                              [setup]
+BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& surface,
+                         const std::string& place, const Progress& progress);
+
+/// Tells progress, and throws std::runtime_error "cancelled" where it says so.          [setup]
+void report(const Progress& progress, double fraction, std::string_view what);
+
+} // namespace palpate::internal

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <palpate/engine/internal/toml_reader.h>
+#include <palpate/engine/scene_description.h>
+
+/// Parts of a scene file that are read table by table.
+namespace palpate::internal {
+
+using Names = std::vector<std::string_view>;
+
+template <class Map>
+Names names_of(const Map& map) {
+    Names names;
+    for (const auto& [name, value] : map)
+        names.push_back(name);
+    return names;
+}
+
+/// The value of a key that must be the name of something in `map`; `noun` in the plural.
+template <class Map>
+std::string name_in(const TomlTable& table, std::string_view key, const Map& map,
+                    std::string_view noun) {
+    table.require(key, std::string(noun) + ": " + (map.empty() ? "none" : joined(names_of(map))));
+    const std::string name = table.text(key);
+    if (!map.contains(name))
+        table.fail(table.line_of(key),
+                   std::string(key) + " \"" + name + "\" " + table.where() + " does not exist",
+                   remedy_for_name(name, names_of(map), noun));
+    return name;
+}
+
+/// An existing file or folder, relative to the scene's folder.
+std::filesystem::path existing_file(const TomlTable& table, std::string_view key,
+                                    const std::filesystem::path& scene_file);
+
+/// A strength in N under a key: a number or [[value, N], ...]; infinite where there is none.
+TransferFunction read_strength(const TomlTable& table, std::string_view key);
+
+/// [volume.NAME]
+VolumeDescription read_volume_table(const TomlTable& table,
+                                    const std::filesystem::path& scene_file);
+
+/// [surface.NAME]; the scene has its volumes already.
+SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene);
+
+} // namespace palpate::internal

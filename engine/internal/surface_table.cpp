@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <stdexcept>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/internal/scene_tables.h>
+#include <palpate/engine/scene_file.h>
+
+namespace palpate::internal {
+namespace {
+
+using IsoAfterSmoothing = SurfaceDescription::IsoAfterSmoothing;
+
+// Spelled in the order of the enumerations.
+constexpr std::array<std::string_view, 2> kContactNames{"volume", "direct"};
+constexpr std::array<std::string_view, 3> kIsoNames{"keep_position", "keep_volume", "as_given"};
+// What the file format knows beyond this version.
+constexpr std::array<std::string_view, 2> kOtherContacts{"mesh", "guarded"};
+
+constexpr Range kStrength{0.0, kInfinity}; // N; infinite: never yields
+constexpr Range kFiniteFromZero{0.0, kInfinity, Range::Ends::high_open};
+
+// Strengths.
+
+/// [[value, N], ...] under a key.
+TransferFunction read_transfer_function(const TomlTable& table, std::string_view key) {
+    const std::string expected =
+        fmt::format("a number or [[value, N], ...] of 1 to {} pairs", TransferFunction::kCapacity);
+    const toml::array& pairs = table.array(key, expected);
+    if (pairs.empty() || pairs.size() > TransferFunction::kCapacity)
+        table.fail(table.line_of(key),
+                   fmt::format("{} {} has {} nodes", key, table.where(), pairs.size()),
+                   "give " + expected);
+    TransferFunction function;
+    for (const toml::node& pair : pairs) {
+        const std::string label = fmt::format("{}[{}]", key, function.count);
+        const toml::array* numbers = pair.as_array();
+        if (numbers == nullptr || numbers->size() != 2)
+            table.fail(internal::line_of(pair),
+                       fmt::format("{} {} is not a pair", label, table.where()), "give [value, N]");
+        TransferFunction::Node node;
+        node.value = table.number_in((*numbers)[0], label + "[0]", kAnyFinite);
+        node.strength_n = table.number_in((*numbers)[1], label + "[1]", kFiniteFromZero);
+        if (function.count > 0 && node.value <= function.nodes[function.count - 1].value)
+            table.fail(internal::line_of(pair),
+                       fmt::format("{}[0] = {} {} is not above the value before it, {}", label,
+                                   node.value, table.where(),
+                                   function.nodes[function.count - 1].value),
+                       "give strictly increasing values");
+        function.nodes[function.count++] = node;
+    }
+    return function;
+}
+
+constexpr std::string_view kKeepRemedy = "give \"all\", \"largest\", a number of components >= 1, "
+                                         "or a smallest volume in mm3 as \">50\"";
+
+/// The whole text as a number; nothing when it is none.
+template <class Number>
+std::optional<Number> number_from(std::string_view text) {
+    Number number{};
+    const char* const text_end = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), text_end, number);
+    return error == std::errc() && end == text_end ? std::optional(number) : std::nullopt;
+}
+
+/// Nothing when the text is no policy.
+std::optional<ComponentPolicy> keep_from(std::string_view text) {
+    using Kind = ComponentPolicy::Kind;
+    ComponentPolicy keep;
+    if (text == "all") return keep;
+    if (text == "largest") {
+        keep.kind = Kind::largest;
+        return keep;
+    }
+    if (text.starts_with('>')) {
+        const auto volume_mm3 = number_from<double>(text.substr(1));
+        if (!volume_mm3 || !kFiniteFromZero.contains(*volume_mm3)) return std::nullopt;
+        keep.kind = Kind::volume;
+        keep.volume_mm3 = *volume_mm3;
+        return keep;
+    }
+    const auto count = number_from<std::size_t>(text);
+    if (!count || *count < 1) return std::nullopt;
+    keep.kind = Kind::count;
+    keep.count = *count;
+    return keep;
+}
+
+ComponentPolicy read_keep(const TomlTable& table) {
+    if (!table.has("keep")) return {};
+    const toml::node& node = table.node("keep");
+    const bool integer = node.is_integer();
+    if (!integer && !node.is_string())
+        table.fail(table.line_of("keep"),
+                   fmt::format("keep {} is neither text nor an integer", table.where()),
+                   kKeepRemedy);
+    const std::string text =
+        integer ? std::to_string(node.as_integer()->get()) : node.as_string()->get();
+    const std::optional<ComponentPolicy> keep = keep_from(text);
+    // A number of components in quotes is a text that is not known.
+    if (!keep || (keep->kind == ComponentPolicy::Kind::count) != integer)
+        table.fail(table.line_of("keep"),
+                   fmt::format("keep = {} {} is not allowed",
+                               integer ? text : fmt::format("\"{}\"", text), table.where()),
+                   kKeepRemedy);
+    return *keep;
+}
+
+/// A formula is exact and in one piece: there is nothing to smooth and nothing to drop.
+void refuse_filters(const TomlTable& table, const SurfaceDescription& surface) {
+    const auto refuse = [&](std::string_view key) {
+        table.fail(table.line_of(key),
+                   fmt::format("{} {} does not go with the analytic volume \"{}\"", key,
+                               table.where(), surface.volume),
+                   fmt::format("remove {}", key));
+    };
+    if (surface.smooth_voxels > 0.0) refuse("smooth_voxels");
+    if (surface.keep.kind != ComponentPolicy::Kind::all) refuse("keep");
+    if (surface.region_mm) refuse("region_mm");
+}
+
+/// label = "Hippocampus_L", 37, or a list of such.
+std::vector<std::string> read_labels(const TomlTable& table) {
+    constexpr std::string_view expected = "a label's name or number, or a list of them";
+    const auto one = [&](const toml::node& node) -> std::string {
+        if (node.is_integer()) return std::to_string(node.as_integer()->get());
+        if (!node.is_string() || node.as_string()->get().empty())
+            table.fail_type(node, "label", expected);
+        return node.as_string()->get();
+    };
+    const toml::node& node = table.node("label");
+    if (!node.is_array()) return {one(node)};
+    std::vector<std::string> labels;
+    for (const toml::node& element : *node.as_array())
+        labels.push_back(one(element));
+    if (labels.empty())
+        table.fail(table.line_of("label"), fmt::format("label {} is empty", table.where()),
+                   fmt::format("give {}", expected));
+    return labels;
+}
+
+/// region_mm = [[x, y, z], [x, y, z]], two opposite corners.
+Box read_region(const TomlTable& table) {
+    constexpr std::string_view expected =
+        "two opposite corners [[x, y, z], [x, y, z]] in mm, scene frame (LPS)";
+    const toml::array& corners = table.array("region_mm", expected);
+    const auto refuse = [&](std::string_view what) {
+        table.fail(table.line_of("region_mm"), fmt::format("region_mm {} {}", table.where(), what),
+                   fmt::format("give {}", expected));
+    };
+    if (corners.size() != 2) refuse("is not a pair of corners");
+    Box region;
+    for (const toml::node& corner : corners) {
+        const toml::array* numbers = corner.as_array();
+        if (numbers == nullptr || numbers->size() != 3)
+            refuse("has a corner of other than three numbers");
+        Vec3 point;
+        for (int axis = 0; axis < 3; ++axis)
+            point[axis] = table.number_in((*numbers)[static_cast<std::size_t>(axis)], "region_mm",
+                                          kAnyFinite);
+        region.add(point);
+    }
+    const Vec3 extent = region.extent();
+    if (!(extent.x > 0.0 && extent.y > 0.0 && extent.z > 0.0)) refuse("has no volume");
+    return region;
+}
+
+/// What is taken from the volume: a level, or labels; and which part of it.
+void read_source(const TomlTable& table, const SceneDescription& scene, bool analytic,
+                 SurfaceDescription& surface) {
+    if (table.has("label") && table.has("iso_value"))
+        table.fail(table.line_of("label"),
+                   fmt::format("label and iso_value {} exclude each other", table.where()),
+                   "keep one of them");
+    if (table.has("label")) {
+        if (analytic)
+            table.fail(table.line_of("label"),
+                       fmt::format("label {} does not go with the analytic volume \"{}\"",
+                                   table.where(), surface.volume),
+                       "name a label volume, or take iso_value");
+        surface.labels = read_labels(table);
+        surface.smooth_voxels = kLabelSmoothing;
+        surface.iso_after_smoothing = IsoAfterSmoothing::keep_volume;
+    } else if (!analytic) {
+        table.require("iso_value", "give the level of the surface in the volume's unit, or the "
+                                   "name of a label with label = \"...\"");
+        if (!scene.volumes.at(surface.volume).labels.empty())
+            table.fail(table.line_of("iso_value"),
+                       fmt::format("iso_value {} is of the label volume \"{}\", whose values are "
+                                   "names",
+                                   table.where(), surface.volume),
+                       "give label = \"...\", or remove labels from the volume");
+    }
+    surface.iso_value = table.number("iso_value", kAnyFinite, 0.0);
+    if (table.has("region_mm")) surface.region_mm = read_region(table);
+}
+
+IsoAfterSmoothing read_iso_after_smoothing(const TomlTable& table,
+                                           const SurfaceDescription& surface) {
+    const auto chosen =
+        static_cast<IsoAfterSmoothing>(table.choice("iso_after_smoothing", kIsoNames));
+    if (chosen == IsoAfterSmoothing::keep_volume && surface.labels.empty())
+        table.fail(
+            table.line_of("iso_after_smoothing"),
+            fmt::format("iso_after_smoothing = \"keep_volume\" {} is for labels", table.where()),
+            "give \"keep_position\" or \"as_given\"");
+    return chosen;
+}
+
+} // namespace
+
+TransferFunction read_strength(const TomlTable& table, std::string_view key) {
+    if (!table.has(key)) return TransferFunction::constant(kInfinity);
+    if (table.node(key).is_array()) return read_transfer_function(table, key);
+    return TransferFunction::constant(table.number(key, kStrength, kInfinity));
+}
+
+SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene) {
+    constexpr std::array<std::string_view, 11> keys{
+        "volume",        "iso_value",        "label",
+        "region_mm",     "smooth_voxels",    "iso_after_smoothing",
+        "keep",          "contact",          "strength_n",
+        "facet_size_mm", "facet_distance_mm"};
+    for (const std::string_view key : {"mesh", "mesh_unit", "mesh_frame"})
+        table.refuse_not_in_version(key, "take the surface from a volume: volume and iso_value");
+    table.allow_only(keys);
+
+    SurfaceDescription surface;
+    surface.line = table.line();
+    surface.volume = name_in(table, "volume", scene.volumes, "volumes");
+    const bool analytic = !scene.volumes.at(surface.volume).analytic.empty();
+    read_source(table, scene, analytic, surface);
+    surface.smooth_voxels = table.number("smooth_voxels", {0.0, 5.0}, surface.smooth_voxels);
+    if (table.has("iso_after_smoothing"))
+        surface.iso_after_smoothing = read_iso_after_smoothing(table, surface);
+    surface.keep = read_keep(table);
+    if (analytic) refuse_filters(table, surface);
+    if (table.has("contact"))
+        surface.contact =
+            static_cast<ContactKind>(table.choice("contact", kContactNames, kOtherContacts));
+    // The proxy touches the surface on its level: a function of the value is its value there.
+    surface.strength_n = read_strength(table, "strength_n")(surface.iso_value);
+    if (table.has("facet_size_mm"))
+        surface.facet_size_mm =
+            table.number("facet_size_mm", {0.0, 50.0, Range::Ends::low_open}, 0.0);
+    if (table.has("facet_distance_mm"))
+        surface.facet_distance_mm =
+            table.number("facet_distance_mm", {0.0, 10.0, Range::Ends::low_open}, 0.0);
+    return surface;
+}
+
+} // namespace palpate::internal
+
+namespace palpate {
+
+ComponentPolicy parse_keep(const std::string& text) {
+    const std::optional<ComponentPolicy> keep = internal::keep_from(text);
+    if (!keep)
+        throw std::invalid_argument(
+            fmt::format("keep = \"{}\" is not allowed; {}", text, internal::kKeepRemedy));
+    return *keep;
+}
+
+std::string_view name(ContactKind kind) noexcept {
+    return internal::kContactNames[static_cast<std::size_t>(kind)];
+}
+
+} // namespace palpate
