@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <stdexcept>
 
 #include <palpate/engine/internal/file_info_kinds.h>
 
@@ -20,6 +21,9 @@ std::string lower_case_ending(const std::filesystem::path& file) {
 } // namespace
 
 FileInfo file_info(const std::filesystem::path& file, const FileInfoSettings& settings) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored))
+        throw std::runtime_error(file.string() + ": does not exist; check its name");
     const std::string ending = lower_case_ending(file);
     if (ending == ".ply" || ending == ".stl" || ending == ".obj")
         return internal::mesh_info(file, settings);

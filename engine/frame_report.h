@@ -18,11 +18,15 @@ struct FrameReport {
     Vec3 proxy{0.0};         ///< m, after the frame
     Vec3 force{0.0};         ///< N, as it is sent: after the limits
 
-    std::uint32_t sub_steps = 0;   ///< movements of the proxy that were accepted
-    std::uint32_t evaluations = 0; ///< gatherings of primitives with one solution each
-    std::uint32_t contacts = 0;    ///< primitives with a multiplier > 0 in the last solution
-    double residual_m = 0.0;       ///< length of the last movement that the solver asked for
-    std::uint32_t flags = 0;       ///< FrameFlag bits
+    std::uint32_t sub_steps = 0;     ///< movements of the proxy that were accepted
+    std::uint32_t evaluations = 0;   ///< gatherings of primitives with one solution each
+    std::uint32_t contacts = 0;      ///< primitives with a multiplier > 0 in the last solution
+    double residual_m = 0.0;         ///< length of the last movement that the solver asked for
+    std::uint32_t flags = 0;         ///< FrameFlag bits
+    std::uint64_t surfaces_felt = 0; ///< bit i: Scene::surfaces()[i], up to 64, pushed back at the
+                                     ///< end; not recorded
+    std::uint64_t surfaces_open = 0; ///< bit i: it was not to be felt, as the proxy began inside;
+                                     ///< not recorded
 
     std::uint32_t field_samples = 0;   ///< values or gradients read from fields
     std::uint32_t surface_queries = 0; ///< Embree rays and closest points

@@ -123,6 +123,8 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
     report.evaluations = result.evaluations;
     report.contacts = result.contacts;
     report.residual_m = result.residual_m;
+    report.surfaces_felt = result.felt;
+    report.surfaces_open = result.open;
     report.flags |= result.flags;
 }
 

@@ -12,6 +12,11 @@ constexpr double kMostChordSamples = 400; // of a long free flight
 constexpr double kSearchRadius = 50e-3;   // m: deeper than any lost proxy in a head
 constexpr int kNewtonSteps = 30;
 
+std::uint64_t bit_in_reports(const Scene& scene, const SceneSurface& surface) {
+    const auto index = &surface - scene.surfaces().data();
+    return index < 64 ? std::uint64_t{1} << index : 0;
+}
+
 } // namespace
 
 double level_distance(FieldSampler& sampler, const Vec3& point, double level,
@@ -34,7 +39,7 @@ double level_distance(FieldSampler& sampler, const Vec3& point, double level,
 
 SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
     : surface_(surface), scale_(LevelScale::of(*surface.baked.field, surface.level)),
-      sampler_(surface.baked.field->make_sampler()), alone_(scene.surfaces().size() == 1) {
+      sampler_(surface.baked.field->make_sampler()), bit_(bit_in_reports(scene, surface)) {
     const VolumeDescription& volume =
         scene.description().volumes.at(scene.description().surfaces.at(surface.name).volume);
     const double outwards = volume.analytic == "sphere_cavity"  ? 1.0
@@ -47,7 +52,7 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
 }
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
-    if (frame.flags & kProbeNotFinite) return;
+    if ((frame.flags & kProbeNotFinite) || (frame.surfaces_open & bit_)) return;
     for (std::size_t i = 1; i < path.size(); ++i) {
         const Vec3 chord = path[i] - path[i - 1];
         const auto samples =
@@ -62,11 +67,9 @@ void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
         }
     }
     if (sampler_->value(frame.proxy) > surface_.level.level + scale_.certificate) ++frames_inside_;
-    if (frame.contacts == 0) return;
+    if (!(frame.surfaces_felt & bit_)) return;
     const double distance =
         level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m);
-    // With several surfaces a frame in contact may be so with another one: then this one is far.
-    if (!alone_ && std::abs(distance) > scale_.trust_m) return;
     level_distance_m_.push_back(distance);
     if (sphere_radius_m_) {
         const Vec3 closest = *sphere_radius_m_ * glm::normalize(frame.probe);

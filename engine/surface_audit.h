@@ -14,7 +14,8 @@
 namespace palpate {
 
 /// Measures, outside the loop and with queries of its own, how true frames were to a surface: how
-/// far the proxy in contact is from the level, and how deep the chords between its corners went.
+/// far the proxy in contact with it is from the level, and how deep the chords between its corners
+/// went. Frames in which the surface was open (begun inside) do not count.
 /// Not for the loop: allocates.
 class SurfaceAudit {
 public:
@@ -49,7 +50,7 @@ private:
     const SceneSurface& surface_;
     LevelScale scale_;
     std::unique_ptr<FieldSampler> sampler_;
-    bool alone_;                            // the scene's only surface: every contact is with it
+    std::uint64_t bit_; // of the surface in FrameReport::surfaces_felt; 0 past the 64th
     std::optional<double> sphere_radius_m_; // where the closest point is known
     std::vector<double> level_distance_m_;
     std::vector<double> position_error_m_;

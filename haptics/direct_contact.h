@@ -32,6 +32,7 @@ public:
     }
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3&, bool, bool) noexcept override {}
+    bool is_open() const noexcept override { return false; }
     QueryCount queries() const noexcept override;
 
 private:

@@ -24,6 +24,11 @@ constexpr double kNearTolerances = 5.0;
 constexpr double kResidualMustFallTo = 0.9;
 constexpr double kStrongestDamping = 1.0 / 16.0;
 
+/// Bit i where `set`; 0 past the 64th.
+std::uint64_t bit_of(std::size_t i, bool set) noexcept {
+    return set && i < 64 ? std::uint64_t{1} << i : 0;
+}
+
 } // namespace
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
@@ -78,6 +83,8 @@ SubdivisionResult Subdivision::run() noexcept {
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
     for (Effect* effect : effects_)
         effect->begin(frame_);
+    for (std::size_t i = 0; i < surfaces_.size(); ++i)
+        result.open |= bit_of(i, surfaces_[i]->is_open());
 
     for (;;) {
         gather(proxy);                                                   // (6)
@@ -256,7 +263,9 @@ Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
 void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const bool yielded = any_state(i, MultiplierState::saturated);
-        surfaces_[i]->commit(proxy, yielded, yielded || any_state(i, MultiplierState::active));
+        const bool felt = yielded || any_state(i, MultiplierState::active);
+        result.felt |= bit_of(i, felt);
+        surfaces_[i]->commit(proxy, yielded, felt);
     }
     for (Effect* effect : effects_)
         effect->commit(proxy);

@@ -37,6 +37,8 @@ struct SubdivisionResult {
     std::uint32_t contacts = 0; ///< multipliers above 0 in the last solution
     double residual_m = 0.0;    ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;    ///< FrameFlag bits
+    std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
+    std::uint64_t open = 0; ///< bit i: surface i was not to be felt in a part of the frame
 };
 
 /// Spends a frame in sub-steps (section 4.1 of the paper; composition.md 2.2): gathers primitives

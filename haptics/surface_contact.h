@@ -107,6 +107,10 @@ public:
     /// multiplier reached its strength in the last solution; `felt`: it was above 0. [loop]
     virtual void commit(const Vec3& proxy, bool yielded, bool felt) noexcept = 0;
 
+    /// True while the proxy began inside and has not left yet: the surface is not felt, and no
+    /// certificate of it holds.  [any]
+    virtual bool is_open() const noexcept = 0;
+
     virtual QueryCount queries() const noexcept = 0; ///< [any]
 };
 

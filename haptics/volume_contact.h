@@ -57,6 +57,7 @@ public:
                                    double fraction) noexcept override;
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
+    bool is_open() const noexcept override { return open_; }
     QueryCount queries() const noexcept override;
 
     const LevelScale& scale() const noexcept { return scale_; }

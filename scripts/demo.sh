@@ -16,11 +16,13 @@ seconds() { date +%s.%N; }
 step "Data"
 if "$top/scripts/fetch_data.sh" "$data"; then
     subjects=(skull brain)
-    notes=(--note "The skull is a real head CT (Debian package invesalius-examples), bone at 226 HU; the brain is the ch2better template (mricron-data), cortex at 60. Left and right of the skull are not verified.")
+    labels=yes
+    notes=(--note "The skull is a real head CT (Debian package invesalius-examples), bone at 226 HU; the brain is the ch2better template (mricron-data), cortex at 60; the eight structures are labels of its AAL atlas. Left and right of the skull are not verified.")
 else
     echo "The real volumes cannot be had here: a generated phantom takes their place."
     "$palpate" phantom "$data/phantom.nrrd"
     subjects=(phantom)
+    labels=no
     notes=(--note "The real volumes could not be had on this machine: this is a generated phantom.")
 fi
 main=${subjects[0]}
@@ -28,11 +30,12 @@ main=${subjects[0]}
 step "Volumes"
 for subject in "${subjects[@]}"; do
     case $subject in
-        skull) "$palpate" info "$data/skull.nhdr" ;;
-        brain) "$palpate" info "$data/brain.nii.gz" ;;
-        phantom) "$palpate" info "$data/phantom.nrrd" ;;
+        skull) "$palpate" info "$data/skull.nhdr" --picture "$out/skull.png" --iso 226 ;;
+        brain) "$palpate" info "$data/brain.nii.gz" --picture "$out/brain.png" --iso 60 ;;
+        phantom) "$palpate" info "$data/phantom.nrrd" --picture "$out/phantom.png" --iso 226 ;;
     esac
 done
+[ $labels = no ] || "$palpate" info "$data/aal.nii.gz" --picture "$out/aal.png"
 
 step "Surfaces"
 extract() {
@@ -63,6 +66,7 @@ trace "$main-adaptive" "$top/examples/$main.toml"
 trace "$main-paper" "$top/examples/$main.toml" --method paper
 trace "$main-direct" "$top/examples/$main.toml" --contact direct
 for subject in "${subjects[@]:1}"; do trace "$subject-adaptive" "$top/examples/$subject.toml"; done
+[ $labels = no ] || trace labels-adaptive "$top/examples/aal.toml"
 
 step "The same bits again"
 "$palpate" replay "$out/$main-adaptive/recording.h5" --check

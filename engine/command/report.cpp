@@ -25,6 +25,29 @@ std::shared_ptr<const TriangleMesh> drawn_mesh(const Scene& scene, const SceneSu
     return mesh_surface(surface.baked, settings, with.extract, with.cache, with.progress).mesh;
 }
 
+/// All surfaces of a scene in one mesh; none where no surface has one.
+std::shared_ptr<const TriangleMesh> drawn_meshes(const Scene& scene) {
+    if (scene.surfaces().size() == 1) return drawn_mesh(scene, scene.surfaces().front());
+    const auto all = std::make_shared<TriangleMesh>();
+    for (const SceneSurface& surface : scene.surfaces()) {
+        const auto mesh = drawn_mesh(scene, surface);
+        if (!mesh) continue;
+        const auto first = static_cast<std::uint32_t>(all->vertices.size());
+        all->vertices.insert(all->vertices.end(), mesh->vertices.begin(), mesh->vertices.end());
+        for (const auto& t : mesh->triangles)
+            all->triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+    return all->triangles.empty() ? nullptr : all;
+}
+
+/// "skull: bone", or "aal: 8 surfaces".
+std::string title_of(const Scene& scene) {
+    const std::string stem = scene.description().file.stem().string();
+    const std::size_t count = scene.surfaces().size();
+    return count == 1 ? fmt::format("{}: {}", stem, scene.surfaces().front().name)
+                      : fmt::format("{}: {} surfaces", stem, count);
+}
+
 /// Method and contact of a summary, as "adaptive, volume".
 std::string method_of(const std::string& summary, const std::filesystem::path& folder) {
     try {
@@ -48,12 +71,8 @@ int report(const std::vector<std::string>& folders, const std::string& out,
             if (scene->surfaces().empty())
                 throw std::runtime_error(folder.string() +
                                          ": the scene has no surface that could be drawn");
-            const SceneSurface& surface = scene->surfaces().front();
             subject_of[recording.scene_file] = subjects.size();
-            subjects.push_back(
-                {fmt::format("{}: {}", scene->description().file.stem().string(), surface.name),
-                 drawn_mesh(*scene, surface),
-                 {}});
+            subjects.push_back({title_of(*scene), drawn_meshes(*scene), {}});
         }
         const std::string summary =
             internal::read_text_file(folder / "summary.json", "a summary of palpate trace");

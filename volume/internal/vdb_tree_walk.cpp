@@ -2,6 +2,7 @@
 #include <palpate/volume/internal/vdb_outline.h>
 
 #include <bit>
+#include <set>
 
 // The layout as OpenVDB 2 and later write it: RootNode, InternalNode and LeafNode of
 // openvdb/tree (readTopology, readBuffers), and readCompressedValues of openvdb/io/Compression.h.
@@ -12,7 +13,8 @@ constexpr std::uint32_t kZip = 1;
 constexpr std::uint32_t kActiveMask = 2;
 constexpr std::uint32_t kBlosc = 4;
 
-constexpr std::size_t kUpperNode = 32768; // values of an internal node below the root
+constexpr std::size_t kUpperNode = 32768;     // values of an internal node below the root
+constexpr std::int32_t kUpperNodeEdge = 4096; // voxels
 constexpr std::size_t kLowerNode = 4096;
 constexpr std::size_t kLeafNode = 512;
 
@@ -49,9 +51,12 @@ public:
         reader_.skip(value_bytes_);                              // background
         const auto tiles = reader_.number<std::uint32_t>();
         const auto children = reader_.number<std::uint32_t>();
-        reader_.skip(tiles * (3 * sizeof(std::int32_t) + value_bytes_ + 1));
+        for (std::uint32_t n = 0; n < tiles; ++n) {
+            origin();
+            reader_.skip(value_bytes_ + 1); // and whether it is active
+        }
         for (std::uint32_t n = 0; n < children; ++n) {
-            reader_.skip(3 * sizeof(std::int32_t));
+            origin();
             upper_node();
         }
         for (const Mask<kLeafNode>& mask : leaves_) {
@@ -67,6 +72,17 @@ private:
         Mask<Values> mask;
         reader_.read(reinterpret_cast<char*>(mask.data()), Values / 8);
         return mask;
+    }
+
+    /// Of a node below the root: OpenVDB goes astray in one that is not where such nodes are, and
+    /// loses one of two at one place.
+    void origin() {
+        std::array<std::int32_t, 3> corner{};
+        for (std::int32_t& coordinate : corner) {
+            coordinate = reader_.number<std::int32_t>();
+            if (coordinate % kUpperNodeEdge != 0) reader_.fail();
+        }
+        if (!origins_.insert(corner).second) reader_.fail();
     }
 
     void upper_node() {
@@ -121,6 +137,7 @@ private:
     std::size_t value_bytes_;
     bool half_;
     std::uint32_t compression_;
+    std::set<std::array<std::int32_t, 3>> origins_;
     std::vector<Mask<kLeafNode>> leaves_; ///< active values, in the order of the file
 };
 
