@@ -3,8 +3,8 @@
 
 namespace palpate::command {
 
-/// From now on Ctrl-C (SIGINT) and SIGTERM ask the command to stop at the next step of its progress,
-/// so that nothing half-written stays behind; a second one ends it at once.
+/// From now on Ctrl-C (SIGINT) and SIGTERM ask the command to stop at the next step of its
+/// progress, so that nothing half-written stays behind; a second one ends it at once.
 void stop_on_signals();
 
 /// True once a signal has asked to stop.

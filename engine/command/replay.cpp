@@ -51,11 +51,10 @@ int replay(const std::filesystem::path& file, const std::string& out, bool check
     const Trace trace = run_trace(scene, recording.inputs, clock, progress_bar(),
                                   recording.steps_left, recording.frames);
     if (!out.empty()) {
-        make_folder(out);
-        write_frames_csv(std::filesystem::path(out) / "frames.csv", trace.frames);
-        write_timing_csv(std::filesystem::path(out) / "timing.csv", trace.frames);
-        internal::write_whole_file(std::filesystem::path(out) / "summary.json",
-                                   summarize(*scene, trace));
+        const ResultFolder folder(out);
+        write_frames_csv(folder / "frames.csv", trace.frames);
+        write_timing_csv(folder / "timing.csv", trace.frames);
+        internal::write_whole_file(folder / "summary.json", summarize(*scene, trace));
     }
     if (!check) {
         print(fmt::format("replayed {} frames", trace.frames.size()));

@@ -93,12 +93,17 @@ void warn_of_volumes(const Scene& scene) {
     }
 }
 
-void make_folder(const std::filesystem::path& folder) {
+ResultFolder::ResultFolder(std::filesystem::path folder) : folder_(std::move(folder)) {
     std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (!std::filesystem::is_directory(folder))
+    made_ = std::filesystem::create_directories(folder_, error);
+    if (!std::filesystem::is_directory(folder_))
         throw std::runtime_error(fmt::format(
-            "{}: cannot be made a folder; name another one with --out", folder.string()));
+            "{}: cannot be made a folder; name another one with --out", folder_.string()));
+}
+
+ResultFolder::~ResultFolder() {
+    std::error_code ignored;
+    if (made_) std::filesystem::remove(folder_, ignored); // fails, as it should, where it has files
 }
 
 } // namespace palpate::command

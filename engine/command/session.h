@@ -30,7 +30,22 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
 /// Says on stderr what a user should know of how the scene's volumes were read, each once.
 void warn_of_volumes(const Scene& scene);
 
-/// Makes a folder for results, and those above it; throws std::runtime_error naming it.
-void make_folder(const std::filesystem::path& folder);
+/// A folder for results, made before the work; if nothing comes of it, a folder that was made goes
+/// again.
+class ResultFolder {
+public:
+    /// Makes it, and those above it; throws std::runtime_error naming it.
+    explicit ResultFolder(std::filesystem::path folder);
+    ~ResultFolder();
+    ResultFolder(const ResultFolder&) = delete;
+    ResultFolder& operator=(const ResultFolder&) = delete;
+
+    std::filesystem::path operator/(const char* name) const { return folder_ / name; }
+    std::string string() const { return folder_.string(); }
+
+private:
+    std::filesystem::path folder_;
+    bool made_ = false;
+};
 
 } // namespace palpate::command

@@ -26,10 +26,9 @@ struct Options {
 int trace(const Options& options) {
     const SceneDescription description =
         changed_scene(read_scene(options.scene), options.overrides);
-    const std::filesystem::path out =
-        options.out.empty() ? std::filesystem::path(description.file.stem().string() + "-trace")
-                            : std::filesystem::path(options.out);
-    make_folder(out); // before the work, not after it
+    // Before the work, not after it.
+    const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
+                                               : options.out);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_volumes(*scene);
     std::vector<DeviceState> inputs = device_states(*scene, options.overrides.every.value_or(1));

@@ -120,7 +120,8 @@ void require_frames(const std::filesystem::path& file, const DicomFolder& conten
 std::runtime_error fault_error(const DicomFaultyFile& faulty) {
     std::string what = faulty.fault.what;
     if (faulty.fault.kind == DicomFault::Kind::damaged)
-        what += "; get the file again, or leave malformed slices out with slices = \"repair\"";
+        what += "; get the file again, or leave malformed slices out with slices = \"repair\" "
+                "(--slices repair)";
     else if (faulty.fault.kind == DicomFault::Kind::no_image)
         what = "is DICOM but holds no image; name a file or folder of images";
     return import_error(faulty.file, what);

@@ -27,8 +27,8 @@ constexpr double kTiltDegrees = 0.05; // below, rounding of the stated positions
 // Filling gaps makes no more slices than this times those that there are.
 constexpr std::size_t kMaxFilling = 8;
 
-constexpr const char* kRepairHint =
-    "; complete the series, or have gaps filled by interpolation with slices = \"repair\"";
+constexpr const char* kRepairHint = "; complete the series, or have gaps filled by interpolation "
+                                    "with slices = \"repair\" (--slices repair)";
 
 /// An image and its place along the normal of the stack, mm.
 struct PlacedImage {

@@ -24,10 +24,10 @@ constexpr std::size_t kListed = 8; // grids in a message
 // A dense copy of a sparse grid can be far larger than its file: 8 GiB of floats.
 constexpr double kMaxDenseVoxels = 2147483648.0;
 
-// A box that is nearly empty comes from a voxel gone astray: beyond 256^3 voxels, one in a thousand
-// must be active. Of a level set of 1000^3 it is one in a hundred.
-constexpr double kUnquestionedVoxels = 16777216.0;
-constexpr double kMinActiveShare = 1e-3;
+// A large box in a small file comes from a voxel gone astray. Level sets have a voxel for each 0.04
+// bytes, label maps of few shapes one for each 0.001.
+constexpr double kUnquestionedVoxels = 16777216.0; // 256^3
+constexpr double kMaxVoxelsPerByte = 2000.0;
 
 void initialise_openvdb() {
     static std::once_flag once;
@@ -161,8 +161,7 @@ AffineTransform index_to_scene(const std::filesystem::path& file, const openvdb:
     return result;
 }
 
-std::array<int, 3> dense_size(const std::filesystem::path& file, const openvdb::GridBase& grid,
-                              const openvdb::CoordBBox& box) {
+std::array<int, 3> dense_size(const std::filesystem::path& file, const openvdb::CoordBBox& box) {
     std::array<int, 3> size{};
     double voxels = 1.0;
     std::string text;
@@ -176,12 +175,11 @@ std::array<int, 3> dense_size(const std::filesystem::path& file, const openvdb::
                                          ", too large for a dense volume; crop it");
         size[static_cast<std::size_t>(axis)] = static_cast<int>(length);
     }
-    const auto active = static_cast<double>(grid.activeVoxelCount());
-    if (voxels > kUnquestionedVoxels && active < kMinActiveShare * voxels)
+    const auto bytes = static_cast<double>(std::filesystem::file_size(file));
+    if (voxels > std::max(kUnquestionedVoxels, kMaxVoxelsPerByte * bytes))
         throw import_error(file,
-                           "has only " + std::to_string(grid.activeVoxelCount()) +
-                               " active voxels over a box of " + text +
-                               ", too sparse for a dense volume; remove those gone astray, or "
+                           "has active voxels over a box of " + text +
+                               ", most of which would be empty; remove voxels gone astray, or "
                                "crop it");
     return size;
 }
@@ -228,7 +226,7 @@ VoxelVolume read_vdb_volume(const std::filesystem::path& file, const std::string
     if (box.empty()) throw import_error(file, "has no active voxel; check how it was made");
 
     VoxelVolume volume;
-    volume.size = dense_size(file, *grid, box);
+    volume.size = dense_size(file, box);
     volume.index_to_scene = index_to_scene(file, *grid, box.min());
     volume.values = dense_values(file, *grid, box, volume.source_type);
     if (grid->getGridClass() == openvdb::GRID_LEVEL_SET)
