@@ -69,6 +69,24 @@ void CertifiedMesh::certify() {
     for (std::uint32_t i = 1; i < std::min(wanted, count / kChunk + 1); ++i)
         others.emplace_back(work);
     work();
+    others.clear();
+    spread_false_borders();
+}
+
+/// An edge without a neighbour is a border only where its facet is certified; elsewhere the surface
+/// goes on beyond it, unlinked, and no facet with a vertex there can be walked round.
+void CertifiedMesh::spread_false_borders() {
+    std::vector<std::uint32_t> ends;
+    for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
+        for (int k = 0; k < 3; ++k)
+            if (uncertain_[f] && !topology_.facet(f).dropped() && topology_.is_border(f, k)) {
+                ends.push_back(topology_.facet(f).vertex[k]);
+                ends.push_back(topology_.facet(f).vertex[(k + 1) % 3]);
+            }
+    std::sort(ends.begin(), ends.end());
+    for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
+        for (const std::uint32_t v : topology_.facet(f).vertex)
+            if (!ends.empty() && std::binary_search(ends.begin(), ends.end(), v)) uncertain_[f] = 1;
 }
 
 /// Marks this facet and others that are in each other's way; of a pair, the lower one does it.

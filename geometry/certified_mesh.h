@@ -49,6 +49,7 @@ public:
 private:
     void certify();
     void certify_facet(std::uint32_t facet, std::vector<std::uint32_t>& near);
+    void spread_false_borders();
     bool clear_of_each_other(std::uint32_t facet, std::uint32_t other) const;
 
     SurfaceScene scene_;
