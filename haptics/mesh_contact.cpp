@@ -251,11 +251,9 @@ SlideLeg MeshContact::slide_on_surface(const Vec3& pull) noexcept {
             break;
         case WalkStep::End::lifts:
             walk_.facets_at(spot_, leaving_);
+            guard_added_ = false;
             fly(spot_.position, pull);
-            if (leg_.to == spot_.position && !leg_.lands) {
-                leg_.kind = Leg::Kind::none;
-                return {proxy_, SlideLeg::End::stuck};
-            }
+            if (leg_.to == spot_.position && !leg_.lands) return rise_above_guard(pull);
             break;
         }
         if (leg_.to != spot_.position) return {leg_.to, SlideLeg::End::goes_on};
@@ -283,6 +281,21 @@ SlideLeg MeshContact::slide_above(const Vec3& pull) noexcept {
         if (!guard_added_) break;
     }
     return {proxy_, SlideLeg::End::stuck};
+}
+
+/// The same where an uncertain facet is so near that the flight ended where it began.
+SlideLeg MeshContact::rise_above_guard(const Vec3& pull) noexcept {
+    leg_.kind = Leg::Kind::none;
+    Heading onto;
+    const bool known = guard_added_ && guards_[guards_.size() - 1].facet != GuardPlanes::kNoFacet;
+    if (known) {
+        const GuardPlanes::Entry& last = guards_[guards_.size() - 1];
+        onto.facet = last.facet;
+        const double along = glm::dot(mesh_->topology().facet(last.facet).normal, last.normal);
+        onto.side = along < 0.0 ? -1 : 1;
+    }
+    guards_.clear();
+    return known ? rise_above(onto, pull) : SlideLeg{proxy_, SlideLeg::End::stuck};
 }
 
 /// Off a certified facet into the air above an uncertain one: only when what follows is nearer to

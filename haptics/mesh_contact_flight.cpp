@@ -16,6 +16,8 @@ constexpr double kNearlySkin = 0.99;
 constexpr int kPullBacks = 4;
 // A flight along an uncertain facet stops this many skins before meeting it.
 constexpr double kGrazingSkins = 2.0;
+// Off a certified facet by this many tolerances, rounding does not reach it.
+constexpr double kTellsSides = 4.0;
 // A height above a facet's plane below this share of the tolerance does not tell the side.
 constexpr double kSideShare = 0.1;
 
@@ -114,7 +116,12 @@ double MeshContact::stop_clear(const Vec3& from, const Vec3& to, double share) n
         leg_.to = from + share * (to - from);
         if (share == 0.0) break;
         const std::optional<SurfaceHit> near = closest_point(leg_.to, kNearlySkin * skin_m_);
-        if (!near || mesh_->certified(near->triangle)) return share;
+        if (!near) return share;
+        // Nearer to a certified facet than that, a later flight could not tell its sides.
+        if (mesh_->certified(near->triangle)) {
+            if (near->distance_m > kTellsSides * tolerance_m_) return share;
+            break;
+        }
         if (i == kPullBacks) break;
 
         const Vec3 away = leg_.to - near->position;

@@ -103,15 +103,13 @@ Heading MeshWalk::heading_of_vertex(const MeshSpot& spot, const Vec3& vector) co
     Heading best;
     best.facet = spot.facet;
     best.side = spot.side;
-    Vec3 mean{0.0};
     for (std::size_t i = 0; i < around.size(); ++i) {
         const FanFacet& one = around[i];
         const Vec3& n = topology_.facet(one.facet).normal;
         const Vec3 next = topology_.corner(one.facet, (one.corner + 1) % 3) - spot.position;
         const Vec3 previous = topology_.corner(one.facet, (one.corner + 2) % 3) - spot.position;
-        const Vec3 out = outward(one.facet, one.side);
-        mean += angle_between(next, previous) * out;
-        if (topology_.is_border(one.facet, one.exit_edge)) best.on_border = true;
+        const bool border = topology_.is_border(one.facet, one.exit_edge);
+        if (border) best.on_border = true;
 
         const double height = glm::dot(n, vector);
         const Vec3 flat = vector - height * n;
@@ -129,20 +127,35 @@ Heading MeshWalk::heading_of_vertex(const MeshSpot& spot, const Vec3& vector) co
         }
         // The edge that this facet shares with the next one.
         const Vec3& edge = one.exit_edge == one.corner ? next : previous;
-        const double along = glm::dot(vector, edge) / glm::length(edge);
-        if (!(along > 0.0)) continue;
+        const double product = glm::dot(vector, edge);
+        if (!(product > 0.0)) continue;
+        const double along = product / glm::length(edge);
         const FanFacet& after = around[(i + 1) % around.size()];
         into.toward = Toward::edge;
         into.edge = one.exit_edge;
         into.reach_m = along;
-        into.height_m = topology_.is_border(one.facet, one.exit_edge)
-                            ? glm::length(vector - along * glm::normalize(edge))
-                            : glm::dot(out + outward(after.facet, after.side), vector);
+        into.height_m =
+            border
+                ? glm::length(vector - along * glm::normalize(edge))
+                : glm::dot(outward(one.facet, one.side) + outward(after.facet, after.side), vector);
         prefer(best, into);
     }
     if (best.toward == Toward::apex)
-        best.height_m = best.on_border ? glm::length(vector) : glm::dot(mean, vector);
+        best.height_m = best.on_border ? glm::length(vector)
+                                       : glm::dot(mean_outward(around, spot.position), vector);
     return best;
+}
+
+/// The sum of a fan's normals, each times its angle: tells in front from behind at a vertex.
+Vec3 MeshWalk::mean_outward(const Fan& around, const Vec3& vertex) const noexcept {
+    Vec3 mean{0.0};
+    for (std::size_t i = 0; i < around.size(); ++i) {
+        const FanFacet& one = around[i];
+        const Vec3 next = topology_.corner(one.facet, (one.corner + 1) % 3) - vertex;
+        const Vec3 previous = topology_.corner(one.facet, (one.corner + 2) % 3) - vertex;
+        mean += angle_between(next, previous) * outward(one.facet, one.side);
+    }
+    return mean;
 }
 
 WalkStep MeshWalk::step(const MeshSpot& spot, const Vec3& pull) const noexcept {

@@ -75,6 +75,7 @@ private:
     Heading heading_of_face(const MeshSpot& spot, const Vec3& vector) const noexcept;
     Heading heading_of_edge(const MeshSpot& spot, const Vec3& vector) const noexcept;
     Heading heading_of_vertex(const MeshSpot& spot, const Vec3& vector) const noexcept;
+    Vec3 mean_outward(const Fan& around, const Vec3& vertex) const noexcept;
     MeshSpot across_face(const MeshSpot& spot, const Heading& heading,
                          const Vec3& pull) const noexcept;
     MeshSpot along_edge(const MeshSpot& spot, const Heading& heading,
