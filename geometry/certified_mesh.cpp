@@ -11,8 +11,7 @@
 namespace palpate {
 namespace {
 
-// The skin is twice the widening that closes cracks: a point at the skin's height never meets a
-// facet widened in its own plane, as it would below the widening.
+// What keeps this distance from facets is farther away than cracks that are closed are wide.
 constexpr double kSkinOverWidening = 2.0;
 // 1e5 roundings at 50 mm, and a millionth of a haptic device's count.
 constexpr double kToleranceShare = 2.0e-11;

@@ -97,9 +97,14 @@ bool crosses(const Segment& s, const Corners& corner, double widening,
     const double w = glm::dot(s.direction, glm::cross(a, b));
     double room_u = room, room_v = room, room_w = room;
     if (widening > 0.0) {
-        room_u += widening * glm::length(c - b);
-        room_v += widening * glm::length(a - c);
-        room_w += widening * glm::length(b - a);
+        // Where the line meets the plane it may be that far beside an edge; seen along the line
+        // that is less the flatter it comes, and nothing when it runs along the plane.
+        const Vec3 across_plane = glm::cross(b - a, c - a);
+        const double foreshortened =
+            widening * std::abs(glm::dot(across_plane, s.direction)) / glm::length(across_plane);
+        room_u += foreshortened * glm::length(c - b);
+        room_v += foreshortened * glm::length(a - c);
+        room_w += foreshortened * glm::length(b - a);
     }
     const bool left = u >= -room_u && v >= -room_v && w >= -room_w;
     const bool right = u <= room_u && v <= room_v && w <= room_w;

@@ -23,8 +23,7 @@ struct SurfaceHit {
 struct SegmentOptions {
     std::span<const std::uint32_t> except; ///< triangles that are not there for this query; few
     /// Per triangle of the mesh, or empty: not 0 where it is widened by widening_m() in its own
-    /// plane, so that cracks up to twice that between such triangles are closed. A line that runs
-    /// closer than widening_m() along such a triangle meets it, too.
+    /// plane, so that cracks up to twice that between such triangles are closed.
     std::span<const std::uint8_t> widened;
 };
 

@@ -38,25 +38,25 @@ inline double winding_number(const TriangleMesh& mesh, const Vec3& point) {
         const Vec3 a = mesh.vertices[t[0]] - point, b = mesh.vertices[t[1]] - point,
                    c = mesh.vertices[t[2]] - point;
         const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
-        sum += std::atan2(glm::dot(a, glm::cross(b, c)),
-                          la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la +
-                              glm::dot(c, a) * lb);
+        sum += std::atan2(glm::dot(a, glm::cross(b, c)), la * lb * lc + glm::dot(a, b) * lc +
+                                                             glm::dot(b, c) * la +
+                                                             glm::dot(c, a) * lb);
     }
     return sum / (2.0 * 3.14159265358979323846);
 }
 
 struct FuzzPlan {
     long frames = 10000;
-    double reach = 0.08;   ///< the probe stays within this of the origin, m
-    Vec3 start{0.0};       ///< in free space or inside, m
+    double reach = 0.08; ///< the probe stays within this of the origin, m
+    Vec3 start{0.0};     ///< in free space or inside, m
     unsigned seed = 1;
-    int check_every = 1;   ///< the side is checked every so many frames
+    int check_every = 1; ///< the side is checked every so many frames
 };
 
 struct FuzzResult {
     long frames = 0, in_contact = 0, checks = 0;
-    long through = 0;      ///< checks that found the proxy on the other side
-    long capped = 0;       ///< frames that ended before the proxy was at its end
+    long through = 0; ///< checks that found the proxy on the other side
+    long capped = 0;  ///< frames that ended before the proxy was at its end
     long stalled = 0;
     long held_moves = 0;   ///< held frames, after one that was neither, in which bits changed
     double worst_rise = 0; ///< of the distance to the probe within a frame, m

@@ -106,11 +106,16 @@ inline TriangleMesh partly_reversed(TriangleMesh mesh) {
 /// Two wedges that share one edge: four triangles meet there.
 inline TriangleMesh wedges_on_one_edge(double size) {
     TriangleMesh mesh;
-    mesh.vertices = {{0, 0, -size},       {0, 0, size},          {size, size, 0},
-                     {size, -size, 0.0}, {-size, size, 0.1 * size}, {-size, -size, 0}};
+    mesh.vertices = {{0, 0, -size},
+                     {0, 0, size},
+                     {size, size, 0},
+                     {size, -size, 0.0},
+                     {-size, size, 0.1 * size},
+                     {-size, -size, 0}};
     const auto tetrahedron = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c,
                                  std::uint32_t d) {
-        for (const auto& t : {std::array<std::uint32_t, 3>{a, b, c}, {a, c, d}, {a, d, b}, {b, d, c}})
+        for (const auto& t :
+             {std::array<std::uint32_t, 3>{a, b, c}, {a, c, d}, {a, d, b}, {b, d, c}})
             mesh.triangles.push_back(t);
     };
     tetrahedron(0, 1, 2, 3);
