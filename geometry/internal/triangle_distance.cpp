@@ -9,19 +9,6 @@
 namespace palpate {
 namespace {
 
-/// Whether the segment goes through the inside of the triangle; edges and ends are left to the
-/// distances.
-bool pierces(const Vec3& p, const Vec3& q, const Corners3& t) noexcept {
-    const Vec3 n = glm::cross(t.b - t.a, t.c - t.a);
-    const double above_p = glm::dot(n, p - t.a), above_q = glm::dot(n, q - t.a);
-    if ((above_p > 0.0) == (above_q > 0.0)) return false;
-    const Vec3 d = q - p, a = t.a - p, b = t.b - p, c = t.c - p;
-    const double u = glm::dot(d, glm::cross(b, c));
-    const double v = glm::dot(d, glm::cross(c, a));
-    const double w = glm::dot(d, glm::cross(a, b));
-    return (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-}
-
 double point_distance(const Vec3& p, const Corners3& t) noexcept {
     return glm::length(closest_point_on_triangle(p, t.a, t.b, t.c) - p);
 }
@@ -41,9 +28,16 @@ double segment_distance(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3&
 }
 
 double segment_triangle_distance(const Vec3& p, const Vec3& q, const Corners3& t) noexcept {
-    if (pierces(p, q, t)) return 0.0;
-    return std::min({point_distance(p, t), point_distance(q, t), segment_distance(p, q, t.a, t.b),
-                     segment_distance(p, q, t.b, t.c), segment_distance(p, q, t.c, t.a)});
+    double nearest =
+        std::min({point_distance(p, t), point_distance(q, t), segment_distance(p, q, t.a, t.b),
+                  segment_distance(p, q, t.b, t.c), segment_distance(p, q, t.c, t.a)});
+    const Vec3 n = glm::cross(t.b - t.a, t.c - t.a);
+    const double above_p = glm::dot(n, p - t.a), above_q = glm::dot(n, q - t.a);
+    // The point where it passes the plane tells whether it pierces: by its distance, since in one
+    // plane with the triangle signs are noise.
+    if ((above_p > 0.0) != (above_q > 0.0))
+        nearest = std::min(nearest, point_distance(p + above_p / (above_p - above_q) * (q - p), t));
+    return nearest;
 }
 
 double triangle_distance(const Corners3& s, const Corners3& t) noexcept {

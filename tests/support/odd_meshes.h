@@ -21,9 +21,8 @@ inline TriangleMesh spiky_ball(double radius, int levels, double share, unsigned
     return mesh;
 }
 
-/// Star-shaped, with smooth bumps at random on several scales; finer than its bumps.
-inline TriangleMesh random_star(double radius, int levels, double share, unsigned seed) {
-    TriangleMesh mesh = icosphere(1.0, levels);
+/// A unit sphere made a star: smooth bumps at random on several scales.
+inline TriangleMesh random_star(TriangleMesh mesh, double radius, double share, unsigned seed) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
     struct Wave {
