@@ -75,6 +75,7 @@ void MeshTopology::weld(const TriangleMesh& mesh) {
             facet.vertex[k] = name[mesh.triangles[t][k]];
         facet.neighbour.fill(static_cast<std::uint32_t>(t));
         facet.turn.fill(-1);
+        facet.shared_edge = {0, 1, 2};
         facet.normal = triangle_normal(positions_[facet.vertex[0]], positions_[facet.vertex[1]],
                                        positions_[facet.vertex[2]]);
     }
@@ -101,6 +102,8 @@ void MeshTopology::link_edges() {
             const std::int8_t turn = a.ascending == b.ascending ? -1 : 1;
             facets_[a.facet].neighbour[a.edge] = b.facet;
             facets_[b.facet].neighbour[b.edge] = a.facet;
+            facets_[a.facet].shared_edge[a.edge] = b.edge;
+            facets_[b.facet].shared_edge[b.edge] = a.edge;
             facets_[a.facet].turn[a.edge] = facets_[b.facet].turn[b.edge] = turn;
         } else if (usable > 2 || (usable == 1 && dropped > 0)) {
             // Not a border: beyond a facet without area the surface goes on.
@@ -145,18 +148,6 @@ void MeshTopology::mark_vertices() {
             if (odd[v]) facet.singular = true;
 }
 
-std::uint8_t MeshTopology::shared_edge(std::uint32_t facet, int edge) const noexcept {
-    const Facet& here = facets_[facet];
-    const Facet& there = facets_[here.neighbour[edge]];
-    if (&here == &there) return static_cast<std::uint8_t>(edge);
-    const std::uint32_t a = here.vertex[edge], b = here.vertex[(edge + 1) % 3];
-    for (std::uint8_t k = 0; k < 3; ++k) {
-        const std::uint32_t p = there.vertex[k], q = there.vertex[(k + 1) % 3];
-        if ((p == a && q == b) || (p == b && q == a)) return k;
-    }
-    return 0; // neighbours share an edge: not reached
-}
-
 bool MeshTopology::fan(std::uint32_t facet, std::int8_t side, std::uint8_t corner,
                        Fan& around) const noexcept {
     around.clear();
@@ -164,7 +155,7 @@ bool MeshTopology::fan(std::uint32_t facet, std::int8_t side, std::uint8_t corne
     do {
         if (!around.add(now)) return false;
         const Facet& here = facets_[now.facet];
-        const std::uint8_t entry = shared_edge(now.facet, now.exit_edge);
+        const std::uint8_t entry = here.shared_edge[now.exit_edge];
         FanFacet next;
         next.facet = here.neighbour[now.exit_edge];
         next.side = static_cast<std::int8_t>(now.side * here.turn[now.exit_edge]);

@@ -20,6 +20,7 @@ struct Facet {
     /// neighbour is oriented the other way round, and at a border, where a sheet's other side
     /// begins.
     std::array<std::int8_t, 3> turn{};
+    std::array<std::uint8_t, 3> shared_edge{}; ///< which edge of the neighbour edge k is
     /// Not dropped, but has an edge of more than two facets, a vertex with several fans, or lies
     /// beside a dropped facet: its surroundings are not a surface.
     bool singular = false;
@@ -74,9 +75,6 @@ public:
     bool is_border(std::uint32_t facet, int edge) const noexcept {
         return facets_[facet].neighbour[edge] == facet;
     }
-
-    /// Which edge of the neighbour over edge `edge` is the shared one.                   [any]
-    std::uint8_t shared_edge(std::uint32_t facet, int edge) const noexcept;
 
     /// The fan about a corner of a facet that is seen from `side`, that facet first. False when it
     /// has more than Fan::kCapacity facets, then it is cut off; no such vertex is left to facets

@@ -39,7 +39,7 @@ void expect_brute_neighbours(const TriangleMesh& mesh) {
             }
             ASSERT_EQ(facet.neighbour[k], expected[0]);
             const Facet& there = topology.facet(expected[0]);
-            const std::uint8_t back = topology.shared_edge(f, k);
+            const std::uint8_t back = facet.shared_edge[k];
             ASSERT_EQ(there.neighbour[back], f);
             ASSERT_EQ(there.turn[back], facet.turn[k]);
         }

@@ -35,7 +35,7 @@ TEST_P(MeshStar, EveryEndIsALocalMinimumAndWhereASmallStepFlowEnds) {
     // way left at depths from 1 mm are 1e-16 m, and twice the rounding of a position.
     constexpr double kStep = 1e-7;
     long compared = 0, different = 0, contacts = 0;
-    const std::size_t every = path.size() / 500 + 1;
+    const std::size_t every = path.size() / 1500 + 1;
     for (std::size_t i = 0; i < path.size(); ++i) {
         const Vec3 before = loop.proxy();
         const SubdivisionResult frame = loop.move(path[i]);
@@ -47,16 +47,21 @@ TEST_P(MeshStar, EveryEndIsALocalMinimumAndWhereASmallStepFlowEnds) {
                   1.5e-12 * kStep / depth + 2e-17)
             << i;
         if (i % every) continue;
-        const Vec3 flow = test::small_step_flow(certified->scene(), before, path[i]);
         ++compared;
-        // 1 um: the flow's step, which rounds the corners of its way.
-        if (glm::length(flow - loop.proxy()) > 1e-6) ++different;
+        // Steps round the corners of the way by about their length, and hop over barriers lower
+        // than that: where a micrometre ends elsewhere, a tenth decides.
+        bool same = false;
+        for (const double flow_step : {1e-6, 1e-7}) {
+            const Vec3 flow = test::small_step_flow(certified->scene(), before, path[i], flow_step);
+            same = glm::length(flow - loop.proxy()) <= 1e-6;
+            if (same) break;
+        }
+        if (!same) ++different;
     }
     EXPECT_GE(contacts, 500);
     EXPECT_GE(compared, 100);
     RecordProperty("different", static_cast<int>(different));
     RecordProperty("compared", static_cast<int>(compared));
-    // The flow's steps can hop over a minimum or a barrier lower than they are long.
     EXPECT_LE(different, compared / 100);
 }
 

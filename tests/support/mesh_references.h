@@ -42,24 +42,33 @@ private:
 };
 
 /// Where a proxy inside a mesh oriented outwards ends that slides towards a held probe in small
-/// steps: straight ahead, and back onto the surface where that has left the inside. By closest
-/// points alone.
-inline Vec3 small_step_flow(const SurfaceScene& scene, Vec3 y, const Vec3& probe,
-                            double first_step_m = 1e-6) {
+/// steps: straight ahead, and back onto the surface where that has left the inside. A step moves
+/// the proxy by 1.5 step_m at most. By closest points alone.
+inline Vec3 small_step_flow(const SurfaceScene& scene, Vec3 y, const Vec3& probe, double step_m) {
+    const double longest = 50.0 * step_m; // straight ahead: below what the surface curves within
     const auto inside_of = [&](const Vec3& z) {
-        const auto near = scene.closest_point(z, 0.01);
+        const auto near = scene.closest_point(z, 1.1 * longest);
         return near && glm::dot(z - near->position, near->normal) > 0.0 ? near->position : z;
     };
-    for (double step = first_step_m; step > 0.9e-9; step *= 0.1) {
-        for (int i = 0; i < 100000; ++i) {
-            const double distance = glm::length(probe - y);
-            if (distance <= step) break;
-            const Vec3 z = inside_of(y + step / distance * (probe - y));
-            // A step along the surface gets nearer by its share of the pull; less is noise of the
-            // step.
-            if (!(glm::length(probe - z) < distance - 1e-4 * step * step / distance)) break;
-            y = z;
+    double ahead = step_m;
+    for (int i = 0; i < 1000000; ++i) {
+        const double distance = glm::length(probe - y);
+        if (distance <= 1e-12) break;
+        const Vec3 z = inside_of(y + std::min(1.0, ahead / distance) * (probe - y));
+        const double moved = glm::length(z - y);
+        if (moved > 1.5 * step_m) {
+            ahead *= 0.5;
+            continue;
         }
+        // A thousandth of a step, though the longest was tried: it is there.
+        if (moved < 1e-3 * step_m && ahead >= longest) break;
+        if (!(glm::length(probe - z) < distance)) {
+            if (ahead < 1e-3 * step_m) break;
+            ahead *= 0.5;
+            continue;
+        }
+        y = z;
+        if (moved < 0.7 * step_m) ahead = std::min(2.0 * ahead, longest);
     }
     return y;
 }
