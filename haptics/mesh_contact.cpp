@@ -15,6 +15,8 @@ constexpr int kGuardedTries = 32;
 // A proxy leaves a certified facet for the air above an uncertain one at heights of 1, 2, 4 ..
 // skins.
 constexpr int kRiseDoublings = 7;
+// Pieces of way above it that are looked at before that.
+constexpr int kLegsAhead = 8;
 // Beside an uncertain facet by more than this many skins, its plane is not felt any more.
 constexpr double kBesideSkins = 2.0;
 // A surface that yielded may be entered deeper by this, as volumes may (m).
@@ -324,19 +326,29 @@ SlideLeg MeshContact::rise_above(const Heading& heading, const Vec3& pull) noexc
     guards_.clear();
     const Vec3 corner = mesh_->topology().corner(heading.facet, 0);
     guard(corner + skin_m_ * normal, normal, heading.facet, risen);
-    PrimitiveSet plane;
-    plane.add({guards_[0].anchor, normal, std::numeric_limits<double>::infinity()});
-    const Vec3 wanted = solve_proxy(plane, pull, kAnyStiffness).proxy;
-    leaving_.clear();
-    const GuardPlanes before = guards_;
-    fly(risen, wanted);
-    const bool nearer = glm::length(leg_.to - pull) <= glm::length(from - pull);
-    leg_.kind = Leg::Kind::none;
-    guards_.clear();
-    if (!nearer) return stuck;
-    guards_ = before;
+    if (!gets_nearer_from(risen, pull)) return stuck;
     leg_ = {Leg::Kind::flight, from, risen, false, {}, skin_m_};
     return {risen, SlideLeg::End::goes_on};
+}
+
+/// Whether sliding on from the air at `risen` ends nearer to the pull than the spot is: tried out,
+/// and taken back but for the guard planes that it begins with.
+bool MeshContact::gets_nearer_from(const Vec3& risen, const Vec3& pull) noexcept {
+    const Vec3 proxy = proxy_;
+    const MeshSpot spot = spot_;
+    const GuardPlanes guards = guards_;
+    const double distance = glm::length(spot.position - pull);
+    hover(risen, 0.0);
+    bool nearer = false;
+    for (int i = 0; i < kLegsAhead && !nearer && mode_ == Mode::airborne; ++i) {
+        if (slide_above(pull).end != SlideLeg::End::goes_on) break;
+        follow(leg_.to);
+        nearer = glm::length(proxy_ - pull) <= distance;
+    }
+    stand(spot, proxy);
+    guards_ = guards;
+    leg_.kind = Leg::Kind::none;
+    return nearer;
 }
 
 // ---- chords ------------------------------------------------------------------------------------

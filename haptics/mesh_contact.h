@@ -79,6 +79,7 @@ private:
     SlideLeg slide_on_surface(const Vec3& pull) noexcept;
     SlideLeg slide_above(const Vec3& pull) noexcept;
     SlideLeg rise_above(const Heading& heading, const Vec3& pull) noexcept;
+    bool gets_nearer_from(const Vec3& risen, const Vec3& pull) noexcept;
     SlideLeg rise_above_guard(const Vec3& pull) noexcept;
     Chord carry_on_surface(const Vec3& to) noexcept;
 

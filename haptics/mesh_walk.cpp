@@ -204,15 +204,14 @@ MeshSpot MeshWalk::across_face(const MeshSpot& spot, const Heading& heading,
     };
     double leaves_at = 1.0;
     int exit = -1, nearest = -1;
-    double nearest_m = snap_m_;
+    double nearest_squared = snap_m_ * snap_m_;
     for (int k = 0; k < 3; ++k) {
         const Vec3 edge = corner[(k + 1) % 3] - corner[k];
         const Vec3 inward = glm::cross(facet.normal, edge);
         const double end = glm::dot(inward, foot - corner[k]);
-        const double length = glm::length(edge);
         const bool stays = end >= 0.0 || contains_spot(k);
-        if (stays && std::abs(end) < nearest_m * length) {
-            nearest_m = std::abs(end) / length;
+        if (stays && end * end < nearest_squared * squared_length(edge)) {
+            nearest_squared = end * end / squared_length(edge);
             nearest = k;
         }
         if (stays) continue;
