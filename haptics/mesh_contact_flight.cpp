@@ -115,6 +115,7 @@ double MeshContact::stop_clear(const Vec3& from, const Vec3& to, double share) n
     for (int i = 0; i <= kPullBacks; ++i) {
         leg_.to = from + share * (to - from);
         if (share == 0.0) break;
+        if (settings_.guard == MeshContactSettings::Guard::rays_only) return share;
         const std::optional<SurfaceHit> near = closest_point(leg_.to, kNearlySkin * skin_m_);
         if (!near) return share;
         // Nearer to a certified facet than that, a later flight could not tell its sides.
