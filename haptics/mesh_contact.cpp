@@ -8,6 +8,8 @@
 namespace palpate {
 namespace {
 
+// A flight cut off within this many tolerances has not left the surface.
+constexpr double kStillThere = 4.0;
 // Legs without length, as round the fan of a vertex, before a slide is given up.
 constexpr int kEmptyLegs = 128;
 // Looks round an uncertain facet before a slide above it is given up.
@@ -45,6 +47,7 @@ bool MeshContact::restart(const Vec3& proxy) noexcept {
     yielded_ = false;
     held_depth_m_ = 0.0;
     pull_ = proxy;
+    leaving_.clear();
     alight(proxy, proxy);
     return false;
 }
@@ -65,7 +68,10 @@ void MeshContact::follow(const Vec3& proxy) noexcept {
     const bool arrived = glm::length(proxy - leg.to) <= tolerance_m_;
     switch (leg.kind) {
     case Leg::Kind::flight:
-        if (!arrived)
+        if (mode_ == Mode::on_surface && !arrived &&
+            glm::length(proxy - leg.from) <= kStillThere * tolerance_m_)
+            proxy_ = proxy; // cut off at once: the label holds, rounding would not tell the side
+        else if (!arrived)
             alight(proxy, leg.from);
         else if (leg.lands)
             stand(leg.spot, proxy);
@@ -78,7 +84,7 @@ void MeshContact::follow(const Vec3& proxy) noexcept {
     case Leg::Kind::none:
         break;
     }
-    // Nobody asked whether it may go there: it yielded, or a surface gave way in this frame.
+    // It goes where no chord was asked for: because it yielded, or is set to another place.
     if (mode_ == Mode::held || !yielded_) {
         if (mode_ != Mode::held) alight(proxy, proxy_);
         proxy_ = proxy;
@@ -215,15 +221,16 @@ void MeshContact::touch(std::uint32_t facet, std::int8_t side) noexcept {
 
 /// Of a vertex's facets the few whose planes together hold the proxy there.
 void MeshContact::touch_all_that_hold(const Vec3& pull) noexcept {
-    walk_.facets_at(spot_, leaving_);
+    Fan facets;
+    walk_.facets_at(spot_, facets);
     PrimitiveSet planes;
     std::array<Touch, PrimitiveSet::kCapacity> candidates{};
     std::size_t count = 0;
-    for (std::size_t i = 0; i < leaving_.size() && count < candidates.size(); ++i) {
-        const Vec3 normal = walk_.outward(leaving_[i].facet, leaving_[i].side);
+    for (std::size_t i = 0; i < facets.size() && count < candidates.size(); ++i) {
+        const Vec3 normal = walk_.outward(facets[i].facet, facets[i].side);
         if (!(glm::dot(normal, pull - spot_.position) < 0.0)) continue;
         planes.add({spot_.position, normal, std::numeric_limits<double>::infinity()});
-        candidates[count++] = {leaving_[i].facet, leaving_[i].side};
+        candidates[count++] = {facets[i].facet, facets[i].side};
     }
     const ProxySolution solution = solve_proxy(planes, pull, kAnyStiffness);
     for (std::size_t i = 0; i < count; ++i)
@@ -395,6 +402,7 @@ void MeshContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
     if (!felt || yielded) held_depth_m_ = std::max(0.0, depth);
     if (depth > 0.0) return;
     held_depth_m_ = 0.0;
+    leaving_.clear();
     alight(proxy, proxy + normal);
 }
 

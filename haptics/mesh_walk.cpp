@@ -176,8 +176,7 @@ WalkStep MeshWalk::step(const MeshSpot& spot, const Vec3& pull) const noexcept {
         return step;
     }
     step.end = WalkStep::End::arrives;
-    step.spot =
-        to.toward == Toward::face ? across_face(spot, to, pull) : along_edge(spot, to, pull);
+    step.spot = to.toward == Toward::face ? across_face(spot, to, pull) : along_edge(to, pull);
     return step;
 }
 
@@ -231,8 +230,7 @@ MeshSpot MeshWalk::across_face(const MeshSpot& spot, const Heading& heading,
 }
 
 /// Towards the point of the edge's line that is nearest to `pull`, as far as the edge goes.
-MeshSpot MeshWalk::along_edge(const MeshSpot&, const Heading& heading,
-                              const Vec3& pull) const noexcept {
+MeshSpot MeshWalk::along_edge(const Heading& heading, const Vec3& pull) const noexcept {
     const Vec3 from = topology_.corner(heading.facet, heading.edge);
     const Vec3 along = topology_.corner(heading.facet, (heading.edge + 1) % 3) - from;
     return on_edge(heading.facet, heading.side, heading.edge,

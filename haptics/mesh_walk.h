@@ -78,8 +78,7 @@ private:
     Vec3 mean_outward(const Fan& around, const Vec3& vertex) const noexcept;
     MeshSpot across_face(const MeshSpot& spot, const Heading& heading,
                          const Vec3& pull) const noexcept;
-    MeshSpot along_edge(const MeshSpot& spot, const Heading& heading,
-                        const Vec3& pull) const noexcept;
+    MeshSpot along_edge(const Heading& heading, const Vec3& pull) const noexcept;
     MeshSpot on_edge(std::uint32_t facet, std::int8_t side, std::uint8_t edge,
                      double share) const noexcept;
     MeshSpot at_corner(std::uint32_t facet, std::int8_t side, std::uint8_t corner) const noexcept;
