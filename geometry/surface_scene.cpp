@@ -21,7 +21,11 @@ constexpr double kRoundings = 8.0;
 // A float32 ray in the box of half extent L strays by ulp(L)/2 (origin) and 2 sqrt(3) L 2^-24
 // (direction) at most, together under 4 ulp(L); boxes are rounded outwards and grown by twice that,
 // so that no box of a triangle that is met is passed by.
-constexpr double kBoxUlps = 8.0;
+constexpr double kRayUlps = 8.0;
+// Triangles may be widened by this much, and their corners, where the widened edges meet, by about
+// twice that: boxes are grown by it as well.
+constexpr double kWideningUlps = 8.0;
+constexpr double kBoxUlps = kRayUlps + 2.0 * kWideningUlps;
 
 constexpr double kParallel =
     1.0e-30; // m; a segment that moves less along an axis does not leave a slab, nor overflow
@@ -74,12 +78,15 @@ double sum_of_sizes(const Vec3& v) noexcept {
 /// A triangle that the segment meets exactly is never refused (so a closed mesh lets nothing
 /// through, at edges and vertices too), one that it passes by more than a few times the rounding
 /// never taken.
-bool crosses(const Segment& s, const Corners& corner, Crossing& crossing) noexcept {
+/// `widening` moves its edges outwards, m.
+bool crosses(const Segment& s, const Corners& corner, double widening,
+             Crossing& crossing) noexcept {
     // From the point of the line that is nearest to a corner, so that what is multiplied is small.
     const double near = glm::dot(corner.a - s.from, s.direction);
     const Vec3 origin = s.from + near * s.direction;
     const Vec3 a = corner.a - origin, b = corner.b - origin, c = corner.c - origin;
-    const double reach = std::max({sum_of_sizes(a), sum_of_sizes(b), sum_of_sizes(c)}) + s.rounding;
+    const double reach =
+        std::max({sum_of_sizes(a), sum_of_sizes(b), sum_of_sizes(c)}) + s.rounding + widening;
     if (near + 2.0 * reach < 0.0 || near - 2.0 * reach > s.length) return false;
 
     // The line passes all three edges on the same side: (a x b) . d is its distance from the edge
@@ -88,8 +95,19 @@ bool crosses(const Segment& s, const Corners& corner, Crossing& crossing) noexce
     const double u = glm::dot(s.direction, glm::cross(b, c));
     const double v = glm::dot(s.direction, glm::cross(c, a));
     const double w = glm::dot(s.direction, glm::cross(a, b));
-    const bool left = u >= -room && v >= -room && w >= -room;
-    const bool right = u <= room && v <= room && w <= room;
+    double room_u = room, room_v = room, room_w = room;
+    if (widening > 0.0) {
+        // Where the line meets the plane it may be that far beside an edge; seen along the line
+        // that is less the flatter it comes, and nothing when it runs along the plane.
+        const Vec3 across_plane = glm::cross(b - a, c - a);
+        const double foreshortened =
+            widening * std::abs(glm::dot(across_plane, s.direction)) / glm::length(across_plane);
+        room_u += foreshortened * glm::length(c - b);
+        room_v += foreshortened * glm::length(a - c);
+        room_w += foreshortened * glm::length(b - a);
+    }
+    const bool left = u >= -room_u && v >= -room_v && w >= -room_w;
+    const bool right = u <= room_u && v <= room_v && w <= room_w;
     if (!left && !right) return false;
 
     // The plane's point; where the line nearly lies in the plane and meets it nowhere near, the one
@@ -134,6 +152,7 @@ struct SurfaceScene::Embree {
     Vec3 origin{0.0};      // m, scene frame: Embree's zero
     double largest = 0.0;  // m, largest coordinate of a vertex
     double box_room = 0.0; // m
+    double widening = 0.0; // m
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
@@ -142,10 +161,16 @@ struct SurfaceScene::Embree {
         RTCIntersectContext context;
         const Embree* surface;
         Segment segment;
+        SegmentOptions options;
         double start; // m, from the segment's start to where Embree's ray begins
         Crossing best;
         std::uint32_t triangle;
         bool found;
+    };
+
+    struct NeighbourhoodQuery {
+        const Embree* surface;
+        std::vector<std::uint32_t>* found;
     };
 
     struct BallQuery {
@@ -182,6 +207,7 @@ struct SurfaceScene::Embree {
     static void box_of(const RTCBoundsFunctionArguments* arguments);
     static void cross(const RTCIntersectFunctionNArguments* arguments);
     static bool approach(RTCPointQueryFunctionArguments* arguments);
+    static bool collect(RTCPointQueryFunctionArguments* arguments);
 };
 
 SurfaceScene::Embree::Embree(std::shared_ptr<const TriangleMesh> surface)
@@ -191,7 +217,9 @@ SurfaceScene::Embree::Embree(std::shared_ptr<const TriangleMesh> surface)
     const Vec3 half = 0.5 * bounds.extent();
     origin = bounds.center();
     // The half extent never being zero keeps a flat mesh's boxes from having no room.
-    box_room = kBoxUlps * ulp32(std::max(largest_coordinate(half), kEpsilon * largest));
+    const double ulp = ulp32(std::max(largest_coordinate(half), kEpsilon * largest));
+    box_room = kBoxUlps * ulp;
+    widening = kWideningUlps * ulp;
     bounds.lower -= box_room;
     bounds.upper += box_room;
     try {
@@ -299,8 +327,14 @@ void SurfaceScene::Embree::cross(const RTCIntersectFunctionNArguments* arguments
     if (!arguments->valid[0]) return; // rtcIntersect1 asks for one ray at a time
     auto& query = *reinterpret_cast<SegmentQuery*>(arguments->context);
     const std::uint32_t triangle = query.surface->triangle_of[arguments->primID];
+    const SegmentOptions& options = query.options;
+    if (std::find(options.except.begin(), options.except.end(), triangle) != options.except.end())
+        return;
+    const bool wide = !options.widened.empty() && options.widened[triangle] != 0;
     Crossing crossing;
-    if (!crosses(query.segment, query.surface->corners(triangle), crossing)) return;
+    if (!crosses(query.segment, query.surface->corners(triangle),
+                 wide ? query.surface->widening : 0.0, crossing))
+        return;
     if (query.found && (crossing.distance > query.best.distance ||
                         (crossing.distance == query.best.distance && triangle > query.triangle)))
         return;
@@ -335,12 +369,19 @@ bool SurfaceScene::Embree::approach(RTCPointQueryFunctionArguments* arguments) {
     return true;
 }
 
+bool SurfaceScene::Embree::collect(RTCPointQueryFunctionArguments* arguments) {
+    auto& query = *static_cast<NeighbourhoodQuery*>(arguments->userPtr);
+    query.found->push_back(query.surface->triangle_of[arguments->primID]);
+    return false;
+}
+
 SurfaceScene::SurfaceScene(std::shared_ptr<const TriangleMesh> mesh)
     : embree_(std::make_unique<Embree>(std::move(mesh))) {}
 
 SurfaceScene::~SurfaceScene() = default;
 
-std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& to) const noexcept {
+std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& to,
+                                                  const SegmentOptions& options) const noexcept {
     if (!in_range(from) || !in_range(to)) return std::nullopt;
     const Vec3 along = to - from;
     const double length = glm::length(along);
@@ -349,6 +390,7 @@ std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& 
 
     Embree::SegmentQuery query{};
     query.surface = embree_.get();
+    query.options = options;
     query.segment.from = from;
     query.segment.direction = along / length;
     query.segment.length = length;
@@ -392,10 +434,29 @@ std::optional<SurfaceHit> SurfaceScene::closest_point(const Vec3& point,
     return embree_->hit(query.triangle, query.point, std::sqrt(query.best));
 }
 
+void SurfaceScene::triangles_near(const Vec3& point, double radius_m,
+                                  std::vector<std::uint32_t>& found) const {
+    found.clear();
+    if (!in_range(point) || !(radius_m > 0.0) || radius_m > kQueryRange) return;
+    const Vec3 center = point - embree_->origin;
+    Embree::NeighbourhoodQuery query{embree_.get(), &found};
+    RTCPointQuery ball{};
+    ball.x = static_cast<float>(center.x);
+    ball.y = static_cast<float>(center.y);
+    ball.z = static_cast<float>(center.z);
+    ball.radius =
+        rounded_up(radius_m + 2.0 * ulp32(largest_coordinate(center)) + 1.0e-6 * radius_m);
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(embree_->scene, &ball, &context, &Embree::collect, &query);
+}
+
 const TriangleMesh& SurfaceScene::mesh() const noexcept { return *embree_->mesh; }
 
 double SurfaceScene::query_error_m() const noexcept {
     return kRoundings * kEpsilon * embree_->largest;
 }
+
+double SurfaceScene::widening_m() const noexcept { return embree_->widening; }
 
 } // namespace palpate

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include <palpate/geometry/triangle_mesh.h>
 
@@ -15,6 +17,14 @@ struct SurfaceHit {
     Vec3 normal{0.0};           ///< unit, towards free space as the mesh is oriented
     double distance_m = 0.0;    ///< from the query's start or centre
     std::uint32_t triangle = 0; ///< index into TriangleMesh::triangles
+};
+
+/// Which triangles a segment query sees, and how large.
+struct SegmentOptions {
+    std::span<const std::uint32_t> except; ///< triangles that are not there for this query; few
+    /// Per triangle of the mesh, or empty: not 0 where it is widened by widening_m() in its own
+    /// plane, so that cracks up to twice that between such triangles are closed.
+    std::span<const std::uint8_t> widened;
 };
 
 /// An immutable triangle mesh behind Embree, which finds the triangles that a query may meet by
@@ -39,17 +49,26 @@ public:
     /// First triangle, either face, on the segment from -> to, ends included; of equal ones the
     /// lowest id.   [any] Nothing where there is none, from equals to, or an end is not finite or
     /// beyond kQueryRange.
-    std::optional<SurfaceHit> first_hit(const Vec3& from, const Vec3& to) const noexcept;
+    std::optional<SurfaceHit> first_hit(const Vec3& from, const Vec3& to,
+                                        const SegmentOptions& options = {}) const noexcept;
 
     /// Closest point of the surface within `radius_m` of `point`; of equal ones that of the lowest
     /// triangle id.   [any] Nothing where there is none, or an argument is not finite, out of
     /// kQueryRange, or radius_m <= 0.
     std::optional<SurfaceHit> closest_point(const Vec3& point, double radius_m) const noexcept;
 
+    /// Triangles whose bounding box comes within `radius_m` of `point`, and a few more: `found` is
+    /// replaced. Throws std::bad_alloc.   [setup]
+    void triangles_near(const Vec3& point, double radius_m,
+                        std::vector<std::uint32_t>& found) const;
+
     const TriangleMesh& mesh() const noexcept;
     /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate
     /// (1.1e-16 m at 60 mm, 1.8e-14 at 10 m). A query's own coordinate counts where it is larger.
     double query_error_m() const noexcept;
+    /// By how much SegmentOptions::widened widens, m: 8 float32 units of the mesh's half extent (30
+    /// nm at 31-62 mm).
+    double widening_m() const noexcept;
 
     static constexpr double kQueryRange =
         1.0e6; ///< m; Debian's Embree aborts the process on rays beyond 1.8e18 or NaN

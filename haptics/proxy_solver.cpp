@@ -268,6 +268,28 @@ private:
     double tolerance_ = 0.0;
 };
 
+/// One plane, as most evaluations have: lambda is the depth, within its bounds.
+ProxySolution solve_one_plane(const PlanePrimitive& plane, const Vec3& target,
+                              double stiffness) noexcept {
+    ProxySolution solution;
+    solution.proxy = target;
+    const double length = glm::length(plane.normal);
+    if (!std::isfinite(length) || !(length > 0.0) || !is_finite(plane.anchor) ||
+        !(plane.strength_n > 0.0))
+        return solution;
+    const Vec3 normal = plane.normal / length;
+    const double offset = glm::dot(normal, plane.anchor - target);
+    if (!(offset > kAbsoluteGap)) return solution;
+    const double sigma = plane.strength_n / stiffness;
+    const double lambda = std::min(offset, sigma);
+    solution.proxy = target + lambda * normal;
+    solution.multiplier_n[0] = stiffness * lambda;
+    solution.state[0] = lambda < sigma ? MultiplierState::active : MultiplierState::saturated;
+    const double gap = glm::dot(normal, lambda * normal) - offset;
+    solution.residual_m = std::abs(lambda - std::clamp(lambda - gap, 0.0, sigma));
+    return solution;
+}
+
 } // namespace
 
 ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe,
@@ -276,6 +298,8 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe,
     ProxySolution solution;
     solution.proxy = target;
     if (primitives.planes().empty()) return solution;
+    if (primitives.planes().size() == 1)
+        return solve_one_plane(primitives.planes().front(), target, stiffness);
 
     DualProblem problem(primitives, target, stiffness);
     solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;

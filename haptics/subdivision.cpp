@@ -41,7 +41,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
             "subdivision: sub_steps and evaluation_cap must be in [1, 4096]");
     if (!(settings.budget_us > 0.0) || !(settings.tolerance_m > 0.0))
         throw std::invalid_argument("subdivision: budget_us and tolerance must be above 0");
-    path_.reserve(2 * kMostEvaluations + 2);
+    path_.reserve(2 * kMostEvaluations + 2 + kMostLegs);
     steps_left_.reserve(kMostEvaluations);
 }
 
@@ -80,6 +80,7 @@ SubdivisionResult Subdivision::run() noexcept {
     last_residual_m_ = std::numeric_limits<double>::infinity();
     converged_ = false;
     unmoved_ = 0;
+    legs_left_ = kMostLegs;
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
     for (Effect* effect : effects_)
         effect->begin(frame_);
@@ -90,6 +91,16 @@ SubdivisionResult Subdivision::run() noexcept {
         gather(proxy);                                                   // (6)
         solve(proxy, result);                                            // (7)
         const std::uint32_t steps_left = steps_still_affordable(result); // (8), (10)
+        if (SurfaceContact* surface = leading_surface()) {
+            const Vec3 reached = led(*surface, proxy, steps_left, result); // (9)
+            const bool moved = reached != proxy;
+            proxy = reached;
+            if (result.flags & (kStalled | kEvaluationCap)) break;
+            if (steps_left > 0 && (moved || settings_.method != SteppingMethod::adaptive)) continue;
+            if (settings_.method == SteppingMethod::adaptive && !converged_)
+                result.flags |= kEvaluationCap;
+            break;
+        }
         if (keeps_its_place(result)) break;
         const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
         proxy = carried(proxy, wanted, result);
@@ -233,6 +244,47 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
     if (share < blocked_at) return accepted(from + share * chord, result);
     const std::optional<Vec3> reached = blocking->obstructed(from, to, blocked_at);
     return accepted(reached.value_or(from), result);
+}
+
+/// The surface that alone holds the proxy and can lead it, if there is one.
+SurfaceContact* Subdivision::leading_surface() const noexcept {
+    if (primitives_.planes().size() != contacts_.size()) return nullptr; // an effect holds it, too
+    SurfaceContact* leading = nullptr;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (first_contact_[i] == first_contact_[i + 1]) continue;
+        if (leading || !surfaces_[i]->slides() || any_state(i, MultiplierState::saturated))
+            return nullptr;
+        leading = surfaces_[i];
+    }
+    return leading;
+}
+
+/// Where a surface leads the proxy towards the probe, shifted by the forces, or towards this
+/// sub-step's share of the way there; as far as the other surfaces' certificates hold.
+Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_left,
+                      SubdivisionResult& result) noexcept {
+    Vec3 pull = frame_.probe + primitives_.force() / frame_.stiffness; // a' = a + sum d / k
+    if (settings_.method != SteppingMethod::adaptive)
+        pull = proxy + (pull - proxy) / (steps_left + 1.0); // eq. (9)
+    for (; legs_left_ > 0; --legs_left_) {
+        const SlideLeg leg = surface.slide(proxy, pull);
+        if (leg.end == SlideLeg::End::rests) {
+            converged_ = true;
+            return proxy;
+        }
+        if (leg.end == SlideLeg::End::stuck) {
+            result.flags |= kStalled;
+            return proxy;
+        }
+        double fraction = 1.0;
+        for (SurfaceContact* other : surfaces_)
+            if (other != &surface)
+                fraction = std::min(fraction, other->carry(proxy, leg.corner).fraction);
+        if (fraction < 1.0) return accepted(proxy + fraction * (leg.corner - proxy), result);
+        proxy = accepted(leg.corner, result);
+    }
+    result.flags |= kEvaluationCap;
+    return proxy;
 }
 
 Vec3 Subdivision::accepted(const Vec3& proxy, SubdivisionResult& result) noexcept {

@@ -49,6 +49,8 @@ class Subdivision {
 public:
     /// Bounds every frame, also where a clock stands still.
     static constexpr int kMostEvaluations = 4096;
+    /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
+    static constexpr int kMostLegs = 1024;
 
     /// Surfaces and effects in canonical order; all must outlive this. Throws std::invalid_argument
     /// on settings out of range.  [setup]
@@ -85,6 +87,9 @@ private:
     Vec3 curved_candidate(const Vec3& proxy, double residual_m) noexcept;
     Vec3 carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept;
     Vec3 accepted(const Vec3& proxy, SubdivisionResult& result) noexcept;
+    SurfaceContact* leading_surface() const noexcept;
+    Vec3 led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_left,
+             SubdivisionResult& result) noexcept;
     Vec3 settled(Vec3 proxy, SubdivisionResult& result) noexcept;
     void commit(const Vec3& proxy, SubdivisionResult& result) noexcept;
     bool any_state(std::size_t surface, MultiplierState state) const noexcept;
@@ -109,6 +114,7 @@ private:
     double last_residual_m_ = 0.0;
     bool converged_ = false; // the last step is expected to leave less than the tolerance
     int unmoved_ = 0;        // evaluations in a row that did not move the proxy
+    int legs_left_ = 0;      // of kMostLegs
     std::span<const std::uint32_t> replayed_;
     std::vector<Vec3> path_;
     std::vector<std::uint32_t> steps_left_;

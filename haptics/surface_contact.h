@@ -54,6 +54,17 @@ struct Chord {
                            ///< rather than stops
 };
 
+/// A straight piece of the way on which a surface leads the proxy by itself.
+struct SlideLeg {
+    enum class End {
+        goes_on, ///< at `corner`, which is nearer
+        rests,   ///< it is where the surface holds it
+        stuck,   ///< it stays, though it is not
+    };
+    Vec3 corner{0.0}; ///< m, scene frame
+    End end = End::rests;
+};
+
 /// What a surface has computed so far: counters that only grow.
 struct QueryCount {
     std::uint64_t field_samples = 0;
@@ -112,6 +123,18 @@ public:
     virtual bool is_open() const noexcept = 0;
 
     virtual QueryCount queries() const noexcept = 0; ///< [any]
+
+    /// Whether slide() is exact where this surface alone holds the proxy; otherwise planes and
+    /// chords do.  [loop]
+    virtual bool slides() const noexcept { return false; }
+
+    /// The next piece of the proxy's way when `pull` draws it and this surface alone holds it: on
+    /// the surface, off it, back onto it. Certified as carry()'s chords are; the distance to `pull`
+    /// never grows. [loop]
+    virtual SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept {
+        static_cast<void>(pull);
+        return {from, SlideLeg::End::rests};
+    }
 };
 
 } // namespace palpate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/geometry/surface_scene.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -348,6 +349,77 @@ TEST(SurfaceScene, TheSameMeshGivesTheSameBits) {
         ASSERT_EQ(first->position, second->position);
         ASSERT_EQ(first->distance_m, second->distance_m);
     }
+}
+
+// What a query leaves out is as if it were not there: the twin is a mesh without it.
+TEST(SurfaceScene, ExceptedTrianglesAreNotMet) {
+    const TriangleMesh mesh = test::bumpy_sphere(0.05, 3);
+    const SurfaceScene scene = scene_of(mesh);
+    std::mt19937_64 random(92);
+    for (int k = 0; k < 50; ++k) {
+        const Vec3 to = 0.07 * random_direction(random);
+        const auto first = scene.first_hit(-to, to);
+        ASSERT_TRUE(first);
+        TriangleMesh rest = mesh;
+        const Vec3 far{0.09, 0.09, 0.09}; // a triangle out of the way keeps the others' numbers
+        const auto v = static_cast<std::uint32_t>(rest.vertices.size());
+        rest.vertices.insert(rest.vertices.end(), {far, 1.01 * far, far + Vec3{0.001, 0, 0}});
+        rest.triangles[first->triangle] = {v, v + 1, v + 2};
+        const std::uint32_t except[] = {first->triangle};
+        const auto second = scene.first_hit(-to, to, {except, {}});
+        const auto expected = test::brute_first_hit(rest, -to, to);
+        ASSERT_TRUE(second && expected);
+        ASSERT_EQ(second->triangle, expected->triangle);
+    }
+}
+
+// A crack of 5 nm between two triangles is closed when both are widened, and only then; a line
+// along the plane, a hair above, meets neither.
+TEST(SurfaceScene, WideningClosesCracks) {
+    const double crack = 5e-9;
+    TriangleMesh mesh;
+    for (const double side : {-1.0, 1.0}) {
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        mesh.vertices.push_back({side * 0.5 * crack, -0.05, 0});
+        mesh.vertices.push_back({side * 0.5 * crack, 0.05, 0});
+        mesh.vertices.push_back({side * 0.05, 0, 0});
+        mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    const SurfaceScene scene = scene_of(mesh);
+    EXPECT_GT(2.0 * scene.widening_m(), crack);
+    const std::uint8_t both[] = {1, 1};
+    std::mt19937_64 random(93);
+    for (int k = 0; k < 1000; ++k) {
+        const double y = 0.04 * (random_point(random, 1.0).y);
+        const Vec3 from = Vec3{0, y, 0} + random_point(random, 0.02) + Vec3{0, 0, 0.021};
+        const Vec3 to = Vec3{0, 2.0 * y, 0} - from; // through the middle of the crack
+        ASSERT_FALSE(scene.first_hit(from, to));
+        ASSERT_TRUE(scene.first_hit(from, to, {{}, both}));
+        const Vec3 above{0, 0, scene.widening_m() * 0.01};
+        ASSERT_FALSE(
+            scene.first_hit(above - Vec3{0.04, 0, 0}, above + Vec3{0.04, 0, 0}, {{}, both}));
+    }
+}
+
+TEST(SurfaceScene, TrianglesNearIncludeAllWithin) {
+    const TriangleMesh mesh = test::bumpy_sphere(0.05, 4);
+    const SurfaceScene scene = scene_of(mesh);
+    std::mt19937_64 random(94);
+    std::vector<std::uint32_t> found{1, 2, 3};
+    for (int k = 0; k < 100; ++k) {
+        const Vec3 point = random_point(random, 0.06);
+        const double radius = 0.02 * std::abs(random_point(random, 1.0).x);
+        scene.triangles_near(point, radius, found);
+        for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+            const auto& t = mesh.triangles[i];
+            const Vec3 q = closest_point_on_triangle(point, mesh.vertices[t[0]],
+                                                     mesh.vertices[t[1]], mesh.vertices[t[2]]);
+            if (glm::length(q - point) > radius) continue;
+            ASSERT_EQ(std::count(found.begin(), found.end(), i), 1);
+        }
+    }
+    scene.triangles_near({0, 0, kNan}, 1.0, found);
+    EXPECT_TRUE(found.empty());
 }
 
 TEST(SurfaceScene, UnusableMeshesAreRefused) {

@@ -4,12 +4,15 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 
 #include <gtest/gtest.h>
 
 #include <palpate/engine/haptic_loop.h>
 
+#include "tests/support/mesh_fuzz.h"
+#include "tests/support/odd_meshes.h"
 #include "tests/support/phantom.h"
 
 namespace {
@@ -104,6 +107,34 @@ TEST(Allocation, FramesOfContactVolumeMakeNone) {
 TEST(Allocation, FramesOfContactDirectMakeNone) {
     if (!test::can_extract()) GTEST_SKIP() << "this build has no extraction";
     EXPECT_EQ(allocations_of(test::phantom_scene("direct", "adaptive")), 0);
+}
+
+/// On facets that are certified and on such that are not, off them, and yielding.
+TEST(Allocation, FramesOfContactMeshMakeNone) {
+    TriangleMesh mesh = test::spiky_ball(0.028, 3, 0.1, 5);
+    test::append(mesh, test::icosphere(0.02, 3, {0.02, 0, 0}));
+    const auto certified = test::certified(std::move(mesh));
+    ASSERT_GT(certified->uncertain_count(), 0u);
+    for (const SteppingMethod method : {SteppingMethod::adaptive, SteppingMethod::fixed})
+        for (const double strength : {std::numeric_limits<double>::infinity(), 1.0}) {
+            SteppingSettings settings;
+            settings.method = method;
+            test::ContactLoop loop(settings, test::one_mesh(certified, {strength}));
+            loop.start({0.05, 0, 0});
+            const auto step = [&](int i) {
+                const double angle = 0.004 * i;
+                const double radius = 0.028 + 0.006 * std::sin(0.01 * i);
+                loop.move(radius * Vec3{std::cos(angle), std::sin(angle), std::sin(0.37 * angle)});
+            };
+            for (int i = 0; i < 100; ++i)
+                step(i);
+            allocations = 0;
+            counting = true;
+            for (int i = 100; i < 10100; ++i)
+                step(i);
+            counting = false;
+            EXPECT_EQ(allocations, 0);
+        }
 }
 
 TEST(Allocation, FramesOfVolumeEffectsMakeNone) {

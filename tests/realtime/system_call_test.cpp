@@ -7,6 +7,8 @@
 
 #include <palpate/engine/haptic_loop.h>
 
+#include "tests/support/mesh_fuzz.h"
+#include "tests/support/odd_meshes.h"
 #include "tests/support/phantom.h"
 #include "tests/support/scripted_clock.h"
 
@@ -41,18 +43,14 @@ bool forbid_system_calls() {
            prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
-/// What becomes of a child that runs frames (and, if asked, one forbidden call) with system calls
-/// forbidden.
-Outcome without_system_calls(const std::shared_ptr<const Scene>& scene, bool forbidden_call) {
-    test::ScriptedClock clock(1.0); // on some machines reading the time is a system call of its own
-    HapticLoop loop(scene, clock);
+/// What becomes of a child that moves a probe (and, if asked, makes one forbidden call) with system
+/// calls forbidden.
+template <class Move>
+Outcome without_system_calls(const Move& move, bool forbidden_call) {
     const auto frames = [&](int from, int to) {
-        DeviceState state;
-        for (int i = from; i < to; ++i) {
-            state.position = (0.028 + 0.006 * std::sin(0.01 * i)) *
-                             Vec3{std::cos(0.004 * i), std::sin(0.004 * i), 0};
-            loop.frame(state);
-        }
+        for (int i = from; i < to; ++i)
+            move((0.028 + 0.006 * std::sin(0.01 * i)) *
+                 Vec3{std::cos(0.004 * i), std::sin(0.004 * i), 0});
     };
     const pid_t child = fork();
     if (child == 0) {
@@ -68,14 +66,38 @@ Outcome without_system_calls(const std::shared_ptr<const Scene>& scene, bool for
     return WEXITSTATUS(status) == kUnavailable ? Outcome::unavailable : Outcome::finished;
 }
 
+Outcome scene_without_system_calls(const std::shared_ptr<const Scene>& scene, bool forbidden_call) {
+    test::ScriptedClock clock(1.0); // on some machines reading the time is a system call of its own
+    HapticLoop loop(scene, clock);
+    const auto move = [&](const Vec3& probe) {
+        DeviceState state;
+        state.position = probe;
+        loop.frame(state);
+    };
+    return without_system_calls(move, forbidden_call);
+}
+
 TEST(SystemCalls, FramesMakeNone) {
-    const Outcome outcome = without_system_calls(test::phantom_scene("volume", "adaptive"), false);
+    const Outcome outcome =
+        scene_without_system_calls(test::phantom_scene("volume", "adaptive"), false);
+    if (outcome == Outcome::unavailable) GTEST_SKIP() << "this kernel has no seccomp filter";
+    EXPECT_EQ(outcome, Outcome::finished);
+}
+
+TEST(SystemCalls, FramesOfContactMeshMakeNone) {
+    TriangleMesh mesh = test::spiky_ball(0.028, 3, 0.1, 5);
+    test::append(mesh, test::icosphere(0.02, 3, {0.02, 0, 0})); // not all facets are certified
+    test::ContactLoop loop({}, test::one_mesh(test::certified(std::move(mesh))));
+    loop.start({0.05, 0, 0});
+    const Outcome outcome =
+        without_system_calls([&](const Vec3& probe) { loop.move(probe); }, false);
     if (outcome == Outcome::unavailable) GTEST_SKIP() << "this kernel has no seccomp filter";
     EXPECT_EQ(outcome, Outcome::finished);
 }
 
 TEST(SystemCalls, AForbiddenOneIsCaught) {
-    const Outcome outcome = without_system_calls(test::phantom_scene("volume", "adaptive"), true);
+    const Outcome outcome =
+        scene_without_system_calls(test::phantom_scene("volume", "adaptive"), true);
     if (outcome == Outcome::unavailable) GTEST_SKIP() << "this kernel has no seccomp filter";
     EXPECT_EQ(outcome, Outcome::killed);
 }

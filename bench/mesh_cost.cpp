@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame of contact `mesh` costs: the paper's path on meshes of its cavity, at 0.2 to 5 m/s;
+// one iteration is one frame, gathering, solving and sliding included. Counters: percentiles of the
+// frames in contact, us; pieces of way and queries per frame; and the distance from the closest
+// point of the mesh, so that no speed is bought with it.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <benchmark/benchmark.h>
+
+#include "tests/support/mesh_fuzz.h"
+#include "tests/support/mesh_references.h"
+#include "tests/support/odd_meshes.h"
+
+namespace palpate {
+namespace {
+
+using Timer = std::chrono::steady_clock;
+
+double microseconds_since(Timer::time_point start) {
+    return std::chrono::duration<double, std::micro>(Timer::now() - start).count();
+}
+
+void cavity(benchmark::State& state, int levels, bool turned, double step) {
+    const TriangleMesh plain = test::icosphere(0.05, levels);
+    const auto mesh = test::certified(turned ? test::turned(plain) : plain);
+    test::ContactLoop loop({}, test::one_mesh(mesh));
+    const std::vector<Vec3> path = test::out_and_round(step);
+    loop.start(path.front());
+    std::vector<double> spent;
+    double legs = 0.0, error = 0.0;
+    std::size_t i = 0;
+    for (auto _ : state) {
+        if (i == path.size()) {
+            i = 0;
+            loop.start(path.front());
+        }
+        const Vec3& probe = path[i++];
+        const auto began = Timer::now();
+        const SubdivisionResult frame = loop.move(probe);
+        const double us = microseconds_since(began);
+        state.SetIterationTime(1e-6 * us);
+        if (frame.contacts == 0) continue;
+        spent.push_back(us);
+        legs += frame.sub_steps;
+        if (i % 64) continue;
+        const auto closest = mesh->scene().closest_point(probe, 0.01);
+        error = std::max(error, glm::length(closest->position - loop.proxy()));
+    }
+    std::sort(spent.begin(), spent.end());
+    const auto percentile = [&](double share) {
+        return spent[static_cast<std::size_t>(share * static_cast<double>(spent.size() - 1))];
+    };
+    state.counters["contact_p50_us"] = percentile(0.5);
+    state.counters["contact_p99_us"] = percentile(0.99);
+    state.counters["contact_max_us"] = percentile(1.0);
+    state.counters["legs"] = legs / static_cast<double>(spent.size());
+    state.counters["queries"] = static_cast<double>(loop.surface(0).queries().surface_queries) /
+                                static_cast<double>(state.iterations());
+    state.counters["error_um"] = 1e6 * error;
+}
+
+/// Set-up: neighbours, certificates and Embree's tree.
+void certify(benchmark::State& state, int levels) {
+    const auto mesh = std::make_shared<const TriangleMesh>(test::icosphere(0.05, levels));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(CertifiedMesh(mesh).uncertain_count());
+    state.counters["triangles"] = static_cast<double>(mesh->triangles.size());
+}
+
+BENCHMARK_CAPTURE(cavity, 80k_02mps, 6, true, 0.2e-3)->UseManualTime()->Iterations(40000);
+BENCHMARK_CAPTURE(cavity, 330k_02mps, 7, false, 0.2e-3)->UseManualTime()->Iterations(40000);
+BENCHMARK_CAPTURE(cavity, 330k_turned_02mps, 7, true, 0.2e-3)->UseManualTime()->Iterations(40000);
+BENCHMARK_CAPTURE(cavity, 330k_turned_1mps, 7, true, 1e-3)->UseManualTime()->Iterations(20000);
+BENCHMARK_CAPTURE(cavity, 330k_turned_5mps, 7, true, 5e-3)->UseManualTime()->Iterations(10000);
+BENCHMARK_CAPTURE(certify, 330k, 7)->Unit(benchmark::kMillisecond)->Iterations(2);
+
+} // namespace
+} // namespace palpate
+
+BENCHMARK_MAIN();

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/geometry/certified_mesh.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include <palpate/geometry/internal/triangle_distance.h>
+
+namespace palpate {
+namespace {
+
+// What keeps this distance from facets is farther away than cracks that are closed are wide.
+constexpr double kSkinOverWidening = 2.0;
+// 1e5 roundings at 50 mm, and a millionth of a haptic device's count.
+constexpr double kToleranceShare = 2.0e-11;
+constexpr double kToleranceRoundings = 1000.0;
+// Neighbours closer than this to lying on each other, rad: the sum of their normals says nothing.
+constexpr double kSmallestFold = 1.0e-6;
+constexpr std::uint32_t kChunk = 1024; // facets that a thread takes at a time
+
+Corners3 corners(const MeshTopology& topology, std::uint32_t facet) {
+    return {topology.corner(facet, 0), topology.corner(facet, 1), topology.corner(facet, 2)};
+}
+
+Box box_of(const Corners3& t) {
+    Box box;
+    for (const Vec3& p : {t.a, t.b, t.c})
+        box.add(p);
+    return box;
+}
+
+bool farther_than(const Box& a, const Box& b, double distance) {
+    const Vec3 gap = glm::max(glm::max(a.lower - b.upper, b.lower - a.upper), 0.0);
+    return squared_length(gap) > distance * distance;
+}
+
+} // namespace
+
+CertifiedMesh::CertifiedMesh(std::shared_ptr<const TriangleMesh> mesh, Certificates certificates)
+    : scene_(mesh), topology_(*mesh), skin_m_(kSkinOverWidening * scene_.widening_m()),
+      uncertain_(topology_.facet_count(), 0) {
+    Box bounds;
+    for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
+        if (!topology_.facet(f).dropped())
+            for (int k = 0; k < 3; ++k)
+                bounds.add(topology_.corner(f, k));
+    const Vec3 half = 0.5 * bounds.extent();
+    tolerance_m_ = std::max(kToleranceShare * std::max({half.x, half.y, half.z}),
+                            kToleranceRoundings * scene_.query_error_m());
+    if (certificates == Certificates::computed) certify();
+    uncertain_count_ = static_cast<std::size_t>(
+        std::count_if(uncertain_.begin(), uncertain_.end(), [](auto mark) { return mark != 0; }));
+}
+
+void CertifiedMesh::certify() {
+    const auto count = static_cast<std::uint32_t>(topology_.facet_count());
+    std::atomic<std::uint32_t> next{0};
+    const auto work = [&] {
+        std::vector<std::uint32_t> near;
+        for (std::uint32_t first; (first = next.fetch_add(kChunk)) < count;)
+            for (std::uint32_t f = first; f < std::min(first + kChunk, count); ++f)
+                certify_facet(f, near);
+    };
+    const std::uint32_t wanted = std::max(1u, std::thread::hardware_concurrency());
+    std::vector<std::jthread> others;
+    for (std::uint32_t i = 1; i < std::min(wanted, count / kChunk + 1); ++i)
+        others.emplace_back(work);
+    work();
+    others.clear();
+    spread_false_borders();
+}
+
+/// An edge without a neighbour is a border only where its facet is certified; elsewhere the surface
+/// goes on beyond it, unlinked, and no facet with a vertex there can be walked round.
+void CertifiedMesh::spread_false_borders() {
+    std::vector<std::uint32_t> ends;
+    for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
+        for (int k = 0; k < 3; ++k)
+            if (uncertain_[f] && !topology_.facet(f).dropped() && topology_.is_border(f, k)) {
+                ends.push_back(topology_.facet(f).vertex[k]);
+                ends.push_back(topology_.facet(f).vertex[(k + 1) % 3]);
+            }
+    std::sort(ends.begin(), ends.end());
+    for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
+        for (const std::uint32_t v : topology_.facet(f).vertex)
+            if (!ends.empty() && std::binary_search(ends.begin(), ends.end(), v)) uncertain_[f] = 1;
+}
+
+/// Marks this facet and others that are in each other's way; of a pair, the lower one does it.
+void CertifiedMesh::certify_facet(std::uint32_t facet, std::vector<std::uint32_t>& near) {
+    const auto mark = [&](std::uint32_t f) {
+        std::atomic_ref(uncertain_[f]).store(1, std::memory_order_relaxed);
+    };
+    const Facet& here = topology_.facet(facet);
+    if (here.dropped() || here.singular) mark(facet);
+    if (here.dropped()) return;
+
+    const Corners3 t = corners(topology_, facet);
+    const Box box = box_of(t);
+    const Vec3 center = box.center();
+    const double radius =
+        std::max({glm::length(t.a - center), glm::length(t.b - center), glm::length(t.c - center)});
+    scene_.triangles_near(center, radius + clearance_m(), near);
+    for (const std::uint32_t other : near) {
+        if (other <= facet || topology_.facet(other).dropped() ||
+            farther_than(box, box_of(corners(topology_, other)), clearance_m()) ||
+            clear_of_each_other(facet, other))
+            continue;
+        mark(facet);
+        mark(other);
+    }
+}
+
+/// Whether what two facets do not share keeps its distance.
+bool CertifiedMesh::clear_of_each_other(std::uint32_t facet, std::uint32_t other) const {
+    const Facet &f = topology_.facet(facet), &g = topology_.facet(other);
+    const Corners3 s = corners(topology_, facet), t = corners(topology_, other);
+    const auto has = [](const Facet& of, std::uint32_t vertex) {
+        return vertex == of.vertex[0] || vertex == of.vertex[1] || vertex == of.vertex[2];
+    };
+    const int shared = has(g, f.vertex[0]) + has(g, f.vertex[1]) + has(g, f.vertex[2]);
+    // The odd corner of each: the one shared, or of two shared the one that is not.
+    int own_f = 0, own_g = 0;
+    for (int k = 0; k < 3; ++k) {
+        if (has(g, f.vertex[k]) == (shared == 1)) own_f = k;
+        if (has(f, g.vertex[k]) == (shared == 1)) own_g = k;
+    }
+    const double room = clearance_m();
+    switch (shared) {
+    case 0:
+        return triangle_distance(s, t) >= room;
+    case 1: { // the edge opposite to the shared corner is what may be in the way
+        const auto p = [&](const Facet& of, int k) { return topology_.position(of.vertex[k % 3]); };
+        return segment_triangle_distance(p(f, own_f + 1), p(f, own_f + 2), t) >= room &&
+               segment_triangle_distance(p(g, own_g + 1), p(g, own_g + 2), s) >= room;
+    }
+    case 2: {
+        const Vec3 apex_f = topology_.corner(facet, own_f), apex_g = topology_.corner(other, own_g);
+        const Vec3 on_t = closest_point_on_triangle(apex_f, t.a, t.b, t.c);
+        const Vec3 on_s = closest_point_on_triangle(apex_g, s.a, s.b, s.c);
+        if (glm::length(on_t - apex_f) < room || glm::length(on_s - apex_g) < room) return false;
+        // Folded shut: both go the same way from the shared edge.
+        const Vec3 from = topology_.corner(facet, (own_f + 1) % 3);
+        const Vec3 unit = glm::normalize(topology_.corner(facet, (own_f + 2) % 3) - from);
+        const auto inward = [&](const Vec3& apex) {
+            const Vec3 d = apex - from;
+            return glm::normalize(d - glm::dot(d, unit) * unit);
+        };
+        return glm::length(inward(apex_f) - inward(apex_g)) > kSmallestFold;
+    }
+    default:
+        return false; // the same corners: two facets on each other
+    }
+}
+
+} // namespace palpate

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random probes, jumps of 100 mm among them, round meshes that are hard to touch. PALPATE_FUZZ=50
+// makes it a million frames.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/mesh_fuzz.h"
+#include "tests/support/odd_meshes.h"
+
+namespace palpate {
+namespace {
+
+using test::FuzzPlan;
+using test::FuzzResult;
+
+struct Work {
+    const char* name;
+    TriangleMesh mesh;
+    Vec3 start;
+    TriangleMesh oriented; ///< for the winding number where the mesh itself is not; else empty
+};
+
+std::ostream& operator<<(std::ostream& out, const Work& work) { return out << work.name; }
+
+TriangleMesh two_spheres() {
+    TriangleMesh two = test::icosphere(0.03, 3, {-0.015, 0, 0});
+    test::append(two, test::icosphere(0.03, 3, {0.015, 0.001, 0.002}));
+    return two;
+}
+
+std::vector<Work> clean_works() {
+    const TriangleMesh ball = test::icosphere(0.04, 3);
+    return {{"SpikesOutside", test::spiky_ball(0.04, 2, 0.5, 1), {0, 0, 0.079}, {}},
+            {"SpikesInside", test::spiky_ball(0.04, 2, 0.5, 1), {0, 0, 0}, {}},
+            {"FineSpikesOutside", test::spiky_ball(0.04, 3, 0.3, 2), {0, 0, 0.079}, {}},
+            {"FineSpikesInside", test::spiky_ball(0.04, 3, 0.3, 2), {0, 0, 0}, {}},
+            {"Plate", test::plate(), {0, 0, 0.02}, {}},
+            {"PlateInside", test::plate(), {0, 0, 0}, {}},
+            {"PlateTurned", test::turned(test::plate()), {0, 0, 0.06}, {}},
+            {"Knife", test::knife(0.03, 0.001, 7), {0, 0, 0.02}, {}},
+            {"KnifeTurned", test::turned(test::knife(0.03, 0.001, 7)), {0, 0, 0.02}, {}},
+            {"PartlyReversed", test::partly_reversed(ball), {0, 0, 0.06}, ball}};
+}
+
+std::vector<Work> uncertain_works() {
+    const TriangleMesh ball = test::icosphere(0.04, 3);
+    return {{"TwoSpheres", two_spheres(), {0, 0, 0.06}, {}},
+            {"TwoSpheresInside", two_spheres(), {-0.03, 0, 0}, {}},
+            {"Soup", test::soup(ball, 5e-9), {0, 0, 0.06}, {}},
+            {"SoupInside", test::soup(ball, 5e-9), {0, 0, 0}, {}},
+            {"TJunctions", test::with_t_junctions(ball, 200), {0, 0, 0.06}, {}},
+            {"TJunctionsInside", test::with_t_junctions(ball, 200), {0, 0, 0}, {}},
+            {"WedgesOnOneEdge", test::wedges_on_one_edge(0.03), {0, 0.05, 0}, {}}};
+}
+
+FuzzResult run(const Work& work, long frames,
+               CertifiedMesh::Certificates certificates = CertifiedMesh::Certificates::computed,
+               const MeshContactSettings& settings = {}) {
+    const TriangleMesh& oriented = work.oriented.triangles.empty() ? work.mesh : work.oriented;
+    const double winds = test::winding_number(oriented, work.start);
+    test::ContactLoop loop({}, test::one_mesh(test::certified(work.mesh, certificates), settings));
+    FuzzPlan plan;
+    plan.frames = frames;
+    plan.start = work.start;
+    plan.seed = 7;
+    plan.check_every = 3;
+    return test::fuzz(loop, work.mesh, plan, [&](const Vec3& p) {
+        return std::abs(test::winding_number(oriented, p) - winds) > 0.5;
+    });
+}
+
+std::string name_of(const testing::TestParamInfo<Work>& info) { return info.param.name; }
+
+class MeshFuzzClean : public testing::TestWithParam<Work> {};
+
+TEST_P(MeshFuzzClean, NothingGetsThroughAndEveryFrameEnds) {
+    const FuzzResult result = run(GetParam(), test::fuzz_frames(20000));
+    EXPECT_EQ(result.through, 0);
+    EXPECT_GE(result.checks, result.frames / 20);
+    EXPECT_GE(result.in_contact, result.frames / 20);
+    EXPECT_EQ(result.capped, 0);
+    EXPECT_EQ(result.stalled, 0);
+    EXPECT_EQ(result.held_moves, 0);
+    EXPECT_LE(result.worst_rise, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Works, MeshFuzzClean, testing::ValuesIn(clean_works()), name_of);
+
+class MeshFuzzUncertain : public testing::TestWithParam<Work> {};
+
+TEST_P(MeshFuzzUncertain, NothingGetsThrough) {
+    const FuzzResult result = run(GetParam(), test::fuzz_frames(20000));
+    EXPECT_EQ(result.through, 0);
+    EXPECT_GE(result.checks, result.frames / 20);
+    EXPECT_EQ(result.held_moves, 0);
+    EXPECT_LE(result.worst_rise, 1e-12);
+    // Where facets intersect, a frame in a hundred may end before its time.
+    EXPECT_LE(result.capped + result.stalled, result.frames / 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(Works, MeshFuzzUncertain, testing::ValuesIn(uncertain_works()), name_of);
+
+// What the certificates are for: walking on facets that have none goes through what is in the way.
+TEST(MeshFuzzControl, WithoutCertificatesOverlappingSpheresLeak) {
+    const Work work{"", two_spheres(), {-0.03, 0, 0}, {}};
+    EXPECT_GT(run(work, 20000, CertifiedMesh::Certificates::assumed).through, 100);
+}
+
+// What the look at the clearance is for: where facets cross at the end of a flight, the next ray
+// begins behind one of them.
+TEST(MeshFuzzControl, WithoutALookAtTheClearanceOverlappingSpheresLeak) {
+    const Work work{"", two_spheres(), {-0.03, 0, 0}, {}};
+    MeshContactSettings settings;
+    settings.guard = MeshContactSettings::Guard::rays_only;
+    EXPECT_GT(run(work, 150000, CertifiedMesh::Certificates::computed, settings).through, 100);
+}
+
+} // namespace
+} // namespace palpate
