@@ -26,7 +26,7 @@
 #include <palpate/volume/grid_field.h>
 #include <palpate/volume/level_distance.h>
 
-#include "bench/extraction_methods.h"
+#include "bench/internal/extraction_methods.h"
 
 namespace palpate {
 namespace {

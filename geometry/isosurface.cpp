@@ -41,12 +41,12 @@ constexpr int kMaterial = 1; // the domain's label where the value is > 0; 0 is 
 // afterwards, by about as much.
 constexpr double kBisectionEnd = 1.0e-5;
 // Refinements, each after the first with more seeds where a piece was lost, and the fraction that
-// progress has at their ends: with skull CT the first took 0.9, 0.6 or 0.45 of all time when it was
-// the only one, one of two or of three.
+// progress has at their ends: the first took 0.92, 0.6 or 0.45 of all time when it was the only one,
+// one of two or of three.
 constexpr std::array<double, 3> kEndOfRound{0.6, 0.8, 0.95};
 // Values of the field and questions about the complex, each about 0.2 us. Skull CT took 700 and
 // 1450 a seed, the generated CT 550 and 700; only the shape of progress rests on it.
-constexpr double kWorkPerSeed = 1350.0;
+constexpr double kWorkPerSeed = 1200.0;
 constexpr double kWorkOfLaterRounds = 0.5; // of the first: mostly looking at what is there already
 constexpr double kLeastFacing =
     0.9; // share of the area; at sheets thinner than a facet a few triangles cut through

@@ -279,12 +279,14 @@ std::vector<std::string> meaning_for_contact(const MeshReport& report,
         "is felt as well.");
     say(report.non_manifold_edges, "non-manifold edge", "non-manifold edges",
         ": more than two triangles meet there, or two that face opposite ways; where there are "
-        "more than two the contact is guarded: nothing passes, but a frame may stop short.");
+        "more than two the contact is guarded instead of certified: nothing passes, but a frame "
+        "may stop short.");
     say(report.non_manifold_vertices, "non-manifold vertex", "non-manifold vertices",
-        ": surfaces touch there in a point; the hand stays on the one that it is on.");
+        ": surfaces touch there in a point; the contact around it is guarded instead of "
+        "certified.");
     say(report.inside_out, "closed component is inside out", "closed components are inside out",
         ": the normals point into the body. The hand feels either side of a triangle, so contact "
-        "is the same, but what asks for inside or outside gets them exchanged; reverse the "
+        "is the same, but a surface that yields takes its depth from the wrong side; reverse the "
         "triangles, unless it is a cavity that the hand is in.");
     if (self_intersections)
         say(*self_intersections, "pair of triangles intersects", "pairs of triangles intersect",
@@ -293,7 +295,7 @@ std::vector<std::string> meaning_for_contact(const MeshReport& report,
     say(report.degenerate, "triangle without an area", "triangles without an area",
         ": ignored; the contact on the triangles beside is guarded where that leaves a gap.");
     say(report.duplicates, "triangle repeats another", "triangles repeat others",
-        ": felt once, but guarded; remove them.");
+        ": felt once, but the contact is guarded there; remove them.");
     say(report.coincident_vertices, "vertex lies exactly on another",
         "vertices lie exactly on others",
         ": contact joins them; edges between them count as borders here.");

@@ -143,24 +143,6 @@ TEST(Skull, ItsFieldAndItsMeshAreWithoutWhatWasRemoved) {
 #endif
 }
 
-TEST(Dicom, AMalformedSliceIsRefusedByNameOrLeftOutOnRequest) {
-    PALPATE_NEEDS("dicom/brain_001.dcm");
-    try {
-        read_volume(real_data("dicom"));
-        FAIL() << "accepted";
-    } catch (const std::runtime_error& error) {
-        EXPECT_NE(std::string(error.what()).find("brain_001.dcm"), std::string::npos)
-            << error.what();
-    }
-    VolumeSelection repaired;
-    repaired.slices = VolumeSelection::Slices::repair;
-    const VoxelVolume volume = read_volume(real_data("dicom"), repaired);
-    EXPECT_EQ(volume.size, (std::array<int, 3>{256, 256, 19}));
-    ASSERT_FALSE(volume.warnings.empty());
-    EXPECT_NE(volume.warnings[0].find("brain_001.dcm"), std::string::npos) << volume.warnings[0];
-    EXPECT_EQ(value_range(volume)[1], 1059.0) << "as its other readers find";
-}
-
 TEST(Macaque, ImageAndAtlasAreOfOnePlace) {
     PALPATE_NEEDS("inia19-NeuroMaps.nii.gz");
     const VoxelVolume image = read_volume(real_data("inia19-t1-brain.nii.gz"));

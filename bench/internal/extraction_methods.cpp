@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/extraction_methods.h"
+#include "bench/internal/extraction_methods.h"
 
 #include <array>
 #include <cmath>
