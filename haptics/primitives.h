@@ -17,36 +17,74 @@ struct PlanePrimitive {
     double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
 };
 
-/// The haptic primitives of one evaluation: planes in a fixed capacity, forces merged into one.
+/// A line that draws the proxy onto itself and lets it slip above its strength: P = -mu across the
+/// axis, |mu| <= s, towards the nearest point of the line.                    numerics 1.1
+struct LinePrimitive {
+    Vec3 anchor{0.0};        ///< q: a point of the line, m, scene frame
+    Vec3 axis{0.0};          ///< u: unit, either sense
+    double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
+};
+
+/// A point that draws the proxy into itself and lets it slip above its strength: P = -mu, |mu| <=
+/// s.
+struct PointPrimitive {
+    Vec3 anchor{0.0};        ///< q: m, scene frame
+    double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
+};
+
+/// The haptic primitives of one evaluation: planes, lines and points in one fixed capacity, forces
+/// merged into one. Each kind is numbered in the order in which it was added.
 class PrimitiveSet {
 public:
-    static constexpr std::size_t kCapacity = 16;
+    static constexpr std::size_t kCapacity = 16; ///< planes, lines and points together
 
     void clear() noexcept {
-        count_ = 0;
+        plane_count_ = 0;
+        line_count_ = 0;
+        point_count_ = 0;
         force_ = Vec3{0.0};
         overflowed_ = false;
     }
 
-    /// Adds a plane; a plane beyond the capacity is left out and remembered as overflow.   [loop]
+    /// Adds a plane; one beyond the capacity is left out and remembered as overflow.       [loop]
     void add(const PlanePrimitive& plane) noexcept {
-        if (count_ == kCapacity) {
-            overflowed_ = true;
-            return;
-        }
-        planes_[count_++] = plane;
+        if (has_room()) planes_[plane_count_++] = plane;
+    }
+    /// Adds a line, as add() does.                                                         [loop]
+    void add_line(const LinePrimitive& line) noexcept {
+        if (has_room()) lines_[line_count_++] = line;
+    }
+    /// Adds a point, as add() does.                                                        [loop]
+    void add_point(const PointPrimitive& point) noexcept {
+        if (has_room()) points_[point_count_++] = point;
     }
 
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
     void add_force(const Vec3& force) noexcept { force_ += force; }
 
-    std::span<const PlanePrimitive> planes() const noexcept { return {planes_.data(), count_}; }
+    std::span<const PlanePrimitive> planes() const noexcept {
+        return {planes_.data(), plane_count_};
+    }
+    std::span<const LinePrimitive> lines() const noexcept { return {lines_.data(), line_count_}; }
+    std::span<const PointPrimitive> points() const noexcept {
+        return {points_.data(), point_count_};
+    }
     const Vec3& force() const noexcept { return force_; }
     bool overflowed() const noexcept { return overflowed_; }
 
 private:
+    bool has_room() noexcept {
+        const bool room = plane_count_ + line_count_ + point_count_ < kCapacity;
+        overflowed_ = overflowed_ || !room;
+        return room;
+    }
+
     std::array<PlanePrimitive, kCapacity> planes_{};
-    std::size_t count_ = 0;
+    std::array<LinePrimitive, kCapacity> lines_{};
+    std::array<PointPrimitive, kCapacity> points_{};
+    std::size_t plane_count_ = 0;
+    std::size_t line_count_ = 0;
+    std::size_t point_count_ = 0;
     Vec3 force_{0.0};
     bool overflowed_ = false;
 };

@@ -4,8 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include <palpate/haptics/internal/mixed_solver.h>
+#include <palpate/haptics/internal/solver_limits.h>
+
 namespace palpate {
 namespace {
+
+using solver::kAbsoluteGap;
+using solver::kGapRounding;
+using solver::kHardMultiplier;
+using solver::kRelativeGap;
 
 constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr std::size_t kNone = kCapacity;
@@ -13,11 +21,6 @@ constexpr std::size_t kNone = kCapacity;
 // A normal whose rest after projection on the free normals is shorter depends on them
 // (numerics 1.4).
 constexpr double kDependent = 1e-13;
-// Gap below which a plane counts as held: rounding of a point at distance `scale` (numerics 1.4).
-constexpr double kAbsoluteGap = 1e-17; // m
-constexpr double kRelativeGap = 4e-14; // of scale
-// Multipliers of hard planes end at this many times the scale: the exact penalty (numerics 1.4).
-constexpr double kHardMultiplier = 64.0;
 
 /// The dual of eq. (5) in displacements: y = x - a' = sum lambda_i n_i, 0 <= lambda_i <= sigma_i,
 /// all in metres (lambda = N / k). A primal active-set method on the bounded multipliers: at most
@@ -30,8 +33,7 @@ public:
         for (std::size_t i = 0; i < count_; ++i) {
             const PlanePrimitive& plane = primitives.planes()[i];
             const double length = glm::length(plane.normal);
-            usable_[i] = std::isfinite(length) && length > 0.0 && is_finite(plane.anchor) &&
-                         plane.strength_n > 0.0;
+            usable_[i] = solver::is_usable(plane.anchor, length, plane.strength_n);
             if (!usable_[i]) continue;
             normal_[i] = plane.normal / length;
             offset_[i] = glm::dot(normal_[i], plane.anchor - target);
@@ -43,6 +45,7 @@ public:
             yields_[i] = sigma <= kHardMultiplier * scale;
             bound_[i] = yields_[i] ? sigma : kHardMultiplier * scale;
         }
+        scale_ = scale;
         tolerance_ = kAbsoluteGap + kRelativeGap * scale;
     }
 
@@ -75,6 +78,21 @@ public:
             worst = std::max(worst, std::abs(lambda_[i] - projected));
         }
         return worst;
+    }
+
+    /// The square root of the duality gap: see ProxySolution::error_bound_m.
+    double error_bound() const noexcept {
+        const Vec3 y = displacement();
+        double size = scale_;
+        for (std::size_t i = 0; i < count_; ++i)
+            if (usable_[i]) size += lambda_[i];
+        double gap_m2 = 0.0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (!usable_[i]) continue;
+            const double gap = glm::dot(normal_[i], y) - offset_[i];
+            gap_m2 += bound_[i] * (std::max(0.0, -gap) + kGapRounding * size) + lambda_[i] * gap;
+        }
+        return std::sqrt(std::max(0.0, gap_m2));
     }
 
     double lambda(std::size_t i) const noexcept { return lambda_[i]; }
@@ -265,6 +283,7 @@ private:
     std::array<bool, kCapacity> yields_{}; // the bound is the strength, not the hard planes' cap
     std::array<std::size_t, 3> free_{};
     std::size_t free_count_ = 0;
+    double scale_ = 0.0;
     double tolerance_ = 0.0;
 };
 
@@ -274,9 +293,7 @@ ProxySolution solve_one_plane(const PlanePrimitive& plane, const Vec3& target,
     ProxySolution solution;
     solution.proxy = target;
     const double length = glm::length(plane.normal);
-    if (!std::isfinite(length) || !(length > 0.0) || !is_finite(plane.anchor) ||
-        !(plane.strength_n > 0.0))
-        return solution;
+    if (!solver::is_usable(plane.anchor, length, plane.strength_n)) return solution;
     const Vec3 normal = plane.normal / length;
     const double offset = glm::dot(normal, plane.anchor - target);
     if (!(offset > kAbsoluteGap)) return solution;
@@ -292,20 +309,30 @@ ProxySolution solve_one_plane(const PlanePrimitive& plane, const Vec3& target,
 
 } // namespace
 
-ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe,
-                          double stiffness) noexcept {
+ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                          int pass_cap) noexcept {
     const Vec3 target = probe + primitives.force() / stiffness; // a' = a + sum d / k
+    const auto planes = primitives.planes();
+    const auto lines = primitives.lines();
+    const auto points = primitives.points();
+    if (planes.empty() && lines.size() == 1 && points.empty())
+        return solve_one_line(lines.front(), target, stiffness);
+    if (planes.empty() && lines.empty() && points.size() == 1)
+        return solve_one_point(points.front(), target, stiffness);
+    if (!lines.empty() || !points.empty())
+        return solve_mixed(primitives, target, stiffness, pass_cap);
+
     ProxySolution solution;
     solution.proxy = target;
-    if (primitives.planes().empty()) return solution;
-    if (primitives.planes().size() == 1)
-        return solve_one_plane(primitives.planes().front(), target, stiffness);
+    if (planes.empty()) return solution;
+    if (planes.size() == 1) return solve_one_plane(planes.front(), target, stiffness);
 
     DualProblem problem(primitives, target, stiffness);
     solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
     solution.residual_m = problem.residual();
+    solution.error_bound_m = problem.error_bound();
     solution.proxy = target + problem.displacement();
-    for (std::size_t i = 0; i < primitives.planes().size(); ++i) {
+    for (std::size_t i = 0; i < planes.size(); ++i) {
         solution.multiplier_n[i] = stiffness * problem.lambda(i);
         solution.state[i] = problem.state(i);
     }
