@@ -40,7 +40,7 @@ public:
     explicit SmoothedProblem(const MixedPrimitives& primitives) noexcept;
 
     /// Stages until what their anchors leave is rounding, or that or the cap ends it: `pass_cap`
-    /// passes over the primitives, and those of the step or stage under way, at most 17.  [loop]
+    /// passes over the primitives, and up to 16 to end a step.  [loop]
     void solve(int pass_cap) noexcept;
 
     const Iterate& iterate() const noexcept { return now_; }

@@ -16,7 +16,7 @@ inline constexpr double kRelativeGap = 4e-14; // of scale
 // Multipliers of hard primitives end at this many times the scale: the exact penalty (numerics
 // 1.4).
 inline constexpr double kHardMultiplier = 64.0;
-// Rounding of one sum of the duality gap, of the products in it: 8 ulp for at most 8 operations.
+// Rounding of a term of the duality gap, of the lengths that go into it: 8 ulp for 8 operations.
 inline constexpr double kGapRounding = 1e-15;
 
 /// Whether a primitive is felt at all: finite, with a direction, with a strength.        [loop]

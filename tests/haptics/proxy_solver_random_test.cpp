@@ -58,7 +58,6 @@ TEST_P(ProxySolverRandom, PlanesAreAlwaysSolvedExactly) {
         const PrimitiveCase c = draw_case(draw_, GetParam(), CaseKinds::planes);
         const ProxySolution solution = solve_proxy(c.primitives, c.probe, kStiffness);
         const ExactProblem exact(c.primitives, c.probe, kStiffness);
-        ASSERT_EQ(solution.status, SolveStatus::exact) << "case " << i;
         ASSERT_LE(exact.worth(solution).residual_m, 1e-12L * exact.scale()) << "case " << i;
     }
 }
@@ -96,7 +95,7 @@ TEST_P(ProxySolverRandom, WhatIsCutShortIsWithinItsErrorBound) {
         for (int cap : {1, 4, 8, 16, kLoopPasses}) {
             const ProxySolution solution = solve_proxy(c.primitives, c.probe, kStiffness, cap);
             ASSERT_TRUE(is_finite(solution.proxy));
-            ASSERT_LE(solution.passes, cap + 17);
+            ASSERT_LE(solution.passes, cap + 16);
             ASSERT_LE(glm::length(solution.proxy - exact.proxy),
                       solution.error_bound_m + exact.error_bound_m + 1e-15)
                 << "case " << i << ", " << cap << " passes";
