@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace palpate {
@@ -35,7 +36,11 @@ MeshContact::MeshContact(std::shared_ptr<const CertifiedMesh> mesh,
                          const MeshContactSettings& settings)
     : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("mesh contact has no mesh")),
       settings_(settings), walk_(*mesh_), tolerance_m_(mesh_->tolerance_m()),
-      skin_m_(mesh_->skin_m()) {
+      skin_m_(mesh_->skin_m()),
+      // A membrane is offered as hard: the loop sees when it opens.
+      offered_strength_n_(settings.yielding == Yielding::opens
+                              ? std::numeric_limits<double>::infinity()
+                              : settings.strength_n) {
     if (!(settings.strength_n > 0.0) || !(settings.free_m > 0.0))
         throw std::invalid_argument("surface: strength and free distance must be above 0");
 }
@@ -45,11 +50,19 @@ bool MeshContact::restart(const Vec3& proxy) noexcept {
     guards_.clear();
     touch_count_ = 0;
     yielded_ = false;
+    state_ = SurfaceState::free;
     held_depth_m_ = 0.0;
     pull_ = proxy;
     leaving_.clear();
     alight(proxy, proxy);
     return false;
+}
+
+void MeshContact::rest_on(const MeshSpot& spot) noexcept {
+    restart(spot.position);
+    MeshSpot front = spot;
+    front.side = 1;
+    stand(front, spot.position);
 }
 
 // ---- where the proxy is ------------------------------------------------------------------------
@@ -85,17 +98,22 @@ void MeshContact::follow(const Vec3& proxy) noexcept {
         break;
     }
     // It goes where no chord was asked for: because it yielded, or is set to another place.
-    if (mode_ == Mode::held || !yielded_) {
-        if (mode_ != Mode::held) alight(proxy, proxy_);
+    if (mode_ == Mode::behind)
         proxy_ = proxy;
-        return;
-    }
+    else if (yielded_)
+        pass_through(proxy);
+    else
+        alight(proxy, proxy_);
+}
+
+/// The surface gives way: from here on the label of its side does not hold.
+void MeshContact::pass_through(const Vec3& proxy) noexcept {
     if (mode_ == Mode::on_surface) {
         held_side_ = spot_.side;
     } else if (const auto near = closest_point(proxy_, SurfaceScene::kQueryRange)) {
         held_side_ = walk_.side_seen_from(walk_.spot_at(near->triangle, 1, near->position), proxy_);
     }
-    mode_ = Mode::held;
+    mode_ = Mode::behind;
     held_depth_m_ = 0.0;
     proxy_ = proxy;
 }
@@ -136,11 +154,11 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     ContactPlane contact;
     contact.gradient_length = 1.0;
     const auto add = [&](const Vec3& anchor, const Vec3& normal) {
-        contact.plane = {anchor, normal, settings_.strength_n};
+        contact.plane = {anchor, normal, offered_strength_n_};
         if (contacts.add(contact)) ++offered_;
     };
-    if (mode_ == Mode::held) {
-        offer_held(proxy, contacts);
+    if (mode_ == Mode::behind) {
+        if (state_ != SurfaceState::inside) offer_held(proxy, contacts);
         return;
     }
     if (mode_ == Mode::airborne) {
@@ -148,7 +166,7 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         // Each plane has the whole strength: several of a yielding surface would resist more than
         // it.
         const std::size_t first =
-            std::isfinite(settings_.strength_n) && guards_.size() > 0 ? guards_.size() - 1 : 0;
+            std::isfinite(offered_strength_n_) && guards_.size() > 0 ? guards_.size() - 1 : 0;
         for (std::size_t i = first; i < guards_.size(); ++i)
             add(guards_[i].anchor, guards_[i].normal);
         return;
@@ -160,7 +178,7 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         return;
     }
     if (touch_count_ == 0 && heading.height_m > tolerance_m_) return;
-    if (std::isfinite(settings_.strength_n) && heading.toward != Heading::Toward::face) {
+    if (std::isfinite(offered_strength_n_) && heading.toward != Heading::Toward::face) {
         // What several facets do together: one plane against the pull across the way that is left.
         Vec3 across = pull;
         if (heading.toward == Heading::Toward::edge) {
@@ -362,7 +380,8 @@ bool MeshContact::gets_nearer_from(const Vec3& risen, const Vec3& pull) noexcept
 
 Chord MeshContact::carry(const Vec3& from, const Vec3& to) noexcept {
     locate(from);
-    if (mode_ == Mode::held) return carry_held(from, to);
+    if (state_ == SurfaceState::inside) return {};
+    if (mode_ == Mode::behind) return carry_held(from, to);
     pull_ = to;
     if (mode_ == Mode::on_surface) return carry_on_surface(to);
     leaving_.clear();
@@ -385,25 +404,48 @@ Chord MeshContact::carry_on_surface(const Vec3& to) noexcept {
     leg_ = {Leg::Kind::on_surface, from, step.spot.position, true, step.spot, 0.0};
     if (step.end == WalkStep::End::rests) return {1.0, false};
     const double length = glm::length(to - from);
-    return {std::min(1.0, glm::length(step.spot.position - from) / length), false};
+    const double share = std::min(1.0, glm::length(step.spot.position - from) / length);
+    return {share, false, share < 1.0};
 }
 
 double MeshContact::trust_m() const noexcept {
-    return mode_ == Mode::held ? kHeldTrust : std::numeric_limits<double>::infinity();
+    return mode_ == Mode::behind ? kHeldTrust : std::numeric_limits<double>::infinity();
+}
+
+double MeshContact::opens_above_n() const noexcept {
+    return settings_.yielding == Yielding::opens ? settings_.strength_n
+                                                 : std::numeric_limits<double>::infinity();
+}
+
+void MeshContact::open() noexcept {
+    pass_through(proxy_);
+    leg_.kind = Leg::Kind::none;
+    state_ = SurfaceState::inside;
 }
 
 void MeshContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
     locate(proxy);
     yielded_ = false;
-    if (mode_ != Mode::held) return;
-    // Play: a yielding surface holds where it was pushed to.
+    if (mode_ == Mode::behind)
+        commit_behind(proxy, yielded, felt);
+    else
+        state_ = next_state(state_, {felt, false, true, true});
+}
+
+void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noexcept {
     Vec3 normal{0.0};
     const double depth = depth_at(proxy, normal);
-    if (!felt || yielded) held_depth_m_ = std::max(0.0, depth);
-    if (depth > 0.0) return;
+    // Nothing is inside a sheet: its other side is as good.
+    const double in_front = mesh_->has_border() ? std::abs(depth) : -depth;
+    state_ = next_state(state_, {felt, yielded, depth <= 0.0, in_front > settings_.free_m});
+    if (state_ == SurfaceState::yielded) {
+        if (!felt || yielded) held_depth_m_ = std::max(0.0, depth); // play
+        return;
+    }
+    if (state_ == SurfaceState::inside) return;
     held_depth_m_ = 0.0;
     leaving_.clear();
-    alight(proxy, proxy + normal);
+    alight(proxy, proxy + (depth > 0.0 ? -normal : normal));
 }
 
 // ---- uncertain facets --------------------------------------------------------------------------

@@ -24,6 +24,7 @@ struct MeshContactSettings {
     double strength_n = std::numeric_limits<double>::infinity(); ///< yields above, N, > 0
     double free_m = 5e-6; ///< where it yielded: further than this in front nothing is felt, m, > 0
     Guard guard = Guard::clearance;
+    Yielding yielding = Yielding::holds; ///< what it does above its strength
 };
 
 /// Contact `mesh`: a triangle mesh, felt from the side on which the proxy is (docs/contact.md).
@@ -51,16 +52,21 @@ public:
     }
     double trust_m() const noexcept override;
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
-    bool is_open() const noexcept override { return false; } // felt from within, too
+    SurfaceState state() const noexcept override { return state_; }
+    double opens_above_n() const noexcept override;
+    void open() noexcept override;
     QueryCount queries() const noexcept override { return {0, 0, queries_}; }
-    bool slides() const noexcept override { return mode_ != Mode::held; }
+    bool slides() const noexcept override { return mode_ != Mode::behind; }
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
+
+    /// Puts the proxy onto a place of the mesh, on its front.                            [loop]
+    void rest_on(const MeshSpot& spot) noexcept;
 
 private:
     enum class Mode : std::uint8_t {
         airborne,   ///< off the mesh; with guard planes: above facets that are not certified
         on_surface, ///< at spot_
-        held,       ///< behind the surface, which yielded: held_depth_m_ deep
+        behind,     ///< behind the surface: it yielded, and holds held_depth_m_ deep; or it opened
     };
     /// Where the last chord leads, until the loop says how much of it was followed.
     struct Leg {
@@ -77,6 +83,8 @@ private:
     void alight(const Vec3& proxy, const Vec3& seen_from) noexcept;
     void hover(const Vec3& proxy, double clear_m) noexcept;
     void stand(const MeshSpot& spot, const Vec3& proxy) noexcept;
+    void pass_through(const Vec3& proxy) noexcept;
+    void commit_behind(const Vec3& proxy, bool yielded, bool felt) noexcept;
 
     double fly(const Vec3& from, const Vec3& to) noexcept;
     void land(const Vec3& from, const SurfaceHit& hit) noexcept;
@@ -134,8 +142,10 @@ private:
     std::size_t touch_count_ = 0;
     std::size_t offered_ = 0;
 
+    double offered_strength_n_;
     bool yielded_ = false; ///< in the last solution
-    std::int8_t held_side_ = 1;
+    SurfaceState state_ = SurfaceState::free;
+    std::int8_t held_side_ = 1; ///< from which it was passed
     double held_depth_m_ = 0.0;
 
     std::uint64_t queries_ = 0;
