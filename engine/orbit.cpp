@@ -124,8 +124,10 @@ OrbitTarget orbit_target(const SurfaceScene& mesh) {
         return std::min(1.0, hit->distance_m / glm::length(to - from));
     };
     // Nothing is between a point and the facet that it sees: they are on the same side of it.
-    const auto inside = [&mesh](const Vec3& point) {
-        const auto near = mesh.closest_point(point, SurfaceScene::kQueryRange);
+    const auto inside = [&mesh, bounds](const Vec3& point) {
+        const double farthest =
+            glm::length(point - bounds.center()) + 0.5 * glm::length(bounds.extent());
+        const auto near = mesh.closest_point(point, farthest);
         if (!near) return false;
         const auto& triangle = mesh.mesh().triangles[near->triangle];
         const auto& vertices = mesh.mesh().vertices;
