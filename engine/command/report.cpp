@@ -14,8 +14,10 @@
 namespace palpate::command {
 namespace {
 
-/// The mesh to draw: extracted, or the preview in a build without CGAL; none for a formula.
+/// The mesh to draw: the surface's own, else extracted, or the preview in a build without CGAL;
+/// none for a formula.
 std::shared_ptr<const TriangleMesh> drawn_mesh(const Scene& scene, const SceneSurface& surface) {
+    if (surface.mesh.scene) return {surface.mesh.scene, &surface.mesh.scene->mesh()};
     if (!surface.baked.grid) return nullptr;
     const SceneResources with = resources();
     if (!with.extract)

@@ -48,8 +48,8 @@ std::vector<RecordedSource> sources(const Scene& scene) {
             result.push_back(
                 {std::filesystem::absolute(volume.file).string(), sha256_of_file(volume.file)});
     for (const SceneSurface& surface : scene.surfaces())
-        if (surface.mesh)
-            result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh->mesh())});
+        if (surface.mesh.scene)
+            result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh.scene->mesh())});
     return result;
 }
 
@@ -82,14 +82,18 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
     return scene;
 }
 
-void warn_of_volumes(const Scene& scene) {
+void warn_of_sources(const Scene& scene) {
     std::set<std::string> said;
+    const auto warn = [&](const std::filesystem::path& file, const std::string& warning) {
+        const std::string line = fmt::format("palpate: warning: {}: {}\n", file.string(), warning);
+        if (said.insert(line).second) fmt::print(stderr, "{}", line);
+    };
     for (const SceneSurface& surface : scene.surfaces()) {
-        const std::string& volume = scene.description().surfaces.at(surface.name).volume;
+        const SurfaceDescription& description = scene.description().surfaces.at(surface.name);
         for (const std::string& warning : surface.baked.warnings)
-            if (said.insert(volume + warning).second)
-                fmt::print(stderr, "palpate: warning: {}: {}\n",
-                           scene.description().volumes.at(volume).file.string(), warning);
+            warn(scene.description().volumes.at(description.volume).file, warning);
+        for (const std::string& warning : surface.mesh.warnings)
+            warn(surface.mesh.file, warning);
     }
 }
 

@@ -27,8 +27,9 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides,
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file);
 
-/// Says on stderr what a user should know of how the scene's volumes were read, each once.
-void warn_of_volumes(const Scene& scene);
+/// Says on stderr what a user should know of how the scene's volumes and mesh files were read, each
+/// once.
+void warn_of_sources(const Scene& scene);
 
 /// A folder for results, made before the work; if nothing comes of it, a folder that was made goes
 /// again.
