@@ -41,7 +41,7 @@ double MeshContact::trust_m() const noexcept {
 void MeshContact::pass_through(const Vec3& proxy) noexcept {
     if (mode_ == Mode::on_surface) {
         front_side_ = spot_.side;
-    } else if (const auto near = closest_point(proxy_, SurfaceScene::kQueryRange)) {
+    } else if (const auto near = closest_point(proxy_, kBallRadius)) {
         front_side_ =
             walk_.side_seen_from(walk_.spot_at(near->triangle, 1, near->position), proxy_);
     }
