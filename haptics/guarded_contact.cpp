@@ -2,9 +2,11 @@
 #include <palpate/haptics/guarded_contact.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -18,6 +20,19 @@ constexpr int kGuardLegs = 256;
 // Parallel to nothing that meshes have many facets along.
 const Vec3 kAnyDirection{0.362, 0.541, -0.759};
 
+// Of the leash: how high the guard tries to go round what keeps it.
+constexpr std::array<double, 3> kWayHeights{0.25, 0.5, 1.0};
+
+/// As near to `target` as the mesh lets a guard at `at`.
+Vec3 drawn(MeshContact& guard, Vec3 at, const Vec3& target) noexcept {
+    for (int leg = 0; leg < kGuardLegs; ++leg) {
+        const SlideLeg way = guard.slide(at, target);
+        if (way.end != SlideLeg::End::goes_on) break;
+        at = way.corner;
+    }
+    return at;
+}
+
 MeshContactSettings guard_settings() { return {}; } // the guard itself never yields
 
 } // namespace
@@ -26,8 +41,8 @@ GuardedContact::GuardedContact(std::shared_ptr<const ScalarField> field,
                                const LevelSettings& settings,
                                std::shared_ptr<const CertifiedMesh> mesh, double leash_m)
     : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("guarded contact has no mesh")),
-      walk_(*mesh_), volume_(std::move(field), settings), guard_contact_(mesh_, guard_settings()),
-      leash_m_(leash_m),
+      walk_(*mesh_), volume_(std::move(field), settings),
+      guard_contact_(std::in_place, mesh_, guard_settings()), leash_m_(leash_m),
       strength_n_(settings.yielding == Yielding::opens ? std::numeric_limits<double>::infinity()
                                                        : settings.strength_n) {
     Box bounds;
@@ -38,7 +53,7 @@ GuardedContact::GuardedContact(std::shared_ptr<const ScalarField> field,
 }
 
 bool GuardedContact::restart(const Vec3& proxy) noexcept {
-    leash_offered_ = leash_holds_ = false;
+    leash_offered_ = leash_holds_ = regrouped_ = false;
     const bool inside = volume_.restart(proxy);
     on_duty_ = !inside && post_guard(proxy);
     return inside;
@@ -54,14 +69,14 @@ bool GuardedContact::post_guard(const Vec3& proxy) noexcept {
     if (near) {
         const MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
         if (near->distance_m <= mesh_->tolerance_m() || walk_.side_seen_from(spot, proxy) < 0) {
-            guard_contact_.rest_on(spot);
+            guard_contact_->rest_on(spot);
             guard_ = spot.position;
             return true;
         }
     } else if (deep_inside(proxy)) {
         return false;
     }
-    guard_contact_.restart(proxy);
+    guard_contact_->restart(proxy);
     guard_ = proxy;
     return true;
 }
@@ -77,10 +92,29 @@ bool GuardedContact::deep_inside(const Vec3& proxy) noexcept {
 void GuardedContact::follow(const Vec3& proxy) noexcept {
     if (!on_duty_ || proxy == followed_) return;
     followed_ = proxy;
-    for (int leg = 0; leg < kGuardLegs; ++leg) {
-        const SlideLeg way = guard_contact_.slide(guard_, proxy);
-        if (way.end != SlideLeg::End::goes_on) return;
-        guard_ = way.corner;
+    guard_ = drawn(*guard_contact_, guard_, proxy);
+    if (glm::length(guard_ - proxy) >= kHeldShare * leash_m_) regroup(proxy);
+}
+
+/// The proxy slid out of a fold in which the guard still is, at another nearest place. It has gone
+/// nowhere through the mesh if the guard finds a way in the air: up, across and down again. Once a
+/// frame.
+void GuardedContact::regroup(const Vec3& proxy) noexcept {
+    if (regrouped_) return;
+    regrouped_ = true;
+    ++searches_;
+    const auto near = mesh_->scene().closest_point(proxy, kHeldShare * leash_m_);
+    if (!near) return;
+    for (const double height : kWayHeights) {
+        const Vec3 up = height * leash_m_ * near->normal;
+        MeshContact scout(*guard_contact_);
+        Vec3 at = guard_;
+        for (const Vec3& target : {guard_ + up, near->position + up, proxy})
+            at = drawn(scout, at, target);
+        if (glm::length(at - proxy) >= kHeldShare * leash_m_) continue;
+        guard_ = at;
+        guard_contact_.emplace(scout);
+        return;
     }
 }
 
@@ -136,7 +170,7 @@ double GuardedContact::leash_share(const Vec3& from, const Vec3& to) noexcept {
     const double limit = std::max(leash_m_, glm::length(from - guard_));
     if (glm::length(to - guard_) <= limit) return 1.0;
     // It flies along.
-    const double flown = guard_contact_.carry(guard_, to).fraction;
+    const double flown = guard_contact_->carry(guard_, to).fraction;
     if (flown >= 1.0) return 1.0;
     const Vec3 chord = to - from;
     const double length = glm::length(chord);
@@ -151,6 +185,7 @@ double GuardedContact::leash_share(const Vec3& from, const Vec3& to) noexcept {
 
 void GuardedContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
     follow(proxy);
+    regrouped_ = false;
     volume_.commit(proxy, yielded, felt);
     const SurfaceState state = volume_.state();
     if (yielded || state == SurfaceState::yielded || state == SurfaceState::inside)
@@ -167,7 +202,7 @@ void GuardedContact::open() noexcept {
 
 QueryCount GuardedContact::queries() const noexcept {
     QueryCount count = volume_.queries();
-    count.surface_queries += guard_contact_.queries().surface_queries + searches_;
+    count.surface_queries += guard_contact_->queries().surface_queries + searches_;
     return count;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include <palpate/geometry/certified_mesh.h>
 #include <palpate/haptics/mesh_contact.h>
@@ -55,17 +56,19 @@ private:
     bool post_guard(const Vec3& proxy) noexcept;
     bool deep_inside(const Vec3& proxy) noexcept;
     void follow(const Vec3& proxy) noexcept;
+    void regroup(const Vec3& proxy) noexcept;
     double leash_share(const Vec3& from, const Vec3& to) noexcept;
 
     std::shared_ptr<const CertifiedMesh> mesh_;
     MeshWalk walk_;
     VolumeContact volume_;
-    MeshContact guard_contact_;
+    std::optional<MeshContact> guard_contact_; // always there: optional to be set anew
     double leash_m_;
     double strength_n_; // as the volume's planes are offered
     Vec3 way_out_{0.0}; // m: longer than the mesh
 
     bool on_duty_ = false;
+    bool regrouped_ = false; // tried in this frame
     Vec3 guard_{0.0};
     Vec3 followed_{0.0}; // where the proxy was when the guard last went along
     std::size_t volume_planes_ = 0;
