@@ -15,6 +15,9 @@ constexpr double kHeldShare = 0.8;
 // Pieces of way that the guard goes for one piece of the proxy's.
 constexpr int kGuardLegs = 256;
 
+// Parallel to nothing that meshes have many facets along.
+const Vec3 kAnyDirection{0.362, 0.541, -0.759};
+
 MeshContactSettings guard_settings() { return {}; } // the guard itself never yields
 
 } // namespace
@@ -27,6 +30,10 @@ GuardedContact::GuardedContact(std::shared_ptr<const ScalarField> field,
       leash_m_(leash_m),
       strength_n_(settings.yielding == Yielding::opens ? std::numeric_limits<double>::infinity()
                                                        : settings.strength_n) {
+    Box bounds;
+    for (const Vec3& vertex : mesh_->scene().mesh().vertices)
+        bounds.add(vertex);
+    way_out_ = glm::length(bounds.extent()) * glm::normalize(kAnyDirection);
     if (!(leash_m > 0.0)) throw std::invalid_argument("surface: the leash must be above 0");
 }
 
@@ -40,20 +47,30 @@ bool GuardedContact::restart(const Vec3& proxy) noexcept {
 /// The guard begins where the proxy is or, where that is a little behind the mesh, in front of it
 /// there. False where the mesh says that the proxy is deep inside: then there is nothing to hold.
 bool GuardedContact::post_guard(const Vec3& proxy) noexcept {
-    ++searches_;
-    const auto near = mesh_->scene().closest_point(proxy, SurfaceScene::kQueryRange);
-    if (!near) return false;
-    const MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
+    const double reach_m = kHeldShare * leash_m_;
     followed_ = proxy;
-    if (walk_.side_seen_from(spot, proxy) > 0 && near->distance_m > mesh_->tolerance_m()) {
-        guard_contact_.restart(proxy);
-        guard_ = proxy;
-        return true;
+    ++searches_;
+    const auto near = mesh_->scene().closest_point(proxy, reach_m);
+    if (near) {
+        const MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
+        if (near->distance_m <= mesh_->tolerance_m() || walk_.side_seen_from(spot, proxy) < 0) {
+            guard_contact_.rest_on(spot);
+            guard_ = spot.position;
+            return true;
+        }
+    } else if (deep_inside(proxy)) {
+        return false;
     }
-    if (near->distance_m > kHeldShare * leash_m_) return false;
-    guard_contact_.rest_on(spot);
-    guard_ = spot.position;
+    guard_contact_.restart(proxy);
+    guard_ = proxy;
     return true;
+}
+
+/// Whether the first facet in one direction shows the proxy its back.
+bool GuardedContact::deep_inside(const Vec3& proxy) noexcept {
+    ++searches_;
+    const auto hit = mesh_->scene().first_hit(proxy, proxy + way_out_);
+    return hit && glm::dot(hit->normal, way_out_) > 0.0;
 }
 
 /// The guard goes along to where the proxy is, as near as the mesh lets it.

@@ -53,6 +53,7 @@ public:
 
 private:
     bool post_guard(const Vec3& proxy) noexcept;
+    bool deep_inside(const Vec3& proxy) noexcept;
     void follow(const Vec3& proxy) noexcept;
     double leash_share(const Vec3& from, const Vec3& to) noexcept;
 
@@ -62,6 +63,7 @@ private:
     MeshContact guard_contact_;
     double leash_m_;
     double strength_n_; // as the volume's planes are offered
+    Vec3 way_out_{0.0}; // m: longer than the mesh
 
     bool on_duty_ = false;
     Vec3 guard_{0.0};

@@ -56,7 +56,7 @@ public:
     double opens_above_n() const noexcept override;
     void open() noexcept override;
     QueryCount queries() const noexcept override { return {0, 0, queries_}; }
-    bool slides() const noexcept override { return mode_ != Mode::behind; }
+    bool slides() const noexcept override { return !passed_; }
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
 
     /// Puts the proxy onto a place of the mesh, on its front.                            [loop]
@@ -66,7 +66,6 @@ private:
     enum class Mode : std::uint8_t {
         airborne,   ///< off the mesh; with guard planes: above facets that are not certified
         on_surface, ///< at spot_
-        behind,     ///< behind the surface: it yielded, and holds held_depth_m_ deep; or it opened
     };
     /// Where the last chord leads, until the loop says how much of it was followed.
     struct Leg {
@@ -83,8 +82,6 @@ private:
     void alight(const Vec3& proxy, const Vec3& seen_from) noexcept;
     void hover(const Vec3& proxy, double clear_m) noexcept;
     void stand(const MeshSpot& spot, const Vec3& proxy) noexcept;
-    void pass_through(const Vec3& proxy) noexcept;
-    void commit_behind(const Vec3& proxy, bool yielded, bool felt) noexcept;
 
     double fly(const Vec3& from, const Vec3& to) noexcept;
     void land(const Vec3& from, const SurfaceHit& hit) noexcept;
@@ -105,9 +102,13 @@ private:
     void guard(const Vec3& anchor, const Vec3& normal, std::uint32_t facet,
                const Vec3& at) noexcept;
 
-    double depth_at(const Vec3& point, Vec3& normal) noexcept;
-    void offer_held(const Vec3& proxy, ContactSet& contacts) noexcept;
-    Chord carry_held(const Vec3& from, const Vec3& to) noexcept;
+    void pass_through(const Vec3& proxy) noexcept;
+    void front_follows(const Vec3& proxy) noexcept;
+    bool front_reached(const Vec3& proxy) const noexcept;
+    void offer_behind(const Vec3& proxy, ContactSet& contacts) noexcept;
+    Chord carry_behind(const Vec3& from, const Vec3& to) noexcept;
+    void commit_behind(const Vec3& proxy, bool yielded, bool felt) noexcept;
+    void look_back(const Vec3& proxy) noexcept;
 
     std::optional<SurfaceHit> first_hit(const Vec3& from, const Vec3& to) noexcept;
     std::optional<SurfaceHit> closest_point(const Vec3& point, double radius_m) noexcept;
@@ -142,11 +143,19 @@ private:
     std::size_t touch_count_ = 0;
     std::size_t offered_ = 0;
 
-    double offered_strength_n_;
-    bool yielded_ = false; ///< in the last solution
+    double offered_strength_n_; ///< N; a membrane is offered as hard: the loop sees when it opens
+    bool yielded_ = false;      ///< in the last solution
     SurfaceState state_ = SurfaceState::free;
-    std::int8_t held_side_ = 1; ///< from which it was passed
-    double held_depth_m_ = 0.0;
+
+    /// The surface let the proxy through. All above is then of its front: of where the mesh would
+    /// hold the proxy.
+    bool passed_ = false;
+    Vec3 behind_{0.0};           ///< where the proxy is then, m
+    Vec3 seen_{0.0};             ///< and where it was at the last frame's end
+    std::int8_t front_side_ = 1; ///< of the facets where it was passed
+    Vec3 front_normal_{0.0};     ///< unit, of the facet that was last met
+    bool in_front_ = false;      ///< the proxy came out again, there or elsewhere
+    double held_depth_m_ = 0.0;  ///< how far from the front the surface holds now
 
     std::uint64_t queries_ = 0;
 };

@@ -23,6 +23,8 @@ constexpr double kNearTolerances = 5.0;
 // Damping of tangential steps while the residual does not fall (contact.md 1.2, step 5).
 constexpr double kResidualMustFallTo = 0.9;
 constexpr double kStrongestDamping = 1.0 / 16.0;
+// Of a surface that yields only the normal is trusted, not where its level is: for longer steps.
+constexpr double kYieldingTrust = 4.0;
 // Edges that a frame goes over beyond its cap: as many as a stroke of 5 m/s crosses on two meshes
 // of 330 000 facets.
 constexpr int kMostBends = 64;
@@ -245,9 +247,11 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcep
         curvature_step(primitives_, contacts_, solution_, proxy, frame_.stiffness, damping_);
 
     double trust_m = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < surfaces_.size(); ++i)
-        if (first_contact_[i] < first_contact_[i + 1])
-            trust_m = std::min(trust_m, surfaces_[i]->trust_m());
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (first_contact_[i] == first_contact_[i + 1]) continue;
+        const bool yields = any_state(i, MultiplierState::saturated);
+        trust_m = std::min(trust_m, (yields ? kYieldingTrust : 1.0) * surfaces_[i]->trust_m());
+    }
     const double length = glm::length(step);
     if (length > trust_m) step *= trust_m / length;
     return proxy + step;
