@@ -260,7 +260,7 @@ TEST_F(MeshScene, AMeshOfAnotherPlaceOrSizeIsRefusedWithNumbers) {
     // A little larger: farther from the level than a short leash, and not farther than a long one.
     TriangleMesh larger = test::icosphere(kRadius + 0.6e-3, 4, kCenter);
     test::make_file(folder_ / "ball.ply", file_text(larger));
-    EXPECT_NE(refusal(both_ + "leash_mm = 0.4\n").find("where the leash is 0.4 mm"),
+    EXPECT_NE(refusal(both_ + "leash_mm = 0.4\n").find("where 0.4 mm are allowed"),
               std::string::npos);
     EXPECT_EQ(refusal(both_ + "leash_mm = 0.8\n"), "");
 }
