@@ -64,11 +64,18 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
     auto scene = std::make_shared<const Scene>(std::move(description), resources);
     const std::vector<RecordedSource> now = sources(*scene);
     for (std::size_t i = 0; i < recording.sources.size(); ++i) {
-        if (i < now.size() && now[i].sha256 == recording.sources[i].sha256) continue;
+        if (i >= now.size() || now[i].sha256 == recording.sources[i].sha256) continue;
         throw std::runtime_error(fmt::format(
             "{}: {} is not what it was when this was recorded; bring back the one with SHA-256 {}",
             file.string(), recording.sources[i].file, recording.sources[i].sha256));
     }
+    if (now.size() != recording.sources.size())
+        throw std::runtime_error(fmt::format(
+            "{}: was recorded with {} sources, and the scene has {} now, as it names no contact "
+            "and "
+            "builds with and without CGAL choose different ones; replay it with the build that it "
+            "was recorded with",
+            file.string(), recording.sources.size(), now.size()));
     return scene;
 }
 
