@@ -35,16 +35,11 @@ bool samples_field(ContactKind kind) noexcept { return kind != ContactKind::mesh
 std::optional<ContactObstacle> obstacle(const SceneDescription& scene,
                                         const SurfaceDescription& surface, ContactKind kind) {
     if (surface.volume.empty() && samples_field(kind))
-        return ContactObstacle{
-            fmt::format("contact \"{}\" needs a volume, and the surface is a mesh alone",
-                        name(kind)),
-            "give a volume too, or take contact = \"mesh\""};
+        return ContactObstacle{"needs a volume, and the surface is a mesh alone",
+                               "give a volume too, or take contact = \"mesh\""};
     if (needs_mesh(kind) && surface.mesh.empty() && is_formula(scene, surface))
-        return ContactObstacle{
-            fmt::format("contact \"{}\" needs a mesh, and a surface given by a formula is not "
-                        "meshed",
-                        name(kind)),
-            "name a mesh file, or take contact = \"volume\""};
+        return ContactObstacle{"needs a mesh, and a surface given by a formula is not meshed",
+                               "name a mesh file, or take contact = \"volume\""};
     return std::nullopt;
 }
 

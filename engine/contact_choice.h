@@ -27,7 +27,8 @@ ContactChoice choose_contact(const SceneDescription& scene, const SurfaceDescrip
 bool needs_mesh(ContactKind kind) noexcept;
 bool samples_field(ContactKind kind) noexcept;
 
-/// What is wrong with a contact for what a surface is given by, and what to do about it.
+/// What a contact lacks in what a surface is given by, and what to do about it: "CONTACT what;
+/// remedy".
 struct ContactObstacle {
     std::string what, remedy;
 };

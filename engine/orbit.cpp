@@ -14,8 +14,8 @@ constexpr double kSteepest =
     1.0; // radius change per arc length that the probe follows: not into deep pockets
 constexpr int kFreeFrames = 20;      // in free space, after which a new trial begins
 constexpr double kDepthWave = 30e-3; // m along the spiral from shallow to deep and back
-constexpr double kMargin = 0.01; // of a mesh's bounds, so that rays begin beyond it; and of a way
-                                 // to a facet, so that rounding does not end it short
+constexpr double kMargin = 0.01;   // of a mesh's bounds, so that rays begin beyond it; and of a way
+                                   // to a facet, so that rounding does not end it short
 constexpr double kApproach = 5e-3; // m in front of the surface where the path begins
 constexpr double kMissedShare =
     0.3; // of the largest radius: where rays that meet nothing put the surface

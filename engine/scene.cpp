@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene_file.h>
 #include <palpate/haptics/constant_force.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/gradient_surface.h>
@@ -40,7 +41,8 @@ auto at_place(const std::string& place, const Step& step) {
 void check_contact(const SceneDescription& scene, const SurfaceDescription& description,
                    ContactKind kind, const std::string& place) {
     if (const auto no = obstacle(scene, description, kind))
-        throw std::runtime_error(fmt::format("{}: {}; {}", place, no->what, no->remedy));
+        throw std::runtime_error(
+            fmt::format("{}: contact = \"{}\" {}; {}", place, name(kind), no->what, no->remedy));
     if (kind == ContactKind::direct && std::isfinite(description.strength_n))
         throw std::runtime_error(
             fmt::format("{}: contact = \"direct\" does not yield, strength_n = {} needs contact = "

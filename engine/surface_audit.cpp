@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace palpate {
 namespace {
 
@@ -119,6 +121,13 @@ void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> 
         const Vec3 closest = *sphere_radius_m_ * glm::normalize(frame.probe);
         position_error_m_.push_back(glm::length(frame.proxy - closest));
     }
+}
+
+std::string guard_warning(const SurfaceAudit& audit) {
+    if (audit.guarded_frames() == 0) return {};
+    return fmt::format("the mesh of surface {} held the proxy back in {} frames, {} events: its "
+                       "volume would have let it through; the scan is ambiguous there",
+                       audit.surface().name, audit.guarded_frames(), audit.guarded_events());
 }
 
 SurfaceAudit::Deepest SurfaceAudit::deepest() const {

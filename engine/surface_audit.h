@@ -92,6 +92,10 @@ private:
     std::uint32_t last_guarded_trial_ = 0;
 };
 
+/// What a user should know where the mesh of a guarded surface held the proxy back; empty where it
+/// never did.  [setup]
+std::string guard_warning(const SurfaceAudit& audit);
+
 /// Signed distance of a point from a level along the slope, > 0 inside, by Newton steps on the
 /// field as interpolated; a bound of what is left is its last step. m. [setup]
 double level_distance(FieldSampler& sampler, const Vec3& point, double level,

@@ -38,10 +38,12 @@ double facing_share(const ScalarField& field, const TriangleMesh& mesh) {
 }
 
 std::string distance_in_words(const LevelDistance& centroids) {
+    if (centroids.lost == centroids.points) return "the level is near none of its facets' centres";
     const double lost = static_cast<double>(centroids.lost) / static_cast<double>(centroids.points);
-    return fmt::format("99 of 100 of its facets' centres that find it are within {:.3g} mm of the "
-                       "volume's level, and {:.1f} % find none nearby",
-                       1e3 * centroids.p99_m, 100.0 * lost);
+    return fmt::format(
+        "99 of 100 of its facets' centres are within {:.3g} mm of the level, besides "
+        "{:.1f} % that find none nearby",
+        1e3 * centroids.p99_m, 100.0 * lost);
 }
 
 MeshAgainstLevel compared(const BakedSurface& baked, const TriangleMesh& mesh) {
@@ -50,15 +52,17 @@ MeshAgainstLevel compared(const BakedSurface& baked, const TriangleMesh& mesh) {
 }
 
 /// Refuses a mesh that is not of the volume's level, or faces the other way.
-void require_same_surface(const MeshAgainstLevel& against, double leash_m, const std::string& file,
-                          const std::string& place) {
+void require_same_surface(const MeshAgainstLevel& against, const SurfaceDescription& description,
+                          double leash_m, ContactKind contact, const std::string& place) {
+    const std::string file = description.mesh.string();
     const LevelDistance& centroids = against.centroids;
     const double lost = static_cast<double>(centroids.lost);
     if (lost > kMostLost * static_cast<double>(centroids.points) || centroids.p99_m > leash_m)
         throw std::runtime_error(fmt::format(
-            "{}: mesh {} is not of the volume's level: {}, where the leash is {:.3g} mm; correct "
-            "mesh_unit, mesh_frame or the level, or give a longer leash_mm",
-            place, file, distance_in_words(centroids), 1e3 * leash_m));
+            "{}: mesh {} is not of the volume's level: {}, where {:.3g} mm are allowed; correct "
+            "mesh_unit, mesh_frame or the level{}",
+            place, file, distance_in_words(centroids), 1e3 * leash_m,
+            contact == ContactKind::guarded ? ", or allow more with leash_mm" : ""));
     if (against.facing_share < kLeastFacing)
         throw std::runtime_error(fmt::format(
             "{}: mesh {} faces the other way than the volume's level on {:.1f} % of its area; "
@@ -80,7 +84,8 @@ std::vector<std::string> warnings_of(const MeshFile& file) {
 }
 
 SurfaceMesh read_file(const SurfaceDescription& description, const BakedSurface& baked,
-                      const std::string& place, std::shared_ptr<const TriangleMesh>& mesh) {
+                      ContactKind contact, const std::string& place,
+                      std::shared_ptr<const TriangleMesh>& mesh) {
     SurfaceMesh result;
     result.file = description.mesh;
     MeshFile file = read_mesh(description.mesh, description.mesh_file);
@@ -88,8 +93,8 @@ SurfaceMesh read_file(const SurfaceDescription& description, const BakedSurface&
     mesh = std::make_shared<TriangleMesh>(std::move(file.mesh));
     if (!baked.field) return result;
     result.against_level = compared(baked, *mesh);
-    require_same_surface(*result.against_level, leash_of(description, baked),
-                         description.mesh.string(), place);
+    require_same_surface(*result.against_level, description, leash_of(description, baked), contact,
+                         place);
     if (result.against_level->facing_share < kSafeFacing)
         result.warnings.push_back(fmt::format(
             "{:.1f} % of its area faces the other way than the volume's level: contact guarded may "
@@ -122,7 +127,7 @@ SurfaceMesh make_surface_mesh(const SurfaceDescription& description, const Baked
     SurfaceMesh result;
     std::shared_ptr<const TriangleMesh> mesh;
     if (!description.mesh.empty()) {
-        result = read_file(description, baked, place, mesh);
+        result = read_file(description, baked, contact, place, mesh);
     } else {
         const BakedMesh extracted = extract(description, baked, place, resources);
         mesh = extracted.mesh;

@@ -9,7 +9,6 @@
 
 #include <sys/utsname.h>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/orbit.h>
@@ -97,11 +96,8 @@ json guard_summary(const SurfaceAudit& audit) {
     json summary = {{"leash_mm", 1e3 * audit.surface().leash_m},
                     {"frames", audit.guarded_frames()},
                     {"events", audit.guarded_events()}};
-    if (audit.guarded_frames() > 0)
-        summary["warning"] =
-            fmt::format("the mesh held the proxy back in {} frames, {} events: the scan is "
-                        "ambiguous there, its volume would have let the proxy through",
-                        audit.guarded_frames(), audit.guarded_events());
+    if (const std::string warning = guard_warning(audit); !warning.empty())
+        summary["warning"] = warning;
     return summary;
 }
 

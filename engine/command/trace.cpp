@@ -6,7 +6,7 @@
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/internal/whole_file.h>
-#include <palpate/engine/recording.h>
+#include <palpate/engine/recorded_run.h>
 #include <palpate/engine/report_page.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/trace.h>
@@ -42,6 +42,9 @@ int trace(const Options& options) {
     const std::string summary = summarize(*scene, trace);
     internal::write_whole_file(out / "summary.json", summary);
 
+    for (const SurfaceAudit& audit : trace.audits)
+        if (const std::string warning = guard_warning(audit); !warning.empty())
+            fmt::print(stderr, "palpate: warning: {}\n", warning);
     const std::string title =
         fmt::format("{} {}", description.file.stem().string(), name(description.loop.method));
     print(report_table({{title, nullptr, {{title, summary, {}}}}}));

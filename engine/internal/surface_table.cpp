@@ -277,7 +277,9 @@ void read_contact(const TomlTable& table, const SceneDescription& scene,
     if (table.has("contact")) {
         surface.contact = static_cast<ContactKind>(table.choice("contact", kContactNames));
         if (const auto no = obstacle(scene, surface, *surface.contact))
-            table.fail(table.line_of("contact"), fmt::format("{}: {}", table.where(), no->what),
+            table.fail(table.line_of("contact"),
+                       fmt::format("contact = \"{}\" {} {}", name(*surface.contact), table.where(),
+                                   no->what),
                        no->remedy);
     }
     // Where the scene does not say, a build with CGAL decides: the leash is for all of them.
