@@ -198,7 +198,7 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
     } else {
         if (!extract)
             throw std::runtime_error("this build has no CGAL to extract a mesh with; use contact = "
-                                     "\"volume\", or build with it");
+                                     "\"volume\", name a mesh file, or build with it");
         internal::report(progress, 0.0, "extracting");
         const std::unique_ptr<FieldSampler> sampler = surface.field->make_sampler();
         Isosurface wanted;

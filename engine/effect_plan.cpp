@@ -9,30 +9,31 @@
 namespace palpate {
 namespace {
 
-PlannedEffect plan_surface(const SurfaceDescription& surface, bool repeated) {
+PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescription& surface,
+                           Extraction extraction, bool repeated) {
+    const ContactChoice choice = choose_contact(scene, surface, extraction);
     PlannedEffect planned;
-    planned.contact = name(surface.contact);
+    planned.contact = name(choice.kind);
     if (repeated) return {0, false, "the same surface is felt already", planned.contact};
     if (surface.strength_n == 0.0)
         return {0, false, "strength_n is 0: it cannot be felt", planned.contact};
-    planned.reason = "felt up to its strength";
-    planned.samples = 1.0;
-    if (surface.contact == ContactKind::direct) {
-        planned.rays = 1.0;
-        planned.needs_mesh = true;
-    } else {
-        planned.roots = 1.0;
-        planned.needs_hessian = true;
-    }
+    planned.reason = "felt up to its strength; " + choice.why;
+    planned.needs_mesh = needs_mesh(choice.kind);
+    planned.rays = planned.needs_mesh ? 1.0 : 0.0;
+    planned.samples = samples_field(choice.kind) ? 1.0 : 0.0;
+    const bool certified_by_field =
+        choice.kind == ContactKind::volume || choice.kind == ContactKind::guarded;
+    planned.roots = certified_by_field ? 1.0 : 0.0;
+    planned.needs_hessian = certified_by_field;
     return planned;
 }
 
 PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription& effect,
-                          std::set<std::string>& felt) {
+                          Extraction extraction, std::set<std::string>& felt) {
     switch (effect.kind) {
     case EffectKind::surface: {
         const bool repeated = !felt.insert(effect.surface).second;
-        return plan_surface(scene.surfaces.at(effect.surface), repeated);
+        return plan_surface(scene, scene.surfaces.at(effect.surface), extraction, repeated);
     }
     case EffectKind::gradient_surface:
         if (effect.strength.is_zero())
@@ -55,22 +56,27 @@ bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& 
     });
 }
 
-EffectPlan plan_effects(const SceneDescription& scene) {
+EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
     EffectPlan plan;
     std::set<std::string> felt;
     std::set<std::string> used_volumes;
     for (std::size_t i = 0; i < scene.effects.size(); ++i) {
-        PlannedEffect planned = plan_effect(scene, scene.effects[i], felt);
+        PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, felt);
         planned.effect = i;
         if (planned.on && scene.effects[i].kind == EffectKind::gradient_surface)
             used_volumes.insert(scene.effects[i].volume);
         plan.effects.push_back(planned);
     }
     for (const auto& [surface, description] : scene.surfaces) {
-        if (plan.uses_surface(scene, surface))
-            used_volumes.insert(description.volume);
-        else
+        if (!plan.uses_surface(scene, surface)) {
             plan.left_out.push_back("surface " + surface + ": no effect that is on names it");
+            continue;
+        }
+        used_volumes.insert(description.volume);
+        if (!description.mesh.empty() &&
+            !needs_mesh(choose_contact(scene, description, extraction).kind))
+            plan.left_out.push_back("mesh of surface " + surface +
+                                    ": its contact needs none; it is not read");
     }
     for (const auto& [volume, description] : scene.volumes)
         if (!used_volumes.contains(volume))

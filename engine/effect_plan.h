@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/engine/contact_choice.h>
 #include <palpate/engine/scene_description.h>
 
 namespace palpate {
@@ -16,7 +17,7 @@ struct PlannedEffect {
     std::string contact;  ///< kind surface: how the proxy is carried
     double samples = 0.0; ///< field samples per evaluation
     double roots = 0.0;   ///< exact first roots per evaluation
-    double rays = 0.0;    ///< Embree rays per evaluation
+    double rays = 0.0;    ///< Embree rays per evaluation; a proxy that slides on a mesh needs none
     bool needs_mesh = false;
     bool needs_hessian = false;
 };
@@ -30,6 +31,6 @@ struct EffectPlan {
 };
 
 /// Plans a scene.                                                                       [setup]
-EffectPlan plan_effects(const SceneDescription& scene);
+EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction);
 
 } // namespace palpate

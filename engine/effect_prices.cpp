@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -15,23 +14,26 @@ constexpr std::size_t kPerReading =
     10; // evaluations between two readings of the clock, whose cost is then below 1 %
 constexpr double kSpeed = 0.2; // m/s: how far apart a hand's frames are
 
-/// Places where a hand would be: along an orbit on the surface, or across the box of a field. None
-/// where the orbit's rays miss a surface that is small: its price is then not known.
-std::vector<Vec3> places(const ScalarField& field, std::optional<double> level) {
+/// Places where a hand would be along an orbit on the surface. None where the orbit's rays miss a
+/// surface that is small: its price is then not known.
+std::vector<Vec3> places_on(const SceneSurface& surface) {
     std::vector<Vec3> points;
-    if (level) {
-        DeviceDescription orbit;
-        orbit.depth_min_mm = orbit.depth_max_mm = 0.0;
-        orbit.speed_m_per_s = kSpeed;
-        orbit.duration_s = kPoints / 1000.0 + 0.5;
-        try {
-            for (const DeviceState& state : make_orbit(field, *level, orbit, 1000.0))
-                points.push_back(state.position);
-        } catch (const std::runtime_error&) {
-            points.clear();
-        }
-        return points;
+    DeviceDescription orbit;
+    orbit.depth_min_mm = orbit.depth_max_mm = 0.0;
+    orbit.speed_m_per_s = kSpeed;
+    orbit.duration_s = kPoints / 1000.0 + 0.5;
+    try {
+        for (const DeviceState& state : make_orbit(orbit_target(surface), orbit, 1000.0))
+            points.push_back(state.position);
+    } catch (const std::runtime_error&) {
+        points.clear();
     }
+    return points;
+}
+
+/// The same across the box of a field.
+std::vector<Vec3> places_across(const ScalarField& field) {
+    std::vector<Vec3> points;
     const Box box = field.bounds();
     for (std::size_t i = 0; i < kPoints; ++i)
         points.push_back(box.center() +
@@ -55,6 +57,31 @@ double median_us(const std::vector<Vec3>& points, const Evaluate& evaluate) {
     return readings[readings.size() / 2];
 }
 
+/// A piece of way of a proxy that follows the hand: led where the surface leads, else towards it.
+Vec3 followed(SurfaceContact& contact, const Vec3& proxy, const Vec3& hand) {
+    if (contact.slides()) return contact.slide(proxy, hand).corner;
+    return proxy + contact.carry(proxy, hand).fraction * (hand - proxy);
+}
+
+double surface_price(const Scene& scene, const SceneSurface& surface) {
+    const std::unique_ptr<SurfaceContact> contact = scene.make_contact(surface);
+    const std::vector<Vec3> points = places_on(surface);
+    if (points.empty()) return 0.0;
+    contact->restart(points.front());
+    Vec3 proxy = points.front();
+    // The volume's contacts take the hand's own places, which are on the level; a mesh's side is a
+    // label, which only its own way tells.
+    const bool own_way = surface.is_felt_by_mesh();
+    return median_us(points, [&](const Vec3& from, const Vec3& to) {
+        ContactSet planes;
+        contact->offer(own_way ? proxy : from, planes);
+        if (own_way)
+            proxy = followed(*contact, proxy, to);
+        else
+            contact->carry(from, to);
+    });
+}
+
 } // namespace
 
 std::vector<double> measure_prices(const Scene& scene) {
@@ -65,25 +92,16 @@ std::vector<double> measure_prices(const Scene& scene) {
         if (!planned.on) continue;
         const EffectDescription& effect = scene.description().effects[planned.effect];
         if (effect.kind == EffectKind::surface) {
-            for (const SceneSurface& surface : scene.surfaces()) {
-                if (surface.name != effect.surface) continue;
-                const std::unique_ptr<SurfaceContact> contact = scene.make_contact(surface);
-                const std::vector<Vec3> points = places(*surface.baked.field, surface.level.level);
-                if (points.empty()) continue;
-                contact->restart(points.front());
-                prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3& to) {
-                    ContactSet planes;
-                    contact->offer(from, planes);
-                    contact->carry(from, to);
-                });
-            }
+            for (const SceneSurface& surface : scene.surfaces())
+                if (surface.name == effect.surface)
+                    prices[planned.effect] = surface_price(scene, surface);
             continue;
         }
         Effect& built = *effects[next_effect++];
         std::vector<Vec3> points(kPoints, Vec3{0.0});
         if (!effect.volume.empty()) {
             const auto field = scene.effect_field(effect.volume);
-            points = places(*field, std::nullopt);
+            points = places_across(*field);
         }
         prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3&) {
             PrimitiveSet primitives;

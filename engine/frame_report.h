@@ -25,8 +25,10 @@ struct FrameReport {
     std::uint32_t flags = 0;         ///< FrameFlag bits
     std::uint64_t surfaces_felt = 0; ///< bit i: Scene::surfaces()[i], up to 64, pushed back at the
                                      ///< end; not recorded
-    std::uint64_t surfaces_open = 0; ///< bit i: it was not to be felt, as the proxy began inside;
-                                     ///< not recorded
+    std::uint64_t surfaces_open = 0; ///< bit i: it did not hold at its own level, as the proxy was
+                                     ///< inside or it yielded; not recorded
+    std::uint64_t surfaces_guarded = 0; ///< bit i: its mesh held back what its volume would have
+                                        ///< let through; not recorded
 
     std::uint32_t field_samples = 0;   ///< values or gradients read from fields
     std::uint32_t surface_queries = 0; ///< Embree rays and closest points

@@ -125,6 +125,7 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
     report.residual_m = result.residual_m;
     report.surfaces_felt = result.felt;
     report.surfaces_open = result.open;
+    report.surfaces_guarded = result.guarded;
     report.flags |= result.flags;
 }
 

@@ -14,7 +14,9 @@ constexpr double kSteepest =
     1.0; // radius change per arc length that the probe follows: not into deep pockets
 constexpr int kFreeFrames = 20;      // in free space, after which a new trial begins
 constexpr double kDepthWave = 30e-3; // m along the spiral from shallow to deep and back
-constexpr double kApproach = 5e-3;   // m in front of the surface where the path begins
+constexpr double kMargin = 0.01;   // of a mesh's bounds, so that rays begin beyond it; and of a way
+                                   // to a facet, so that rounding does not end it short
+constexpr double kApproach = 5e-3; // m in front of the surface where the path begins
 constexpr double kMissedShare =
     0.3; // of the largest radius: where rays that meet nothing put the surface
 
@@ -34,12 +36,9 @@ struct Profile {
     double mean_radius = 0.0;
 };
 
-Profile cast_rays(const ScalarField& field, double level, const Vec3& center, double reach,
-                  int turns) {
-    const std::unique_ptr<FieldSampler> sampler = field.make_sampler();
+Profile cast_rays(const OrbitTarget& target, const Vec3& center, double reach, int turns) {
     Profile profile;
-    profile.cavity =
-        sampler->value(center + Vec3{reach, 0, 0}) >= level && sampler->value(center) < level;
+    profile.cavity = target.inside(center + Vec3{reach, 0, 0}) && !target.inside(center);
     // Length of the spiral on a sphere that fills the bounds, about 4 R per turn.
     const double length = 4.0 * turns * reach;
     const std::size_t count = static_cast<std::size_t>(length / kSample) + 1;
@@ -47,20 +46,19 @@ Profile cast_rays(const ScalarField& field, double level, const Vec3& center, do
     for (std::size_t i = 0; i < count; ++i) {
         const Vec3 direction = spiral_direction((i + 0.5) / count, turns);
         const Vec3 outside = center + reach * direction;
-        const std::optional<double> root = profile.cavity
-                                               ? sampler->first_root(center, outside, level)
-                                               : sampler->first_root(outside, center, level);
+        const std::optional<double> share = profile.cavity ? target.first_crossing(center, outside)
+                                                           : target.first_crossing(outside, center);
         profile.direction.push_back(direction);
-        profile.radius.push_back(!root            ? -1.0
-                                 : profile.cavity ? *root * reach
-                                                  : (1.0 - *root) * reach);
-        if (!root) continue;
+        profile.radius.push_back(!share           ? -1.0
+                                 : profile.cavity ? *share * reach
+                                                  : (1.0 - *share) * reach);
+        if (!share) continue;
         ++hits;
         profile.mean_radius += profile.radius.back();
     }
     if (hits == 0)
-        throw std::runtime_error(
-            "orbit: no ray around the centre of the volume meets the surface; give a path instead");
+        throw std::runtime_error("orbit: no ray around the middle of the surface's bounds meets "
+                                 "it; give a path instead");
     profile.mean_radius /= static_cast<double>(hits);
     return profile;
 }
@@ -106,12 +104,56 @@ std::vector<Vec3> corners(const Profile& profile, const Vec3& center) {
 
 } // namespace
 
+OrbitTarget orbit_target(const ScalarField& field, double level) {
+    const std::shared_ptr<FieldSampler> sampler = field.make_sampler();
+    return {field.bounds(),
+            [sampler, level](const Vec3& from, const Vec3& to) {
+                return sampler->first_root(from, to, level);
+            },
+            [sampler, level](const Vec3& point) { return sampler->value(point) >= level; }};
+}
+
+OrbitTarget orbit_target(const SurfaceScene& mesh) {
+    Box bounds;
+    for (const Vec3& vertex : mesh.mesh().vertices)
+        bounds.add(vertex);
+    const Vec3 margin = kMargin * bounds.extent();
+    const auto first_crossing = [&mesh](const Vec3& from, const Vec3& to) -> std::optional<double> {
+        const std::optional<SurfaceHit> hit = mesh.first_hit(from, to);
+        if (!hit) return std::nullopt;
+        return std::min(1.0, hit->distance_m / glm::length(to - from));
+    };
+    // Nothing is between a point and the facet that it sees: they are on the same side of it.
+    const auto inside = [&mesh, bounds](const Vec3& point) {
+        const double farthest =
+            glm::length(point - bounds.center()) + 0.5 * glm::length(bounds.extent());
+        const auto near = mesh.closest_point(point, farthest);
+        if (!near) return false;
+        const auto& triangle = mesh.mesh().triangles[near->triangle];
+        const auto& vertices = mesh.mesh().vertices;
+        const Vec3 centroid =
+            (vertices[triangle[0]] + vertices[triangle[1]] + vertices[triangle[2]]) / 3.0;
+        const auto seen = mesh.first_hit(point, centroid + kMargin * (centroid - point));
+        return seen && glm::dot(point - seen->position, seen->normal) < 0.0;
+    };
+    return {{bounds.lower - margin, bounds.upper + margin}, first_crossing, inside};
+}
+
+OrbitTarget orbit_target(const SceneSurface& surface) {
+    return surface.is_felt_by_mesh() ? orbit_target(*surface.mesh.scene)
+                                     : orbit_target(*surface.baked.field, surface.level.level);
+}
+
 std::vector<DeviceState> make_orbit(const ScalarField& field, double level,
                                     const DeviceDescription& orbit, double rate_hz) {
-    const Box bounds = field.bounds();
-    const Vec3 center = bounds.center();
-    const double reach = 0.5 * glm::length(bounds.extent());
-    Profile profile = cast_rays(field, level, center, reach, orbit.turns);
+    return make_orbit(orbit_target(field, level), orbit, rate_hz);
+}
+
+std::vector<DeviceState> make_orbit(const OrbitTarget& target, const DeviceDescription& orbit,
+                                    double rate_hz) {
+    const Vec3 center = target.bounds.center();
+    const double reach = 0.5 * glm::length(target.bounds.extent());
+    Profile profile = cast_rays(target, center, reach, orbit.turns);
     press(profile, orbit);
     const std::vector<Vec3> path = corners(profile, center);
 
@@ -119,7 +161,6 @@ std::vector<DeviceState> make_orbit(const ScalarField& field, double level,
     std::vector<DeviceState> states;
     const double step = orbit.speed_m_per_s / rate_hz;
     const auto most = static_cast<std::size_t>(orbit.duration_s * rate_hz);
-    const std::unique_ptr<FieldSampler> sampler = field.make_sampler();
     int free_frames = 0;
     std::size_t corner = 0;
     double along = 0.0; // of the current edge
@@ -135,7 +176,7 @@ std::vector<DeviceState> make_orbit(const ScalarField& field, double level,
         state.time_s = static_cast<double>(states.size()) / rate_hz;
         state.position = path[corner] + (length > 0.0 ? along / length : 0.0) * edge;
         if (!states.empty()) state.velocity = (state.position - states.back().position) * rate_hz;
-        free_frames = sampler->value(state.position) < level ? free_frames + 1 : 0;
+        free_frames = target.inside(state.position) ? 0 : free_frames + 1;
         state.trial =
             (states.empty() ? 0 : states.back().trial) + (free_frames == kFreeFrames ? 1 : 0);
         states.push_back(state);

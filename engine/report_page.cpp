@@ -69,16 +69,16 @@ std::string main_table(const std::vector<Entry>& entries) {
         {"Queries per frame", "surface"},
         {"Force, N", "median"},
         {"Force, N", "max"},
-        {"Distance from level, \u00b5m", "rms"},
-        {"Distance from level, \u00b5m", "99 %"},
+        {"Distance, \u00b5m", "rms"},
+        {"Distance, \u00b5m", "99 %"},
         {"", "Deepest chord, mm"},
     };
     std::vector<Cells> rows;
     for (const auto& [trace, s] : entries) {
         const Number rms =
-            largest(s.surfaces, [](const SurfaceSummary& of) { return of.level_distance_um.rms; });
+            largest(s.surfaces, [](const SurfaceSummary& of) { return of.distance_um.rms; });
         const Number p99 =
-            largest(s.surfaces, [](const SurfaceSummary& of) { return of.level_distance_um.p99; });
+            largest(s.surfaces, [](const SurfaceSummary& of) { return of.distance_um.p99; });
         const Number chord =
             largest(s.surfaces, [](const SurfaceSummary& of) { return of.chord_depth_mm; });
         Cells row{trace->title};
@@ -107,9 +107,9 @@ std::string main_table(const std::vector<Entry>& entries) {
                 "(surface)."},
                {"Force", "What the device was sent, after its limits: the median of all frames and "
                          "the largest."},
-               {"Distance from level",
-                "How far the proxy was from the surface's level while in contact; "
-                "0 is exact. With several surfaces: the worst one."},
+               {"Distance",
+                "How far the proxy was from the surface's level while in contact, or from the "
+                "mesh where it alone is felt; 0 is exact. With several surfaces: the worst one."},
                {"Deepest chord",
                 "How deep the proxy's straight movements led into the material at most, "
                 "corners of the surface being cut."},
@@ -124,35 +124,42 @@ std::string surfaces_table(const std::vector<Entry>& entries) {
         {"", "Level"},
         {"Shift by smoothing, mm", "mean"},
         {"Shift by smoothing, mm", "sd"},
-        {"Distance from level, \u00b5m", "mean"},
-        {"Distance from level, \u00b5m", "rms"},
-        {"Distance from level, \u00b5m", "median"},
-        {"Distance from level, \u00b5m", "99 %"},
-        {"Distance from level, \u00b5m", "max"},
+        {"Distance, \u00b5m", "mean"},
+        {"Distance, \u00b5m", "rms"},
+        {"Distance, \u00b5m", "median"},
+        {"Distance, \u00b5m", "99 %"},
+        {"Distance, \u00b5m", "max"},
         {"Deepest chord", "above level"},
         {"Deepest chord", "allowed"},
         {"Deepest chord", "mm"},
         {"Deepest chord", "frame"},
+        {"Mesh", "passed through"},
+        {"Mesh", "held, frames"},
+        {"Mesh", "held, events"},
     };
     std::vector<Cells> rows;
     for (const auto& [trace, summary] : entries)
         for (const SurfaceSummary& s : summary.surfaces) {
             Cells row{trace->title, s.name, s.contact};
-            const internal::Spread& d = s.level_distance_um;
+            const internal::Spread& d = s.distance_um;
             for (const Number& number :
                  {s.level, s.shift_mean_mm, s.shift_sd_mm, d.mean, d.rms, d.p50, d.p99, d.max,
-                  s.chord_value, s.chord_tolerance, s.chord_depth_mm, s.chord_frame})
+                  s.chord_value, s.chord_tolerance, s.chord_depth_mm, s.chord_frame,
+                  s.chords_through_mesh, s.guarded_frames, s.guarded_events})
                 row.push_back(readable(number));
             rows.push_back(row);
         }
     if (rows.empty()) return {};
     return "<h2>Surfaces</h2>\n" +
-           paragraph("Level: the value of the volume, in its own unit, where the surface is. "
-                     "Smoothing moves a "
-                     "surface a little: mean and standard deviation say by how much. The deepest "
-                     "chord is the "
-                     "movement whose value rose most above the level; it must not exceed what is "
-                     "allowed.") +
+           paragraph(
+               "Level: the value of the volume, in its own unit, where the surface is. "
+               "Smoothing moves a "
+               "surface a little: mean and standard deviation say by how much. The deepest "
+               "chord is the "
+               "movement whose value rose most above the level; it must not exceed what is "
+               "allowed. Where the mesh alone is felt, no movement may pass through it. Where "
+               "it guards a volume, it held the proxy back in so many frames, of so many "
+               "events: the scan is ambiguous there.") +
            html_table("Surfaces", columns, rows);
 }
 

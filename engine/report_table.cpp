@@ -29,9 +29,9 @@ Number sum(Number a, Number b, Number c) {
 std::vector<std::string> row_of(const ReportTrace& trace) {
     const internal::TraceSummary s = internal::read_trace_summary(trace.title, trace.summary);
     const Number rms =
-        largest(s.surfaces, [](const SurfaceSummary& of) { return of.level_distance_um.rms; });
+        largest(s.surfaces, [](const SurfaceSummary& of) { return of.distance_um.rms; });
     const Number p99 =
-        largest(s.surfaces, [](const SurfaceSummary& of) { return of.level_distance_um.p99; });
+        largest(s.surfaces, [](const SurfaceSummary& of) { return of.distance_um.p99; });
     const Number chord =
         largest(s.surfaces, [](const SurfaceSummary& of) { return of.chord_depth_mm; });
     const auto pair = [](Number a, Number b) { return readable(a) + " / " + readable(b); };
@@ -50,7 +50,7 @@ std::vector<std::string> row_of(const ReportTrace& trace) {
 
 std::string report_table(const std::vector<ReportSubject>& subjects) {
     std::vector<std::vector<std::string>> rows{
-        {"", "frames", "in", "sub-steps", "us/frame", "queries", "force N", "level um", "deepest"},
+        {"", "frames", "in", "sub-steps", "us/frame", "queries", "force N", "off by um", "deepest"},
         {"trace", "", "contact", "mean / max", "p50 / p99", "per frame", "p50 / max", "rms / p99",
          "chord mm"}};
     for (const ReportSubject& subject : subjects)

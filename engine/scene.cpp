@@ -6,35 +6,70 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene_file.h>
 #include <palpate/haptics/constant_force.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/gradient_surface.h>
+#include <palpate/haptics/guarded_contact.h>
+#include <palpate/haptics/mesh_contact.h>
 #include <palpate/volume/analytic_fields.h>
 #include <palpate/volume/volume_file.h>
 
 namespace palpate {
 namespace {
 
+Extraction extraction(const SceneResources& resources) {
+    return resources.extract ? Extraction::possible : Extraction::impossible;
+}
+
+std::string place_of(const SceneDescription& scene, const std::string& surface) {
+    return fmt::format("{}:{}: [surface.{}]", scene.file.string(), scene.surfaces.at(surface).line,
+                       surface);
+}
+
+/// Does a step of the set-up; what libraries complain of gets file, line and surface in front.
+template <class Step>
+auto at_place(const std::string& place, const Step& step) {
+    try {
+        return step();
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}", place, error.what()));
+    }
+}
+
+/// Refuses what no contact of that kind can do.
+void check_contact(const SceneDescription& scene, const SurfaceDescription& description,
+                   ContactKind kind, const std::string& place) {
+    if (const auto no = obstacle(scene, description, kind))
+        throw std::runtime_error(
+            fmt::format("{}: contact = \"{}\" {}; {}", place, name(kind), no->what, no->remedy));
+    if (kind == ContactKind::direct && std::isfinite(description.strength_n))
+        throw std::runtime_error(
+            fmt::format("{}: contact = \"direct\" does not yield, strength_n = {} needs contact = "
+                        "\"volume\"",
+                        place, description.strength_n));
+}
+
 SceneSurface build_surface(const SceneDescription& scene, const std::string& name,
                            VolumeReader& reader, const SceneResources& resources) {
     const SurfaceDescription& description = scene.surfaces.at(name);
+    const std::string place = place_of(scene, name);
     SceneSurface surface;
     surface.name = name;
-    surface.contact = description.contact;
-    surface.baked = bake_surface(scene, name, reader, resources.cache, resources.progress);
+    surface.contact = choose_contact(scene, description, extraction(resources)).kind;
+    check_contact(scene, description, surface.contact, place);
+    if (!description.volume.empty())
+        surface.baked = bake_surface(scene, name, reader, resources.cache, resources.progress);
     surface.level.level = surface.baked.level;
     surface.level.strength_n = description.strength_n;
-    if (description.contact == ContactKind::direct) {
-        if (std::isfinite(description.strength_n))
-            throw std::runtime_error(fmt::format(
-                "{}:{}: [surface.{}]: contact = \"direct\" does not yield, strength_n = {} needs "
-                "contact = \"volume\"",
-                scene.file.string(), description.line, name, description.strength_n));
-        const BakedMesh mesh =
-            mesh_surface(surface.baked, mesh_settings(description, surface.baked),
-                         resources.extract, resources.cache, resources.progress);
-        surface.mesh = std::make_shared<SurfaceScene>(mesh.mesh);
-    }
+    surface.level.yielding = description.yielding;
+    surface.leash_m = leash_of(description, surface.baked);
+    at_place(place, [&] {
+        if (surface.baked.field) LevelScale::of(*surface.baked.field, surface.level);
+        if (needs_mesh(surface.contact))
+            surface.mesh =
+                make_surface_mesh(description, surface.baked, surface.contact, place, resources);
+    });
     return surface;
 }
 
@@ -72,7 +107,8 @@ std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& s
 }
 
 Scene::Scene(SceneDescription description, const SceneResources& resources)
-    : description_(std::move(description)), plan_(plan_effects(description_)) {
+    : description_(std::move(description)),
+      plan_(plan_effects(description_, extraction(resources))) {
     VolumeReader reader(description_);
     for (const auto& [name, surface] : description_.surfaces)
         if (plan_.uses_surface(description_, name))
@@ -83,20 +119,25 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
             !fields_.contains(effect.volume))
             fields_.emplace(effect.volume, volume_field(description_, effect.volume));
     }
-    for (const SceneSurface& surface : surfaces_) {
-        try {
-            LevelScale::of(*surface.baked.field, surface.level);
-        } catch (const std::invalid_argument& error) {
-            throw std::runtime_error(fmt::format(
-                "{}:{}: [surface.{}]: {}", description_.file.string(),
-                description_.surfaces.at(surface.name).line, surface.name, error.what()));
-        }
-    }
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
-    if (surface.contact == ContactKind::direct)
-        return std::make_unique<DirectContact>(surface.mesh, surface.baked.field, surface.level);
+    switch (surface.contact) {
+    case ContactKind::mesh: {
+        MeshContactSettings settings;
+        settings.strength_n = surface.level.strength_n;
+        settings.yielding = surface.level.yielding;
+        return std::make_unique<MeshContact>(surface.mesh.certified, settings);
+    }
+    case ContactKind::guarded:
+        return std::make_unique<GuardedContact>(surface.baked.field, surface.level,
+                                                surface.mesh.certified, surface.leash_m);
+    case ContactKind::direct:
+        return std::make_unique<DirectContact>(surface.mesh.scene, surface.baked.field,
+                                               surface.level);
+    case ContactKind::volume:
+        break;
+    }
     return std::make_unique<VolumeContact>(surface.baked.field, surface.level);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -10,29 +9,26 @@
 #include <palpate/engine/baked_surface.h>
 #include <palpate/engine/effect_plan.h>
 #include <palpate/engine/scene_description.h>
-#include <palpate/geometry/isosurface.h>
-#include <palpate/geometry/surface_scene.h>
+#include <palpate/engine/scene_resources.h>
+#include <palpate/engine/surface_mesh.h>
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/surface_contact.h>
 #include <palpate/haptics/volume_contact.h>
 
 namespace palpate {
 
-/// What building a scene may use besides its description.
-struct SceneResources {
-    std::filesystem::path cache; ///< folder for baked fields and meshes; empty: none is kept
-    IsosurfaceExtractor extract; ///< extract_isosurface of palpate::extraction, or empty: then no
-                                 ///< contact that needs a mesh
-    Progress progress;           ///< may be empty
-};
-
-/// A surface that is felt: the baked field, its level, and the mesh where the contact needs one.
+/// A surface that is felt: the baked field and its level, the mesh where the contact needs one, or
+/// a mesh alone.
 struct SceneSurface {
     std::string name;
     ContactKind contact = ContactKind::volume;
-    LevelSettings level;
-    BakedSurface baked;
-    std::shared_ptr<const SurfaceScene> mesh; ///< null where the contact needs none
+    LevelSettings level;  ///< strength and yielding are a mesh's, too
+    BakedSurface baked;   ///< without a field where the surface is a mesh alone
+    SurfaceMesh mesh;     ///< empty where the contact needs none
+    double leash_m = 0.0; ///< contact guarded
+
+    /// True where the mesh decides what is felt, and no field is sampled.                [any]
+    bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
 };
 
 /// A scene, loaded: everything that its plan needs and nothing else. Immutable; several loops may

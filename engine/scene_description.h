@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include <palpate/geometry/mesh_file.h>
 #include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/surface_state.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/volume/volume_file.h>
 #include <palpate/volume/volume_filters.h>
@@ -29,9 +31,10 @@ struct VolumeDescription {
     int line = 0;   ///< of the scene file, for messages
 };
 
-enum class ContactKind { volume, direct };
+enum class ContactKind { mesh, volume, guarded, direct };
 
-/// A surface of the scene: an isosurface of a volume, or the border of labels.
+/// A surface of the scene: an isosurface of a volume, or the border of labels; with or without a
+/// mesh from a file, or such a mesh alone.
 struct SurfaceDescription {
     /// What decides on the level of the smoothed field.
     enum class IsoAfterSmoothing {
@@ -40,15 +43,21 @@ struct SurfaceDescription {
         as_given       ///< the level is iso_value; for labels 0.5
     };
 
-    std::string volume;              ///< key of SceneDescription::volumes
-    double iso_value = 0.0;          ///< in the volume's own unit; unused with labels
+    std::string volume;         ///< key of SceneDescription::volumes; empty: the mesh file alone
+    std::filesystem::path mesh; ///< PLY, STL or OBJ; absolute, or relative to the working folder;
+                                ///< empty: extracted from the volume where a contact needs a mesh
+    MeshFileSettings mesh_file; ///< what `mesh` is to be read as
+    double iso_value = 0.0;     ///< in the volume's own unit; unused with labels
     std::vector<std::string> labels; ///< names or numbers, made one surface; empty: by iso_value
     std::optional<Box> region_mm;    ///< the part of the volume that is used, scene frame (LPS), mm
     double smooth_voxels =
         0.0; ///< standard deviation of the Gaussian baked in first, voxels, [0, 5]
     IsoAfterSmoothing iso_after_smoothing = IsoAfterSmoothing::keep_position;
     ComponentPolicy keep;
-    ContactKind contact = ContactKind::volume;
+    std::optional<ContactKind> contact;  ///< empty: choose_contact() decides
+    std::optional<double> leash_mm;      ///< contact guarded: the proxy gets no farther from
+                                         ///< the mesh's, (0, 10]; empty: as leash_of() says
+    Yielding yielding = Yielding::holds; ///< what it does above its strength
     double strength_n =
         std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0
     std::optional<double> facet_size_mm; ///< of the mesh, where one is needed, (0, 50]; empty: 2,

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/contact_choice.h>
 #include <palpate/engine/scene_file.h>
 
 namespace palpate {
@@ -55,9 +56,15 @@ void apply(const SceneOverrides& overrides, SceneDescription& scene) {
                                              SteppingMethod::fixed, SteppingMethod::adaptive});
     if (overrides.contact) {
         const ContactKind contact = named("--contact", *overrides.contact,
-                                          std::array{ContactKind::volume, ContactKind::direct});
-        for (auto& [surface, description] : scene.surfaces)
+                                          std::array{ContactKind::mesh, ContactKind::volume,
+                                                     ContactKind::guarded, ContactKind::direct});
+        for (auto& [surface, description] : scene.surfaces) {
+            if (const auto no = obstacle(scene, description, contact))
+                throw std::invalid_argument(fmt::format("--contact {}: [surface.{}]: {}; {}",
+                                                        name(contact), surface, no->what,
+                                                        no->remedy));
             description.contact = contact;
+        }
     }
     set("--sub-steps", overrides.sub_steps, 1, Subdivision::kMostEvaluations, scene.loop.sub_steps);
     set("--tolerance-um", overrides.tolerance_um, 1e-6, 1e3, scene.loop.tolerance_um);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace palpate {
 namespace {
 
@@ -11,6 +13,7 @@ constexpr double kChordSpacing = 25e-6;   // m between samples of a chord, but a
 constexpr double kMostChordSamples = 400; // of a long free flight
 constexpr double kSearchRadius = 50e-3;   // m: deeper than any lost proxy in a head
 constexpr int kNewtonSteps = 30;
+constexpr std::size_t kMostTouched = 32; // facets about the two ends of a chord
 
 std::uint64_t bit_in_reports(const Scene& scene, const SceneSurface& surface) {
     const auto index = &surface - scene.surfaces().data();
@@ -38,8 +41,10 @@ double level_distance(FieldSampler& sampler, const Vec3& point, double level,
 }
 
 SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
-    : surface_(surface), scale_(LevelScale::of(*surface.baked.field, surface.level)),
-      sampler_(surface.baked.field->make_sampler()), bit_(bit_in_reports(scene, surface)) {
+    : surface_(surface), bit_(bit_in_reports(scene, surface)) {
+    if (surface.is_felt_by_mesh()) return;
+    scale_ = LevelScale::of(*surface.baked.field, surface.level);
+    sampler_ = surface.baked.field->make_sampler();
     const VolumeDescription& volume =
         scene.description().volumes.at(scene.description().surfaces.at(surface.name).volume);
     const double outwards = volume.analytic == "sphere_cavity"  ? 1.0
@@ -52,7 +57,48 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
 }
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
+    if (frame.surfaces_guarded & bit_) add_guarded(frame);
     if ((frame.flags & kProbeNotFinite) || (frame.surfaces_open & bit_)) return;
+    if (surface_.is_felt_by_mesh())
+        add_to_mesh(frame, path);
+    else
+        add_to_level(frame, path);
+}
+
+void SurfaceAudit::add_guarded(const FrameReport& frame) {
+    const bool goes_on = guarded_frames_ > 0 && frame.trial == last_guarded_trial_ &&
+                         frame.frame - last_guarded_ < kEventGap;
+    ++guarded_frames_;
+    if (!goes_on) ++guarded_events_;
+    last_guarded_ = frame.frame;
+    last_guarded_trial_ = frame.trial;
+}
+
+void SurfaceAudit::add_to_mesh(const FrameReport& frame, std::span<const Vec3> path) {
+    for (std::size_t i = 1; i < path.size(); ++i)
+        if (passes_through(path[i - 1], path[i])) ++chords_through_;
+    if (!(frame.surfaces_felt & bit_)) return;
+    if (const auto near = surface_.mesh.scene->closest_point(frame.proxy, kSearchRadius))
+        mesh_distance_m_.push_back(near->distance_m);
+}
+
+/// A chord may begin or end on a facet, or slide along some: these say nothing, and what is behind
+/// them is looked at.
+bool SurfaceAudit::passes_through(const Vec3& from, const Vec3& to) const {
+    const double skin = surface_.mesh.certified->skin_m();
+    std::vector<std::uint32_t> touched;
+    while (touched.size() < kMostTouched) {
+        const auto hit = surface_.mesh.scene->first_hit(from, to, {touched, {}});
+        if (!hit) return false;
+        const double before = glm::dot(from - hit->position, hit->normal);
+        const double after = glm::dot(to - hit->position, hit->normal);
+        if (std::min(std::abs(before), std::abs(after)) > skin) return before * after < 0.0;
+        touched.push_back(hit->triangle);
+    }
+    return false;
+}
+
+void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> path) {
     for (std::size_t i = 1; i < path.size(); ++i) {
         const Vec3 chord = path[i] - path[i - 1];
         const auto samples =
@@ -77,11 +123,18 @@ void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
     }
 }
 
+std::string guard_warning(const SurfaceAudit& audit) {
+    if (audit.guarded_frames() == 0) return {};
+    return fmt::format("the mesh of surface {} held the proxy back in {} frames, {} events: its "
+                       "volume would have let it through; the scan is ambiguous there",
+                       audit.surface().name, audit.guarded_frames(), audit.guarded_events());
+}
+
 SurfaceAudit::Deepest SurfaceAudit::deepest() const {
     Deepest result = deepest_;
     if (result.above_level <= 0.0) return result;
     std::optional<SurfaceHit> hit;
-    if (surface_.mesh) hit = surface_.mesh->closest_point(deepest_at_, kSearchRadius);
+    if (surface_.mesh.scene) hit = surface_.mesh.scene->closest_point(deepest_at_, kSearchRadius);
     result.depth_m = hit ? hit->distance_m
                          : std::abs(level_distance(*sampler_, deepest_at_, surface_.level.level,
                                                    scale_.trust_m));

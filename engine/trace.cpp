@@ -39,8 +39,7 @@ std::vector<DeviceState> orbits(const Scene& scene, int every) {
     std::vector<DeviceState> states;
     for (const SceneSurface* surface : surfaces) {
         const std::uint32_t first_trial = states.empty() ? 0 : states.back().trial + 1;
-        for (DeviceState state :
-             make_orbit(*surface->baked.field, surface->level.level, orbit, rate_hz)) {
+        for (DeviceState state : make_orbit(orbit_target(*surface), orbit, rate_hz)) {
             state.time_s = static_cast<double>(states.size()) / rate_hz;
             state.trial += first_trial;
             states.push_back(state);

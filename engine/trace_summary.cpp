@@ -77,15 +77,12 @@ json machine() {
             {"system", std::string(system.sysname) + " " + system.release}};
 }
 
-json surface_summary(const SurfaceAudit& audit) {
+json level_summary(const SurfaceAudit& audit) {
     const SceneSurface& surface = audit.surface();
     const SurfaceAudit::Deepest deepest = audit.deepest();
-    return {{"name", surface.name},
-            {"contact", name(surface.contact)},
-            {"level", surface.level.level},
+    return {{"level", surface.level.level},
             {"shift_mean_mm", 1e3 * surface.baked.shift.mean_m},
             {"shift_sd_mm", 1e3 * surface.baked.shift.deviation_m},
-            {"baked", surface.baked.grid ? json::parse(baked_as_json(surface.baked)) : json()},
             {"level_distance_um", absolute_um(audit.level_distance_m())},
             {"frames_inside", audit.frames_inside()},
             {"deepest_chord",
@@ -93,6 +90,29 @@ json surface_summary(const SurfaceAudit& audit) {
               {"tolerance", audit.certificate()},
               {"depth_mm", 1e3 * deepest.depth_m},
               {"frame", deepest.frame}}}};
+}
+
+json guard_summary(const SurfaceAudit& audit) {
+    json summary = {{"leash_mm", 1e3 * audit.surface().leash_m},
+                    {"frames", audit.guarded_frames()},
+                    {"events", audit.guarded_events()}};
+    if (const std::string warning = guard_warning(audit); !warning.empty())
+        summary["warning"] = warning;
+    return summary;
+}
+
+json surface_summary(const SurfaceAudit& audit) {
+    const SceneSurface& surface = audit.surface();
+    json summary = surface.is_felt_by_mesh()
+                       ? json{{"mesh_distance_um", absolute_um(audit.mesh_distance_m())},
+                              {"chords_through_mesh", audit.chords_through()}}
+                       : level_summary(audit);
+    summary["name"] = surface.name;
+    summary["contact"] = name(surface.contact);
+    summary["baked"] = surface.baked.grid ? json::parse(baked_as_json(surface.baked)) : json();
+    summary["mesh"] = surface.mesh.scene ? json::parse(mesh_as_json(surface.mesh)) : json();
+    if (surface.contact == ContactKind::guarded) summary["guarded"] = guard_summary(audit);
+    return summary;
 }
 
 json flag_summary(std::span<const FrameReport> frames) {
@@ -125,6 +145,7 @@ json effect_summary(const Scene& scene) {
 json truth(const Scene& scene, const Trace& trace) {
     json result = json::object();
     for (const SurfaceAudit& audit : trace.audits) {
+        if (audit.surface().is_felt_by_mesh()) continue;
         const std::string& volume = scene.description().surfaces.at(audit.surface().name).volume;
         if (scene.description().volumes.at(volume).analytic.empty()) continue;
         result["level_um"] = absolute_um(audit.level_distance_m());

@@ -36,6 +36,8 @@ public:
     /// Per facet: 0 where certified.
     const std::vector<std::uint8_t>& uncertain() const noexcept { return uncertain_; }
     std::size_t uncertain_count() const noexcept { return uncertain_count_; }
+    /// Whether there is an edge of one facet: then the mesh has no inside.
+    bool has_border() const noexcept { return has_border_; }
 
     /// How far a point is kept from facets that are not certified, m: twice what closes cracks
     /// between them (60 nm for meshes of 31-62 mm half extent).
@@ -58,6 +60,7 @@ private:
     double tolerance_m_;
     std::vector<std::uint8_t> uncertain_;
     std::size_t uncertain_count_ = 0;
+    bool has_border_ = false;
 };
 
 } // namespace palpate

@@ -123,6 +123,12 @@ bool crosses(const Segment& s, const Corners& corner, double widening,
     return true;
 }
 
+/// The radius of Embree's ball for a distance: its centre is rounded, and so is a squared distance,
+/// by a few of float32's relative 6e-8.
+float ball_radius(double distance, double rounding) noexcept {
+    return rounded_up(distance * (1.0 + 1.0e-6) + rounding);
+}
+
 /// The part [first, last] of the segment's t in [0,1] within the box; false when there is none.
 bool clip(const Vec3& from, const Vec3& along, const Box& box, double& first,
           double& last) noexcept {
@@ -176,8 +182,8 @@ struct SurfaceScene::Embree {
     struct BallQuery {
         const Embree* surface;
         Vec3 center;
-        double slack; // m, by which Embree's ball stays larger than the best distance
-        double best;  // m^2
+        double rounding; // m, of the centre in float32
+        double best;     // m^2
         Vec3 point;
         std::uint32_t triangle;
         bool found;
@@ -363,7 +369,7 @@ bool SurfaceScene::Embree::approach(RTCPointQueryFunctionArguments* arguments) {
     query.point = point;
     query.triangle = triangle;
     query.found = true;
-    const float radius = rounded_up(std::sqrt(squared) + query.slack);
+    const float radius = ball_radius(std::sqrt(squared), query.rounding);
     if (radius >= arguments->query->radius) return false;
     arguments->query->radius = radius;
     return true;
@@ -419,13 +425,12 @@ std::optional<SurfaceHit> SurfaceScene::closest_point(const Vec3& point,
     query.surface = embree_.get();
     query.center = point;
     query.best = radius_m * radius_m;
-    // Rounding of the centre, and of a squared distance in float32 (a few of its relative 6e-8).
-    query.slack = 2.0 * ulp32(largest_coordinate(center)) + 1.0e-6 * radius_m;
+    query.rounding = 2.0 * ulp32(largest_coordinate(center));
     RTCPointQuery ball{};
     ball.x = static_cast<float>(center.x);
     ball.y = static_cast<float>(center.y);
     ball.z = static_cast<float>(center.z);
-    ball.radius = rounded_up(radius_m + query.slack);
+    ball.radius = ball_radius(radius_m, query.rounding);
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(embree_->scene, &ball, &context, &Embree::approach, &query);
@@ -444,8 +449,7 @@ void SurfaceScene::triangles_near(const Vec3& point, double radius_m,
     ball.x = static_cast<float>(center.x);
     ball.y = static_cast<float>(center.y);
     ball.z = static_cast<float>(center.z);
-    ball.radius =
-        rounded_up(radius_m + 2.0 * ulp32(largest_coordinate(center)) + 1.0e-6 * radius_m);
+    ball.radius = ball_radius(radius_m, 2.0 * ulp32(largest_coordinate(center)));
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(embree_->scene, &ball, &context, &Embree::collect, &query);

@@ -32,7 +32,9 @@ public:
     }
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3&, bool, bool) noexcept override {}
-    bool is_open() const noexcept override { return false; }
+    SurfaceState state() const noexcept override {
+        return engaged_ ? SurfaceState::in_contact : SurfaceState::free;
+    }
     QueryCount queries() const noexcept override;
 
 private:

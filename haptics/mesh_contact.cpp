@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace palpate {
@@ -21,11 +22,6 @@ constexpr int kRiseDoublings = 7;
 constexpr int kLegsAhead = 8;
 // Beside an uncertain facet by more than this many skins, its plane is not felt any more.
 constexpr double kBesideSkins = 2.0;
-// A surface that yielded may be entered deeper by this, as volumes may (m).
-constexpr double kHeldSlack = 25e-6;
-constexpr int kHeldHalvings = 12;
-// Longest step behind a surface that yielded: its distance curves (m).
-constexpr double kHeldTrust = 1e-3;
 // Stiffness of the projection onto guard planes: any positive one gives the same point (N/m).
 constexpr double kAnyStiffness = 1.0;
 
@@ -35,7 +31,9 @@ MeshContact::MeshContact(std::shared_ptr<const CertifiedMesh> mesh,
                          const MeshContactSettings& settings)
     : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("mesh contact has no mesh")),
       settings_(settings), walk_(*mesh_), tolerance_m_(mesh_->tolerance_m()),
-      skin_m_(mesh_->skin_m()) {
+      skin_m_(mesh_->skin_m()), offered_strength_n_(settings.yielding == Yielding::opens
+                                                        ? std::numeric_limits<double>::infinity()
+                                                        : settings.strength_n) {
     if (!(settings.strength_n > 0.0) || !(settings.free_m > 0.0))
         throw std::invalid_argument("surface: strength and free distance must be above 0");
 }
@@ -45,11 +43,19 @@ bool MeshContact::restart(const Vec3& proxy) noexcept {
     guards_.clear();
     touch_count_ = 0;
     yielded_ = false;
-    held_depth_m_ = 0.0;
+    state_ = SurfaceState::free;
+    passed_ = false;
     pull_ = proxy;
     leaving_.clear();
     alight(proxy, proxy);
     return false;
+}
+
+void MeshContact::rest_on(const MeshSpot& spot) noexcept {
+    restart(spot.position);
+    MeshSpot front = spot;
+    front.side = 1;
+    stand(front, spot.position);
 }
 
 // ---- where the proxy is ------------------------------------------------------------------------
@@ -85,19 +91,10 @@ void MeshContact::follow(const Vec3& proxy) noexcept {
         break;
     }
     // It goes where no chord was asked for: because it yielded, or is set to another place.
-    if (mode_ == Mode::held || !yielded_) {
-        if (mode_ != Mode::held) alight(proxy, proxy_);
-        proxy_ = proxy;
-        return;
-    }
-    if (mode_ == Mode::on_surface) {
-        held_side_ = spot_.side;
-    } else if (const auto near = closest_point(proxy_, SurfaceScene::kQueryRange)) {
-        held_side_ = walk_.side_seen_from(walk_.spot_at(near->triangle, 1, near->position), proxy_);
-    }
-    mode_ = Mode::held;
-    held_depth_m_ = 0.0;
-    proxy_ = proxy;
+    if (yielded_)
+        pass_through(proxy);
+    else
+        alight(proxy, proxy_);
 }
 
 /// In free space somewhere on a certified chord that came from `seen_from`, or at a start.
@@ -131,24 +128,22 @@ void MeshContact::stand(const MeshSpot& spot, const Vec3& proxy) noexcept {
 // ---- planes for the solver ---------------------------------------------------------------------
 
 void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
-    locate(proxy);
     offered_ = 0;
+    if (!passed_) locate(proxy);
+    if (passed_) offer_behind(proxy, contacts);
+    if (passed_) return;
     ContactPlane contact;
     contact.gradient_length = 1.0;
     const auto add = [&](const Vec3& anchor, const Vec3& normal) {
-        contact.plane = {anchor, normal, settings_.strength_n};
+        contact.plane = {anchor, normal, offered_strength_n_};
         if (contacts.add(contact)) ++offered_;
     };
-    if (mode_ == Mode::held) {
-        offer_held(proxy, contacts);
-        return;
-    }
     if (mode_ == Mode::airborne) {
         drop_stale(proxy);
         // Each plane has the whole strength: several of a yielding surface would resist more than
         // it.
         const std::size_t first =
-            std::isfinite(settings_.strength_n) && guards_.size() > 0 ? guards_.size() - 1 : 0;
+            std::isfinite(offered_strength_n_) && guards_.size() > 0 ? guards_.size() - 1 : 0;
         for (std::size_t i = first; i < guards_.size(); ++i)
             add(guards_[i].anchor, guards_[i].normal);
         return;
@@ -160,7 +155,7 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         return;
     }
     if (touch_count_ == 0 && heading.height_m > tolerance_m_) return;
-    if (std::isfinite(settings_.strength_n) && heading.toward != Heading::Toward::face) {
+    if (std::isfinite(offered_strength_n_) && heading.toward != Heading::Toward::face) {
         // What several facets do together: one plane against the pull across the way that is left.
         Vec3 across = pull;
         if (heading.toward == Heading::Toward::edge) {
@@ -361,8 +356,8 @@ bool MeshContact::gets_nearer_from(const Vec3& risen, const Vec3& pull) noexcept
 // ---- chords ------------------------------------------------------------------------------------
 
 Chord MeshContact::carry(const Vec3& from, const Vec3& to) noexcept {
-    locate(from);
-    if (mode_ == Mode::held) return carry_held(from, to);
+    if (!passed_) locate(from);
+    if (passed_) return carry_behind(from, to);
     pull_ = to;
     if (mode_ == Mode::on_surface) return carry_on_surface(to);
     leaving_.clear();
@@ -385,25 +380,17 @@ Chord MeshContact::carry_on_surface(const Vec3& to) noexcept {
     leg_ = {Leg::Kind::on_surface, from, step.spot.position, true, step.spot, 0.0};
     if (step.end == WalkStep::End::rests) return {1.0, false};
     const double length = glm::length(to - from);
-    return {std::min(1.0, glm::length(step.spot.position - from) / length), false};
-}
-
-double MeshContact::trust_m() const noexcept {
-    return mode_ == Mode::held ? kHeldTrust : std::numeric_limits<double>::infinity();
+    const double share = std::min(1.0, glm::length(step.spot.position - from) / length);
+    return {share, false, share < 1.0};
 }
 
 void MeshContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
-    locate(proxy);
+    if (!passed_) locate(proxy);
     yielded_ = false;
-    if (mode_ != Mode::held) return;
-    // Play: a yielding surface holds where it was pushed to.
-    Vec3 normal{0.0};
-    const double depth = depth_at(proxy, normal);
-    if (!felt || yielded) held_depth_m_ = std::max(0.0, depth);
-    if (depth > 0.0) return;
-    held_depth_m_ = 0.0;
-    leaving_.clear();
-    alight(proxy, proxy + normal);
+    if (passed_)
+        commit_behind(proxy, yielded, felt);
+    else
+        state_ = next_state(state_, {felt, false, true, true});
 }
 
 // ---- uncertain facets --------------------------------------------------------------------------
@@ -429,48 +416,6 @@ void MeshContact::drop_stale(const Vec3& proxy) noexcept {
         }
         return true;
     });
-}
-
-// ---- behind a surface that yielded --------------------------------------------------------------
-
-/// How deep a point is behind the surface, m, and the direction out of it.
-double MeshContact::depth_at(const Vec3& point, Vec3& normal) noexcept {
-    const std::optional<SurfaceHit> near = closest_point(point, SurfaceScene::kQueryRange);
-    if (!near) return -std::numeric_limits<double>::infinity();
-    const MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
-    if (near->distance_m < tolerance_m_) {
-        normal = walk_.outward(near->triangle, held_side_);
-        return 0.0;
-    }
-    const bool behind = walk_.side_seen_from(spot, point) != held_side_;
-    const Vec3 away = (point - near->position) / near->distance_m;
-    normal = behind ? -away : away;
-    return behind ? near->distance_m : -near->distance_m;
-}
-
-void MeshContact::offer_held(const Vec3& proxy, ContactSet& contacts) noexcept {
-    ContactPlane contact;
-    const double depth = depth_at(proxy, contact.plane.normal);
-    if (!(depth - held_depth_m_ >= -settings_.free_m)) return;
-    contact.plane.anchor = proxy + (depth - held_depth_m_) * contact.plane.normal;
-    contact.plane.strength_n = settings_.strength_n;
-    contact.gradient_length = 1.0;
-    if (contacts.add(contact)) ++offered_;
-}
-
-/// As far as the chord's end is not deeper than it was: sampled, since what yields anyway needs no
-/// more.
-Chord MeshContact::carry_held(const Vec3& from, const Vec3& to) noexcept {
-    Vec3 normal{0.0};
-    const double limit =
-        std::max(held_depth_m_ + kHeldSlack, depth_at(from, normal) + tolerance_m_);
-    if (depth_at(to, normal) <= limit) return {1.0, false};
-    double good = 0.0, bad = 1.0;
-    for (int i = 0; i < kHeldHalvings; ++i) {
-        const double middle = 0.5 * (good + bad);
-        (depth_at(from + middle * (to - from), normal) <= limit ? good : bad) = middle;
-    }
-    return {good, false};
 }
 
 } // namespace palpate

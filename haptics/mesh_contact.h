@@ -24,6 +24,7 @@ struct MeshContactSettings {
     double strength_n = std::numeric_limits<double>::infinity(); ///< yields above, N, > 0
     double free_m = 5e-6; ///< where it yielded: further than this in front nothing is felt, m, > 0
     Guard guard = Guard::clearance;
+    Yielding yielding = Yielding::holds; ///< what it does above its strength
 };
 
 /// Contact `mesh`: a triangle mesh, felt from the side on which the proxy is (docs/contact.md).
@@ -51,16 +52,20 @@ public:
     }
     double trust_m() const noexcept override;
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
-    bool is_open() const noexcept override { return false; } // felt from within, too
+    SurfaceState state() const noexcept override { return state_; }
+    double opens_above_n() const noexcept override;
+    void open() noexcept override;
     QueryCount queries() const noexcept override { return {0, 0, queries_}; }
-    bool slides() const noexcept override { return mode_ != Mode::held; }
+    bool slides() const noexcept override { return !passed_; }
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
+
+    /// Puts the proxy onto a place of the mesh, on its front.                            [loop]
+    void rest_on(const MeshSpot& spot) noexcept;
 
 private:
     enum class Mode : std::uint8_t {
         airborne,   ///< off the mesh; with guard planes: above facets that are not certified
         on_surface, ///< at spot_
-        held,       ///< behind the surface, which yielded: held_depth_m_ deep
     };
     /// Where the last chord leads, until the loop says how much of it was followed.
     struct Leg {
@@ -97,9 +102,13 @@ private:
     void guard(const Vec3& anchor, const Vec3& normal, std::uint32_t facet,
                const Vec3& at) noexcept;
 
-    double depth_at(const Vec3& point, Vec3& normal) noexcept;
-    void offer_held(const Vec3& proxy, ContactSet& contacts) noexcept;
-    Chord carry_held(const Vec3& from, const Vec3& to) noexcept;
+    void pass_through(const Vec3& proxy) noexcept;
+    void front_follows(const Vec3& proxy) noexcept;
+    bool front_reached(const Vec3& proxy) const noexcept;
+    void offer_behind(const Vec3& proxy, ContactSet& contacts) noexcept;
+    Chord carry_behind(const Vec3& from, const Vec3& to) noexcept;
+    void commit_behind(const Vec3& proxy, bool yielded, bool felt) noexcept;
+    void look_back(const Vec3& proxy) noexcept;
 
     std::optional<SurfaceHit> first_hit(const Vec3& from, const Vec3& to) noexcept;
     std::optional<SurfaceHit> closest_point(const Vec3& point, double radius_m) noexcept;
@@ -134,9 +143,19 @@ private:
     std::size_t touch_count_ = 0;
     std::size_t offered_ = 0;
 
-    bool yielded_ = false; ///< in the last solution
-    std::int8_t held_side_ = 1;
-    double held_depth_m_ = 0.0;
+    double offered_strength_n_; ///< N; a membrane is offered as hard: the loop sees when it opens
+    bool yielded_ = false;      ///< in the last solution
+    SurfaceState state_ = SurfaceState::free;
+
+    /// The surface let the proxy through. All above is then of its front: of where the mesh would
+    /// hold the proxy.
+    bool passed_ = false;
+    Vec3 behind_{0.0};           ///< where the proxy is then, m
+    Vec3 seen_{0.0};             ///< and where it was at the last frame's end
+    std::int8_t front_side_ = 1; ///< of the facets where it was passed
+    Vec3 front_normal_{0.0};     ///< unit, of the facet that was last met
+    bool in_front_ = false;      ///< the proxy came out again, there or elsewhere
+    double held_depth_m_ = 0.0;  ///< how far from the front the surface holds now
 
     std::uint64_t queries_ = 0;
 };

@@ -26,7 +26,9 @@ struct SteppingSettings {
     int sub_steps = 8;         ///< fixed: evaluations per frame, [1, Subdivision::kMostEvaluations]
     double budget_us = 900.0;  ///< paper: t_delta of eq. (8), us, > 0
     double tolerance_m = 1e-7; ///< adaptive: a step expected to leave less is the last, m, > 0
-    int evaluation_cap = 8;    ///< adaptive: evaluations per frame at most, [1, kMostEvaluations]
+    int evaluation_cap = 8; ///< adaptive: evaluations per frame at most, besides one for each edge
+                            ///< that the proxy goes over where several meshes hold it together,
+                            ///< [1, kMostEvaluations]
 };
 
 /// What a frame's subdivision came to.
@@ -38,7 +40,10 @@ struct SubdivisionResult {
     double residual_m = 0.0;    ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;    ///< FrameFlag bits
     std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
-    std::uint64_t open = 0; ///< bit i: surface i was not to be felt in a part of the frame
+    std::uint64_t open = 0; ///< bit i: surface i did not hold at its own level in a part of the
+                            ///< frame: the proxy is inside, or it yielded
+    std::uint64_t guarded = 0; ///< bit i: the mesh of surface i held back what its volume would
+                               ///< have let through
 };
 
 /// Spends a frame in sub-steps (section 4.1 of the paper; composition.md 2.2): gathers primitives
@@ -79,6 +84,9 @@ public:
 
 private:
     SubdivisionResult run() noexcept;
+    Vec3 relaxed(Vec3 proxy, SubdivisionResult& result) noexcept;
+    bool membrane_opens(SubdivisionResult& result) noexcept;
+    void note_open(SubdivisionResult& result) const noexcept;
     void gather(const Vec3& proxy) noexcept;
     void solve(const Vec3& proxy, SubdivisionResult& result) noexcept;
     std::uint32_t steps_still_affordable(const SubdivisionResult& result) noexcept;
@@ -114,6 +122,7 @@ private:
     double last_residual_m_ = 0.0;
     bool converged_ = false; // the last step is expected to leave less than the tolerance
     int unmoved_ = 0;        // evaluations in a row that did not move the proxy
+    int bends_ = 0;          // evaluations that an edge of a surface's own cost: not of the cap
     int legs_left_ = 0;      // of kMostLegs
     std::span<const std::uint32_t> replayed_;
     std::vector<Vec3> path_;

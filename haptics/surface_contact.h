@@ -4,10 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include <palpate/haptics/primitives.h>
 #include <palpate/haptics/proxy_solver.h>
+#include <palpate/haptics/surface_state.h>
 
 namespace palpate {
 
@@ -52,6 +54,8 @@ struct Chord {
     double fraction = 1.0; ///< of the chord that is certified, [0,1]
     bool engaged = false;  ///< the surface has offered planes at the chord's start: it corrects,
                            ///< rather than stops
+    bool bends =
+        false; ///< the rest lies round an edge of its own: not an obstacle, go on from there
 };
 
 /// A straight piece of the way on which a surface leads the proxy by itself.
@@ -74,8 +78,8 @@ struct QueryCount {
 
 /// One loop's contact with one immutable surface. It offers planes at a point, and says how far a
 /// chord may be followed; it knows no forces, the solver knows no geometry, and the loop alone
-/// knows both (composition.md 2.1). Its strength is its own affair only in commit(), where a
-/// surface that yielded moves its level along ("holds"). Scene frame, m. Not for two threads at
+/// knows both (composition.md 2.1). State moves in commit() alone, by the table of SurfaceState;
+/// but for a membrane that opens in the midst of a frame. Scene frame, m. Not for two threads at
 /// once.
 class SurfaceContact {
 public:
@@ -118,9 +122,22 @@ public:
     /// multiplier reached its strength in the last solution; `felt`: it was above 0. [loop]
     virtual void commit(const Vec3& proxy, bool yielded, bool felt) noexcept = 0;
 
-    /// True while the proxy began inside and has not left yet: the surface is not felt, and no
-    /// certificate of it holds.  [any]
-    virtual bool is_open() const noexcept = 0;
+    /// Where the proxy stands with the surface, as of the last commit(), restart() or open().
+    /// Inside, the surface is not felt and no certificate of it holds.  [any]
+    virtual SurfaceState state() const noexcept = 0;
+
+    /// The force at which a membrane opens, N; infinite for surfaces that do not ("holds", or a
+    /// strength that is infinite).  [any]
+    virtual double opens_above_n() const noexcept {
+        return std::numeric_limits<double>::infinity();
+    }
+
+    /// The membrane opens: from now on it is not felt, until it has been left.          [loop]
+    virtual void open() noexcept {}
+
+    /// Whether, in the frame just committed, the surface's mesh held back what its volume would
+    /// have let through.  [any]
+    virtual bool guarded() const noexcept { return false; }
 
     virtual QueryCount queries() const noexcept = 0; ///< [any]
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace palpate {
@@ -34,7 +35,8 @@ LevelScale LevelScale::of(const ScalarField& field, const LevelSettings& setting
     if (!(slope > 0.0))
         throw std::invalid_argument(
             "surface: no voxel reaches the level; choose one inside the value range");
-    return {settings.certificate_m * slope, 0.05 * slope, 0.5 * field.feature_size_m()};
+    return {settings.certificate_m * slope, 0.05 * slope, settings.free_m * slope,
+            0.5 * field.feature_size_m()};
 }
 
 bool level_plane(const FieldSample& sample, const Vec3& point, double level,
@@ -67,25 +69,39 @@ bool level_plane(const FieldSample& sample, const Vec3& point, double level,
 
 VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings)
-    : field_(std::move(field)), settings_(settings), scale_(LevelScale::of(*field_, settings)),
-      patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()),
-      level_(settings.level) {}
+    : field_(std::move(field)), settings_(settings), offered_settings_(settings),
+      scale_(LevelScale::of(*field_, settings)), patch_cosine_(field_->patch_cosine()),
+      sampler_(field_->make_sampler()), level_(settings.level) {
+    if (settings.yielding == Yielding::opens)
+        offered_settings_.strength_n = std::numeric_limits<double>::infinity();
+}
 
 bool VolumeContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
     engaged_ = false;
     level_ = settings_.level;
-    open_ = sampler_->value(proxy) >= level_;
-    return open_;
+    const bool inside = sampler_->value(proxy) >= level_;
+    state_ = inside ? SurfaceState::inside : SurfaceState::free;
+    return inside;
+}
+
+double VolumeContact::opens_above_n() const noexcept {
+    return settings_.yielding == Yielding::opens ? settings_.strength_n
+                                                 : std::numeric_limits<double>::infinity();
+}
+
+void VolumeContact::open() noexcept {
+    bundle_.clear();
+    state_ = SurfaceState::inside;
 }
 
 void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     engaged_ = false;
     offered_ = 0;
-    if (open_) return;
+    if (not_felt()) return;
     here_ = sampler_->sample(proxy);
     ContactPlane contact;
-    if (!level_plane(here_, proxy, level_, settings_, scale_, contact)) {
+    if (!level_plane(here_, proxy, level_, offered_settings_, scale_, contact)) {
         bundle_.clear();
         // Inside without a normal, as on a plateau: not a surface to be met, but a depth not to
         // exceed.
@@ -95,7 +111,7 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     engaged_ = true;
     // Each plane has the surface's whole strength: several of a yielding surface would resist more
     // than it.
-    if (std::isfinite(settings_.strength_n)) bundle_.clear();
+    if (std::isfinite(offered_settings_.strength_n)) bundle_.clear();
     bundle_.forget_beyond(proxy, scale_.trust_m);
     bundle_.remember(contact, proxy, patch_cosine_);
     for (std::size_t i = 0; i < bundle_.size(); ++i)
@@ -107,12 +123,13 @@ void VolumeContact::keep_active(const ProxySolution& solution, std::size_t first
 }
 
 std::optional<Vec3> VolumeContact::restore(const Vec3& proxy) noexcept {
-    if (open_ || !(here_.value > level_ + kRestoreShare * scale_.certificate)) return std::nullopt;
+    if (not_felt() || !(here_.value > level_ + kRestoreShare * scale_.certificate))
+        return std::nullopt;
     return downhill(proxy);
 }
 
 std::optional<Vec3> VolumeContact::settle(const Vec3& proxy) noexcept {
-    if (open_) return std::nullopt;
+    if (not_felt()) return std::nullopt;
     here_ = sampler_->sample(proxy);
     engaged_ = true; // the chord to the level is judged by the certificate, not as a stop
     if (here_.value > level_) return downhill(proxy);
@@ -146,7 +163,7 @@ std::optional<Vec3> VolumeContact::downhill(const Vec3& proxy) noexcept {
 }
 
 Chord VolumeContact::carry(const Vec3& from, const Vec3& to) noexcept {
-    if (open_) return {};
+    if (not_felt()) return {};
     const double limit = engaged_ ? std::max(level_ + scale_.certificate,
                                              here_.value + kRoundingShare * scale_.certificate)
                                   : level_;
@@ -155,7 +172,7 @@ Chord VolumeContact::carry(const Vec3& from, const Vec3& to) noexcept {
 
 std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to,
                                               double fraction) noexcept {
-    if (open_) return std::nullopt;
+    if (not_felt()) return std::nullopt;
     std::optional<Vec3> reached;
     double blocked_at = fraction;
     if (here_.value < level_) {
@@ -166,20 +183,24 @@ std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to,
     }
     const Vec3 beyond = between(from, to, blocked_at + kPastRoot);
     ContactPlane contact;
-    if (level_plane(sampler_->sample(beyond), beyond, level_, settings_, scale_, contact))
+    if (level_plane(sampler_->sample(beyond), beyond, level_, offered_settings_, scale_, contact))
         bundle_.remember(contact, from, patch_cosine_);
     return reached;
 }
 
 void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
-    if (open_) {
-        open_ = sampler_->value(proxy) >= level_;
+    // A hard surface is left when it is not felt, and never moves its level (composition.md 4.1).
+    if (std::isinf(settings_.strength_n) && !not_felt()) {
+        state_ = next_state(state_, {felt, false, true, true});
         return;
     }
-    // Play: a yielding surface holds where it was pushed to. A hard one never moves its level
-    // (composition.md 4.1).
-    if (std::isinf(settings_.strength_n) || (felt && !yielded)) return;
-    level_ = std::max(settings_.level, sampler_->value(proxy));
+    const double value = sampler_->value(proxy);
+    state_ = next_state(
+        state_, {felt, yielded, value < settings_.level, value < settings_.level - scale_.free});
+    if (state_ != SurfaceState::yielded)
+        level_ = settings_.level;
+    else if (yielded || !felt)
+        level_ = std::max(settings_.level, value); // play: it holds where it was pushed to
 }
 
 QueryCount VolumeContact::queries() const noexcept {

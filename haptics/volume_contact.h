@@ -17,12 +17,14 @@ struct LevelSettings {
     double certificate_m = 25e-6; ///< tau as a length: no chord goes deeper, m, > 0
                                   ///< (contact.md 1.6: less stalls on CT)
     double free_m = 5e-6; ///< further than this in front of the level nothing is felt, m, > 0
+    Yielding yielding = Yielding::holds; ///< what it does above its strength
 };
 
 /// What of a level the contacts measure once: tolerances in the field's unit (contact.md, notes).
 struct LevelScale {
     double certificate = 0.0;       ///< tau, U: certificate_m times the typical slope
     double smallest_gradient = 0.0; ///< U/m, 5 % of the typical slope: below, the normal is noise
+    double free = 0.0;              ///< free_m as tau, U
     double trust_m = 0.0;           ///< half the field's feature size
 
     /// Throws std::invalid_argument when the field never passes the level or a setting is out of
@@ -57,7 +59,9 @@ public:
                                    double fraction) noexcept override;
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
-    bool is_open() const noexcept override { return open_; }
+    SurfaceState state() const noexcept override { return state_; }
+    double opens_above_n() const noexcept override;
+    void open() noexcept override;
     QueryCount queries() const noexcept override;
 
     const LevelScale& scale() const noexcept { return scale_; }
@@ -67,15 +71,17 @@ public:
 
 private:
     std::optional<Vec3> downhill(const Vec3& proxy) noexcept;
+    bool not_felt() const noexcept { return state_ == SurfaceState::inside; }
 
     std::shared_ptr<const ScalarField> field_;
     LevelSettings settings_;
+    LevelSettings offered_settings_; // a membrane is offered as hard: the loop sees when it opens
     LevelScale scale_;
     double patch_cosine_;
     std::unique_ptr<FieldSampler> sampler_;
 
-    double level_;         // c0
-    bool open_ = false;    // began inside: not felt until left
+    double level_; // c0
+    SurfaceState state_ = SurfaceState::free;
     FieldSample here_;     // at the last offer()
     bool engaged_ = false; // planes were offered there
     PlaneBundle bundle_;

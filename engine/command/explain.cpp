@@ -36,8 +36,11 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
     for (const SceneSurface& surface : scene.surfaces())
         surfaces.push_back(
             {{"name", surface.name},
+             {"contact", name(surface.contact)},
              {"baked", surface.baked.grid ? nlohmann::json::parse(baked_as_json(surface.baked))
-                                          : nlohmann::json()}});
+                                          : nlohmann::json()},
+             {"mesh", surface.mesh.scene ? nlohmann::json::parse(mesh_as_json(surface.mesh))
+                                         : nlohmann::json()}});
     const nlohmann::json document = {{"scene", scene.description().file.string()},
                                      {"method", name(scene.description().loop.method)},
                                      {"effects", effects},
@@ -53,6 +56,16 @@ std::string indented(const std::string& lines) {
     for (std::string line; std::getline(input, line);)
         text += "  " + line + "\n";
     return text;
+}
+
+std::string in_words(const SceneSurface& surface) {
+    std::string words;
+    if (surface.baked.field) words += baked_in_words(surface.baked);
+    if (surface.mesh.scene) words += mesh_in_words(surface.mesh);
+    if (surface.contact == ContactKind::guarded)
+        words += fmt::format("leash: the proxy gets no farther than {:.3g} mm from the mesh's\n",
+                             1e3 * surface.leash_m);
+    return words;
 }
 
 std::string as_text(const Scene& scene, const std::vector<double>& prices) {
@@ -72,8 +85,7 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
     for (const std::string& line : scene.plan().left_out)
         text += "left out: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
-        text +=
-            fmt::format("surface {}:\n{}", surface.name, indented(baked_in_words(surface.baked)));
+        text += fmt::format("surface {}:\n{}", surface.name, indented(in_words(surface)));
     return text + "Samples, roots and rays are per evaluation; us per evaluation is the median "
                   "measured just now, "
                   "on this machine.\n";

@@ -8,6 +8,7 @@
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/internal/whole_file.h>
+#include <palpate/engine/recorded_run.h>
 #include <palpate/engine/trace_files.h>
 
 namespace palpate::command {
@@ -46,7 +47,7 @@ void require_consistent(const Recording& recording, const std::filesystem::path&
 int replay(const std::filesystem::path& file, const std::string& out, bool check) {
     const Recording recording = read_recording(file);
     require_consistent(recording, file);
-    const auto scene = recorded_scene(recording, file);
+    const auto scene = recorded_scene(recording, file, resources());
     SteadyClock clock;
     const Trace trace = run_trace(scene, recording.inputs, clock, progress_bar(),
                                   recording.steps_left, recording.frames);

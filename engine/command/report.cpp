@@ -6,16 +6,18 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/command/session.h>
 #include <palpate/engine/internal/text_file.h>
+#include <palpate/engine/recorded_run.h>
 #include <palpate/engine/report_page.h>
 #include <palpate/engine/scene_file.h>
 
 namespace palpate::command {
 namespace {
 
-/// The mesh to draw: extracted, or the preview in a build without CGAL; none for a formula.
+/// The mesh to draw: the surface's own, else extracted, or the preview in a build without CGAL;
+/// none for a formula.
 std::shared_ptr<const TriangleMesh> drawn_mesh(const Scene& scene, const SceneSurface& surface) {
+    if (surface.mesh.scene) return {surface.mesh.scene, &surface.mesh.scene->mesh()};
     if (!surface.baked.grid) return nullptr;
     const SceneResources with = resources();
     if (!with.extract)
@@ -67,7 +69,7 @@ int report(const std::vector<std::string>& folders, const std::string& out,
     for (const std::filesystem::path folder : folders) {
         const Recording recording = read_recording(folder / "recording.h5");
         if (!subject_of.contains(recording.scene_file)) {
-            const auto scene = recorded_scene(recording, folder / "recording.h5");
+            const auto scene = recorded_scene(recording, folder / "recording.h5", resources());
             if (scene->surfaces().empty())
                 throw std::runtime_error(folder.string() +
                                          ": the scene has no surface that could be drawn");

@@ -4,30 +4,12 @@
 #include <cstdio>
 #include <set>
 #include <stdexcept>
-#include <string_view>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/version.h>
 
 namespace palpate::command {
-namespace {
-
-constexpr const char* kFieldSource = "volume and settings of surface ";
-constexpr const char* kMeshSource = "mesh of surface ";
-
-/// Hash of a mesh's own numbers, wherever it came from.
-std::string mesh_hash(const TriangleMesh& mesh) {
-    const std::string_view vertices(reinterpret_cast<const char*>(mesh.vertices.data()),
-                                    mesh.vertices.size() * sizeof(Vec3));
-    const std::string_view triangles(reinterpret_cast<const char*>(mesh.triangles.data()),
-                                     mesh.triangles.size() * sizeof(mesh.triangles[0]));
-    return sha256_of_text(sha256_of_text(vertices) + sha256_of_text(triangles));
-}
-
-} // namespace
 
 SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& overrides) {
     try {
@@ -38,58 +20,18 @@ SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& ove
     return scene;
 }
 
-std::vector<RecordedSource> sources(const Scene& scene) {
-    std::vector<RecordedSource> result;
-    // The baked key hashes the voxels as they were decoded, wherever the file keeps them.
-    for (const SceneSurface& surface : scene.surfaces())
-        if (surface.baked.grid) result.push_back({kFieldSource + surface.name, surface.baked.key});
-    for (const auto& [name, volume] : scene.description().volumes)
-        if (!volume.file.empty() && scene.effect_field(name))
-            result.push_back(
-                {std::filesystem::absolute(volume.file).string(), sha256_of_file(volume.file)});
-    for (const SceneSurface& surface : scene.surfaces())
-        if (surface.mesh)
-            result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh->mesh())});
-    return result;
-}
-
-Recording recorded(const Scene& scene, const SceneOverrides& overrides,
-                   std::span<const DeviceState> inputs, const Trace& trace) {
-    Recording recording;
-    recording.version = kVersion;
-    recording.scene_file = std::filesystem::absolute(scene.description().file).string();
-    recording.scene_text = scene.description().text;
-    recording.overrides = to_json(overrides);
-    recording.sources = sources(scene);
-    recording.inputs.assign(inputs.begin(), inputs.end());
-    recording.frames = trace.frames;
-    recording.steps_left = trace.steps_left;
-    return recording;
-}
-
-std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
-                                            const std::filesystem::path& file) {
-    SceneDescription description = parse_scene(recording.scene_text, recording.scene_file);
-    apply(overrides_from_json(recording.overrides), description);
-    auto scene = std::make_shared<const Scene>(std::move(description), resources());
-    const std::vector<RecordedSource> now = sources(*scene);
-    for (std::size_t i = 0; i < recording.sources.size(); ++i) {
-        if (i < now.size() && now[i].sha256 == recording.sources[i].sha256) continue;
-        throw std::runtime_error(fmt::format(
-            "{}: {} is not what it was when this was recorded; bring back the one with SHA-256 {}",
-            file.string(), recording.sources[i].file, recording.sources[i].sha256));
-    }
-    return scene;
-}
-
-void warn_of_volumes(const Scene& scene) {
+void warn_of_sources(const Scene& scene) {
     std::set<std::string> said;
+    const auto warn = [&](const std::filesystem::path& file, const std::string& warning) {
+        const std::string line = fmt::format("palpate: warning: {}: {}\n", file.string(), warning);
+        if (said.insert(line).second) fmt::print(stderr, "{}", line);
+    };
     for (const SceneSurface& surface : scene.surfaces()) {
-        const std::string& volume = scene.description().surfaces.at(surface.name).volume;
+        const SurfaceDescription& description = scene.description().surfaces.at(surface.name);
         for (const std::string& warning : surface.baked.warnings)
-            if (said.insert(volume + warning).second)
-                fmt::print(stderr, "palpate: warning: {}: {}\n",
-                           scene.description().volumes.at(volume).file.string(), warning);
+            warn(scene.description().volumes.at(description.volume).file, warning);
+        for (const std::string& warning : surface.mesh.warnings)
+            warn(surface.mesh.file, warning);
     }
 }
 

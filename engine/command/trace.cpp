@@ -6,7 +6,7 @@
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/internal/whole_file.h>
-#include <palpate/engine/recording.h>
+#include <palpate/engine/recorded_run.h>
 #include <palpate/engine/report_page.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/trace.h>
@@ -30,7 +30,7 @@ int trace(const Options& options) {
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
                                                : options.out);
     const auto scene = std::make_shared<const Scene>(description, resources());
-    warn_of_volumes(*scene);
+    warn_of_sources(*scene);
     std::vector<DeviceState> inputs = device_states(*scene, options.overrides.every.value_or(1));
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
@@ -42,6 +42,9 @@ int trace(const Options& options) {
     const std::string summary = summarize(*scene, trace);
     internal::write_whole_file(out / "summary.json", summary);
 
+    for (const SurfaceAudit& audit : trace.audits)
+        if (const std::string warning = guard_warning(audit); !warning.empty())
+            fmt::print(stderr, "palpate: warning: {}\n", warning);
     const std::string title =
         fmt::format("{} {}", description.file.stem().string(), name(description.loop.method));
     print(report_table({{title, nullptr, {{title, summary, {}}}}}));
@@ -63,7 +66,7 @@ void add_trace(CLI::App& app, Run& run) {
                         "orbit or path:FILE, instead of the scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
-                        "volume or direct, for every surface");
+                        "mesh, volume, guarded or direct, for every surface");
     command->add_option("--sub-steps", options->overrides.sub_steps,
                         "evaluations per frame of method fixed");
     command->add_option("--tolerance-um", options->overrides.tolerance_um, "of method adaptive");

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/contact_choice.h>
 #include <palpate/engine/internal/scene_tables.h>
 #include <palpate/engine/scene_file.h>
 
@@ -16,13 +17,23 @@ namespace {
 using IsoAfterSmoothing = SurfaceDescription::IsoAfterSmoothing;
 
 // Spelled in the order of the enumerations.
-constexpr std::array<std::string_view, 2> kContactNames{"volume", "direct"};
+constexpr std::array<std::string_view, 4> kContactNames{"mesh", "volume", "guarded", "direct"};
 constexpr std::array<std::string_view, 3> kIsoNames{"keep_position", "keep_volume", "as_given"};
-// What the file format knows beyond this version.
-constexpr std::array<std::string_view, 2> kOtherContacts{"mesh", "guarded"};
+constexpr std::array<std::string_view, 2> kYieldingNames{"holds", "opens"};
+constexpr std::array<std::string_view, 2> kMeshUnitNames{"mm", "m"};
+constexpr std::array<std::string_view, 2> kMeshFrameNames{"LPS", "RAS"};
 
 constexpr Range kStrength{0.0, kInfinity}; // N; infinite: never yields
 constexpr Range kFiniteFromZero{0.0, kInfinity, Range::Ends::high_open};
+
+/// Refuses each of these keys that is there; the remedy ends in removing it.
+void refuse_keys(const TomlTable& table, std::span<const std::string_view> keys,
+                 std::string_view what, std::string_view remedy) {
+    for (const std::string_view key : keys)
+        if (table.has(key))
+            table.fail(table.line_of(key), fmt::format("{} {} {}", key, table.where(), what),
+                       fmt::format("{}, or remove {}", remedy, key));
+}
 
 // Strengths.
 
@@ -212,6 +223,81 @@ IsoAfterSmoothing read_iso_after_smoothing(const TomlTable& table,
     return chosen;
 }
 
+// Meshes and contact.
+
+/// mesh = "bone.ply", and what it is to be read as.
+void read_mesh_file(const TomlTable& table, const SceneDescription& scene,
+                    SurfaceDescription& surface) {
+    if (!table.has("mesh")) {
+        constexpr std::array<std::string_view, 2> of_mesh{"mesh_unit", "mesh_frame"};
+        refuse_keys(table, of_mesh, "is of a mesh file, and there is none",
+                    "name it with mesh = \"...\"");
+        return;
+    }
+    constexpr std::array<std::string_view, 2> of_extraction{"facet_size_mm", "facet_distance_mm"};
+    refuse_keys(table, of_extraction, "does not go with mesh, which is taken as it is",
+                "leave mesh out");
+    surface.mesh = existing_file(table, "mesh", scene.file);
+    if (table.has("mesh_unit"))
+        surface.mesh_file.unit =
+            table.choice("mesh_unit", kMeshUnitNames) == 0 ? MeshUnit::millimetre : MeshUnit::metre;
+    if (table.has("mesh_frame"))
+        surface.mesh_file.frame =
+            table.choice("mesh_frame", kMeshFrameNames) == 0 ? MeshFrame::lps : MeshFrame::ras;
+}
+
+/// What is made of a volume before it is felt.
+void read_volume_part(const TomlTable& table, const SceneDescription& scene,
+                      SurfaceDescription& surface) {
+    surface.volume = name_in(table, "volume", scene.volumes, "volumes");
+    const bool analytic = !scene.volumes.at(surface.volume).analytic.empty();
+    read_source(table, scene, analytic, surface);
+    surface.smooth_voxels = table.number("smooth_voxels", {0.0, 5.0}, surface.smooth_voxels);
+    if (table.has("iso_after_smoothing"))
+        surface.iso_after_smoothing = read_iso_after_smoothing(table, surface);
+    surface.keep = read_keep(table);
+    if (analytic) refuse_filters(table, surface);
+}
+
+void refuse_volume_part(const TomlTable& table) {
+    constexpr std::array<std::string_view, 6> of_volume{
+        "iso_value", "label", "region_mm", "smooth_voxels", "iso_after_smoothing", "keep"};
+    refuse_keys(table, of_volume, "is of a volume, and the surface is a mesh alone",
+                "name the volume with volume = \"...\"");
+    if (table.has("strength_n") && table.node("strength_n").is_array())
+        table.fail(table.line_of("strength_n"),
+                   fmt::format("strength_n {} is a function of a volume's value, and the surface "
+                               "is a mesh alone",
+                               table.where()),
+                   "give a number of N");
+}
+
+void read_contact(const TomlTable& table, const SceneDescription& scene,
+                  SurfaceDescription& surface) {
+    if (table.has("contact")) {
+        surface.contact = static_cast<ContactKind>(table.choice("contact", kContactNames));
+        if (const auto no = obstacle(scene, surface, *surface.contact))
+            table.fail(table.line_of("contact"),
+                       fmt::format("contact = \"{}\" {} {}", name(*surface.contact), table.where(),
+                                   no->what),
+                       no->remedy);
+    }
+    // Where the scene does not say, a build with CGAL decides: the leash is for all of them.
+    const ContactKind kind = choose_contact(scene, surface, Extraction::possible).kind;
+    constexpr std::array<std::string_view, 1> of_guard{"leash_mm"};
+    constexpr std::array<std::string_view, 1> of_strength{"yield"};
+    if (kind != ContactKind::guarded)
+        refuse_keys(table, of_guard, fmt::format("does not go with contact \"{}\"", name(kind)),
+                    "take contact = \"guarded\"");
+    if (kind == ContactKind::direct)
+        refuse_keys(table, of_strength, "does not go with contact \"direct\", which never yields",
+                    "take another contact");
+    if (table.has("leash_mm"))
+        surface.leash_mm = table.number("leash_mm", {0.0, 10.0, Range::Ends::low_open}, 0.0);
+    if (table.has("yield"))
+        surface.yielding = static_cast<Yielding>(table.choice("yield", kYieldingNames));
+}
+
 } // namespace
 
 TransferFunction read_strength(const TomlTable& table, std::string_view key) {
@@ -221,28 +307,24 @@ TransferFunction read_strength(const TomlTable& table, std::string_view key) {
 }
 
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene) {
-    constexpr std::array<std::string_view, 11> keys{
-        "volume",        "iso_value",        "label",
-        "region_mm",     "smooth_voxels",    "iso_after_smoothing",
-        "keep",          "contact",          "strength_n",
-        "facet_size_mm", "facet_distance_mm"};
-    for (const std::string_view key : {"mesh", "mesh_unit", "mesh_frame"})
-        table.refuse_not_in_version(key, "take the surface from a volume: volume and iso_value");
+    constexpr std::array<std::string_view, 16> keys{"volume",        "iso_value",
+                                                    "label",         "region_mm",
+                                                    "smooth_voxels", "iso_after_smoothing",
+                                                    "keep",          "mesh",
+                                                    "mesh_unit",     "mesh_frame",
+                                                    "contact",       "leash_mm",
+                                                    "strength_n",    "yield",
+                                                    "facet_size_mm", "facet_distance_mm"};
     table.allow_only(keys);
 
     SurfaceDescription surface;
     surface.line = table.line();
-    surface.volume = name_in(table, "volume", scene.volumes, "volumes");
-    const bool analytic = !scene.volumes.at(surface.volume).analytic.empty();
-    read_source(table, scene, analytic, surface);
-    surface.smooth_voxels = table.number("smooth_voxels", {0.0, 5.0}, surface.smooth_voxels);
-    if (table.has("iso_after_smoothing"))
-        surface.iso_after_smoothing = read_iso_after_smoothing(table, surface);
-    surface.keep = read_keep(table);
-    if (analytic) refuse_filters(table, surface);
-    if (table.has("contact"))
-        surface.contact =
-            static_cast<ContactKind>(table.choice("contact", kContactNames, kOtherContacts));
+    read_mesh_file(table, scene, surface);
+    if (table.has("volume") || surface.mesh.empty())
+        read_volume_part(table, scene, surface);
+    else
+        refuse_volume_part(table);
+    read_contact(table, scene, surface);
     // The proxy touches the surface on its level: a function of the value is its value there.
     surface.strength_n = read_strength(table, "strength_n")(surface.iso_value);
     if (table.has("facet_size_mm"))

@@ -136,12 +136,6 @@ void TomlTable::require(std::string_view key, std::string_view remedy) const {
     if (!has(key)) fail(line_, fmt::format("key \"{}\" is missing {}", key, where_), remedy);
 }
 
-void TomlTable::refuse_not_in_version(std::string_view key, std::string_view remedy) const {
-    if (has(key))
-        fail(line_of(key),
-             fmt::format("key \"{}\" {} is not in this version of palpate", key, where_), remedy);
-}
-
 void TomlTable::fail_type(const toml::node& node, std::string_view label,
                           std::string_view expected) const {
     fail(internal::line_of(node), fmt::format("{} {} is {}", label, where_, type_in_words(node)),

@@ -59,8 +59,6 @@ public:
     void allow_only(std::span<const std::string_view> keys, std::string_view context = {}) const;
     /// Refuses a table without the key; the remedy says what it is for.
     void require(std::string_view key, std::string_view remedy) const;
-    /// Refuses a key that other versions have.
-    void refuse_not_in_version(std::string_view key, std::string_view remedy) const;
 
     // The value of a key; the fallback when there is none. Integers do as numbers.
     double number(std::string_view key, const Range& range, double fallback) const;

@@ -83,7 +83,12 @@ SurfaceSummary read_surface(const Object& object) {
     surface.level = object.number("level");
     surface.shift_mean_mm = object.number("shift_mean_mm");
     surface.shift_sd_mm = object.number("shift_sd_mm");
-    surface.level_distance_um = read_spread(object.object("level_distance_um"));
+    surface.distance_um = read_spread(object.object("level_distance_um"));
+    if (!surface.distance_um.rms)
+        surface.distance_um = read_spread(object.object("mesh_distance_um"));
+    surface.chords_through_mesh = object.number("chords_through_mesh");
+    surface.guarded_frames = object.object("guarded").number("frames");
+    surface.guarded_events = object.object("guarded").number("events");
     const Object chord = object.object("deepest_chord");
     surface.chord_value = chord.number("value_above_level");
     surface.chord_tolerance = chord.number("tolerance");

@@ -20,9 +20,11 @@ struct SurfaceSummary {
     std::string name, contact;
     Number level;                      ///< the volume's unit
     Number shift_mean_mm, shift_sd_mm; ///< of the level's surface by smoothing
-    Spread level_distance_um;
+    Spread distance_um; ///< of the proxy from the level, or from the mesh that alone is felt
     Number chord_value, chord_tolerance; ///< the volume's unit, above the level
     Number chord_depth_mm, chord_frame;
+    Number chords_through_mesh;
+    Number guarded_frames, guarded_events; ///< in which the mesh held the proxy back
 };
 
 struct FlagSummary {

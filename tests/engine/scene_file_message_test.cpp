@@ -216,9 +216,6 @@ TEST_F(SceneFileMessage, WhatOtherVersionsHaveIsNamedAsSuch) {
             << message;
         EXPECT_TRUE(message.ends_with(remedy)) << message;
     };
-    for (const char* contact : {"mesh", "guarded"})
-        expect(fmt::format("{}contact = \"{}\"\n", kBone, contact),
-               "scene.toml:6: contact = ", "; it has volume, direct");
     for (const char* effect : {"friction", "stick_slip", "texture", "vibration", "gradient_force",
                                "viscosity", "vector_force", "vector_follow", "vortex",
                                "front_shape", "fibre_follow", "magnet", "guide", "workspace"})
@@ -229,8 +226,6 @@ TEST_F(SceneFileMessage, WhatOtherVersionsHaveIsNamedAsSuch) {
                "scene.toml:2: type = ", "; it has path, orbit");
     expect("[volume.a]\nanalytic = \"helix\"\nradius_mm = 1\n", "scene.toml:2: analytic = ",
            "; it has sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus");
-    expect("[surface.bone]\nmesh = \"bone.ply\"\n", "scene.toml:2: key \"mesh\"",
-           "volume and iso_value");
 }
 
 TEST_F(SceneFileMessage, LabelsAndRegionsAreChecked) {

@@ -119,7 +119,9 @@ TEST_F(SceneFile, SurfaceDefaultsAreThoseOfTheDescription) {
     EXPECT_EQ(bone.smooth_voxels, 0.0);
     EXPECT_EQ(bone.iso_after_smoothing, SurfaceDescription::IsoAfterSmoothing::keep_position);
     EXPECT_EQ(bone.keep.kind, ComponentPolicy::Kind::all);
-    EXPECT_EQ(bone.contact, ContactKind::volume);
+    EXPECT_FALSE(bone.contact) << "choose_contact() decides";
+    EXPECT_FALSE(bone.leash_mm);
+    EXPECT_EQ(bone.yielding, Yielding::holds);
     EXPECT_EQ(bone.strength_n, kInfinity);
 }
 
@@ -316,7 +318,9 @@ TEST_F(SceneFile, AVolumeSaysWhichOfSeveralItIs) {
 }
 
 TEST(SceneNames, AreSpelledAsInScenes) {
+    EXPECT_EQ(name(ContactKind::mesh), "mesh");
     EXPECT_EQ(name(ContactKind::volume), "volume");
+    EXPECT_EQ(name(ContactKind::guarded), "guarded");
     EXPECT_EQ(name(ContactKind::direct), "direct");
     EXPECT_EQ(name(SteppingMethod::single), "single");
     EXPECT_EQ(name(SteppingMethod::paper), "paper");

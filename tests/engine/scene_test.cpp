@@ -40,7 +40,7 @@ TEST(EffectPlan, WhatCannotBeFeltIsOff) {
                         "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"a\"\nstrength_n = 0\n"
                         "[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, 0]\n",
                     "x.toml");
-    const EffectPlan plan = plan_effects(description);
+    const EffectPlan plan = plan_effects(description, Extraction::impossible);
     ASSERT_EQ(plan.effects.size(), 4u);
     EXPECT_TRUE(plan.effects[0].on);
     for (std::size_t i = 1; i < 4; ++i)

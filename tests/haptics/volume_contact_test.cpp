@@ -95,7 +95,7 @@ public:
     }
     double trust_m() const noexcept override { return contact_.trust_m(); }
     void commit(const Vec3& p, bool y, bool f) noexcept override { contact_.commit(p, y, f); }
-    bool is_open() const noexcept override { return contact_.is_open(); }
+    SurfaceState state() const noexcept override { return contact_.state(); }
     QueryCount queries() const noexcept override { return contact_.queries(); }
 
 private:

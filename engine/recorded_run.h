@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <palpate/engine/recording.h>
+#include <palpate/engine/scene_overrides.h>
+#include <palpate/engine/trace.h>
+
+namespace palpate {
+
+/// Hashes of everything that a scene was built from: volumes with the settings of their surfaces,
+/// and the numbers of each mesh that a contact uses, from a file, extracted or from the cache.
+/// [setup]
+std::vector<RecordedSource> sources(const Scene& scene);
+
+/// The recording of a trace.                                                            [setup]
+Recording recorded(const Scene& scene, const SceneOverrides& overrides,
+                   std::span<const DeviceState> inputs, const Trace& trace);
+
+/// The scene that a recording was made with, loaded again.                              [setup]
+/// Throws std::runtime_error when a source has changed since, or this build chooses another contact
+/// than the one that recorded; `file` is the recording's, for the message.
+std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
+                                            const std::filesystem::path& file,
+                                            const SceneResources& resources);
+
+} // namespace palpate

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// Skin that yields over bone that never does: the force over the depth is the exact one, for every
+// contact, in and out, at every speed (composition.md 2.3 and 3.2).
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/contact_kinds.h"
+#include "tests/support/contact_loop.h"
+
+namespace palpate {
+namespace {
+
+using test::ContactLoop;
+using test::Kind;
+
+constexpr double kSkin = 0.060, kBone = 0.050; // m, radii
+constexpr double kStrength = 2.0;              // N: 4 mm at 500 N/m
+constexpr double kTolerance = 1e-3;            // N
+constexpr double kClosing = 5e-6;              // m: LevelSettings::free_m
+
+/// The exact hysteresis along a ray, frame by frame.
+class ExactSkin {
+public:
+    explicit ExactSkin(Yielding yielding) : yielding_(yielding) {}
+
+    /// Where the proxy is for a probe at radius r, m.
+    double proxy(double r) {
+        if (yielding_ == Yielding::holds) {
+            const double pushed = std::max({r + kStrength / ContactLoop::kStiffness, kBone});
+            held_ = std::min(kSkin, std::max(std::min(held_, pushed), r));
+            return std::max({r, held_, kBone});
+        }
+        if (!open_ && ContactLoop::kStiffness * (kSkin - r) >= kStrength) open_ = true;
+        const double at = std::max(r, open_ ? kBone : kSkin);
+        if (at > kSkin + kClosing) open_ = false;
+        return at;
+    }
+
+private:
+    Yielding yielding_;
+    double held_ = kSkin;
+    bool open_ = false;
+};
+
+std::vector<std::unique_ptr<SurfaceContact>> skin_and_bone(Kind kind, Yielding yielding) {
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    surfaces.push_back(
+        test::ball(kind, kBone, std::numeric_limits<double>::infinity(), Yielding::holds));
+    surfaces.push_back(test::ball(kind, kSkin, kStrength, yielding));
+    return surfaces;
+}
+
+using Case = std::tuple<Kind, Yielding>;
+class SkinOverBone : public testing::TestWithParam<Case> {};
+
+// In to the bone and 3 mm into it, out to the middle of the skin, in, out into the air, twice;
+// along a ray, and along one that turns.
+TEST_P(SkinOverBone, TheForceOverTheDepthIsExact) {
+    const auto [kind, yielding] = GetParam();
+    ContactLoop loop({}, skin_and_bone(kind, yielding));
+    for (const double speed : {0.05, 0.2, 0.5, 1.0, 2.0}) { // m/s
+        for (const double turn : {0.0, 0.0167}) { // rad per frame at 2 m/s: half as fast sideways
+            SCOPED_TRACE(testing::Message() << speed << " m/s, turning " << turn);
+            ExactSkin exact(yielding);
+            const Vec3 u = glm::normalize(Vec3{0.36, 0.48, 0.8});
+            const Vec3 v = glm::normalize(glm::cross(u, Vec3{0.1, 0.9, 0.3}));
+            double angle = 0.0, worst = 0.0, most = 0.0;
+            double r = 0.06503; // no frame is at the strength, where rounding would decide
+            loop.start(r * u);
+            const auto go_to = [&](double target) {
+                const double step = 1e-3 * speed;
+                while (r != target && !HasFatalFailure()) {
+                    r = target > r ? std::min(target, r + step) : std::max(target, r - step);
+                    angle += turn * speed / 2.0;
+                    const Vec3 probe = r * (std::cos(angle) * u + std::sin(angle) * v);
+                    const SubdivisionResult frame = loop.move(probe);
+                    ASSERT_EQ(frame.flags, 0u) << "at " << r;
+                    const double force =
+                        ContactLoop::kStiffness * glm::length(loop.proxy() - probe);
+                    const double expected = ContactLoop::kStiffness * (exact.proxy(r) - r);
+                    ASSERT_NEAR(force, expected, kTolerance) << "at radius " << r;
+                    worst = std::max(worst, std::abs(force - expected));
+                    most = std::max(most, force);
+                }
+            };
+            for (int i = 0; i < 2; ++i)
+                for (const double target : {0.05903, 0.05973, 0.04703, 0.05503, 0.04653, 0.06303})
+                    if (!HasFatalFailure()) go_to(target);
+            // A frame's motion below the strength at the latest.
+            EXPECT_GT(most, kStrength - ContactLoop::kStiffness * 1e-3 * speed);
+            RecordProperty("worst_n", std::to_string(worst));
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Contacts, SkinOverBone,
+                         testing::Combine(testing::Values(Kind::formula, Kind::volume, Kind::mesh,
+                                                          Kind::guarded),
+                                          testing::Values(Yielding::holds, Yielding::opens)),
+                         [](const testing::TestParamInfo<Case>& of) {
+                             return test::name_of(std::get<0>(of.param)) +
+                                    (std::get<1>(of.param) == Yielding::holds ? "Holds" : "Opens");
+                         });
+
+class AtTheStrength : public testing::TestWithParam<Case> {};
+
+// A probe held so that the force is the strength, give or take rounding: nothing chatters.
+TEST_P(AtTheStrength, AHeldProbeMeansAHeldProxy) {
+    const auto [kind, yielding] = GetParam();
+    for (const double share : {-1e-6, -1e-12, 0.0, 1e-12, 1e-6}) {
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+        surfaces.push_back(test::ball(kind, kSkin, kStrength, yielding, 5));
+        ContactLoop loop({}, std::move(surfaces));
+        const Vec3 direction = glm::normalize(Vec3{0.36, 0.48, 0.8});
+        const double depth = kStrength / ContactLoop::kStiffness * (1.0 + share);
+        loop.start(0.062 * direction);
+        for (double r = 0.062; r > kSkin - depth; r -= 2e-4)
+            loop.move(r * direction);
+        const Vec3 probe = (kSkin - depth) * direction;
+        for (int i = 0; i < 10; ++i)
+            loop.move(probe);
+        const Vec3 held = loop.proxy();
+        for (int i = 0; i < 2000; ++i) {
+            loop.move(probe);
+            ASSERT_EQ(loop.proxy(), held) << share << ", frame " << i;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Contacts, AtTheStrength,
+                         testing::Combine(testing::Values(Kind::formula, Kind::volume, Kind::mesh,
+                                                          Kind::guarded),
+                                          testing::Values(Yielding::holds, Yielding::opens)),
+                         [](const testing::TestParamInfo<Case>& of) {
+                             return test::name_of(std::get<0>(of.param)) +
+                                    (std::get<1>(of.param) == Yielding::holds ? "Holds" : "Opens");
+                         });
+
+class TremblingHand : public testing::TestWithParam<Kind> {};
+
+// A hand that trembles by 1 um at the strength opens a membrane once, and it stays open.
+TEST_P(TremblingHand, OpensAMembraneOnce) {
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    surfaces.push_back(test::ball(GetParam(), kSkin, kStrength, Yielding::opens, 5));
+    ContactLoop loop({}, std::move(surfaces));
+    const Vec3 direction = glm::normalize(Vec3{0.36, 0.48, 0.8});
+    loop.start(0.062 * direction);
+    for (double r = 0.062; r > 0.0561; r -= 1e-4)
+        loop.move(r * direction);
+    int toggles = 0;
+    SurfaceState before = loop.surface(0).state();
+    for (int i = 0; i < 5000; ++i) {
+        const double tremble = 1e-6 * std::sin(2.399963 * i);
+        loop.move((0.056 + tremble) * direction);
+        const SurfaceState now = loop.surface(0).state();
+        if ((now == SurfaceState::inside) != (before == SurfaceState::inside)) ++toggles;
+        before = now;
+    }
+    EXPECT_LE(toggles, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Contacts, TremblingHand,
+                         testing::Values(Kind::formula, Kind::volume, Kind::mesh, Kind::guarded),
+                         [](const testing::TestParamInfo<Kind>& of) {
+                             return test::name_of(of.param);
+                         });
+
+// Contact comes back from whichever side the hand is on: through a plate and back from below.
+TEST(Membrane, IsFeltAgainFromTheOtherSide) {
+    for (const Kind kind : {Kind::formula, Kind::mesh}) {
+        SCOPED_TRACE(test::name_of(kind));
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+        LevelSettings level;
+        level.strength_n = 1.0;
+        level.yielding = Yielding::opens;
+        MeshContactSettings mesh{1.0};
+        mesh.yielding = Yielding::opens;
+        if (kind == Kind::formula)
+            surfaces.push_back(std::make_unique<VolumeContact>(make_slab(1e-3), level));
+        else
+            surfaces.push_back(std::make_unique<MeshContact>(test::certified(test::plate()), mesh));
+        ContactLoop loop({}, std::move(surfaces));
+        double z = 0.005;
+        const Vec3 beside{0.0013, 0.0021, 0.0};
+        loop.start(beside + Vec3{0, 0, z});
+        const auto go_to = [&](double target) {
+            const double step = target > z ? 1e-4 : -1e-4;
+            while (std::abs(target - z) > 5e-5) {
+                z += step;
+                loop.move(beside + Vec3{0, 0, z});
+            }
+        };
+        go_to(-0.001); // pressed with 0.75 N
+        EXPECT_NEAR(loop.proxy().z, 0.5e-3, 1e-9);
+        go_to(-0.004); // through
+        EXPECT_NEAR(loop.proxy().z, z, 1e-12);
+        EXPECT_EQ(loop.surface(0).state(), SurfaceState::free);
+        go_to(0.001);
+        EXPECT_NEAR(loop.proxy().z, -0.5e-3, 1e-9) << "from below";
+        go_to(0.004);
+        EXPECT_NEAR(loop.proxy().z, z, 1e-12);
+    }
+}
+
+// A sheet has no inside: as soon as it is behind the proxy, it is felt from there.
+TEST(Membrane, ASheetIsFeltFromWhereTheHandIs) {
+    MeshContactSettings settings{1.0};
+    settings.yielding = Yielding::opens;
+    ContactLoop loop({}, test::one_mesh(test::certified(test::sheet(0.06, 8)), settings));
+    const Vec3 beside{0.0013, 0.0021, 0.0};
+    loop.start(beside + Vec3{0, 0, 0.005});
+    for (const double z : {0.001, -0.001, -0.003}) // opens at 2 mm
+        loop.move(beside + Vec3{0, 0, z});
+    EXPECT_NEAR(loop.proxy().z, -0.003, 1e-12);
+    EXPECT_EQ(loop.surface(0).state(), SurfaceState::free);
+    loop.move(beside + Vec3{0, 0, 0.001});
+    EXPECT_NEAR(loop.proxy().z, 0.0, 1e-12);
+}
+
+} // namespace
+} // namespace palpate
