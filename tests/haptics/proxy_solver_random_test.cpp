@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(Family, ProxySolverRandom, testing::ValuesIn(test::kCas
                          name_of);
 
 // Planes and forces are a quadratic problem with bounds, solved to rounding: 1e-12 of the scale is
-// 50 times what the hardest of a million left.
+// ten times what the hardest of a million left.
 TEST_P(ProxySolverRandom, PlanesAreAlwaysSolvedExactly) {
     const long count = cases(200000);
     for (long i = 0; i < count; ++i) {
