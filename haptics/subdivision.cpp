@@ -111,6 +111,10 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
             const bool moved = reached != proxy;
             proxy = reached;
             if (result.flags & (kStalled | kEvaluationCap)) break;
+            if (steps_left > 0 && rests_firmly(*surface, proxy)) {
+                result.residual_m = 0.0; // nothing is left of the way
+                break;
+            }
             if (steps_left > 0 && (moved || settings_.method != SteppingMethod::adaptive)) continue;
             if (settings_.method == SteppingMethod::adaptive && !converged_)
                 result.flags |= kEvaluationCap;
@@ -304,11 +308,26 @@ SurfaceContact* Subdivision::leading_surface() const noexcept {
     return leading;
 }
 
+/// The probe, shifted by the forces: a' = a + sum d / k.
+Vec3 Subdivision::pull() const noexcept {
+    return frame_.probe + primitives_.force() / frame_.stiffness;
+}
+
+/// Whether an adaptive frame is over: the surface that leads held the proxy and still does, could
+/// neither yield nor open, and no effect could pull elsewhere from there. Its planes there would
+/// tell no more.
+bool Subdivision::rests_firmly(const SurfaceContact& surface, const Vec3& proxy) const noexcept {
+    return settings_.method == SteppingMethod::adaptive && converged_ && effects_.empty() &&
+           solution_.state[0] == MultiplierState::active &&
+           glm::length(pull() - proxy) > settings_.tolerance_m &&
+           std::isinf(contacts_[0].plane.strength_n) && std::isinf(surface.opens_above_n());
+}
+
 /// Where a surface leads the proxy towards the probe, shifted by the forces, or towards this
 /// sub-step's share of the way there; as far as the other surfaces' certificates hold.
 Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_left,
                       SubdivisionResult& result) noexcept {
-    Vec3 pull = frame_.probe + primitives_.force() / frame_.stiffness; // a' = a + sum d / k
+    Vec3 pull = this->pull();
     if (settings_.method != SteppingMethod::adaptive)
         pull = proxy + (pull - proxy) / (steps_left + 1.0); // eq. (9)
     for (; legs_left_ > 0; --legs_left_) {

@@ -96,6 +96,8 @@ private:
     Vec3 carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept;
     Vec3 accepted(const Vec3& proxy, SubdivisionResult& result) noexcept;
     SurfaceContact* leading_surface() const noexcept;
+    bool rests_firmly(const SurfaceContact& surface, const Vec3& proxy) const noexcept;
+    Vec3 pull() const noexcept;
     Vec3 led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_left,
              SubdivisionResult& result) noexcept;
     Vec3 settled(Vec3 proxy, SubdivisionResult& result) noexcept;
