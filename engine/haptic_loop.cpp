@@ -57,14 +57,18 @@ bool in_range(const Vec3& p) noexcept {
 } // namespace
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock)
+    : HapticLoop(scene, clock, scene->description().loop) {}
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       const LoopDescription& loop)
     : scene_(std::move(scene)), clock_(clock), contacts_(scene_->make_contacts()),
       effects_(scene_->make_effects()), coupling_{scene_->description().coupling.stiffness_n_per_m,
                                                   scene_->description().coupling.damping_n_s_per_m},
       limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
-                1.0 / scene_->description().loop.rate_hz}),
-      period_s_(1.0 / scene_->description().loop.rate_hz) {
-    subdivision_ = std::make_unique<Subdivision>(stepping(scene_->description().loop),
-                                                 pointers(contacts_), pointers(effects_), clock_);
+                1.0 / loop.rate_hz}),
+      period_s_(1.0 / loop.rate_hz) {
+    subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(contacts_),
+                                                 pointers(effects_), clock_);
 }
 
 HapticLoop::~HapticLoop() = default;

@@ -22,6 +22,8 @@ class HapticLoop {
 public:
     /// Builds contacts, effects and buffers; the clock must outlive the loop.            [setup]
     HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock);
+    /// The same with another method, budget or rate than the scene's own.               [setup]
+    HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop);
     ~HapticLoop();
     HapticLoop(const HapticLoop&) = delete;
     HapticLoop& operator=(const HapticLoop&) = delete;

@@ -40,6 +40,14 @@ double level_distance(FieldSampler& sampler, const Vec3& point, double level,
     return sampler.value(point) >= level ? distance : -distance;
 }
 
+std::optional<FeltSphere> FeltSphere::of(const VolumeDescription& volume, double level) {
+    const double outwards = volume.analytic == "sphere_cavity"  ? 1.0
+                            : volume.analytic == "solid_sphere" ? -1.0
+                                                                : 0.0;
+    if (outwards == 0.0) return {};
+    return FeltSphere{1e-3 * volume.parameters.at("radius_mm") + outwards * level, outwards};
+}
+
 SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
     : surface_(surface), bit_(bit_in_reports(scene, surface)) {
     if (surface.is_felt_by_mesh()) return;
@@ -47,13 +55,8 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
     sampler_ = surface.baked.field->make_sampler();
     const VolumeDescription& volume =
         scene.description().volumes.at(scene.description().surfaces.at(surface.name).volume);
-    const double outwards = volume.analytic == "sphere_cavity"  ? 1.0
-                            : volume.analytic == "solid_sphere" ? -1.0
-                                                                : 0.0;
     // A surface that yields is not where the formula says.
-    if (outwards != 0.0 && std::isinf(surface.level.strength_n))
-        sphere_radius_m_ =
-            1e-3 * volume.parameters.at("radius_mm") + outwards * surface.level.level;
+    if (std::isinf(surface.level.strength_n)) sphere_ = FeltSphere::of(volume, surface.level.level);
 }
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
@@ -117,10 +120,8 @@ void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> 
     const double distance =
         level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m);
     level_distance_m_.push_back(distance);
-    if (sphere_radius_m_) {
-        const Vec3 closest = *sphere_radius_m_ * glm::normalize(frame.probe);
-        position_error_m_.push_back(glm::length(frame.proxy - closest));
-    }
+    if (sphere_)
+        position_error_m_.push_back(glm::length(frame.proxy - sphere_->nearest(frame.probe)));
 }
 
 std::string guard_warning(const SurfaceAudit& audit) {

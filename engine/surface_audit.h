@@ -13,6 +13,17 @@
 
 namespace palpate {
 
+/// A sphere around the origin that is felt.
+struct FeltSphere {
+    double radius_m = 0.0;
+    double outwards = 1.0; ///< 1: its material is outside, a cavity; -1: within
+
+    /// The level of a volume's formula, where that is a sphere.                         [setup]
+    static std::optional<FeltSphere> of(const VolumeDescription& volume, double level);
+    /// Its point nearest to another, which is not its centre; m.                        [any]
+    Vec3 nearest(const Vec3& point) const { return radius_m * glm::normalize(point); }
+};
+
 /// Measures, outside the loop and with queries of its own, how true frames were to a surface: how
 /// far the proxy in contact with it is from the level, and how deep the chords between its corners
 /// went; of a surface felt by its mesh alone, how far the proxy is from the mesh, and how many
@@ -43,6 +54,9 @@ public:
     const std::vector<double>& position_error_m() const noexcept {
         return position_error_m_;
     } ///< spheres only: to the closest point
+    const std::optional<FeltSphere>& sphere() const noexcept {
+        return sphere_;
+    } ///< of a surface that is one and does not yield
     Deepest deepest() const;
     std::uint64_t frames_inside() const noexcept {
         return frames_inside_;
@@ -76,7 +90,7 @@ private:
     LevelScale scale_;
     std::unique_ptr<FieldSampler> sampler_; // null where the mesh alone is felt
     std::uint64_t bit_; // of the surface in FrameReport::surfaces_felt; 0 past the 64th
-    std::optional<double> sphere_radius_m_; // where the closest point is known
+    std::optional<FeltSphere> sphere_; // where the closest point is known
     std::vector<double> level_distance_m_;
     std::vector<double> position_error_m_;
     std::uint64_t frames_inside_ = 0;

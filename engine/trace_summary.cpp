@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
 #include <span>
 #include <string>
-#include <thread>
-
-#include <sys/utsname.h>
 
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/internal/machine.h>
+#include <palpate/engine/internal/spread.h>
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/recording.h>
 #include <palpate/engine/scene_file.h>
@@ -24,26 +22,13 @@ using nlohmann::json;
 
 constexpr double kMicrometres = 1e6; // um per m
 
-/// Mean, rms and percentiles of a column; the nearest rank, so that every number is one that
-/// occurred.
+/// Mean, rms and percentiles of a column.
 json statistics(std::vector<double> values) {
-    if (values.empty()) return json::object();
-    std::sort(values.begin(), values.end());
-    const auto rank = [&](double share) {
-        const auto index =
-            static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
-        return values[std::clamp<std::size_t>(index, 1, values.size()) - 1];
-    };
-    double sum = 0.0;
-    double squares = 0.0;
-    for (double value : values) {
-        sum += value;
-        squares += value * value;
-    }
-    const double count = static_cast<double>(values.size());
-    return {{"frames", values.size()}, {"mean", sum / count}, {"rms", std::sqrt(squares / count)},
-            {"p50", rank(0.50)},       {"p90", rank(0.90)},   {"p99", rank(0.99)},
-            {"max", values.back()}};
+    const internal::Spread spread = internal::spread_of(std::move(values));
+    if (spread.count == 0) return json::object();
+    return {{"frames", spread.count}, {"mean", spread.mean}, {"rms", spread.rms},
+            {"p50", spread.p50},      {"p90", spread.p90},   {"p99", spread.p99},
+            {"max", spread.max}};
 }
 
 template <class Column>
@@ -63,18 +48,8 @@ json absolute_um(const std::vector<double>& metres) {
 }
 
 json machine() {
-    std::string cpu = "unknown";
-    std::ifstream info("/proc/cpuinfo");
-    for (std::string line; std::getline(info, line);)
-        if (line.starts_with("model name")) {
-            cpu = line.substr(line.find(':') + 2);
-            break;
-        }
-    utsname system{};
-    uname(&system);
-    return {{"cpu", cpu},
-            {"cores", std::thread::hardware_concurrency()},
-            {"system", std::string(system.sysname) + " " + system.release}};
+    const internal::Machine here = internal::this_machine();
+    return {{"cpu", here.cpu}, {"cores", here.cores}, {"system", here.system}};
 }
 
 json level_summary(const SurfaceAudit& audit) {

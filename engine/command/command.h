@@ -36,6 +36,7 @@ void add_extract(CLI::App& app, Run& run);
 void add_explain(CLI::App& app, Run& run);
 void add_trace(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
+void add_study(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_phantom(CLI::App& app, Run& run);
 

@@ -99,6 +99,7 @@ int run(int argc, char** argv) {
     add_explain(app, chosen);
     add_trace(app, chosen);
     add_replay(app, chosen);
+    add_study(app, chosen);
     add_report(app, chosen);
     add_phantom(app, chosen);
     try {

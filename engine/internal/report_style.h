@@ -14,9 +14,11 @@ inline constexpr const char* kReportHead = R"(<!DOCTYPE html>
 <meta name="color-scheme" content="light dark">
 <title>Palpate report</title>
 <style>
-:root { --paper: #fff; --ink: #1c2126; --soft: #57606a; --line: #d0d7de; --band: #f3f5f8; --accent: #5b34b0; }
+:root { --paper: #fff; --ink: #1c2126; --soft: #57606a; --line: #d0d7de; --band: #f3f5f8; --accent: #5b34b0;
+  --s0: #1c2126; --s1: #5b34b0; --s2: #b34700; --s3: #00705a; }
 @media (prefers-color-scheme: dark) {
-  :root { --paper: #14181d; --ink: #e6e9ed; --soft: #a0aab5; --line: #39424d; --band: #1d232a; --accent: #b39cff; }
+  :root { --paper: #14181d; --ink: #e6e9ed; --soft: #a0aab5; --line: #39424d; --band: #1d232a; --accent: #b39cff;
+  --s0: #e6e9ed; --s1: #b39cff; --s2: #ff9d52; --s3: #4fd0b0; }
 }
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.5 system-ui, sans-serif; }
@@ -48,10 +50,14 @@ svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 .chart { max-width: 58rem; }
 .grid { stroke: var(--line); fill: none; }
 .force { fill: var(--accent); stroke: var(--accent); stroke-width: .8; stroke-linejoin: round; }
+.s0 { stroke: var(--s0); } .s1 { stroke: var(--s1); } .s2 { stroke: var(--s2); } .s3 { stroke: var(--s3); }
+.line { fill: none; stroke-width: 1.5; stroke-linejoin: round; }
+.mark { fill: var(--paper); stroke-width: 1.8; }
 footer { margin-top: 3rem; color: var(--soft); font-size: .875rem; }
 @media (max-width: 40rem) { .chart text { font-size: 20px; } }
 @media print {
-  :root { --paper: #fff; --ink: #000; --soft: #333; --line: #999; --band: #eee; --accent: #5b34b0; }
+  :root { --paper: #fff; --ink: #000; --soft: #333; --line: #999; --band: #eee; --accent: #5b34b0;
+  --s0: #1c2126; --s1: #5b34b0; --s2: #b34700; --s3: #00705a; }
   main { max-width: none; padding: 0; }
   .scroll { overflow: visible; }
   table { font-size: 7pt; }

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/command/command.h>
+#include <palpate/engine/command/session.h>
+#include <palpate/engine/scene_file.h>
+#include <palpate/engine/study.h>
+#include <palpate/engine/trace.h>
+
+namespace palpate::command {
+namespace {
+
+struct Options {
+    std::string scene;
+    std::string out;
+    std::size_t frames = 0;
+};
+
+/// The command that gives these numbers again, as far as clocks do.
+std::string command_of(const Options& options) {
+    const std::string frames =
+        options.frames > 0 ? fmt::format(" --frames {}", options.frames) : "";
+    return fmt::format("palpate study {}{}", options.scene, frames);
+}
+
+int study(const Options& options) {
+    const SceneDescription description = read_scene(options.scene);
+    // Before the work, not after it.
+    const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-study"
+                                               : options.out);
+    const auto scene = std::make_shared<const Scene>(description, resources());
+    warn_of_sources(*scene);
+    std::vector<DeviceState> inputs = device_states(*scene);
+    if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
+
+    SteadyClock clock;
+    const Study study =
+        run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar());
+    write_study(out.string(), *scene, study, command_of(options));
+    print(study_table(study));
+    print(fmt::format("written to {}: study.csv drift.csv study.json index.html", out.string()));
+    return kDone;
+}
+
+} // namespace
+
+void add_study(CLI::App& app, Run& run) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand(
+        "study", "accuracy against time: runs a scene's device with every method over its range");
+    command->add_option("SCENE", options->scene, "scene file (TOML)")->required();
+    command->add_option("--out", options->out,
+                        "folder for the results (default: the scene's name with -study)");
+    command->add_option("--frames", options->frames, "the first N frames only")
+        ->check(CLI::Range(1, 100000000));
+    command->callback([options, &run] { run = [options] { return study(*options); }; });
+}
+
+} // namespace palpate::command

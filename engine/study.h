@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/drivers/haptic_device.h>
+#include <palpate/engine/scene.h>
+#include <palpate/engine/surface_audit.h>
+#include <palpate/haptics/step_time_estimator.h>
+
+namespace palpate {
+
+/// What one method with one setting made of a scene's path. Evaluations, sub-steps, steps and
+/// microseconds are of the frames in contact; free flight would only dilute them.
+struct StudyRun {
+    LoopDescription loop;      ///< method and setting
+    bool is_the_scenes = true; ///< the setting is the scene's own, not one of the range
+    std::size_t frames_in_contact = 0;
+    double evaluations_mean = 0.0;
+    double evaluations_max = 0.0;
+    double sub_steps_mean = 0.0;
+    double step_mean_um = 0.0; ///< length of the proxy's sub-steps
+    double spent_p50_us = 0.0;
+    double spent_p99_us = 0.0;
+    double spent_max_us = 0.0;
+    std::size_t over_budget = 0; ///< frames, of all, that took longer than the run's budget
+    std::size_t over_period = 0; ///< and longer than the frame's period
+
+    /// rms, 99th percentile and maximum of a distance over the frames that have one, um.
+    struct Error {
+        std::size_t frames = 0; ///< 0: not known
+        double rms_um = 0.0;
+        double p99_um = 0.0;
+        double max_um = 0.0;
+    };
+    Error level;    ///< from the surface
+    Error position; ///< from the surface's point nearest to the probe; spheres only
+
+    std::vector<double> level_m; ///< per frame, signed, > 0 inside; NaN where not known
+};
+
+/// Accuracy against time: every method over its range.
+struct Study {
+    std::vector<StudyRun> runs;
+    std::vector<double> time_s;       ///< of each frame
+    std::optional<FeltSphere> sphere; ///< where it is all that is felt
+};
+
+/// Every method over its range, and the scene's own setting of each: single; fixed with 1, 2, 4 ..
+/// 1024 sub-steps; paper with budgets of 10 us .. 900 us that leave a tenth of the period; adaptive
+/// with tolerances of 100 um .. 0.001 um. [setup]
+std::vector<LoopDescription> study_settings(const LoopDescription& own);
+
+/// Computes the frames with each setting, back to back, and compares each with the truth outside
+/// the clock.   [setup] Throws std::runtime_error when cancelled.
+Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                const std::vector<LoopDescription>& settings, Clock& clock,
+                const Progress& progress = {});
+
+/// A run as tables name it: "fixed 46", "paper 900 us", "adaptive 0.1 um".                [any]
+std::string title(const StudyRun& run);
+
+/// The runs as plain text, a line each.                                                 [setup]
+std::string study_table(const Study& study);
+
+/// Writes study.csv, drift.csv, study.json and index.html into a folder that exists; `command`
+/// is what gives them again. Each file is complete or not there. [setup] Throws std::runtime_error
+/// naming the file.
+void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
+                 const std::string& command);
+
+} // namespace palpate

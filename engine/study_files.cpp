@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/internal/html.h>
+#include <palpate/engine/internal/json_text.h>
+#include <palpate/engine/internal/machine.h>
+#include <palpate/engine/internal/study_columns.h>
+#include <palpate/engine/internal/whole_file.h>
+#include <palpate/engine/recording.h>
+#include <palpate/engine/scene_file.h>
+#include <palpate/engine/study.h>
+#include <palpate/version.h>
+
+namespace palpate {
+namespace {
+
+using internal::StudyColumn;
+using nlohmann::json;
+
+/// A cell of a CSV file: every bit of a number, nothing where it is not known.
+std::string cell(std::optional<double> value) {
+    return value && std::isfinite(*value) ? fmt::format("{:.17g}", *value) : "";
+}
+
+std::string runs_csv(const Study& study) {
+    std::string text = "method,setting,scenes_own";
+    for (const StudyColumn& column : internal::study_columns())
+        text += fmt::format(",{}", column.key);
+    text += "\n";
+    for (const StudyRun& run : study.runs) {
+        text += fmt::format("{},{},{}", name(run.loop.method), cell(internal::setting_of(run)),
+                            run.is_the_scenes ? 1 : 0);
+        for (const StudyColumn& column : internal::study_columns())
+            text += "," + cell(column.value(run));
+        text += "\n";
+    }
+    return text;
+}
+
+/// "fixed 46" as a name that needs no quotes, and what is said of it: fixed_46_radius_mm.
+std::string key_of(const StudyRun& run, const Study& study) {
+    std::string key = title(run);
+    std::replace(key.begin(), key.end(), ' ', '_');
+    return key + (study.sphere ? "_radius_mm" : "_level_um");
+}
+
+std::string drift_csv(const Study& study) {
+    const std::vector<const StudyRun*> runs = internal::runs_over_time(study);
+    std::string text = "frame,time_s";
+    for (const StudyRun* run : runs)
+        text += "," + key_of(*run, study);
+    text += "\n";
+    for (std::size_t i = 0; i < study.time_s.size(); ++i) {
+        text += fmt::format("{},{:.17g}", i, study.time_s[i]);
+        for (const StudyRun* run : runs)
+            text += "," + cell(internal::place_of(study, *run, i));
+        text += "\n";
+    }
+    return text;
+}
+
+json runs_json(const Study& study) {
+    json runs = json::array();
+    for (const StudyRun& run : study.runs) {
+        json entry = {{"method", name(run.loop.method)}, {"scenes_own", run.is_the_scenes}};
+        const std::optional<double> setting = internal::setting_of(run);
+        entry["setting"] = setting ? json(*setting) : json();
+        for (const StudyColumn& column : internal::study_columns()) {
+            const std::optional<double> value = column.value(run);
+            entry[column.key] = value ? json(*value) : json();
+        }
+        runs.push_back(entry);
+    }
+    return runs;
+}
+
+std::string study_json(const Scene& scene, const Study& study, const std::string& command) {
+    const SceneDescription& description = scene.description();
+    const internal::Machine here = internal::this_machine();
+    json document;
+    document["version"] = kVersion;
+    document["scene"] = {{"file", description.file.filename().string()},
+                         {"sha256", sha256_of_text(description.text)}};
+    document["machine"] = {{"cpu", here.cpu}, {"cores", here.cores}, {"system", here.system}};
+    document["command"] = command;
+    document["pace"] = "asap";
+    document["rate_hz"] = description.loop.rate_hz;
+    document["frames"] = study.time_s.size();
+    document["runs"] = runs_json(study);
+    return internal::json_text(document) + "\n";
+}
+
+} // namespace
+
+std::string title(const StudyRun& run) {
+    const std::optional<double> setting = internal::setting_of(run);
+    if (!setting) return std::string(name(run.loop.method));
+    const bool has_unit = run.loop.method != SteppingMethod::fixed;
+    const char* unit = run.loop.method == SteppingMethod::paper ? " us" : " um";
+    return fmt::format("{} {:.6g}{}", name(run.loop.method), *setting, has_unit ? unit : "");
+}
+
+std::string study_table(const Study& study) {
+    std::string text =
+        fmt::format("{:<18} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", "method", "evaluations",
+                    "sub-step um", "us p50", "us p99", "level um rms", "max");
+    const auto number = [](bool known, double value) {
+        return internal::readable(known ? std::optional(value) : std::nullopt);
+    };
+    for (const StudyRun& run : study.runs) {
+        const bool felt = run.frames_in_contact > 0;
+        const bool known = run.level.frames > 0;
+        text += fmt::format("{:<18} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", title(run),
+                            number(felt, run.evaluations_mean), number(felt, run.step_mean_um),
+                            number(felt, run.spent_p50_us), number(felt, run.spent_p99_us),
+                            number(known, run.level.rms_um), number(known, run.level.max_um));
+    }
+    return text;
+}
+
+void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
+                 const std::string& command) {
+    internal::write_whole_file(folder / "study.csv", runs_csv(study));
+    internal::write_whole_file(folder / "drift.csv", drift_csv(study));
+    internal::write_whole_file(folder / "study.json", study_json(scene, study, command));
+    internal::write_study_page(folder / "index.html", scene, study, command);
+}
+
+} // namespace palpate
