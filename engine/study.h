@@ -29,8 +29,8 @@ struct StudyRun {
     double spent_p50_us = 0.0;
     double spent_p99_us = 0.0;
     double spent_max_us = 0.0;
-    std::size_t over_budget = 0; ///< frames, of all, that took longer than the run's budget
-    std::size_t over_period = 0; ///< and longer than the frame's period
+    std::size_t over_budget = 0; ///< frames, of all, longer than the budget and a sub-step more
+    std::size_t over_period = 0; ///< frames, of all, longer than the frame's period
 
     /// rms, 99th percentile and maximum of a distance over the frames that have one, um.
     struct Error {

@@ -158,15 +158,16 @@ std::string legend(const SeriesChart& chart) {
 std::string series_chart(const SeriesChart& chart, std::string_view id) {
     const Paper paper{Ruler(chart, chart.x, 0), Ruler(chart, chart.y, 1)};
     if (paper.x.is_empty()) return {};
-    std::string svg = fmt::format(
-        "<svg class=\"chart\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" "
-        "aria-labelledby=\"{2}-title {2}-text\">\n<title id=\"{2}-title\">{3}</title>\n"
-        "<desc id=\"{2}-text\">{4} across, {5} upwards; the table says the same numbers.</desc>\n",
-        kWidth, kHeight, id, escape_html(chart.title), escape_html(chart.x.name),
-        escape_html(chart.y.name));
+    std::string svg =
+        fmt::format("<svg class=\"chart\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" "
+                    "aria-labelledby=\"{2}-title {2}-text\">\n<title id=\"{2}-title\">{3}</title>\n"
+                    "<desc id=\"{2}-text\">{4} across, {5} upwards.</desc>\n",
+                    kWidth, kHeight, id, escape_html(chart.title), escape_html(chart.x.name),
+                    escape_html(chart.y.name));
     svg += legend(chart) + grid(paper, chart);
-    for (std::size_t i = 0; i < chart.series.size(); ++i)
-        svg += line(chart.series[i], paper, i);
+    // The first on top: it is the one with the fewest points.
+    for (std::size_t i = chart.series.size(); i > 0; --i)
+        svg += line(chart.series[i - 1], paper, i - 1);
     return svg + "</svg>\n";
 }
 

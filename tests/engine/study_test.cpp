@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/study.h>
+
+#include <cmath>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/scene_file.h>
+#include <palpate/engine/trace.h>
+
+#include "tests/support/scripted_clock.h"
+#include "tests/support/temporary_folder.h"
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kRadius_m = 0.05;
+constexpr double kDepth_m = 2e-3;
+constexpr std::size_t kFrames = 200;
+
+const std::string kCavity = "[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n";
+
+/// Felt by its gradient alone, with a strength in N over the metres behind the wall.
+std::shared_ptr<const Scene> gradient_cavity(const std::string& strength,
+                                             const std::string& loop = "") {
+    return std::make_shared<const Scene>(parse_scene(
+        kCavity + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"v\"\nstrength_n = " +
+            strength + "\n" + loop,
+        "cavity.toml"));
+}
+const std::string kHard = "[[-1e-9, 0], [0, 1e6]]";
+
+std::shared_ptr<const Scene> surface_cavity() {
+    return std::make_shared<const Scene>(parse_scene(
+        kCavity + "[surface.s]\nvolume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+        "cavity.toml"));
+}
+
+/// From the wall itself, so that nothing is overshot on arrival, or from a place in front of it, to
+/// 2 mm behind it, and around at 0.2 m/s.
+std::vector<DeviceState> along_the_wall(double in_front_m = 0.0) {
+    std::vector<DeviceState> states(kFrames);
+    for (std::size_t i = 0; i < kFrames; ++i) {
+        const double depth = std::min(1e-4 * static_cast<double>(i) - in_front_m, kDepth_m);
+        const double radius = kRadius_m + depth;
+        const double angle = 0.2e-3 / (kRadius_m + kDepth_m) * static_cast<double>(i);
+        states[i].time_s = 1e-3 * static_cast<double>(i);
+        states[i].position = {radius * std::cos(angle), radius * std::sin(angle), 0.0};
+    }
+    return states;
+}
+
+LoopDescription fixed(int sub_steps) {
+    LoopDescription loop;
+    loop.method = SteppingMethod::fixed;
+    loop.sub_steps = sub_steps;
+    return loop;
+}
+
+Study study_of(std::shared_ptr<const Scene> scene, const std::vector<LoopDescription>& settings) {
+    test::ScriptedClock clock(1.0);
+    return run_study(std::move(scene), along_the_wall(), settings, clock);
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);)
+        lines.push_back(line);
+    return lines;
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+    std::vector<std::string> cells(1);
+    for (const char c : line)
+        if (c == ',')
+            cells.emplace_back();
+        else
+            cells.back() += c;
+    return cells;
+}
+
+TEST(StudySettings, AreEveryMethodsRangeWithTheScenesOwnOnce) {
+    LoopDescription own;
+    own.sub_steps = 46;     // not of the range
+    own.tolerance_um = 0.1; // of the range
+    std::vector<std::string> titles;
+    for (const LoopDescription& loop : study_settings(own)) {
+        StudyRun run;
+        run.loop = loop;
+        titles.push_back(title(run));
+    }
+    EXPECT_THAT(titles,
+                testing::ElementsAre(
+                    "single", "fixed 1", "fixed 2", "fixed 4", "fixed 8", "fixed 16", "fixed 32",
+                    "fixed 46", "fixed 64", "fixed 128", "fixed 256", "fixed 512", "fixed 1024",
+                    "paper 10 us", "paper 20 us", "paper 50 us", "paper 100 us", "paper 200 us",
+                    "paper 500 us", "paper 900 us", "adaptive 100 um", "adaptive 10 um",
+                    "adaptive 1 um", "adaptive 0.1 um", "adaptive 0.01 um", "adaptive 0.001 um"));
+}
+
+TEST(StudySettings, LeaveATenthOfThePeriod) {
+    LoopDescription own;
+    own.rate_hz = 5000.0;
+    own.budget_us = 150.0;
+    double longest_us = 0.0;
+    for (const LoopDescription& loop : study_settings(own))
+        if (loop.method == SteppingMethod::paper) longest_us = std::max(longest_us, loop.budget_us);
+    EXPECT_EQ(longest_us, 150.0) << "200 us is the whole period, 100 us less than the scene's own";
+}
+
+TEST(Study, FixedEvaluatesAsOftenAsItIsTold) {
+    const Study study = study_of(gradient_cavity(kHard), {fixed(1), fixed(2), fixed(8), fixed(64)});
+    const std::vector<double> expected{1.0, 2.0, 8.0, 64.0};
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        EXPECT_EQ(study.runs[i].frames_in_contact, kFrames - 1) << "the first presses nothing";
+        EXPECT_EQ(study.runs[i].evaluations_mean, expected[i]);
+        EXPECT_EQ(study.runs[i].evaluations_max, expected[i]);
+    }
+}
+
+TEST(Study, DriftFallsAsOneOverTheSubSteps) {
+    // A sub-step of length h along the tangent ends h^2 / 2r behind the wall. Shares of a held
+    // probe are equal but for the factor 1 + depth / radius = 1.04 by which they lag: 5 %.
+    const std::vector<int> shares{1, 2, 4, 8, 16, 32, 64};
+    std::vector<LoopDescription> settings;
+    for (const int n : shares)
+        settings.push_back(fixed(n));
+    const Study study = study_of(gradient_cavity(kHard), settings);
+    const double step_m = 0.2e-3 * kRadius_m / (kRadius_m + kDepth_m);
+    const double expected_um = 1e6 * (kFrames - 1) * step_m * step_m / (2.0 * kRadius_m);
+    for (std::size_t i = 0; i < shares.size(); ++i)
+        EXPECT_NEAR(study.runs[i].level.max_um * shares[i], expected_um, 0.05 * expected_um)
+            << shares[i] << " sub-steps";
+}
+
+TEST(Study, StepsAreTheWayOverTheirNumber) {
+    const Study study = study_of(gradient_cavity(kHard), {fixed(1), fixed(16)});
+    const double way_um = 1e6 * 0.2e-3 * kRadius_m / (kRadius_m + kDepth_m);
+    EXPECT_NEAR(study.runs[0].step_mean_um, way_um, 0.02 * way_um) << "all but the way in";
+    EXPECT_NEAR(study.runs[1].step_mean_um * 16.0, way_um, 0.02 * way_um);
+}
+
+TEST(Study, AProxyThatFellThroughCountsAsTheErrorThatItIs) {
+    // 1 N holds what the spring of 500 N/m presses at 2 mm only at the wall itself; after 0.1 mm
+    // nothing is left of it.
+    const Study study =
+        study_of(gradient_cavity("[[-1e-9, 0], [0, 1.05], [1e-4, 0]]"), {fixed(1), fixed(64)});
+    EXPECT_NEAR(study.runs[0].level.max_um, 1e6 * kDepth_m, 1e-3) << "the proxy is at the probe";
+    EXPECT_EQ(study.runs[0].level.frames, kFrames - 1) << "all whose probe is behind the wall";
+    EXPECT_LT(study.runs[0].frames_in_contact, kFrames / 2 + kFrames / 4);
+    EXPECT_EQ(study.runs[1].frames_in_contact, kFrames - 1);
+    EXPECT_LT(study.runs[1].level.max_um, 2.0);
+}
+
+TEST(Study, ErrorsOfASurfaceAreThoseThatATraceFinds) {
+    const auto scene = surface_cavity();
+    const std::vector<DeviceState> inputs = along_the_wall(1e-4); // who begins inside feels nothing
+    const LoopDescription loop = fixed(4);
+    test::ScriptedClock clock(1.0);
+    const Study study = run_study(scene, inputs, {loop}, clock);
+
+    SceneDescription description = scene->description();
+    description.loop = loop;
+    const Trace trace = run_trace(std::make_shared<const Scene>(description), inputs, clock);
+    double squares = 0.0;
+    for (const double distance_m : trace.audits.front().level_distance_m())
+        squares += distance_m * distance_m;
+    const std::size_t frames = trace.audits.front().level_distance_m().size();
+    ASSERT_GT(frames, kFrames / 2);
+    EXPECT_EQ(study.runs[0].level.frames, frames);
+    EXPECT_DOUBLE_EQ(study.runs[0].level.rms_um,
+                     1e6 * std::sqrt(squares / static_cast<double>(frames)));
+    EXPECT_EQ(study.runs[0].position.frames, frames);
+}
+
+TEST(Study, StopsWhenAskedTo) {
+    test::ScriptedClock clock(1.0);
+    EXPECT_THROW(run_study(surface_cavity(), along_the_wall(), {fixed(1)}, clock,
+                           [](double, std::string_view) { return false; }),
+                 std::runtime_error);
+}
+
+TEST(StudyFiles, SayTheSameNumbers) {
+    const test::TemporaryFolder folder;
+    const auto scene = gradient_cavity(kHard, "[loop]\nsub_steps = 46\n");
+    const Study study = study_of(scene, study_settings(scene->description().loop));
+    write_study(folder.path(), *scene, study, "palpate study <cavity>.toml");
+    EXPECT_EQ(test::files_in(folder.path()), 4u);
+
+    const std::vector<std::string> rows = lines_of(test::content_of(folder / "study.csv"));
+    const json document = json::parse(test::content_of(folder / "study.json"));
+    const std::string page = test::content_of(folder / "index.html");
+    ASSERT_EQ(rows.size(), study.runs.size() + 1);
+    ASSERT_EQ(document["runs"].size(), study.runs.size());
+    EXPECT_EQ(document["command"], "palpate study <cavity>.toml");
+    EXPECT_FALSE(document["machine"]["cpu"].get<std::string>().empty());
+    const std::vector<std::string> keys = cells_of(rows.front());
+    for (std::size_t i = 0; i < study.runs.size(); ++i) {
+        const std::vector<std::string> cells = cells_of(rows[i + 1]);
+        const json& run = document["runs"][i];
+        ASSERT_EQ(cells.size(), keys.size());
+        EXPECT_EQ(cells[0], run["method"]);
+        for (std::size_t k = 3; k < keys.size(); ++k)
+            EXPECT_EQ(std::stod(cells[k]), run[keys[k]].get<double>()) << keys[k];
+        EXPECT_THAT(page, HasSubstr(title(study.runs[i])));
+        EXPECT_THAT(study_table(study), HasSubstr(title(study.runs[i])));
+    }
+    EXPECT_THAT(page, HasSubstr("palpate study &lt;cavity&gt;.toml"));
+    EXPECT_THAT(page, HasSubstr("<svg"));
+    EXPECT_THAT(page, Not(HasSubstr("://"))) << "nothing is loaded from anywhere";
+}
+
+TEST(StudyFiles, DriftIsTheRadiusOfASphere) {
+    const test::TemporaryFolder folder;
+    const auto scene = gradient_cavity(kHard, "[loop]\nsub_steps = 46\n");
+    const Study study = study_of(scene, study_settings(scene->description().loop));
+    write_study(folder.path(), *scene, study, "");
+    const std::vector<std::string> rows = lines_of(test::content_of(folder / "drift.csv"));
+    ASSERT_EQ(rows.size(), kFrames + 1);
+    EXPECT_EQ(rows.front(), "frame,time_s,single_radius_mm,fixed_46_radius_mm,"
+                            "paper_900_us_radius_mm,adaptive_0.1_um_radius_mm");
+    const std::vector<std::string> last = cells_of(rows.back());
+    const double single_mm = std::stod(last[2]) - 50.0;
+    const double fixed_mm = std::stod(last[3]) - 50.0;
+    EXPECT_NEAR(single_mm / fixed_mm, 46.0, 0.05 * 46.0);
+    EXPECT_EQ(cells_of(rows[1])[2], "") << "the first probe is not behind the wall";
+}
+
+TEST(StudyFiles, LeaveOutWhatIsNotKnown) {
+    const test::TemporaryFolder folder;
+    const auto empty = std::make_shared<const Scene>(parse_scene("", "empty.toml"));
+    const Study study = study_of(empty, {fixed(2)});
+    write_study(folder.path(), *empty, study, "");
+    const std::string csv = test::content_of(folder / "study.csv");
+    EXPECT_THAT(csv, Not(HasSubstr("nan")));
+    EXPECT_THAT(csv, HasSubstr(",,")) << "no contact, no time of it";
+    EXPECT_THAT(test::content_of(folder / "index.html"), HasSubstr("No chart"));
+}
+
+} // namespace
+} // namespace palpate
