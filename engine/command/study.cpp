@@ -16,13 +16,15 @@ struct Options {
     std::string scene;
     std::string out;
     std::size_t frames = 0;
+    int every = 1;
 };
 
 /// The command that gives these numbers again, as far as clocks do.
 std::string command_of(const Options& options) {
     const std::string frames =
         options.frames > 0 ? fmt::format(" --frames {}", options.frames) : "";
-    return fmt::format("palpate study {}{}", options.scene, frames);
+    const std::string every = options.every > 1 ? fmt::format(" --every {}", options.every) : "";
+    return fmt::format("palpate study {}{}{}", options.scene, frames, every);
 }
 
 int study(const Options& options) {
@@ -32,7 +34,7 @@ int study(const Options& options) {
                                                : options.out);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
-    std::vector<DeviceState> inputs = device_states(*scene);
+    std::vector<DeviceState> inputs = device_states(*scene, options.every);
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
     SteadyClock clock;
@@ -55,6 +57,8 @@ void add_study(CLI::App& app, Run& run) {
                         "folder for the results (default: the scene's name with -study)");
     command->add_option("--frames", options->frames, "the first N frames only")
         ->check(CLI::Range(1, 100000000));
+    command->add_option("--every", options->every, "each K-th row of a path, K times as fast")
+        ->check(CLI::Range(1, 1000000));
     command->callback([options, &run] { run = [options] { return study(*options); }; });
 }
 
