@@ -3,94 +3,37 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
+#include <functional>
 #include <stdexcept>
 
 #include <palpate/engine/haptic_loop.h>
 #include <palpate/engine/internal/frame_truth.h>
-#include <palpate/engine/internal/spread.h>
+#include <palpate/engine/internal/study_tally.h>
 
 namespace palpate {
 namespace {
 
-constexpr double kMicrometres = 1e6;          // um per m
 constexpr std::size_t kFramesPerReport = 500; // between two calls of progress
 
 constexpr int kMostShares = 1024; // of method fixed
 constexpr std::array kBudgets_us{10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 900.0};
 constexpr std::array kTolerances_um{100.0, 10.0, 1.0, 0.1, 0.01, 0.001};
 
-/// One frame's share of a run's averages.
-struct Columns {
-    std::vector<double> evaluations, spent_us, level_um, position_um;
-    double sub_steps = 0.0;
-    double way_m = 0.0;
-};
-
-double length_of(std::span<const Vec3> path) {
-    double way_m = 0.0;
-    for (std::size_t i = 1; i < path.size(); ++i)
-        way_m += glm::length(path[i] - path[i - 1]);
-    return way_m;
-}
-
-StudyRun::Error error_of(std::vector<double> distances_um) {
-    const internal::Spread spread = internal::spread_of(std::move(distances_um));
-    return {spread.count, spread.rms, spread.p99, spread.max};
-}
-
-void add_error(const std::optional<internal::FrameError>& error, StudyRun& run, Columns& columns) {
-    run.level_m.push_back(error ? error->level_m : std::numeric_limits<double>::quiet_NaN());
-    if (!error) return;
-    columns.level_um.push_back(kMicrometres * std::abs(error->level_m));
-    if (error->position_m) columns.position_um.push_back(kMicrometres * *error->position_m);
-}
-
-void conclude(const Columns& columns, StudyRun& run) {
-    run.frames_in_contact = columns.spent_us.size();
-    const internal::Spread evaluations = internal::spread_of(columns.evaluations);
-    const internal::Spread spent_us = internal::spread_of(columns.spent_us);
-    run.evaluations_mean = evaluations.mean;
-    run.evaluations_max = evaluations.max;
-    run.spent_p50_us = spent_us.p50;
-    run.spent_p99_us = spent_us.p99;
-    run.spent_max_us = spent_us.max;
-    if (run.frames_in_contact > 0)
-        run.sub_steps_mean = columns.sub_steps / static_cast<double>(run.frames_in_contact);
-    if (columns.sub_steps > 0.0)
-        run.step_mean_um = kMicrometres * columns.way_m / columns.sub_steps;
-    run.level = error_of(columns.level_um);
-    run.position = error_of(columns.position_um);
-}
-
 /// Tells of each frame; false when it should stop.
 using Tick = std::function<bool(std::size_t frame)>;
 
 StudyRun run_once(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                   const LoopDescription& settings, Clock& clock, const Tick& tick) {
-    StudyRun run;
-    run.loop = settings;
-    run.level_m.reserve(inputs.size());
-    Columns columns;
     HapticLoop loop(scene, clock, settings);
     internal::FrameTruth truth(*scene);
+    internal::StudyTally tally;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const FrameReport frame = loop.frame(inputs[i]);
-        add_error(truth.of(frame), run, columns);
-        // A frame's budget is for its sub-steps; what is around them is shorter than one.
-        if (frame.spent_us > settings.budget_us + frame.estimate_us) ++run.over_budget;
-        if (frame.spent_us > 1e6 / settings.rate_hz) ++run.over_period;
-        if (frame.contacts > 0) {
-            columns.evaluations.push_back(frame.evaluations);
-            columns.spent_us.push_back(frame.spent_us);
-            columns.sub_steps += frame.sub_steps;
-            columns.way_m += length_of(loop.path());
-        }
+        tally.add(frame, loop.path(), settings);
+        tally.add_error(truth.of(frame));
         if (i % kFramesPerReport == 0 && !tick(i)) throw std::runtime_error("cancelled");
     }
-    conclude(columns, run);
-    return run;
+    return std::move(tally).conclude(settings);
 }
 
 bool same_setting(const LoopDescription& a, const LoopDescription& b) {

@@ -19,7 +19,8 @@ namespace palpate {
 /// What one method with one setting made of a scene's path. Evaluations, sub-steps, steps and
 /// microseconds are of the frames in contact; free flight would only dilute them.
 struct StudyRun {
-    LoopDescription loop;      ///< method and setting
+    LoopDescription loop; ///< method and setting
+    std::string pace;     ///< "1000 Hz SCHED_FIFO"; empty: back to back, with the path's own time
     bool is_the_scenes = true; ///< the setting is the scene's own, not one of the range
     std::size_t frames_in_contact = 0;
     double evaluations_mean = 0.0;
@@ -29,6 +30,8 @@ struct StudyRun {
     double spent_p50_us = 0.0;
     double spent_p99_us = 0.0;
     double spent_max_us = 0.0;
+    double late_p99_us = 0.0; ///< start of a frame after its tick, of all; 0 back to back
+    double late_max_us = 0.0;
     std::size_t over_budget = 0; ///< frames, of all, longer than the budget and a sub-step more
     std::size_t over_period = 0; ///< frames, of all, longer than the frame's period
 
@@ -63,7 +66,7 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
                 const std::vector<LoopDescription>& settings, Clock& clock,
                 const Progress& progress = {});
 
-/// A run as tables name it: "fixed 46", "paper 900 us", "adaptive 0.1 um".                [any]
+/// A run as tables name it: "fixed 46", "adaptive 0.1 um", "single, 1000 Hz SCHED_FIFO". [any]
 std::string title(const StudyRun& run);
 
 /// The runs as plain text, a line each.                                                 [setup]

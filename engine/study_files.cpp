@@ -28,13 +28,13 @@ std::string cell(std::optional<double> value) {
 }
 
 std::string runs_csv(const Study& study) {
-    std::string text = "method,setting,scenes_own";
+    std::string text = "method,setting,pace,scenes_own";
     for (const StudyColumn& column : internal::study_columns())
         text += fmt::format(",{}", column.key);
     text += "\n";
     for (const StudyRun& run : study.runs) {
-        text += fmt::format("{},{},{}", name(run.loop.method), cell(internal::setting_of(run)),
-                            run.is_the_scenes ? 1 : 0);
+        text += fmt::format("{},{},{},{}", name(run.loop.method), cell(internal::setting_of(run)),
+                            run.pace.empty() ? "asap" : run.pace, run.is_the_scenes ? 1 : 0);
         for (const StudyColumn& column : internal::study_columns())
             text += "," + cell(column.value(run));
         text += "\n";
@@ -67,7 +67,9 @@ std::string drift_csv(const Study& study) {
 json runs_json(const Study& study) {
     json runs = json::array();
     for (const StudyRun& run : study.runs) {
-        json entry = {{"method", name(run.loop.method)}, {"scenes_own", run.is_the_scenes}};
+        json entry = {{"method", name(run.loop.method)},
+                      {"pace", run.pace.empty() ? "asap" : run.pace},
+                      {"scenes_own", run.is_the_scenes}};
         const std::optional<double> setting = internal::setting_of(run);
         entry["setting"] = setting ? json(*setting) : json();
         for (const StudyColumn& column : internal::study_columns()) {
@@ -88,7 +90,6 @@ std::string study_json(const Scene& scene, const Study& study, const std::string
                          {"sha256", sha256_of_text(description.text)}};
     document["machine"] = {{"cpu", here.cpu}, {"cores", here.cores}, {"system", here.system}};
     document["command"] = command;
-    document["pace"] = "asap";
     document["rate_hz"] = description.loop.rate_hz;
     document["frames"] = study.time_s.size();
     document["runs"] = runs_json(study);
@@ -98,16 +99,18 @@ std::string study_json(const Scene& scene, const Study& study, const std::string
 } // namespace
 
 std::string title(const StudyRun& run) {
-    const std::optional<double> setting = internal::setting_of(run);
-    if (!setting) return std::string(name(run.loop.method));
-    const bool has_unit = run.loop.method != SteppingMethod::fixed;
-    const char* unit = run.loop.method == SteppingMethod::paper ? " us" : " um";
-    return fmt::format("{} {:.6g}{}", name(run.loop.method), *setting, has_unit ? unit : "");
+    std::string text{name(run.loop.method)};
+    if (const std::optional<double> setting = internal::setting_of(run)) {
+        const bool has_unit = run.loop.method != SteppingMethod::fixed;
+        const char* unit = run.loop.method == SteppingMethod::paper ? " us" : " um";
+        text += fmt::format(" {:.6g}{}", *setting, has_unit ? unit : "");
+    }
+    return text + (run.pace.empty() ? "" : ", " + run.pace);
 }
 
 std::string study_table(const Study& study) {
     std::string text =
-        fmt::format("{:<18} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", "method", "evaluations",
+        fmt::format("{:<38} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", "method", "evaluations",
                     "sub-step um", "us p50", "us p99", "level um rms", "max");
     const auto number = [](bool known, double value) {
         return internal::readable(known ? std::optional(value) : std::nullopt);
@@ -115,7 +118,7 @@ std::string study_table(const Study& study) {
     for (const StudyRun& run : study.runs) {
         const bool felt = run.frames_in_contact > 0;
         const bool known = run.level.frames > 0;
-        text += fmt::format("{:<18} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", title(run),
+        text += fmt::format("{:<38} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", title(run),
                             number(felt, run.evaluations_mean), number(felt, run.step_mean_um),
                             number(felt, run.spent_p50_us), number(felt, run.spent_p99_us),
                             number(known, run.level.rms_um), number(known, run.level.max_um));

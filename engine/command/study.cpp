@@ -5,6 +5,7 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
+#include <palpate/engine/paced_run.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/study.h>
 #include <palpate/engine/trace.h>
@@ -17,6 +18,7 @@ struct Options {
     std::string out;
     std::size_t frames = 0;
     int every = 1;
+    bool real_time = false;
 };
 
 /// The command that gives these numbers again, as far as clocks do.
@@ -24,7 +26,25 @@ std::string command_of(const Options& options) {
     const std::string frames =
         options.frames > 0 ? fmt::format(" --frames {}", options.frames) : "";
     const std::string every = options.every > 1 ? fmt::format(" --every {}", options.every) : "";
-    return fmt::format("palpate study {}{}{}", options.scene, frames, every);
+    return fmt::format("palpate study {}{}{}{}", options.scene, frames, every,
+                       options.real_time ? " --real-time" : "");
+}
+
+/// Single and the paper's method at the clock's pace, with each scheduler.
+void add_real_time(std::shared_ptr<const Scene> scene, const std::vector<DeviceState>& inputs,
+                   Study& study) {
+    const Progress progress = progress_bar();
+    double done = 0.0;
+    for (const Pace pace : {Pace::locked, Pace::released})
+        for (const Scheduler scheduler : {Scheduler::ordinary, Scheduler::fifo})
+            for (const SteppingMethod method : {SteppingMethod::single, SteppingMethod::paper}) {
+                constexpr double runs = 8.0;
+                if (!progress(done++ / runs, "in real time")) throw std::runtime_error("cancelled");
+                LoopDescription loop = scene->description().loop;
+                loop.method = method;
+                study.runs.push_back(run_at_pace(scene, inputs, loop, pace, scheduler));
+            }
+    progress(1.0, "in real time");
 }
 
 int study(const Options& options) {
@@ -38,8 +58,9 @@ int study(const Options& options) {
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
     SteadyClock clock;
-    const Study study =
+    Study study =
         run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar());
+    if (options.real_time) add_real_time(scene, inputs, study);
     write_study(out.string(), *scene, study, command_of(options));
     print(study_table(study));
     print(fmt::format("written to {}: study.csv drift.csv study.json index.html", out.string()));
@@ -59,6 +80,9 @@ void add_study(CLI::App& app, Run& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--every", options->every, "each K-th row of a path, K times as fast")
         ->check(CLI::Range(1, 1000000));
+    command->add_flag("--real-time", options->real_time,
+                      "single and paper also at the clock's pace, and released from it, with the "
+                      "ordinary scheduler and SCHED_FIFO: eight times the path's duration");
     command->callback([options, &run] { run = [options] { return study(*options); }; });
 }
 

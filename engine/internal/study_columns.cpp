@@ -12,6 +12,10 @@ Value in_contact(const StudyRun& run, double value) {
     return run.frames_in_contact > 0 ? Value(value) : Value();
 }
 
+Value of_ticks(const StudyRun& run, double value) {
+    return run.pace.empty() ? Value() : in_contact(run, value);
+}
+
 Value known(const StudyRun::Error& error, double value) {
     return error.frames > 0 ? Value(value) : Value();
 }
@@ -33,6 +37,10 @@ constexpr std::array kColumns{
                 [](const StudyRun& r) { return in_contact(r, r.spent_p99_us); }},
     StudyColumn{"spent_max_us", "us per frame", "max",
                 [](const StudyRun& r) { return in_contact(r, r.spent_max_us); }},
+    StudyColumn{"late_p99_us", "us after the tick", "p99",
+                [](const StudyRun& r) { return of_ticks(r, r.late_p99_us); }},
+    StudyColumn{"late_max_us", "us after the tick", "max",
+                [](const StudyRun& r) { return of_ticks(r, r.late_max_us); }},
     StudyColumn{"over_budget", "frames longer than", "budget",
                 [](const StudyRun& r) { return Value(r.over_budget); }},
     StudyColumn{"over_period", "frames longer than", "period",

@@ -30,7 +30,7 @@ std::string accuracy_chart(const Study& study) {
         {"distance from the surface, um rms", ChartScale::logarithmic, kSmallestError_um},
         {}};
     for (const StudyRun& run : study.runs) {
-        if (run.level.frames == 0 || run.frames_in_contact == 0) continue;
+        if (run.level.frames == 0 || run.frames_in_contact == 0 || !run.pace.empty()) continue;
         const std::string method{name(run.loop.method)};
         if (chart.series.empty() || chart.series.back().name != method)
             chart.series.push_back({method, {}});

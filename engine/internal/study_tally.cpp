@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/internal/study_tally.h>
+
+#include <cmath>
+#include <limits>
+
+#include <palpate/engine/internal/spread.h>
+
+namespace palpate::internal {
+namespace {
+
+constexpr double kMicrometres = 1e6; // um per m
+
+StudyRun::Error error_of(std::vector<double> distances_um) {
+    const Spread spread = spread_of(std::move(distances_um));
+    return {spread.count, spread.rms, spread.p99, spread.max};
+}
+
+} // namespace
+
+void StudyTally::add(const FrameReport& frame, std::span<const Vec3> path,
+                     const LoopDescription& loop) {
+    add_way(frame, path);
+    add_frame(frame, loop);
+}
+
+void StudyTally::add_way(const FrameReport& frame, std::span<const Vec3> path) noexcept {
+    if (frame.contacts == 0) return;
+    ++frames_with_way_;
+    sub_steps_ += frame.sub_steps;
+    for (std::size_t i = 1; i < path.size(); ++i)
+        way_m_ += glm::length(path[i] - path[i - 1]);
+}
+
+void StudyTally::add_frame(const FrameReport& frame, const LoopDescription& loop) {
+    // A frame's budget is for its sub-steps; what is around them is shorter than one.
+    if (frame.spent_us > loop.budget_us + frame.estimate_us) ++run_.over_budget;
+    if (frame.spent_us > 1e6 / loop.rate_hz) ++run_.over_period;
+    late_us_.push_back(frame.late_us);
+    if (frame.contacts == 0) return;
+    evaluations_.push_back(frame.evaluations);
+    spent_us_.push_back(frame.spent_us);
+}
+
+void StudyTally::add_error(const std::optional<FrameError>& error) {
+    run_.level_m.push_back(error ? error->level_m : std::numeric_limits<double>::quiet_NaN());
+    if (!error) return;
+    level_um_.push_back(kMicrometres * std::abs(error->level_m));
+    if (error->position_m) position_um_.push_back(kMicrometres * *error->position_m);
+}
+
+StudyRun StudyTally::conclude(const LoopDescription& loop) && {
+    run_.loop = loop;
+    run_.frames_in_contact = spent_us_.size();
+    const Spread evaluations = spread_of(std::move(evaluations_));
+    const Spread spent_us = spread_of(std::move(spent_us_));
+    const Spread late_us = spread_of(std::move(late_us_));
+    run_.evaluations_mean = evaluations.mean;
+    run_.evaluations_max = evaluations.max;
+    run_.spent_p50_us = spent_us.p50;
+    run_.spent_p99_us = spent_us.p99;
+    run_.spent_max_us = spent_us.max;
+    run_.late_p99_us = late_us.p99;
+    run_.late_max_us = late_us.max;
+    if (frames_with_way_ > 0.0) run_.sub_steps_mean = sub_steps_ / frames_with_way_;
+    if (sub_steps_ > 0.0) run_.step_mean_um = kMicrometres * way_m_ / sub_steps_;
+    run_.level = error_of(std::move(level_um_));
+    run_.position = error_of(std::move(position_um_));
+    return std::move(run_);
+}
+
+} // namespace palpate::internal

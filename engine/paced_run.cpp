@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/paced_run.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/internal/frame_truth.h>
+#include <palpate/engine/internal/study_tally.h>
+
+namespace palpate {
+namespace {
+
+/// The probe between the rows of a path; `at_s` since its beginning.
+DeviceState probe_at(std::span<const DeviceState> path, double at_s, double rate_hz) noexcept {
+    const double row = std::clamp(at_s * rate_hz, 0.0, static_cast<double>(path.size() - 1));
+    const auto before = static_cast<std::size_t>(row);
+    const auto after = std::min(before + 1, path.size() - 1);
+    const double share = row - static_cast<double>(before);
+    DeviceState state = path[before];
+    state.time_s = at_s;
+    state.trial = 0;
+    state.position += share * (path[after].position - state.position);
+    return state;
+}
+
+void sleep_until(double deadline_us) noexcept {
+    timespec deadline{};
+    deadline.tv_sec = static_cast<time_t>(deadline_us * 1e-6);
+    deadline.tv_nsec =
+        static_cast<long>((deadline_us - 1e6 * static_cast<double>(deadline.tv_sec)) * 1e3);
+    // A signal wakes it early; what is left is slept then.
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) != 0) {
+    }
+}
+
+/// Puts the calling thread under a scheduler; false when the system does not permit it.
+bool scheduled(Scheduler scheduler) noexcept {
+    if (scheduler == Scheduler::ordinary) return true;
+    sched_param parameters{};
+    parameters.sched_priority = sched_get_priority_max(SCHED_FIFO);
+    return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+}
+
+std::string name_of(Pace pace, Scheduler scheduler, double rate_hz, bool permitted) {
+    return fmt::format("{} {}{}",
+                       pace == Pace::locked ? fmt::format("{:.6g} Hz", rate_hz) : "released",
+                       scheduler == Scheduler::fifo ? "SCHED_FIFO" : "SCHED_OTHER",
+                       permitted ? "" : " not permitted");
+}
+
+} // namespace
+
+StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                     const LoopDescription& settings, Pace pace, Scheduler scheduler) {
+    SteadyClock clock;
+    HapticLoop loop(scene, clock, settings);
+    internal::StudyTally tally;
+    std::vector<FrameReport> frames; // one per period
+    frames.reserve(inputs.size() + 1);
+    const double period_us = 1e6 / settings.rate_hz;
+    const double duration_us = period_us * static_cast<double>(inputs.size());
+    bool permitted = false;
+
+    const auto run = [&]() noexcept {
+        permitted = scheduled(scheduler);
+        if (!permitted) return;
+        const double began_us = clock.now_us();
+        double tick_us = 0.0;
+        for (;;) {
+            const double now_us = clock.now_us() - began_us;
+            if (now_us >= duration_us || frames.size() == frames.capacity()) return;
+            FrameReport frame = loop.frame(probe_at(inputs, 1e-6 * now_us, settings.rate_hz));
+            if (pace == Pace::locked) frame.late_us = now_us - tick_us;
+            tally.add_way(frame, loop.path());
+            const bool begins_a_period = now_us >= tick_us;
+            if (begins_a_period) {
+                frames.push_back(frame);
+                const double ended_us = clock.now_us() - began_us;
+                tick_us = period_us * (std::floor(ended_us / period_us) + 1.0);
+            }
+            if (pace == Pace::locked) sleep_until(began_us + tick_us);
+        }
+    };
+    std::thread(run).join();
+
+    internal::FrameTruth truth(*scene);
+    for (const FrameReport& frame : frames) {
+        tally.add_frame(frame, settings);
+        tally.add_error(truth.of(frame));
+    }
+    StudyRun result = std::move(tally).conclude(settings);
+    result.is_the_scenes = false;
+    result.pace = name_of(pace, scheduler, settings.rate_hz, permitted);
+    return result;
+}
+
+} // namespace palpate
