@@ -7,11 +7,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene.h>
 #include <palpate/engine/surface_audit.h>
+#include <palpate/haptics/baselines.h>
 #include <palpate/haptics/step_time_estimator.h>
 
 namespace palpate {
@@ -19,8 +21,9 @@ namespace palpate {
 /// What one method with one setting made of a scene's path. Evaluations, sub-steps, steps and
 /// microseconds are of the frames in contact; free flight would only dilute them.
 struct StudyRun {
-    LoopDescription loop; ///< method and setting
-    std::string pace;     ///< "1000 Hz SCHED_FIFO"; empty: back to back, with the path's own time
+    std::optional<BaselineKind> baseline; ///< instead of the loop's methods
+    LoopDescription loop;                 ///< method and setting
+    std::string pace; ///< "1000 Hz SCHED_FIFO"; empty: back to back, with the path's own time
     bool is_the_scenes = true; ///< the setting is the scene's own, not one of the range
     std::size_t frames_in_contact = 0;
     double evaluations_mean = 0.0;
@@ -65,6 +68,14 @@ std::vector<LoopDescription> study_settings(const LoopDescription& own);
 Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 const std::vector<LoopDescription>& settings, Clock& clock,
                 const Progress& progress = {});
+
+/// The same frames by methods from before the paper, with field queries for evaluations: where one
+/// level of a volume is all that is felt; otherwise none.                                [setup]
+std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceState> inputs,
+                                    Clock& clock);
+
+/// The method of a run alone: "fixed", "penalty".                                         [any]
+std::string_view method_of(const StudyRun& run) noexcept;
 
 /// A run as tables name it: "fixed 46", "adaptive 0.1 um", "single, 1000 Hz SCHED_FIFO". [any]
 std::string title(const StudyRun& run);

@@ -33,7 +33,7 @@ std::string runs_csv(const Study& study) {
         text += fmt::format(",{}", column.key);
     text += "\n";
     for (const StudyRun& run : study.runs) {
-        text += fmt::format("{},{},{},{}", name(run.loop.method), cell(internal::setting_of(run)),
+        text += fmt::format("{},{},{},{}", method_of(run), cell(internal::setting_of(run)),
                             run.pace.empty() ? "asap" : run.pace, run.is_the_scenes ? 1 : 0);
         for (const StudyColumn& column : internal::study_columns())
             text += "," + cell(column.value(run));
@@ -67,7 +67,7 @@ std::string drift_csv(const Study& study) {
 json runs_json(const Study& study) {
     json runs = json::array();
     for (const StudyRun& run : study.runs) {
-        json entry = {{"method", name(run.loop.method)},
+        json entry = {{"method", method_of(run)},
                       {"pace", run.pace.empty() ? "asap" : run.pace},
                       {"scenes_own", run.is_the_scenes}};
         const std::optional<double> setting = internal::setting_of(run);
@@ -98,8 +98,12 @@ std::string study_json(const Scene& scene, const Study& study, const std::string
 
 } // namespace
 
+std::string_view method_of(const StudyRun& run) noexcept {
+    return run.baseline ? name(*run.baseline) : name(run.loop.method);
+}
+
 std::string title(const StudyRun& run) {
-    std::string text{name(run.loop.method)};
+    std::string text{method_of(run)};
     if (const std::optional<double> setting = internal::setting_of(run)) {
         const bool has_unit = run.loop.method != SteppingMethod::fixed;
         const char* unit = run.loop.method == SteppingMethod::paper ? " us" : " um";

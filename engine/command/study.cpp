@@ -60,6 +60,8 @@ int study(const Options& options) {
     SteadyClock clock;
     Study study =
         run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar());
+    for (StudyRun& run : run_baselines(*scene, inputs, clock))
+        study.runs.push_back(std::move(run));
     if (options.real_time) add_real_time(scene, inputs, study);
     write_study(out.string(), *scene, study, command_of(options));
     print(study_table(study));

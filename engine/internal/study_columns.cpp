@@ -66,6 +66,7 @@ constexpr std::array kColumns{
 std::span<const StudyColumn> study_columns() noexcept { return kColumns; }
 
 std::optional<double> setting_of(const StudyRun& run) noexcept {
+    if (run.baseline) return {};
     switch (run.loop.method) {
     case SteppingMethod::fixed:
         return run.loop.sub_steps;

@@ -20,7 +20,8 @@ struct StudyColumn {
 
 std::span<const StudyColumn> study_columns() noexcept; ///< [any]
 
-/// The value that a run's method was given: sub-steps, us or um; nothing for single.     [any]
+/// The value that a run's method was given: sub-steps, us or um; nothing for single and baselines.
+/// [any]
 std::optional<double> setting_of(const StudyRun& run) noexcept;
 
 /// The runs whose proxy is drawn over time: single, and the scene's own of the others.   [any]

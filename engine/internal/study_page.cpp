@@ -30,7 +30,8 @@ std::string accuracy_chart(const Study& study) {
         {"distance from the surface, um rms", ChartScale::logarithmic, kSmallestError_um},
         {}};
     for (const StudyRun& run : study.runs) {
-        if (run.level.frames == 0 || run.frames_in_contact == 0 || !run.pace.empty()) continue;
+        if (run.baseline || !run.pace.empty()) continue;
+        if (run.level.frames == 0 || run.frames_in_contact == 0) continue;
         const std::string method{name(run.loop.method)};
         if (chart.series.empty() || chart.series.back().name != method)
             chart.series.push_back({method, {}});
@@ -70,6 +71,19 @@ std::string table(const Study& study) {
     return html_table("Each method over its range; * the scene's own setting", columns, rows);
 }
 
+std::string weaknesses(const Study& study) {
+    std::string html;
+    for (const StudyRun& run : study.runs)
+        if (run.baseline)
+            html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escape_html(name(*run.baseline)),
+                                escape_html(weakness(*run.baseline)));
+    if (html.empty()) return {};
+    return "<h3>Methods from before the paper, and what they get wrong</h3>\n<dl>\n" + html +
+           "</dl>\n" +
+           paragraph("Their evaluations are queries of the field; single is the linear yielding "
+                     "frame that the paper starts from.");
+}
+
 std::string footer(const std::string& command) {
     const Machine here = this_machine();
     return fmt::format("<footer>\n<p>Palpate {}; {}, {} cores, {}</p>\n<p><code>{}</code></p>\n"
@@ -98,7 +112,7 @@ void write_study_page(const std::filesystem::path& file, const Scene& scene, con
     page += "<h2>Error against time</h2>\n" + or_unknown(accuracy_chart(study));
     page +=
         paragraph("Distances below 0.000001 um, a picometre, are rounding and are drawn there.");
-    page += table(study);
+    page += table(study) + weaknesses(study);
     page += "<h2>The proxy over time</h2>\n" + or_unknown(drift_chart(study));
     page += footer(command);
     write_whole_file(file, page);

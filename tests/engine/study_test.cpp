@@ -190,6 +190,25 @@ TEST(Study, StopsWhenAskedTo) {
                  std::runtime_error);
 }
 
+TEST(Baselines, AreMeasuredAgainstTheSameTruth) {
+    test::ScriptedClock clock(1.0);
+    for (const auto& scene : {gradient_cavity(kHard), surface_cavity()}) {
+        const std::vector<StudyRun> runs = run_baselines(*scene, along_the_wall(1e-4), clock);
+        ASSERT_EQ(runs.size(), kBaselines.size());
+        for (const StudyRun& run : runs) {
+            EXPECT_GE(run.level.frames, kFrames - 3) << title(run) << ": 0.1 mm is one row";
+            const bool is_ball = *run.baseline == BaselineKind::virtual_proxy;
+            EXPECT_NEAR(run.level.max_um, is_ball ? 1000.0 : 0.0, 5.0) << title(run);
+        }
+    }
+}
+
+TEST(Baselines, NeedOneLevel) {
+    test::ScriptedClock clock(1.0);
+    const Scene empty(parse_scene("", "empty.toml"));
+    EXPECT_TRUE(run_baselines(empty, along_the_wall(), clock).empty());
+}
+
 TEST(PacedRun, RunsAPathInRealTimeOrSaysThatItMayNot) {
     std::vector<DeviceState> inputs = along_the_wall();
     inputs.resize(60);
@@ -222,7 +241,10 @@ TEST(PacedRun, ReleasedFramesAreShorterThanAPeriod) {
 TEST(StudyFiles, SayTheSameNumbers) {
     const test::TemporaryFolder folder;
     const auto scene = gradient_cavity(kHard, "[loop]\nsub_steps = 46\n");
-    const Study study = study_of(scene, study_settings(scene->description().loop));
+    Study study = study_of(scene, study_settings(scene->description().loop));
+    test::ScriptedClock clock(1.0);
+    for (StudyRun& run : run_baselines(*scene, along_the_wall(), clock))
+        study.runs.push_back(std::move(run));
     write_study(folder.path(), *scene, study, "palpate study <cavity>.toml");
     EXPECT_EQ(test::files_in(folder.path()), 4u);
 
