@@ -35,7 +35,7 @@ struct StudyRun {
     double spent_max_us = 0.0;
     double late_p99_us = 0.0; ///< start of a frame after its tick, of all; 0 back to back
     double late_max_us = 0.0;
-    std::size_t over_budget = 0; ///< frames, of all, longer than the budget and a sub-step more
+    std::size_t over_budget = 0; ///< frames, of all, longer than the budget by more than 1 us
     std::size_t over_period = 0; ///< frames, of all, longer than the frame's period
 
     /// rms, 99th percentile and maximum of a distance over the frames that have one, um.

@@ -10,6 +10,8 @@ namespace palpate::internal {
 namespace {
 
 constexpr double kMicrometres = 1e6; // um per m
+// A budget is for sub-steps; what a frame does around them, counting, coupling, limits, is shorter.
+constexpr double kAround_us = 1.0;
 
 StudyRun::Error error_of(std::vector<double> distances_um) {
     const Spread spread = spread_of(std::move(distances_um));
@@ -33,8 +35,7 @@ void StudyTally::add_way(const FrameReport& frame, std::span<const Vec3> path) n
 }
 
 void StudyTally::add_frame(const FrameReport& frame, const LoopDescription& loop) {
-    // A frame's budget is for its sub-steps; what is around them is shorter than one.
-    if (frame.spent_us > loop.budget_us + frame.estimate_us) ++run_.over_budget;
+    if (frame.spent_us > loop.budget_us + kAround_us) ++run_.over_budget;
     if (frame.spent_us > 1e6 / loop.rate_hz) ++run_.over_period;
     late_us_.push_back(frame.late_us);
     if (frame.contacts == 0) return;
