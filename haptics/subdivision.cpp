@@ -115,7 +115,10 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
                 result.residual_m = 0.0; // nothing is left of the way
                 break;
             }
-            if (steps_left > 0 && (moved || settings_.method != SteppingMethod::adaptive)) continue;
+            // Where another surface stopped it at once, that one has planes the next time.
+            const bool at_rest = converged_ && !moved;
+            if (steps_left > 0 && !(at_rest && settings_.method == SteppingMethod::adaptive))
+                continue;
             if (settings_.method == SteppingMethod::adaptive && !converged_)
                 result.flags |= kEvaluationCap;
             break;
@@ -199,7 +202,7 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
         const bool near = made > 1 && result.residual_m < kNearTolerances * settings_.tolerance_m;
         const double expected_m = near ? ratio * result.residual_m : result.residual_m;
         converged_ = expected_m < settings_.tolerance_m;
-        left = converged_ ? 0 : settings_.evaluation_cap + bends_ - made;
+        left = converged_ ? 0 : settings_.evaluation_cap + std::min(bends_, kMostBends) - made;
         break;
     }
     case SteppingMethod::paper: {
@@ -283,7 +286,7 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
     if (stopped_at >= 1.0 && blocked_at >= 1.0) return accepted(to, result);
     const Vec3 chord = to - from;
     if (stopped_at < blocked_at) {
-        if (bends && bends_ < kMostBends) ++bends_;
+        if (bends) ++bends_;
         return accepted(from + stopped_at * chord, result);
     }
 
@@ -340,11 +343,16 @@ Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_l
             result.flags |= kStalled;
             return proxy;
         }
-        double fraction = 1.0;
-        for (SurfaceContact* other : surfaces_)
-            if (other != &surface)
-                fraction = std::min(fraction, other->carry(proxy, leg.corner).fraction);
-        if (fraction < 1.0) return accepted(proxy + fraction * (leg.corner - proxy), result);
+        Chord chord;
+        for (SurfaceContact* other : surfaces_) {
+            if (other == &surface) continue;
+            const Chord theirs = other->carry(proxy, leg.corner);
+            if (theirs.fraction < chord.fraction) chord = theirs;
+        }
+        if (chord.fraction < 1.0) {
+            if (chord.bends) ++bends_;
+            return accepted(proxy + chord.fraction * (leg.corner - proxy), result);
+        }
         proxy = accepted(leg.corner, result);
     }
     result.flags |= kEvaluationCap;
