@@ -289,7 +289,10 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
     bool bends = false;      // what stopped it is no obstacle
     SurfaceContact* blocking = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated)) continue;
+        if (any_state(i, MultiplierState::saturated)) {
+            result.open |= bit_of(i, true); // its certificate is lifted for this chord
+            continue;
+        }
         const Chord chord = surfaces_[i]->carry(from, to);
         if (!chord.engaged) {
             if (chord.fraction < stopped_at) bends = chord.bends;
