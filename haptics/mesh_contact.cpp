@@ -25,6 +25,9 @@ constexpr double kBesideSkins = 2.0;
 // Stiffness of the projection onto guard planes: any positive one gives the same point (N/m).
 constexpr double kAnyStiffness = 1.0;
 
+/// A chord that is free up to where a facet is met: one piece of the way.
+Chord met_after(double share) noexcept { return {share, false, share < 1.0}; }
+
 } // namespace
 
 MeshContact::MeshContact(std::shared_ptr<const CertifiedMesh> mesh,
@@ -362,7 +365,7 @@ Chord MeshContact::carry(const Vec3& from, const Vec3& to) noexcept {
     if (mode_ == Mode::on_surface) return carry_on_surface(to);
     leaving_.clear();
     drop_stale(from);
-    return {fly(from, to), false};
+    return met_after(fly(from, to));
 }
 
 Chord MeshContact::carry_on_surface(const Vec3& to) noexcept {
@@ -370,18 +373,18 @@ Chord MeshContact::carry_on_surface(const Vec3& to) noexcept {
     const WalkStep step = walk_.step(spot_, to);
     if (step.end == WalkStep::End::lifts) {
         walk_.facets_at(spot_, leaving_);
-        return {fly(from, to), false};
+        return met_after(fly(from, to));
     }
     const bool in_the_way = step.heading.height_m < -tolerance_m_;
     if (in_the_way || step.end == WalkStep::End::uncertain) {
+        const std::size_t known = touch_count_;
         if (spot_.feature != MeshSpot::Feature::face) touch(step.heading);
-        return {0.0, false};
+        return {0.0, false, touch_count_ > known};
     }
     leg_ = {Leg::Kind::on_surface, from, step.spot.position, true, step.spot, 0.0};
     if (step.end == WalkStep::End::rests) return {1.0, false};
     const double length = glm::length(to - from);
-    const double share = std::min(1.0, glm::length(step.spot.position - from) / length);
-    return {share, false, share < 1.0};
+    return met_after(std::min(1.0, glm::length(step.spot.position - from) / length));
 }
 
 void MeshContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {

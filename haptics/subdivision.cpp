@@ -115,7 +115,10 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
                 result.residual_m = 0.0; // nothing is left of the way
                 break;
             }
-            if (steps_left > 0 && (moved || settings_.method != SteppingMethod::adaptive)) continue;
+            // Where another surface stopped it at once, that one has planes the next time.
+            const bool at_rest = converged_ && !moved;
+            if (steps_left > 0 && !(at_rest && settings_.method == SteppingMethod::adaptive))
+                continue;
             if (settings_.method == SteppingMethod::adaptive && !converged_)
                 result.flags |= kEvaluationCap;
             break;
@@ -125,7 +128,8 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.planes().empty() && proxy == solution_.proxy;
         if (arrived || (result.flags & kStalled)) break;
-        if (steps_left > 0) continue;
+        if (proxy != wanted) converged_ = false; // a step cut short was not the last
+        if (steps_left > 0 || (!converged_ && evaluations_left(result) > 0)) continue;
         if (settings_.method == SteppingMethod::adaptive && !converged_)
             result.flags |= kEvaluationCap;
         break;
@@ -194,12 +198,13 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
         break;
     case SteppingMethod::adaptive: {
         // Newton steps square what is left, so to expect the last ratio once more is to expect too
-        // much.
+        // much. Flat planes are met at once, but the next may be other ones: there nothing is
+        // expected.
         const double ratio = std::min(1.0, result.residual_m / last_residual_m_);
         const bool near = made > 1 && result.residual_m < kNearTolerances * settings_.tolerance_m;
         const double expected_m = near ? ratio * result.residual_m : result.residual_m;
-        converged_ = expected_m < settings_.tolerance_m;
-        left = converged_ ? 0 : settings_.evaluation_cap + bends_ - made;
+        converged_ = expected_m < (all_flat() ? kNoMovement : settings_.tolerance_m);
+        left = converged_ ? 0 : evaluations_left(result);
         break;
     }
     case SteppingMethod::paper: {
@@ -220,6 +225,20 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
     const int bounded = std::clamp(left, 0, kMostEvaluations - made);
     steps_left_.push_back(static_cast<std::uint32_t>(bounded));
     return static_cast<std::uint32_t>(bounded);
+}
+
+/// Whether there are planes, and all of them facets.
+bool Subdivision::all_flat() const noexcept {
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+        if (contacts_[i].slope != Vec3{0.0}) return false;
+    return contacts_.size() > 0;
+}
+
+/// Of an adaptive frame; none otherwise.
+int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcept {
+    if (settings_.method != SteppingMethod::adaptive) return 0;
+    return settings_.evaluation_cap + std::min(bends_, kMostBends) -
+           static_cast<int>(result.evaluations);
 }
 
 /// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
@@ -270,7 +289,10 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
     bool bends = false;      // what stopped it is no obstacle
     SurfaceContact* blocking = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated)) continue;
+        if (any_state(i, MultiplierState::saturated)) {
+            result.open |= bit_of(i, true); // its certificate is lifted for this chord
+            continue;
+        }
         const Chord chord = surfaces_[i]->carry(from, to);
         if (!chord.engaged) {
             if (chord.fraction < stopped_at) bends = chord.bends;
@@ -283,7 +305,7 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
     if (stopped_at >= 1.0 && blocked_at >= 1.0) return accepted(to, result);
     const Vec3 chord = to - from;
     if (stopped_at < blocked_at) {
-        if (bends && bends_ < kMostBends) ++bends_;
+        if (bends) ++bends_;
         return accepted(from + stopped_at * chord, result);
     }
 
@@ -340,11 +362,16 @@ Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_l
             result.flags |= kStalled;
             return proxy;
         }
-        double fraction = 1.0;
-        for (SurfaceContact* other : surfaces_)
-            if (other != &surface)
-                fraction = std::min(fraction, other->carry(proxy, leg.corner).fraction);
-        if (fraction < 1.0) return accepted(proxy + fraction * (leg.corner - proxy), result);
+        Chord chord;
+        for (SurfaceContact* other : surfaces_) {
+            if (other == &surface) continue;
+            const Chord theirs = other->carry(proxy, leg.corner);
+            if (theirs.fraction < chord.fraction) chord = theirs;
+        }
+        if (chord.fraction < 1.0) {
+            if (chord.bends) ++bends_;
+            return accepted(proxy + chord.fraction * (leg.corner - proxy), result);
+        }
         proxy = accepted(leg.corner, result);
     }
     result.flags |= kEvaluationCap;

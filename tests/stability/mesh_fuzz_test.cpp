@@ -101,6 +101,47 @@ TEST_P(MeshFuzzUncertain, NothingGetsThrough) {
 
 INSTANTIATE_TEST_SUITE_P(Works, MeshFuzzUncertain, testing::ValuesIn(uncertain_works()), name_of);
 
+/// Bodies that are surfaces of their own: the solver sees them together, each keeps its
+/// certificate.
+FuzzResult run_apart(const std::vector<TriangleMesh>& bodies, const Vec3& start, long frames) {
+    TriangleMesh all;
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    for (const TriangleMesh& body : bodies) {
+        test::append(all, body);
+        surfaces.push_back(
+            std::make_unique<MeshContact>(test::certified(body), MeshContactSettings{}));
+    }
+    const auto inside = [&](const Vec3& p) {
+        int count = 0;
+        for (const TriangleMesh& body : bodies)
+            count += test::winding_number(body, p) > 0.5;
+        return count;
+    };
+    const int at_start = inside(start);
+    test::ContactLoop loop({}, std::move(surfaces));
+    FuzzPlan plan;
+    plan.frames = frames;
+    plan.start = start;
+    plan.seed = 11;
+    plan.check_every = 3;
+    return test::fuzz(loop, all, plan, [&](const Vec3& p) { return inside(p) != at_start; });
+}
+
+TEST(MeshFuzzSeveral, OverlappingBodiesAreHeldTogether) {
+    const std::vector<TriangleMesh> balls{test::icosphere(0.03, 3, {-0.015, 0, 0}),
+                                          test::icosphere(0.03, 3, {0.015, 0.001, 0.002}),
+                                          test::icosphere(0.02, 3, {0.002, 0.025, 0.003})};
+    const FuzzResult result = run_apart(balls, {0, 0, 0.06}, test::fuzz_frames(20000));
+    EXPECT_EQ(result.through, 0);
+    EXPECT_GE(result.checks, result.frames / 20);
+    EXPECT_GE(result.in_contact, result.frames / 20);
+    EXPECT_EQ(result.held_moves, 0);
+    RecordProperty("capped", std::to_string(result.capped));
+    RecordProperty("stalled", std::to_string(result.stalled));
+    RecordProperty("worst_rise", std::to_string(1e12 * result.worst_rise));
+    EXPECT_LE(result.capped + result.stalled, result.frames / 100);
+}
+
 // What the certificates are for: walking on facets that have none goes through what is in the way.
 TEST(MeshFuzzControl, WithoutCertificatesOverlappingSpheresLeak) {
     const Work work{"", two_spheres(), {-0.03, 0, 0}, {}};
