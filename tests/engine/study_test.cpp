@@ -183,6 +183,18 @@ TEST(Study, ErrorsOfASurfaceAreThoseThatATraceFinds) {
     EXPECT_EQ(study.runs[0].position.frames, frames);
 }
 
+TEST(Study, CountsFramesOverBudgetAndPeriod) {
+    // The clock is read at the beginning and at the end of a frame: each takes one of its steps.
+    const auto overruns = [](double frame_us) {
+        test::ScriptedClock clock(frame_us);
+        const Study study = run_study(gradient_cavity(kHard), along_the_wall(), {fixed(1)}, clock);
+        return std::pair{study.runs[0].over_budget, study.runs[0].over_period};
+    };
+    EXPECT_EQ(overruns(900.0), (std::pair<std::size_t, std::size_t>{0, 0}));
+    EXPECT_EQ(overruns(950.0), (std::pair<std::size_t, std::size_t>{kFrames, 0}));
+    EXPECT_EQ(overruns(1050.0), (std::pair<std::size_t, std::size_t>{kFrames, kFrames}));
+}
+
 TEST(Study, StopsWhenAskedTo) {
     test::ScriptedClock clock(1.0);
     EXPECT_THROW(run_study(surface_cavity(), along_the_wall(), {fixed(1)}, clock,
