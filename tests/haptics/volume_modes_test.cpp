@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -201,50 +202,93 @@ TEST(ProxySolver, SpringsAreABalanceLikeAnyOther) {
     }
 }
 
-/// A point that draws with 0.8 N, to slip off or to rest at.
+/// A point, or a line, that stays where it is and draws.
 class Drawn final : public Effect {
 public:
-    Drawn(const Vec3& anchor, double strength_n) : point_{anchor, strength_n} {}
+    explicit Drawn(const PointPrimitive& point) : point_(point) {}
+    explicit Drawn(const LinePrimitive& line) : line_(line) {}
     void begin(const FrameContext&) noexcept override {}
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
-        primitives.add_point(point_);
+        if (point_) primitives.add_point(*point_);
+        if (line_) primitives.add_line(*line_);
     }
     void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {}; }
 
 private:
-    PointPrimitive point_;
+    std::optional<PointPrimitive> point_;
+    std::optional<LinePrimitive> line_;
 };
 
-// On a ball, k (a - x) + s (q - x) / |q - x| balances the wall: its part along the wall vanishes.
-TEST(Subdivision, APointThatSlipsOnACurvedSurfaceIsBalancedInAFewEvaluations) {
-    constexpr double kBall = 0.02;
-    std::mt19937 random(9);
-    std::uniform_real_distribution<double> one(-1.0, 1.0);
-    const auto direction = [&] {
-        return glm::normalize(Vec3{0.4 * one(random), 0.4 * one(random), 1.0});
-    };
-    std::uint32_t evaluations = 0;
-    for (int n = 0; n < 200; ++n) {
-        const Vec3 anchor = kBall * direction();
-        const double strength_n = 0.8;
-        ContactLoop loop(stepping(SteppingMethod::adaptive, 8),
-                         one_surface(make_solid_sphere(kBall)),
-                         only(std::make_unique<Drawn>(anchor, strength_n)));
-        const Vec3 probe = 0.016 * direction();
+/// Strokes of a few frames over a hard ball while something draws.
+class BallStrokes {
+public:
+    static constexpr double kBall = 0.02;
+    static constexpr double kDepth = 0.01; // the curvature weighs as much as the coupling
+    static constexpr int kFrames = 5;
+
+    Vec3 direction() { return glm::normalize(Vec3{0.4 * one(random), 0.4 * one(random), 1.0}); }
+    Vec3 anywhere() { return glm::normalize(Vec3{one(random), one(random), one(random)}); }
+
+    /// Evaluations of all frames but the first, which lands; `probe` and `proxy` are those of the
+    /// end.
+    std::uint32_t stroke(std::unique_ptr<Effect> drawn) {
+        ContactLoop loop(stepping(SteppingMethod::adaptive), one_surface(make_solid_sphere(kBall)),
+                         only(std::move(drawn)));
+        probe = (kBall - kDepth) * direction();
         loop.start(1.0001 * kBall * glm::normalize(probe));
-        for (int i = 0; i < 3; ++i)
+        loop.move(probe);
+        std::uint32_t evaluations = 0;
+        for (int i = 0; i < kFrames; ++i) {
+            probe += Vec3{2e-4, 1e-4, 0.0};
             evaluations += loop.move(probe).evaluations;
-        const Vec3& x = loop.proxy();
-        const Vec3 out = glm::normalize(x);
-        const Vec3 way = anchor - x;
-        if (glm::length(way) < 1e-5) continue; // it holds
-        const Vec3 pull = kStiffness * (probe - x) + strength_n * glm::normalize(way);
-        const Vec3 along = pull - glm::dot(pull, out) * out;
-        // The tolerance of the loop, as a force.
-        EXPECT_LE(glm::length(along), 1e-7 * kStiffness) << n;
+        }
+        proxy = loop.proxy();
+        return evaluations;
     }
-    std::printf("evaluations %u\n", evaluations);
+
+    Vec3 probe{0.0};
+    Vec3 proxy{0.0};
+
+private:
+    std::mt19937 random{9};
+    std::uniform_real_distribution<double> one{-1.0, 1.0};
+};
+
+// k (a - x) + s (q - x) / |q - x| balances the wall: its part along the wall vanishes. Without the
+// turning of the pull in the step's matrix 5.8 evaluations of the cap's 8 are made, with it 3.
+TEST(CurvatureStep, APointThatSlipsOverABallIsBalancedInAFewEvaluations) {
+    constexpr int kCases = 200;
+    constexpr double kStrength = 0.8;
+    BallStrokes strokes;
+    std::uint32_t evaluations = 0;
+    for (int n = 0; n < kCases; ++n) {
+        const Vec3 anchor = BallStrokes::kBall * strokes.direction();
+        evaluations += strokes.stroke(std::make_unique<Drawn>(PointPrimitive{anchor, kStrength}));
+        const Vec3& x = strokes.proxy;
+        const Vec3 way = anchor - x;
+        if (glm::length(way) < 1e-4) continue; // it holds, or is about to
+        const Vec3 out = glm::normalize(x);
+        const Vec3 pull = kStiffness * (strokes.probe - x) + kStrength * glm::normalize(way);
+        const Vec3 along = pull - glm::dot(pull, out) * out;
+        // The tolerance of the loop, as a force, on a wall whose gain is at most 2.
+        EXPECT_LE(glm::length(along), 2.0 * 1e-7 * kStiffness) << n;
+    }
+    EXPECT_LE(evaluations, kCases * BallStrokes::kFrames * 3.5);
+}
+
+// A line that holds leaves the ball's curvature nothing to correct across it: without it in the
+// pinned directions 5.8 evaluations of the cap's 8 are made, with it 1.1.
+TEST(CurvatureStep, ALineThatHoldsIsNotLeftForTheSurfacesCurvature) {
+    constexpr int kCases = 200;
+    BallStrokes strokes;
+    std::uint32_t evaluations = 0;
+    for (int n = 0; n < kCases; ++n) {
+        const Vec3 anchor = BallStrokes::kBall * strokes.direction();
+        evaluations +=
+            strokes.stroke(std::make_unique<Drawn>(LinePrimitive{anchor, strokes.anywhere(), 8.0}));
+    }
+    EXPECT_LE(evaluations, kCases * BallStrokes::kFrames * 1.5);
 }
 
 } // namespace
