@@ -23,7 +23,24 @@ constexpr int kFootSteps = 60;
 void Streamline::start(const Vec3& origin, const Vec3& tangent) noexcept {
     origin_ = origin;
     tangent_ = tangent;
+    sense_ = 1.0;
     count_ = 0;
+}
+
+void Streamline::turn() noexcept {
+    tangent_ = -tangent_;
+    sense_ = -sense_;
+    count_ = 0;
+}
+
+StreamlinePoint Streamline::point_of(const Segment& segment, double s,
+                                     double before) const noexcept {
+    return {segment.position(s), glm::normalize(segment.slope(s)), sense_ * (before + s), false};
+}
+
+StreamlinePoint Streamline::end_of(const Vec3& position, const Vec3& tangent, double before,
+                                   bool cut) const noexcept {
+    return {position, tangent, sense_ * before, cut};
 }
 
 /// The unit vector of the field in the sense of `along`.
@@ -79,25 +96,24 @@ double Streamline::Segment::foot(const Vec3& point) const noexcept {
 }
 
 StreamlinePoint Streamline::nearest(const Vec3& point) noexcept {
-    if (glm::dot(point - origin_, tangent_) < 0.0) { // it lies the other way
-        tangent_ = -tangent_;
-        count_ = 0;
-    }
+    if (glm::dot(point - origin_, tangent_) < 0.0) turn(); // it lies the other way
     Vec3 from = origin_;
     Vec3 tangent = tangent_;
+    double before = 0.0;
     bool renewed = false;
     for (int i = 0; i < kMostSteps;) {
         if (i == count_) {
             const double pull = glm::dot(point - from, tangent);
-            if (!(pull > kNoPull)) return {from, tangent, false};
+            if (!(pull > kNoPull)) return end_of(from, tangent, before, false);
             const auto next = step(from, tangent, std::min(kReach * pull, longest_step_m_));
-            if (!next) return {from, tangent, false};
+            if (!next) return end_of(from, tangent, before, false);
             segments_[static_cast<std::size_t>(count_++)] = *next;
         }
         Segment& segment = segments_[static_cast<std::size_t>(i)];
         if (segment.pull(segment.length, point) > 0.0) {
             from = segment.end;
             tangent = glm::normalize(segment.slope(segment.length));
+            before += segment.length;
             ++i;
             continue;
         }
@@ -111,9 +127,32 @@ StreamlinePoint Streamline::nearest(const Vec3& point) noexcept {
                 continue;
             }
         }
-        return {segment.position(s), glm::normalize(segment.slope(s)), false};
+        return point_of(segment, s, before);
     }
-    return {from, tangent, true};
+    return end_of(from, tangent, before, true);
+}
+
+StreamlinePoint Streamline::at(double way_m) noexcept {
+    if (way_m * sense_ < 0.0) turn();
+    const double way = std::abs(way_m);
+    Vec3 from = origin_;
+    Vec3 tangent = tangent_;
+    double before = 0.0;
+    for (int i = 0; i < kMostSteps; ++i) {
+        const double rest = way - before;
+        if (i == count_) {
+            if (!(rest > kNoPull)) return end_of(from, tangent, before, false);
+            const auto next = step(from, tangent, std::min(rest, longest_step_m_));
+            if (!next) return end_of(from, tangent, before, false);
+            segments_[static_cast<std::size_t>(count_++)] = *next;
+        }
+        const Segment& segment = segments_[static_cast<std::size_t>(i)];
+        if (rest <= segment.length) return point_of(segment, rest, before);
+        from = segment.end;
+        tangent = glm::normalize(segment.slope(segment.length));
+        before += segment.length;
+    }
+    return end_of(from, tangent, before, true);
 }
 
 } // namespace palpate

@@ -11,7 +11,8 @@ namespace palpate {
 /// A point of a streamline.
 struct StreamlinePoint {
     Vec3 position{0.0}; ///< m, scene frame
-    Vec3 tangent{0.0};  ///< unit, away from the origin
+    Vec3 tangent{0.0};  ///< unit, away from the origin on the side that was asked for
+    double way_m = 0.0; ///< along the streamline, from the origin; < 0 against its tangent
     bool cut = false;   ///< the longest streamline ends here, though it should go on
 };
 
@@ -36,6 +37,9 @@ public:
     /// after kMostSteps. [loop]
     StreamlinePoint nearest(const Vec3& point) noexcept;
 
+    /// The point at a way from the origin, in m; ends as nearest() does.                 [loop]
+    StreamlinePoint at(double way_m) noexcept;
+
     static constexpr int kMostSteps = 16;
 
 private:
@@ -56,6 +60,10 @@ private:
         double foot(const Vec3& point) const noexcept;
     };
 
+    StreamlinePoint point_of(const Segment& segment, double s, double before) const noexcept;
+    StreamlinePoint end_of(const Vec3& position, const Vec3& tangent, double before,
+                           bool cut) const noexcept;
+    void turn() noexcept;
     std::optional<Vec3> direction(const Vec3& at, const Vec3& along) noexcept;
     std::optional<Segment> step(const Vec3& from, const Vec3& tangent, double length) noexcept;
 
@@ -63,7 +71,8 @@ private:
     double longest_step_m_;
     Order order_;
     Vec3 origin_{0.0};
-    Vec3 tangent_{0.0};
+    Vec3 tangent_{0.0};  // in the sense that segments_ go
+    double sense_ = 1.0; // -1: against the tangent that was given
     std::array<Segment, kMostSteps> segments_{};
     int count_ = 0;
 };

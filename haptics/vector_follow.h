@@ -35,14 +35,19 @@ public:
 
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
-    void solved(const Vec3& end) noexcept override {
-        if (!cut_) end_ = end;
-    }
+    void solved(const Vec3& end) noexcept override { end_ = end; }
     void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
 
 private:
+    /// Where on the streamline a line was put, and where the solution with it came to lie.
+    struct Try {
+        double put_m = 0.0;
+        double found_m = 0.0;
+    };
+
     std::optional<LinePrimitive> line_at(const Vec3& point) noexcept;
+    StreamlinePoint next_foot() noexcept;
 
     std::shared_ptr<const VectorField> field_;
     TransferFunction strength_;
@@ -50,8 +55,11 @@ private:
     std::unique_ptr<VectorSampler> sampler_;
     Streamline streamline_;
     std::optional<LinePrimitive> start_; // through the frame's start; nothing where it is not felt
-    Vec3 end_{0.0};                      // where the frame is likely to end
-    bool cut_ = false;                   // beyond what is known of the streamline
+    // Of one frame: where it is likely to end, and what the tries so far came to.
+    Vec3 end_{0.0};
+    StreamlinePoint foot_;
+    std::optional<Try> last_try_;
+    int evaluations_ = 0;
 };
 
 } // namespace palpate

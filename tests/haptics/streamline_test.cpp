@@ -81,6 +81,25 @@ TEST(Streamline, NearestIsTheFirstFootOnTheHelix) {
     }
 }
 
+TEST(Streamline, WaysAreMeasuredFromTheOriginToEitherSide) {
+    const auto field = make_helix(kRadius, 2.0 * std::numbers::pi * kRise);
+    const auto sampler = field->make_sampler();
+    Streamline streamline(*sampler, 0.5e-3, Streamline::Order::runge_kutta);
+    streamline.start(on_helix(0.4), along_helix(0.4));
+    const double per_angle = std::hypot(kRadius, kRise); // m
+    for (double angle : {0.01, 0.2, 0.05, -0.3, -0.1}) {
+        const StreamlinePoint found = streamline.at(angle * per_angle);
+        // Steps of half a millimetre: 0.02 nm each in position (see above), 4 / h times it in
+        // direction, twelve of them.
+        EXPECT_LE(glm::length(found.position - on_helix(0.4 + angle)), 12 * 2e-11);
+        const double sense = angle < 0.0 ? -1.0 : 1.0;
+        EXPECT_LE(glm::length(found.tangent - sense * along_helix(0.4 + angle)), 12 * 2e-7);
+        EXPECT_NEAR(found.way_m, angle * per_angle, 1e-17);
+        // The foot of a point of the streamline is that point, at the same way.
+        EXPECT_NEAR(streamline.nearest(found.position).way_m, found.way_m, 1e-10);
+    }
+}
+
 TEST(Streamline, TheOriginsOwnFootIsTheOriginAndCostsNothing) {
     const auto field = make_helix(kRadius, 2.0 * std::numbers::pi * kRise);
     const auto sampler = field->make_sampler();

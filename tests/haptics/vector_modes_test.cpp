@@ -10,10 +10,12 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/haptics/constant_force.h>
 #include <palpate/haptics/frame_flags.h>
 #include <palpate/haptics/vector_follow.h>
 #include <palpate/haptics/vector_force.h>
 #include <palpate/haptics/vector_sheet.h>
+#include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
 #include <palpate/volume/grid_vector_field.h>
 
@@ -55,23 +57,31 @@ Vec3 on_helix(double radius, double angle) {
 struct Following {
     double drift_m = 0.0; // largest distance across the stream from the helix of the start
     double mean_evaluations = 0.0;
+    std::uint32_t most_evaluations = 0;
     double samples_per_frame = 0.0;
     double turned = 0.0; // rad, of the proxy
 };
 
-/// A hand follows the helix for two seconds at 0.2 m/s, 2 mm outside of it.
-Following follow_helix(FollowGuide guide, const SteppingSettings& settings) {
+/// A hand follows the helix for two seconds at 0.2 m/s, outside of it; `others` act as well.
+Following follow_helix(FollowGuide guide, const SteppingSettings& settings,
+                       double outside_m = kOutside,
+                       std::vector<std::unique_ptr<Effect>> others = {}) {
     constexpr int kFrames = 2000;
     auto effects = one_effect<VectorFollow>(make_helix(kRadius, kTau * kRise),
                                             TransferFunction::constant(kInfinite), guide);
     const Effect& effect = *effects.front();
+    for (auto& other : others)
+        effects.push_back(std::move(other));
     ContactLoop loop(settings, {}, std::move(effects));
     loop.start(on_helix(kRadius, 0.0));
     Following result;
-    const double rate = kSpeed / std::hypot(kRadius + kOutside, kRise);
+    const double radius = kRadius + outside_m;
+    const double rate = kSpeed / std::hypot(radius, kRise);
     for (int i = 1; i <= kFrames; ++i) {
         const double angle = rate * kPeriod * i;
-        result.mean_evaluations += loop.move(on_helix(kRadius + kOutside, angle)).evaluations;
+        const SubdivisionResult frame = loop.move(on_helix(radius, angle));
+        result.mean_evaluations += frame.evaluations;
+        result.most_evaluations = std::max(result.most_evaluations, frame.evaluations);
         const Vec3& x = loop.proxy();
         // The proxy's angle, unwound: it lies within half a turn of the probe's.
         const double behind = std::remainder(angle - std::atan2(x.y, x.x), kTau);
@@ -117,6 +127,23 @@ TEST(VectorFollow, TheStreamlineStaysWithinANanometreOnTwoEvaluations) {
     // Where the pull along the helix vanishes: the foot of a probe on a concentric helix of the
     // same angle lies at that angle but for the lag that the pitch brings.
     EXPECT_NEAR(result.turned, kSpeed * 2.0 / std::hypot(kRadius + kOutside, kRise), 1e-6);
+}
+
+// What else acts shifts the end along the streamline by what the guide cannot foresee: two
+// solutions and their secant find it, also where the probe is nearly a radius of curvature (21 mm)
+// away and the iteration alone would not come to an end.
+TEST(VectorFollow, OtherEffectsLeaveItOnTheStreamline) {
+    for (double outside_m : {2e-3, 8e-3, 19e-3})
+        for (int which : {1, 2, 3}) {
+            std::vector<std::unique_ptr<Effect>> others;
+            if (which & 1) others.push_back(std::make_unique<Viscosity>(2.0));
+            if (which & 2) others.push_back(std::make_unique<ConstantForce>(Vec3{0.5, 0.3, 0.2}));
+            const Following result =
+                follow_helix(FollowGuide::streamline, stepping(SteppingMethod::adaptive), outside_m,
+                             std::move(others));
+            EXPECT_LE(result.drift_m, 1e-9) << outside_m << " " << which;
+            EXPECT_LE(result.most_evaluations, 4u) << outside_m << " " << which;
+        }
 }
 
 TEST(VectorFollow, SubStepsDoNotChangeWhereTheStreamlineLeads) {
@@ -392,7 +419,6 @@ TEST(VectorModes, AHeldProbesSpringNeverGainsEnergy) {
             }
 }
 
-/// The distance of a circle's points around z from the ball's: guide circle on a ball.
 TEST(VectorModes, AGuideOnASurfaceIsFollowedOnBoth) {
     constexpr double kBall = 0.02;
     constexpr double kHeight = 0.008;
