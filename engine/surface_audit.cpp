@@ -134,7 +134,9 @@ SurfaceAudit::Deepest SurfaceAudit::deepest() const {
     Deepest result = deepest_;
     if (result.above_level <= 0.0) return result;
     std::optional<SurfaceHit> hit;
-    if (surface_.mesh.scene) hit = surface_.mesh.scene->closest_point(deepest_at_, kSearchRadius);
+    // From far behind, where only an uncertified proxy gets, the slope does not lead out any more.
+    if (surface_.contact == ContactKind::direct)
+        hit = surface_.mesh.scene->closest_point(deepest_at_, kSearchRadius);
     result.depth_m = hit ? hit->distance_m
                          : std::abs(level_distance(*sampler_, deepest_at_, surface_.level.level,
                                                    scale_.trust_m));

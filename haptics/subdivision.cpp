@@ -128,7 +128,8 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
         if (arrived || (result.flags & kStalled)) break;
-        if (steps_left > 0) continue;
+        if (proxy != wanted) converged_ = false; // a step cut short was not the last
+        if (steps_left > 0 || (!converged_ && evaluations_left(result) > 0)) continue;
         if (settings_.method == SteppingMethod::adaptive && !converged_)
             result.flags |= kEvaluationCap;
         break;
@@ -199,12 +200,13 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
         break;
     case SteppingMethod::adaptive: {
         // Newton steps square what is left, so to expect the last ratio once more is to expect too
-        // much.
+        // much. Flat planes are met at once, but the next may be other ones: there nothing is
+        // expected.
         const double ratio = std::min(1.0, result.residual_m / last_residual_m_);
         const bool near = made > 1 && result.residual_m < kNearTolerances * settings_.tolerance_m;
         const double expected_m = near ? ratio * result.residual_m : result.residual_m;
-        converged_ = expected_m < settings_.tolerance_m;
-        left = converged_ ? 0 : settings_.evaluation_cap + std::min(bends_, kMostBends) - made;
+        converged_ = expected_m < (all_flat() ? kNoMovement : settings_.tolerance_m);
+        left = converged_ ? 0 : evaluations_left(result);
         break;
     }
     case SteppingMethod::paper: {
@@ -225,6 +227,20 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
     const int bounded = std::clamp(left, 0, kMostEvaluations - made);
     steps_left_.push_back(static_cast<std::uint32_t>(bounded));
     return static_cast<std::uint32_t>(bounded);
+}
+
+/// Whether there are planes, and all of them facets.
+bool Subdivision::all_flat() const noexcept {
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+        if (contacts_[i].slope != Vec3{0.0}) return false;
+    return contacts_.size() > 0;
+}
+
+/// Of an adaptive frame; none otherwise.
+int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcept {
+    if (settings_.method != SteppingMethod::adaptive) return 0;
+    return settings_.evaluation_cap + std::min(bends_, kMostBends) -
+           static_cast<int>(result.evaluations);
 }
 
 /// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
@@ -278,7 +294,10 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
     bool bends = false;      // what stopped it is no obstacle
     SurfaceContact* blocking = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated)) continue;
+        if (any_state(i, MultiplierState::saturated)) {
+            result.open |= bit_of(i, true); // its certificate is lifted for this chord
+            continue;
+        }
         const Chord chord = surfaces_[i]->carry(from, to);
         if (!chord.engaged) {
             if (chord.fraction < stopped_at) bends = chord.bends;
