@@ -18,8 +18,20 @@ constexpr double kSlopeShare = 0.3;
 // one direction here.
 constexpr double kIndependent = 1e-3;
 
-/// Directions that no holding plane pins, at most two: an orthonormal basis of the complement of
-/// the normals.
+/// The span of the directions in which something holds, orthonormalised.
+struct PinnedDirections {
+    std::array<Vec3, 3> axis{};
+    int count = 0;
+
+    void add(const Vec3& direction) noexcept {
+        Vec3 rest = direction;
+        for (int j = 0; j < count; ++j)
+            rest -= glm::dot(axis[j], rest) * axis[j];
+        if (count < 3 && glm::length(rest) > kIndependent) axis[count++] = glm::normalize(rest);
+    }
+};
+
+/// Directions that nothing pins, at most two: an orthonormal basis of the complement.
 struct FreeDirections {
     std::array<Vec3, 2> axis{};
     int count = 0;
@@ -31,13 +43,64 @@ Vec3 across(const Vec3& n) noexcept {
     return glm::normalize(glm::cross(n, axis));
 }
 
-FreeDirections complement(const std::array<Vec3, 3>& normals, int count) noexcept {
-    if (count == 1) {
-        const Vec3 u = across(normals[0]);
-        return {{u, glm::cross(normals[0], u)}, 2};
+FreeDirections complement(const PinnedDirections& pinned) noexcept {
+    const auto& n = pinned.axis;
+    if (pinned.count == 1) {
+        const Vec3 u = across(n[0]);
+        return {{u, glm::cross(n[0], u)}, 2};
     }
-    if (count == 2) return {{glm::normalize(glm::cross(normals[0], normals[1])), Vec3{0.0}}, 1};
+    if (pinned.count == 2) return {{glm::normalize(glm::cross(n[0], n[1])), Vec3{0.0}}, 1};
     return {};
+}
+
+/// What lines and points come to: they pin where they hold, and turn with the proxy where they
+/// slip.
+struct Tethers {
+    bool hold = false;
+    bool slip = false;
+    Mat3 turning{0.0}; // C = sum (sigma / |r|) (Pi - t t^T), t the unit way r from the tether
+
+    /// A tether that slips at `way` from the proxy and draws with `sigma` = force / stiffness, m;
+    /// `across` projects onto the directions in which it draws.
+    void add_slipping(const Vec3& way, double sigma, const Mat3& across) noexcept {
+        const double distance = glm::length(way);
+        if (!(distance > 0.0)) return;
+        slip = true;
+        const Vec3 t = way / distance;
+        turning += (sigma / distance) * (across - glm::outerProduct(t, t));
+    }
+};
+
+Tethers tethers_of(const PrimitiveSet& primitives, const ProxySolution& solution, double stiffness,
+                   PinnedDirections& pinned) noexcept {
+    Tethers tethers;
+    for (std::size_t i = 0; i < primitives.lines().size(); ++i) {
+        const LinePrimitive& line = primitives.lines()[i];
+        const TetherState state = solution.line_state[i];
+        if (state == TetherState::released) continue;
+        const Vec3 axis = glm::normalize(line.axis); // not released: it has a length
+        const Mat3 projection = Mat3(1.0) - glm::outerProduct(axis, axis);
+        if (state == TetherState::slipping) {
+            tethers.add_slipping(projection * (solution.proxy - line.anchor),
+                                 glm::length(solution.line_force_n[i]) / stiffness, projection);
+            continue;
+        }
+        const Vec3 side = across(axis);
+        pinned.add(side);
+        pinned.add(glm::cross(axis, side));
+        tethers.hold = true;
+    }
+    for (std::size_t i = 0; i < primitives.points().size(); ++i) {
+        const TetherState state = solution.point_state[i];
+        if (state == TetherState::slipping)
+            tethers.add_slipping(solution.proxy - primitives.points()[i].anchor,
+                                 glm::length(solution.point_force_n[i]) / stiffness, Mat3(1.0));
+        if (state != TetherState::held) continue;
+        for (int axis = 0; axis < 3; ++axis)
+            pinned.add(Mat3(1.0)[axis]);
+        tethers.hold = true;
+    }
+    return tethers;
 }
 
 /// Solves M z = r for two directions; where M has no minimum to find, along its eigenvectors with
@@ -82,10 +145,10 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
                     const ProxySolution& solution, const Vec3& proxy, double stiffness,
                     double damping) noexcept {
     const Vec3 full = solution.proxy - proxy;
+    if (primitives.planes().empty()) return full; // what lines and points add is no curvature
 
-    // The planes that hold, their normals orthonormalised, and the curvature they bring.
-    std::array<Vec3, 3> normals{};
-    int pinned = 0;
+    // The planes that hold, and the curvature they bring.
+    PinnedDirections pinned;
     std::size_t holding = 0;
     std::size_t holds = 0;
     Mat3 curvature{0.0};
@@ -96,20 +159,21 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
         if (solution.state[i] == MultiplierState::saturated) continue;
         ++holding;
         holds = i;
-        Vec3 rest = primitives.planes()[i].normal;
-        for (int j = 0; j < pinned; ++j)
-            rest -= glm::dot(normals[j], rest) * normals[j];
-        if (pinned < 3 && glm::length(rest) > kIndependent)
-            normals[pinned++] = glm::normalize(rest);
+        pinned.add(primitives.planes()[i].normal);
     }
-    const FreeDirections free = complement(normals, pinned);
+    const Tethers tethers = tethers_of(primitives, solution, stiffness, pinned);
+    const FreeDirections free = complement(pinned);
     if (free.count == 0) return full;
 
     Vec3 tangential_full{0.0};
     for (int k = 0; k < free.count; ++k)
         tangential_full += glm::dot(full, free.axis[k]) * free.axis[k];
     const Vec3 normal_part = full - tangential_full;
-    const Vec3 rest = full - curvature * normal_part;
+    Vec3 rest = full - curvature * normal_part;
+    if (tethers.slip) {
+        curvature += tethers.turning; // the matrix I + B + C of the free directions
+        rest += tethers.turning * tangential_full;
+    }
 
     Vec3 tangential{0.0};
     if (free.count == 2) {
@@ -130,8 +194,8 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
     }
     tangential *= damping;
 
-    const bool follows_slope =
-        holding == 1 && holds < contacts.size() && squared_length(contacts[holds].slope) > 0.0;
+    const bool follows_slope = holding == 1 && !tethers.hold && holds < contacts.size() &&
+                               squared_length(contacts[holds].slope) > 0.0;
     if (!follows_slope) return normal_part + tangential;
     return tangential + step_to_level(contacts[holds], tangential) * contacts[holds].plane.normal;
 }

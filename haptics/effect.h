@@ -23,6 +23,10 @@ public:
     virtual void begin(const FrameContext& frame) noexcept = 0;
     /// Adds the primitives felt at `proxy`; moves no state.                             [loop]
     virtual void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept = 0;
+    /// The solution for what was gathered last: where the frame is likely to end. Sub-steps are
+    /// iterations of one problem, so an effect whose geometry bends towards that end looks there,
+    /// wherever the stepping method leaves the proxy meanwhile.                         [loop]
+    virtual void solved(const Vec3& end) noexcept { static_cast<void>(end); }
     /// The frame ends at `proxy`.                                                       [loop]
     virtual void commit(const Vec3& proxy) noexcept = 0;
     virtual QueryCount queries() const noexcept = 0; ///< [any]

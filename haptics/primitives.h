@@ -33,7 +33,8 @@ struct PointPrimitive {
 };
 
 /// The haptic primitives of one evaluation: planes, lines and points in one fixed capacity, forces
-/// merged into one. Each kind is numbered in the order in which it was added.
+/// and springs merged into one each. Planes, lines and points are numbered in the order in which
+/// they were added.
 class PrimitiveSet {
 public:
     static constexpr std::size_t kCapacity = 16; ///< planes, lines and points together
@@ -43,6 +44,8 @@ public:
         line_count_ = 0;
         point_count_ = 0;
         force_ = Vec3{0.0};
+        spring_ = 0.0;
+        spring_moment_ = Vec3{0.0};
         overflowed_ = false;
     }
 
@@ -62,6 +65,13 @@ public:
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
     void add_force(const Vec3& force) noexcept { force_ += force; }
 
+    /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
+    /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. [loop]
+    void add_spring(const Vec3& anchor, double stiffness_n_per_m) noexcept {
+        spring_ += stiffness_n_per_m;
+        spring_moment_ += stiffness_n_per_m * anchor;
+    }
+
     std::span<const PlanePrimitive> planes() const noexcept {
         return {planes_.data(), plane_count_};
     }
@@ -70,6 +80,21 @@ public:
         return {points_.data(), point_count_};
     }
     const Vec3& force() const noexcept { return force_; }
+
+    /// Stiffness of everything that draws without a bound, N/m: K = k + sum g.            [loop]
+    double total_stiffness(double coupling) const noexcept { return coupling + spring_; }
+    /// Where the coupling, the forces and the springs draw together, m:
+    ///   a' = (k a + sum g q + sum d) / K, here a + (sum g (q - a) + sum d) / K.          [loop]
+    /// With it, and K for k, they need no further mention: an exact shift and scale.
+    Vec3 pull(const Vec3& probe, double coupling) const noexcept {
+        return probe + (spring_moment_ - spring_ * probe + force_) / total_stiffness(coupling);
+    }
+
+    /// Whether nothing in it holds or yields: neither planes, lines nor points.
+    /// [loop]
+    bool is_free() const noexcept { return plane_count_ + line_count_ + point_count_ == 0; }
+    /// Whether there are lines or points.                                                 [loop]
+    bool has_tethers() const noexcept { return line_count_ + point_count_ > 0; }
     bool overflowed() const noexcept { return overflowed_; }
 
 private:
@@ -86,6 +111,8 @@ private:
     std::size_t line_count_ = 0;
     std::size_t point_count_ = 0;
     Vec3 force_{0.0};
+    double spring_ = 0.0;     // sum g, N/m
+    Vec3 spring_moment_{0.0}; // sum g q, N
     bool overflowed_ = false;
 };
 

@@ -309,9 +309,10 @@ ProxySolution solve_one_plane(const PlanePrimitive& plane, const Vec3& target,
 
 } // namespace
 
-ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
                           int pass_cap) noexcept {
-    const Vec3 target = probe + primitives.force() / stiffness; // a' = a + sum d / k
+    const double stiffness = primitives.total_stiffness(coupling); // K
+    const Vec3 target = primitives.pull(probe, coupling);          // a'
     const auto planes = primitives.planes();
     const auto lines = primitives.lines();
     const auto points = primitives.points();

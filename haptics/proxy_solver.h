@@ -53,19 +53,20 @@ inline constexpr int kLoopPasses = 64;
 
 /// F of eqs (2) and (5): the proxy position where the primitives' forces balance the coupling's.
 /// [loop]
-///   x' = argmin_x  k/2 |x - a|^2 - d.x + sum over planes  s max(0, -n.(x - p))
+///   x' = argmin_x  k/2 |x - a|^2 - d.x + sum over springs g/2 |x - q|^2
+///                                      + sum over planes  s max(0, -n.(x - p))
 ///                                      + sum over lines   s |(1 - u u^T)(x - q)|
 ///                                      + sum over points  s |x - q|
-/// with a the probe (m, scene frame), k > 0 its stiffness (N/m). Eq. (5) read as a set-valued force
-/// balance (docs/equations.md): the minimiser is unique, moves no further than the probe does, and
-/// |x' - a'| <= |y - a'| for every y with no more primitive energy. Eq. (4) is its closed form for
-/// primitives along an orthonormal frame through the proxy. Primitives that are not finite, without
-/// direction or without strength are ignored. Infinite strengths are solved as 64 k times the
-/// problem's scale (the furthest anchor's distance from a + d / k): an infeasible hard set becomes
-/// a defined compromise. No allocation. Bounded: planes alone by 40 n + 60 steps, which suffice;
-/// with lines or points by `pass_cap` passes and up to 16 to end a step, after which the solution
-/// is the best one so far and its status says so.
-ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+/// with a the probe (m, scene frame), k = `coupling` > 0 its stiffness (N/m). Eq. (5) read as a
+/// set-valued force balance (docs/equations.md): the minimiser is unique, moves no further than the
+/// probe does, and |x' - a'| <= |y - a'| for every y with no more primitive energy. Eq. (4) is its
+/// closed form for primitives along an orthonormal frame through the proxy. Primitives that are not
+/// finite, without direction or without strength are ignored. Infinite strengths are solved as 64 k
+/// times the problem's scale (the furthest anchor's distance from PrimitiveSet::pull; k with the
+/// springs): an infeasible hard set becomes a defined compromise. No allocation. Bounded: planes
+/// alone by 40 n + 60 steps, which suffice; with lines or points by `pass_cap` passes and up to 16
+/// to end a step, after which the solution is the best one so far and its status says so.
+ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
                           int pass_cap = kLoopPasses) noexcept;
 
 } // namespace palpate

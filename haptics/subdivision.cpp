@@ -126,7 +126,7 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
         if (keeps_its_place(result)) break;
         const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
         proxy = carried(proxy, wanted, result);
-        const bool arrived = primitives_.planes().empty() && proxy == solution_.proxy;
+        const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
         if (arrived || (result.flags & kStalled)) break;
         if (proxy != wanted) converged_ = false; // a step cut short was not the last
         if (steps_left > 0 || (!converged_ && evaluations_left(result) > 0)) continue;
@@ -178,6 +178,8 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
     solution_ = solve_proxy(primitives_, frame_.probe, frame_.stiffness);
+    for (Effect* effect : effects_)
+        effect->solved(solution_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
         surfaces_[i]->keep_active(solution_, first_contact_[i]);
     result.residual_m = glm::length(solution_.proxy - proxy);
@@ -245,8 +247,11 @@ int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcep
 /// held proxy.
 bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcept {
     if (result.residual_m < kNoMovement) return true;
+    // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
+    const double unspent_m =
+        primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result.residual_m;
     return settings_.method == SteppingMethod::adaptive && result.evaluations == 1 &&
-           !primitives_.planes().empty() && result.residual_m < settings_.tolerance_m;
+           !primitives_.is_free() && unspent_m < settings_.tolerance_m;
 }
 
 Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left,
@@ -261,13 +266,13 @@ Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left,
 }
 
 Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcept {
-    if (primitives_.planes().empty()) return solution_.proxy;
+    if (primitives_.is_free()) return solution_.proxy;
     damping_ = residual_m > kResidualMustFallTo * last_residual_m_
                    ? std::max(0.5 * damping_, kStrongestDamping)
                    : std::min(2.0 * damping_, 1.0);
     last_residual_m_ = residual_m;
-    Vec3 step =
-        curvature_step(primitives_, contacts_, solution_, proxy, frame_.stiffness, damping_);
+    const double stiffness = primitives_.total_stiffness(frame_.stiffness);
+    Vec3 step = curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping_);
 
     double trust_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -319,7 +324,8 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
 
 /// The surface that alone holds the proxy and can lead it, if there is one.
 SurfaceContact* Subdivision::leading_surface() const noexcept {
-    if (primitives_.planes().size() != contacts_.size()) return nullptr; // an effect holds it, too
+    if (primitives_.planes().size() != contacts_.size() || primitives_.has_tethers())
+        return nullptr; // an effect holds it, too
     SurfaceContact* leading = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (first_contact_[i] == first_contact_[i + 1]) continue;
@@ -330,10 +336,8 @@ SurfaceContact* Subdivision::leading_surface() const noexcept {
     return leading;
 }
 
-/// The probe, shifted by the forces: a' = a + sum d / k.
-Vec3 Subdivision::pull() const noexcept {
-    return frame_.probe + primitives_.force() / frame_.stiffness;
-}
+/// The probe, shifted by forces and springs.
+Vec3 Subdivision::pull() const noexcept { return primitives_.pull(frame_.probe, frame_.stiffness); }
 
 /// Whether an adaptive frame is over: the surface that leads held the proxy and still does, could
 /// neither yield nor open, and no effect could pull elsewhere from there. Its planes there would
@@ -416,6 +420,10 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
         effect->commit(proxy);
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)
         if (solution_.state[i] != MultiplierState::released) ++result.contacts;
+    for (std::size_t i = 0; i < primitives_.lines().size(); ++i)
+        if (squared_length(solution_.line_force_n[i]) > 0.0) ++result.contacts;
+    for (std::size_t i = 0; i < primitives_.points().size(); ++i)
+        if (squared_length(solution_.point_force_n[i]) > 0.0) ++result.contacts;
     result.proxy = proxy;
 }
 

@@ -10,7 +10,14 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/haptic_loop.h>
+#include <palpate/haptics/vector_follow.h>
+#include <palpate/haptics/vector_force.h>
+#include <palpate/haptics/vector_sheet.h>
+#include <palpate/haptics/viscosity.h>
+#include <palpate/volume/analytic_fields.h>
+#include <palpate/volume/grid_vector_field.h>
 
+#include "tests/support/contact_loop.h"
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/odd_meshes.h"
 #include "tests/support/phantom.h"
@@ -135,6 +142,41 @@ TEST(Allocation, FramesOfContactMeshMakeNone) {
             counting = false;
             EXPECT_EQ(allocations, 0);
         }
+}
+
+/// Fibres on a grid, a helix by formula, their fronts and tubes, in a medium, on a hard ball.
+TEST(Allocation, FramesOfVectorEffectsMakeNone) {
+    const std::shared_ptr<const VectorField> helix = make_helix(0.03, 0.03);
+    VectorVolume fibres;
+    fibres.size = {2, 2, 2};
+    fibres.index_to_scene = {Mat3(0.08), Vec3(-0.04)};
+    fibres.values = {1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1, -1, 0, 0};
+    const auto grid = std::make_shared<GridVectorField>(fibres, VectorSense::axial);
+    const TransferFunction strength = TransferFunction::constant(0.5);
+    std::vector<std::unique_ptr<Effect>> effects;
+    effects.push_back(std::make_unique<VectorFollow>(helix, strength));
+    effects.push_back(std::make_unique<VectorFollow>(grid, strength));
+    effects.push_back(std::make_unique<VectorSheet>(helix, strength, SheetKind::front));
+    effects.push_back(std::make_unique<VectorSheet>(helix, strength, SheetKind::vortex));
+    effects.push_back(std::make_unique<VectorForce>(helix, strength));
+    effects.push_back(std::make_unique<Viscosity>(1.0));
+    SteppingSettings settings;
+    test::ContactLoop loop(settings, test::one_surface(make_solid_sphere(0.028)),
+                           std::move(effects));
+    loop.start({0.03, 0, 0});
+    const auto step = [&](int i) {
+        const double angle = 0.004 * i;
+        const double radius = 0.028 + 0.006 * std::sin(0.01 * i);
+        loop.move(radius * Vec3{std::cos(angle), std::sin(angle), std::sin(0.37 * angle)});
+    };
+    for (int i = 0; i < 100; ++i)
+        step(i);
+    allocations = 0;
+    counting = true;
+    for (int i = 100; i < 2100; ++i)
+        step(i);
+    counting = false;
+    EXPECT_EQ(allocations, 0);
 }
 
 TEST(Allocation, FramesOfVolumeEffectsMakeNone) {

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include <palpate/haptics/effect.h>
+#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/vector_field.h>
+
+namespace palpate {
+
+/// A force along the vector, as of a stream that carries the hand.
+///   d = s(|v|) v / |v|                                              force primitive, numerics 1.1
+/// in N, with v at the proxy of the frame's start and s a transfer function of its length: the same
+/// in all of the frame's sub-steps, an exact shift of the probe. Only for fields with a sense. It
+/// does work on a hand that goes with it, as the stream would: it is the one mode of vectors that
+/// is not passive.
+class VectorForce final : public Effect {
+public:
+    /// Strength in N over the vector's length, finite.                                 [setup]
+    VectorForce(std::shared_ptr<const VectorField> field, const TransferFunction& strength)
+        : field_(std::move(field)), strength_(strength), sampler_(field_->make_sampler()) {}
+
+    void begin(const FrameContext& frame) noexcept override {
+        force_ = Vec3{0.0};
+        const VectorSample here = sampler_->sample(frame.start);
+        const double length = glm::length(here.value);
+        if (here.valid && length > 0.0) force_ = strength_(length) / length * here.value;
+    }
+    void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
+        primitives.add_force(force_);
+    }
+    void commit(const Vec3&) noexcept override {}
+    QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
+
+private:
+    std::shared_ptr<const VectorField> field_;
+    TransferFunction strength_;
+    std::unique_ptr<VectorSampler> sampler_;
+    Vec3 force_{0.0}; // N
+};
+
+} // namespace palpate

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include <palpate/haptics/effect.h>
+#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/scalar_field.h>
+
+namespace palpate {
+
+/// A medium that resists the proxy's movement in proportion to its velocity:
+///   b/(2T) |x' - x0|^2                                                        composition.md 1
+/// with b in N s/m, T the nominal frame period and x0 the proxy at the frame's start: a spring of b
+/// / T, an exact shift and scale of the coupling (implicit Euler, first order in T). It is anchored
+/// at the frame's start, so that it does not depend on how many sub-steps a frame has; anchored at
+/// the sub-steps it would fade as they grow in number. In steady movement the hand feels b v.
+class Viscosity final : public Effect {
+public:
+    /// The same everywhere: b in N s/m, >= 0, finite.                                  [setup]
+    explicit Viscosity(double damping) : damping_(TransferFunction::constant(damping)) {}
+
+    /// b over the value of a field at the frame's start: the function's strengths are read as N
+    /// s/m, finite; nothing is felt where the field has no data. [setup]
+    Viscosity(std::shared_ptr<const ScalarField> field, const TransferFunction& damping)
+        : field_(std::move(field)), damping_(damping), sampler_(field_->make_sampler()) {}
+
+    void begin(const FrameContext& frame) noexcept override {
+        start_ = frame.start;
+        spring_n_per_m_ = damping_at(frame.start) / frame.period_s;
+    }
+    void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
+        if (spring_n_per_m_ > 0.0) primitives.add_spring(start_, spring_n_per_m_);
+    }
+    void commit(const Vec3&) noexcept override {}
+    QueryCount queries() const noexcept override {
+        return {sampler_ ? sampler_->samples() : 0, 0, 0};
+    }
+
+private:
+    double damping_at(const Vec3& point) noexcept {
+        if (!sampler_) return damping_(0.0);
+        const FieldSample here = sampler_->sample(point);
+        return here.valid ? damping_(here.value) : 0.0;
+    }
+
+    std::shared_ptr<const ScalarField> field_;
+    TransferFunction damping_; // N s/m
+    std::unique_ptr<FieldSampler> sampler_;
+    Vec3 start_{0.0};
+    double spring_n_per_m_ = 0.0;
+};
+
+} // namespace palpate
