@@ -103,8 +103,9 @@ std::vector<double> measure_prices(const Scene& scene) {
             const auto field = scene.effect_field(effect.volume);
             points = places_across(*field);
         }
-        prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3&) {
+        prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3& to) {
             PrimitiveSet primitives;
+            built.begin({to, from});
             built.gather(from, primitives);
         });
     }
