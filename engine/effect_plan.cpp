@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/scene_file.h>
 
 namespace palpate {
@@ -30,21 +31,21 @@ PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescripti
 
 PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription& effect,
                           Extraction extraction, std::set<std::string>& felt) {
-    switch (effect.kind) {
-    case EffectKind::surface: {
+    const internal::EffectTraits& traits = internal::traits_of(effect.kind);
+    const auto off = [](const char* why) { return PlannedEffect{0, false, why, ""}; };
+    if (effect.kind == EffectKind::surface) {
         const bool repeated = !felt.insert(effect.surface).second;
         return plan_surface(scene, scene.surfaces.at(effect.surface), extraction, repeated);
     }
-    case EffectKind::gradient_surface:
-        if (effect.strength.is_zero())
-            return {0, false, "strength_n is 0 everywhere: it cannot be felt", ""};
-        return {0, true, "a plane through the proxy, against the gradient", "", 1.0};
-    case EffectKind::constant_force:
+    if (effect.kind == EffectKind::constant_force) {
         if (effect.force_n == std::array<double, 3>{0.0, 0.0, 0.0})
-            return {0, false, "force_n is 0: it cannot be felt", ""};
-        return {0, true, "shifts the probe's target exactly: needs no query", ""};
+            return off("force_n is 0: it cannot be felt");
+    } else if (effect.strength.is_zero()) {
+        return off(effect.kind == EffectKind::viscosity
+                       ? "damping_n_s_per_m is 0 everywhere: it cannot be felt"
+                       : "strength_n is 0 everywhere: it cannot be felt");
     }
-    return {};
+    return {0, true, std::string(traits.how), "", traits.samples};
 }
 
 } // namespace
@@ -63,8 +64,7 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
     for (std::size_t i = 0; i < scene.effects.size(); ++i) {
         PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, felt);
         planned.effect = i;
-        if (planned.on && scene.effects[i].kind == EffectKind::gradient_surface)
-            used_volumes.insert(scene.effects[i].volume);
+        if (planned.on) used_volumes.insert(scene.effects[i].volume);
         plan.effects.push_back(planned);
     }
     for (const auto& [surface, description] : scene.surfaces) {

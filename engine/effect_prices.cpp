@@ -32,9 +32,8 @@ std::vector<Vec3> places_on(const SceneSurface& surface) {
 }
 
 /// The same across the box of a field.
-std::vector<Vec3> places_across(const ScalarField& field) {
+std::vector<Vec3> places_across(const Box& box) {
     std::vector<Vec3> points;
-    const Box box = field.bounds();
     for (std::size_t i = 0; i < kPoints; ++i)
         points.push_back(box.center() +
                          Vec3{(static_cast<double>(i) - kPoints / 2.0) * kSpeed / 1000.0, 0, 0});
@@ -99,10 +98,8 @@ std::vector<double> measure_prices(const Scene& scene) {
         }
         Effect& built = *effects[next_effect++];
         std::vector<Vec3> points(kPoints, Vec3{0.0});
-        if (!effect.volume.empty()) {
-            const auto field = scene.effect_field(effect.volume);
-            points = places_across(*field);
-        }
+        if (const std::optional<Box> bounds = scene.effect_bounds(effect.volume))
+            points = places_across(*bounds);
         prices[planned.effect] = median_us(points, [&](const Vec3& from, const Vec3& to) {
             PrimitiveSet primitives;
             built.begin({to, from});

@@ -9,6 +9,7 @@
 
 #include <palpate/engine/scene_file.h>
 #include <palpate/version.h>
+#include <palpate/volume/volume_sources.h>
 
 namespace palpate {
 namespace {
@@ -33,9 +34,9 @@ std::vector<RecordedSource> sources(const Scene& scene) {
     for (const SceneSurface& surface : scene.surfaces())
         if (surface.baked.grid) result.push_back({kFieldSource + surface.name, surface.baked.key});
     for (const auto& [name, volume] : scene.description().volumes)
-        if (!volume.file.empty() && scene.effect_field(name))
-            result.push_back(
-                {std::filesystem::absolute(volume.file).string(), sha256_of_file(volume.file)});
+        if (!volume.file.empty() && scene.effect_bounds(name))
+            for (const std::filesystem::path& file : source_files(volume.file))
+                result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
     for (const SceneSurface& surface : scene.surfaces())
         if (surface.mesh.scene)
             result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh.scene->mesh())});

@@ -6,10 +6,9 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/internal/effect_fields.h>
 #include <palpate/engine/scene_file.h>
-#include <palpate/haptics/constant_force.h>
 #include <palpate/haptics/direct_contact.h>
-#include <palpate/haptics/gradient_surface.h>
 #include <palpate/haptics/guarded_contact.h>
 #include <palpate/haptics/mesh_contact.h>
 #include <palpate/volume/analytic_fields.h>
@@ -73,14 +72,6 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     return surface;
 }
 
-std::shared_ptr<const ScalarField> volume_field(const SceneDescription& scene,
-                                                const std::string& volume) {
-    const VolumeDescription& description = scene.volumes.at(volume);
-    if (description.file.empty()) return make_analytic_field(scene, volume);
-    const VoxelVolume voxels = read_volume(description.file, description.selection);
-    return std::make_shared<GridField>(voxels, static_cast<float>(value_range(voxels)[0]));
-}
-
 } // namespace
 
 std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene,
@@ -113,12 +104,11 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     for (const auto& [name, surface] : description_.surfaces)
         if (plan_.uses_surface(description_, name))
             surfaces_.push_back(build_surface(description_, name, reader, resources));
-    for (const PlannedEffect& planned : plan_.effects) {
-        const EffectDescription& effect = description_.effects[planned.effect];
-        if (planned.on && effect.kind == EffectKind::gradient_surface &&
-            !fields_.contains(effect.volume))
-            fields_.emplace(effect.volume, volume_field(description_, effect.volume));
-    }
+    const auto fields = std::make_shared<internal::EffectFields>();
+    for (const PlannedEffect& planned : plan_.effects)
+        if (planned.on)
+            internal::load_field_of(description_, description_.effects[planned.effect], *fields);
+    effect_fields_ = fields;
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
@@ -142,8 +132,16 @@ std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface)
 }
 
 std::shared_ptr<const ScalarField> Scene::effect_field(const std::string& volume) const {
-    const auto found = fields_.find(volume);
-    return found == fields_.end() ? nullptr : found->second;
+    const auto found = effect_fields_->scalars.find(volume);
+    return found == effect_fields_->scalars.end() ? nullptr : found->second;
+}
+
+std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
+    if (const auto field = effect_field(volume)) return field->bounds();
+    for (const auto* vectors : {&effect_fields_->directed, &effect_fields_->axial})
+        if (const auto found = vectors->find(volume); found != vectors->end())
+            return found->second->bounds();
+    return std::nullopt;
 }
 
 std::vector<std::unique_ptr<SurfaceContact>> Scene::make_contacts() const {
@@ -158,12 +156,8 @@ std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
     for (const PlannedEffect& planned : plan_.effects) {
         if (!planned.on) continue;
         const EffectDescription& effect = description_.effects[planned.effect];
-        if (effect.kind == EffectKind::gradient_surface)
-            effects.push_back(
-                std::make_unique<GradientSurface>(fields_.at(effect.volume), effect.strength));
-        if (effect.kind == EffectKind::constant_force)
-            effects.push_back(std::make_unique<ConstantForce>(
-                Vec3{effect.force_n[0], effect.force_n[1], effect.force_n[2]}));
+        if (effect.kind != EffectKind::surface)
+            effects.push_back(internal::make_effect(effect, *effect_fields_));
     }
     return effects;
 }

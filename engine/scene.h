@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +16,10 @@
 #include <palpate/haptics/volume_contact.h>
 
 namespace palpate {
+
+namespace internal {
+struct EffectFields;
+}
 
 /// A surface that is felt: the baked field and its level, the mesh where the contact needs one, or
 /// a mesh alone.
@@ -51,14 +55,18 @@ public:
     std::vector<std::unique_ptr<Effect>> make_effects() const;
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 
-    /// The field of a volume that an effect other than a surface uses; null where none does. [any]
+    /// The scalar field of a volume that an effect other than a surface uses; null where none does.
+    /// [any]
     std::shared_ptr<const ScalarField> effect_field(const std::string& volume) const;
+    /// The bounds of a volume that an effect other than a surface uses, of scalars or of vectors;
+    /// nothing where none does. [any]
+    std::optional<Box> effect_bounds(const std::string& volume) const;
 
 private:
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;
-    std::map<std::string, std::shared_ptr<const ScalarField>> fields_; // of volume effects
+    std::shared_ptr<const internal::EffectFields> effect_fields_;
 };
 
 /// The field of a volume given by a formula; throws std::runtime_error naming file and line.

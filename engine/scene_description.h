@@ -13,6 +13,7 @@
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/surface_state.h>
 #include <palpate/haptics/transfer_function.h>
+#include <palpate/haptics/vector_follow.h>
 #include <palpate/volume/volume_file.h>
 #include <palpate/volume/volume_filters.h>
 
@@ -24,8 +25,8 @@ struct VolumeDescription {
                                 ///< folder; empty with `analytic`
     VolumeSelection selection;  ///< which of several volumes in it, and how forgiving
     std::filesystem::path labels; ///< name table of a label volume; empty: its own names
-    std::string
-        analytic; ///< sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus; or empty
+    std::string analytic; ///< sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus, helix
+                          ///< (of vectors); or empty
     std::map<std::string, double>
         parameters; ///< of the formula, by key: radius_mm, amplitude_mm, ...
     int line = 0;   ///< of the scene file, for messages
@@ -67,7 +68,18 @@ struct SurfaceDescription {
     int line = 0;
 };
 
-enum class EffectKind { surface, gradient_surface, constant_force };
+enum class EffectKind {
+    surface,
+    gradient_surface,
+    constant_force,
+    gradient_force,
+    viscosity,
+    vector_force,
+    vector_follow,
+    fibre_follow,
+    front_shape,
+    vortex,
+};
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
 inline constexpr double kLabelSmoothing = 1.0; // voxels
@@ -75,9 +87,12 @@ inline constexpr double kLabelSmoothing = 1.0; // voxels
 struct EffectDescription {
     EffectKind kind = EffectKind::surface;
     std::string surface; ///< kind surface: key of SceneDescription::surfaces
-    std::string volume;  ///< kind gradient_surface: key of SceneDescription::volumes
+    std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; viscosity may be
+                         ///< the same everywhere, then empty
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
-    ///< kind gradient_surface (key strength_n), N over the volume's value
+    ///< kinds of volumes (key strength_n): N over the volume's value, of vectors their length;
+    ///< viscosity (key damping_n_s_per_m): N s/m
+    FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow
     std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame
     int line = 0;
 };

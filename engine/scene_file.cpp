@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <fmt/format.h>
 
+#include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/internal/scene_tables.h>
 #include <palpate/engine/internal/text_file.h>
 
@@ -20,15 +22,18 @@ using internal::TomlTable;
 
 // Spelled in the order of the enumerations.
 constexpr std::array<std::string_view, 4> kMethodNames{"single", "paper", "fixed", "adaptive"};
-constexpr std::array<std::string_view, 3> kEffectNames{"surface", "gradient_surface",
-                                                       "constant_force"};
+constexpr auto kEffectNames = [] {
+    std::array<std::string_view, internal::kEffectTraits.size()> names;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        names[i] = internal::kEffectTraits[i].name;
+    return names;
+}();
+constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "streamline"};
 constexpr std::array<std::string_view, 2> kDeviceNames{"path", "orbit"};
 
 // What the file format knows beyond this version.
-constexpr std::array<std::string_view, 14> kOtherEffects{
-    "friction",     "stick_slip",   "texture",       "vibration", "gradient_force",
-    "viscosity",    "vector_force", "vector_follow", "vortex",    "front_shape",
-    "fibre_follow", "magnet",       "guide",         "workspace"};
+constexpr std::array<std::string_view, 7> kOtherEffects{
+    "friction", "stick_slip", "texture", "vibration", "magnet", "guide", "workspace"};
 constexpr std::array<std::string_view, 2> kOtherDevices{"recording", "hand"};
 
 // Effects.
@@ -48,30 +53,77 @@ std::array<double, 3> read_force(const TomlTable& table) {
     return force;
 }
 
+/// The volume that an effect samples: of the kind that it needs, as far as that is known before it
+/// is read.
+std::string read_effect_volume(const TomlTable& table, const SceneDescription& scene,
+                               const internal::EffectTraits& traits) {
+    const std::string volume = internal::name_in(table, "volume", scene.volumes, "volumes");
+    const std::string& formula = scene.volumes.at(volume).analytic;
+    const bool needs_vectors = traits.need != internal::FieldNeed::scalar;
+    if (!formula.empty() && needs_vectors != (formula == "helix"))
+        table.fail(table.line_of("volume"),
+                   fmt::format("volume \"{}\" {} is a formula of {}", volume, table.where(),
+                               needs_vectors ? "scalars" : "vectors"),
+                   needs_vectors ? "name a volume of vectors, or analytic = \"helix\""
+                                 : "name a volume of scalars");
+    return volume;
+}
+
+/// A strength or damping of an effect over its volume; finite where it has to be.
+TransferFunction read_effect_strength(const TomlTable& table, std::string_view key,
+                                      std::string_view unit, bool may_be_infinite) {
+    const std::string expected = fmt::format("a number of {0} or [[value, {0}], ...]", unit);
+    table.require(key, "give " + expected);
+    const TransferFunction strength = internal::read_strength(table, key);
+    if (!may_be_infinite && std::isinf(strength(0.0)))
+        table.fail(table.line_of(key), fmt::format("{} = inf {} is not finite", key, table.where()),
+                   "give " + expected);
+    return strength;
+}
+
 EffectDescription read_effect(const TomlTable& table, const SceneDescription& scene) {
     constexpr std::array<std::string_view, 2> surface_keys{"type", "surface"};
-    constexpr std::array<std::string_view, 3> gradient_keys{"type", "volume", "strength_n"};
+    constexpr std::array<std::string_view, 3> volume_keys{"type", "volume", "strength_n"};
+    constexpr std::array<std::string_view, 4> follow_keys{"type", "volume", "strength_n", "guide"};
+    constexpr std::array<std::string_view, 3> viscosity_keys{"type", "volume", "damping_n_s_per_m"};
     constexpr std::array<std::string_view, 2> force_keys{"type", "force_n"};
     table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
 
     EffectDescription effect;
     effect.line = table.line();
     effect.kind = static_cast<EffectKind>(table.choice("type", kEffectNames, kOtherEffects));
-    const std::string context = fmt::format("with type = \"{}\"", name(effect.kind));
+    const internal::EffectTraits& traits = internal::traits_of(effect.kind);
+    const std::string context = fmt::format("with type = \"{}\"", traits.name);
     switch (effect.kind) {
     case EffectKind::surface:
         table.allow_only(surface_keys, context);
         effect.surface = internal::name_in(table, "surface", scene.surfaces, "surfaces");
         break;
-    case EffectKind::gradient_surface:
-        table.allow_only(gradient_keys, context);
-        effect.volume = internal::name_in(table, "volume", scene.volumes, "volumes");
-        table.require("strength_n", "give a number of N or [[value, N], ...]");
-        effect.strength = internal::read_strength(table, "strength_n");
-        break;
     case EffectKind::constant_force:
         table.allow_only(force_keys, context);
         effect.force_n = read_force(table);
+        break;
+    case EffectKind::viscosity:
+        table.allow_only(viscosity_keys, context);
+        if (table.has("volume")) effect.volume = read_effect_volume(table, scene, traits);
+        effect.strength = read_effect_strength(table, "damping_n_s_per_m", "N s/m", false);
+        break;
+    case EffectKind::vector_follow:
+    case EffectKind::fibre_follow:
+        table.allow_only(follow_keys, context);
+        if (table.has("guide"))
+            effect.guide = static_cast<FollowGuide>(table.choice("guide", kGuideNames));
+        effect.volume = read_effect_volume(table, scene, traits);
+        effect.strength = read_effect_strength(table, "strength_n", "N", true);
+        break;
+    case EffectKind::gradient_surface:
+    case EffectKind::gradient_force:
+    case EffectKind::vector_force:
+    case EffectKind::front_shape:
+    case EffectKind::vortex:
+        table.allow_only(volume_keys, context);
+        effect.volume = read_effect_volume(table, scene, traits);
+        effect.strength = read_effect_strength(table, "strength_n", "N", traits.may_be_hard);
         break;
     }
     return effect;

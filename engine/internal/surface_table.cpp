@@ -250,7 +250,13 @@ void read_mesh_file(const TomlTable& table, const SceneDescription& scene,
 void read_volume_part(const TomlTable& table, const SceneDescription& scene,
                       SurfaceDescription& surface) {
     surface.volume = name_in(table, "volume", scene.volumes, "volumes");
-    const bool analytic = !scene.volumes.at(surface.volume).analytic.empty();
+    const std::string& formula = scene.volumes.at(surface.volume).analytic;
+    const bool analytic = !formula.empty();
+    if (formula == "helix")
+        table.fail(table.line_of("volume"),
+                   fmt::format("volume \"{}\" {} is a formula of vectors", surface.volume,
+                               table.where()),
+                   "name a volume of scalars");
     read_source(table, scene, analytic, surface);
     surface.smooth_voxels = table.number("smooth_voxels", {0.0, 5.0}, surface.smooth_voxels);
     if (table.has("iso_after_smoothing"))

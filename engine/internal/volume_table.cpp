@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kSlicesNames{"refuse", "repair"};
 constexpr std::array<std::string_view, 3> kTransformNames{"automatic", "sform", "qform"};
-constexpr std::array<std::string_view, 1> kOtherFormulas{"helix"};
 constexpr double kLongestMm =
     1.0e6; // of a formula: 1 km, far beyond any anatomy and far within double
 
@@ -22,13 +21,14 @@ struct Formula {
     std::array<std::string_view, 3> keys;
     std::size_t key_count;
 };
-constexpr std::array<Formula, 6> kFormulas{{
+constexpr std::array<Formula, 7> kFormulas{{
     {"sphere_cavity", {"radius_mm"}, 1},
     {"solid_sphere", {"radius_mm"}, 1},
     {"bumpy_cavity", {"radius_mm", "amplitude_mm", "wavelength_mm"}, 3},
     {"slab", {"thickness_mm"}, 1},
     {"wedge", {"angle_deg"}, 1},
     {"torus", {"radius_mm", "tube_mm"}, 2},
+    {"helix", {"radius_mm", "pitch_mm"}, 2},
 }};
 
 double formula_parameter(const TomlTable& table, std::string_view key) {
@@ -45,7 +45,7 @@ void read_formula(const TomlTable& table, VolumeDescription& volume) {
     Names names;
     for (const Formula& formula : kFormulas)
         names.push_back(formula.name);
-    const Formula& formula = kFormulas[table.choice("analytic", names, kOtherFormulas)];
+    const Formula& formula = kFormulas[table.choice("analytic", names)];
     const std::span<const std::string_view> parameters(formula.keys.data(), formula.key_count);
 
     volume.analytic = formula.name;

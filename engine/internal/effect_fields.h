@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include <palpate/engine/scene_description.h>
+#include <palpate/haptics/effect.h>
+#include <palpate/volume/scalar_field.h>
+#include <palpate/volume/vector_field.h>
+
+namespace palpate::internal {
+
+/// The fields of volumes that effects sample, each loaded once, by the volume's name.
+struct EffectFields {
+    std::map<std::string, std::shared_ptr<const ScalarField>> scalars;
+    std::map<std::string, std::shared_ptr<const VectorField>> directed;
+    std::map<std::string, std::shared_ptr<const VectorField>> axial;
+};
+
+/// Loads what an effect samples, if it is not there yet.                                [setup]
+/// Throws std::runtime_error as the readers do, and "FILE:LINE: [volume.NAME]: what is wrong; what
+/// to do" for a volume that is none of the kind that the effect needs.
+void load_field_of(const SceneDescription& scene, const EffectDescription& effect,
+                   EffectFields& fields);
+
+/// A fresh effect; not for surfaces. Its fields must be loaded.                          [setup]
+std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const EffectFields& fields);
+
+} // namespace palpate::internal

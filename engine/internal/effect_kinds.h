@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+#include <palpate/engine/scene_description.h>
+
+namespace palpate::internal {
+
+/// Which kind of volume an effect samples.
+enum class FieldNeed {
+    none,
+    scalar,
+    vector, ///< with a sense: velocities, a helix
+    axial,  ///< without: fibres, also the principal direction of tensors
+};
+
+/// What is the same for all effects of a kind: one place for reader, plan and scene.
+struct EffectTraits {
+    std::string_view name; ///< in scenes
+    FieldNeed need = FieldNeed::none;
+    double samples = 0.0;      ///< of its volume, per evaluation
+    bool may_be_hard = false;  ///< its strength may be infinite
+    std::string_view how = ""; ///< in what way it enters a frame, in words
+};
+
+/// In the order of EffectKind.
+inline constexpr std::array<EffectTraits, 10> kEffectTraits{{
+    {"surface", FieldNeed::none, 0.0, true, "felt up to its strength"},
+    {"gradient_surface", FieldNeed::scalar, 1.0, true,
+     "a plane through the proxy, against the gradient"},
+    {"constant_force", FieldNeed::none, 0.0, false,
+     "shifts the probe's target exactly: needs no query"},
+    {"gradient_force", FieldNeed::scalar, 0.0, false,
+     "a force against the gradient, sampled once a frame"},
+    {"viscosity", FieldNeed::scalar, 0.0, false,
+     "a spring to the frame's start: an exact shift and scale"},
+    {"vector_force", FieldNeed::vector, 0.0, false,
+     "a force along the vector, sampled once a frame"},
+    {"vector_follow", FieldNeed::vector, 2.0, true,
+     "a line along the streamline through the frame's start"},
+    {"fibre_follow", FieldNeed::axial, 2.0, true,
+     "a line along the fibre through the frame's start, whose sign does not matter"},
+    {"front_shape", FieldNeed::vector, 1.0, true,
+     "two opposed planes across the vector, through the frame's start"},
+    {"vortex", FieldNeed::vector, 1.0, true,
+     "two opposed planes about the axis of rotation, through the frame's start"},
+}};
+
+inline const EffectTraits& traits_of(EffectKind kind) {
+    return kEffectTraits[static_cast<std::size_t>(kind)];
+}
+
+} // namespace palpate::internal
