@@ -86,8 +86,8 @@ TEST(EffectScene, EveryModeOfAVolumeIsBuiltAndFelt) {
         for (int i = 0; i < 50; ++i) {
             DeviceState state;
             state.time_s = 1e-3 * i;
-            // across streams, fronts, tubes and the ball's gradient
-            state.position = {0.020 + 0.05e-3 * i, 0.05e-3 * i, -0.05e-3 * i};
+            // across streams, fronts and tubes, and into the ball
+            state.position = {0.020 - 0.05e-3 * i, 0.05e-3 * i, -0.05e-3 * i};
             inputs.push_back(state);
         }
         const std::string effect =

@@ -186,7 +186,8 @@ TEST_F(SceneFileMessage, KeysThatExcludeEachOtherAndMissingOnes) {
             .starts_with("scene.toml:3: unknown key \"radius_mm\" in [volume.a] with file; "));
     EXPECT_EQ(complaint("[[effect]]\nsurface = \"bone\"\n"),
               "scene.toml:1: key \"type\" is missing in [[effect]]; give one of surface, "
-              "gradient_surface, constant_force");
+              "gradient_surface, constant_force, gradient_force, viscosity, vector_force, "
+              "vector_follow, fibre_follow, front_shape, vortex");
     EXPECT_EQ(complaint(kBone + "[[effect]]\ntype = \"surface\"\n"),
               "scene.toml:6: key \"surface\" is missing in [[effect]]; surfaces: bone");
     EXPECT_TRUE(complaint(kBone + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"head\"\n")
