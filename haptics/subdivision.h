@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include <palpate/haptics/coulomb_friction.h>
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/level_bank.h>
 #include <palpate/haptics/proxy_solver.h>
@@ -58,10 +59,11 @@ public:
     /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
     static constexpr int kMostLegs = 1024;
 
-    /// Surfaces and effects in canonical order; all must outlive this. Throws std::invalid_argument
-    /// on settings out of range.  [setup]
+    /// Surfaces, the friction on each (none where there are fewer) and effects in canonical order;
+    /// all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
-                std::vector<Effect*> effects, Clock& clock);
+                std::vector<Effect*> effects, Clock& clock,
+                std::vector<FrictionCoefficients> friction = {});
 
     /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
     std::uint32_t restart(const Vec3& proxy) noexcept;
@@ -87,6 +89,7 @@ private:
     SubdivisionResult run() noexcept;
     Vec3 relaxed(Vec3 proxy, SubdivisionResult& result) noexcept;
     bool membrane_opens(SubdivisionResult& result) noexcept;
+    bool breaks_away(const SubdivisionResult& result) noexcept;
     void note_open(SubdivisionResult& result) const noexcept;
     void gather(const Vec3& proxy) noexcept;
     double depth_not_to_restore(std::size_t surface, const Vec3& proxy) noexcept;
@@ -114,6 +117,7 @@ private:
     Clock& clock_;
     StepTimeEstimator estimator_;
 
+    CoulombFriction friction_;
     std::vector<LevelBank> banks_; // of each surface
 
     // Of one evaluation.
