@@ -16,6 +16,11 @@ Value of_ticks(const StudyRun& run, double value) {
     return run.pace.empty() ? Value() : in_contact(run, value);
 }
 
+template <class T>
+Value known(const std::optional<T>& value) {
+    return value ? Value(static_cast<double>(*value)) : Value();
+}
+
 Value known(const StudyRun::Error& error, double value) {
     return error.frames > 0 ? Value(value) : Value();
 }
@@ -53,6 +58,14 @@ constexpr std::array kColumns{
                 [](const StudyRun& r) { return known(r.level, r.level.p99_um); }},
     StudyColumn{"level_max_um", "distance from the surface, um", "max",
                 [](const StudyRun& r) { return known(r.level, r.level.max_um); }},
+    StudyColumn{"frames_inside", "inside the surface", "frames",
+                [](const StudyRun& r) { return known(r.frames_inside); }},
+    StudyColumn{"deepest_um", "inside the surface", "deepest, um",
+                [](const StudyRun& r) { return known(r.deepest_um); }},
+    StudyColumn{"lost_contact", "against the certified proxy, frames", "lost contact",
+                [](const StudyRun& r) { return known(r.lost_contact); }},
+    StudyColumn{"elsewhere", "against the certified proxy, frames", "2 mm away",
+                [](const StudyRun& r) { return known(r.elsewhere); }},
     StudyColumn{"position_rms_um", "distance from the nearest point, um", "rms",
                 [](const StudyRun& r) { return known(r.position, r.position.rms_um); }},
     StudyColumn{"position_p99_um", "distance from the nearest point, um", "p99",

@@ -20,8 +20,8 @@ constexpr double kNudge = 1e-6;  // m: how far in front of its level a ray begin
 /// Out of the centre's side of a cavity into its wall and around; the largest distance from the
 /// wall in the last `counted` of the frames.
 double farthest_from_the_wall(BaselineKind kind, int frames, int counted) {
-    const auto field = make_sphere_cavity(kRadius);
-    const auto baseline = make_baseline(kind, *field, 0.0, kBall);
+    const std::shared_ptr<const ScalarField> field = make_sphere_cavity(kRadius);
+    const auto baseline = make_baseline(kind, field, 0.0, kBall);
     baseline->restart({kRadius - 2e-3, 0.0, 0.0});
     double farthest = 0.0;
     for (int i = 0; i < frames; ++i) {
@@ -36,9 +36,9 @@ double farthest_from_the_wall(BaselineKind kind, int frames, int counted) {
 }
 
 TEST(Baselines, FollowTheProbeInFreeSpace) {
-    const auto field = make_sphere_cavity(kRadius);
+    const std::shared_ptr<const ScalarField> field = make_sphere_cavity(kRadius);
     for (const BaselineKind kind : kBaselines) {
-        const auto baseline = make_baseline(kind, *field, 0.0, kBall);
+        const auto baseline = make_baseline(kind, field, 0.0, kBall);
         baseline->restart({0.01, 0.0, 0.0});
         const auto step = baseline->move({0.02, 0.01, 0.0});
         EXPECT_FALSE(step.touches) << name(kind);
@@ -47,9 +47,9 @@ TEST(Baselines, FollowTheProbeInFreeSpace) {
 }
 
 TEST(Baselines, LetGoWhenTheProbeComesBack) {
-    const auto field = make_sphere_cavity(kRadius);
+    const std::shared_ptr<const ScalarField> field = make_sphere_cavity(kRadius);
     for (const BaselineKind kind : kBaselines) {
-        const auto baseline = make_baseline(kind, *field, 0.0, kBall);
+        const auto baseline = make_baseline(kind, field, 0.0, kBall);
         baseline->restart({0.04, 0.0, 0.0});
         EXPECT_TRUE(baseline->move({0.051, 0.0, 0.0}).touches) << name(kind);
         EXPECT_TRUE(baseline->move({0.051, 1e-4, 0.0}).touches) << name(kind);
@@ -82,19 +82,19 @@ TEST(Baselines, IkitsDriftsLittleAndDoesNotComeBack) {
 
 TEST(Baselines, PenaltyPushesOutAtTheFarSideOfAThinWallAndAProxyDoesNot) {
     // A slab of 1 mm across z; the probe goes 0.8 mm into it.
-    const auto field = make_slab(1e-3);
-    const auto top = [](BaselineKind kind, const ScalarField& slab) {
-        const auto baseline = make_baseline(kind, slab, 0.0, 1e-4);
+    const std::shared_ptr<const ScalarField> field = make_slab(1e-3);
+    const auto top = [](BaselineKind kind, std::shared_ptr<const ScalarField> slab) {
+        const auto baseline = make_baseline(kind, std::move(slab), 0.0, 1e-4);
         baseline->restart({0.0, 0.0, 2e-3});
         Vec3 proxy;
         for (double z = 2e-3; z > -0.3e-3; z -= 1e-4)
             proxy = baseline->move({0.0, 0.0, z}).proxy;
         return proxy.z;
     };
-    EXPECT_LT(top(BaselineKind::penalty, *field), 0.0);
-    EXPECT_GT(top(BaselineKind::god_object, *field), 0.0);
-    EXPECT_GT(top(BaselineKind::virtual_proxy, *field), 0.0);
-    EXPECT_GT(top(BaselineKind::ikits, *field), 0.0);
+    EXPECT_LT(top(BaselineKind::penalty, field), 0.0);
+    EXPECT_GT(top(BaselineKind::god_object, field), 0.0);
+    EXPECT_GT(top(BaselineKind::virtual_proxy, field), 0.0);
+    EXPECT_GT(top(BaselineKind::ikits, field), 0.0);
 }
 
 TEST(Baselines, EachSaysWhatItGetsWrong) {
