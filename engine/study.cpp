@@ -113,12 +113,15 @@ void check_study(const Scene& scene) {
     const auto& effects = scene.plan().effects;
     if (std::any_of(effects.begin(), effects.end(), [](const auto& effect) { return effect.on; }))
         return;
-    std::string why = "has no [[effect]]";
-    if (!effects.empty()) why = "has no [[effect]] that is felt: " + effects.front().reason;
-    throw std::runtime_error(fmt::format(
-        "{}: there is nothing to study, as the scene {}; add an [[effect]] with type = \"surface\" "
-        "or \"gradient_surface\"",
-        scene.description().file.string(), why));
+    std::string place = scene.description().file.string();
+    std::string why = "the scene has no [[effect]]";
+    if (!effects.empty()) {
+        place += fmt::format(":{}", scene.description().effects.front().line);
+        why = "no [[effect]] is felt, as of this one " + effects.front().reason;
+    }
+    throw std::runtime_error(fmt::format("{}: nothing to study: {}; add one with type = "
+                                         "\"surface\" or \"gradient_surface\"",
+                                         place, why));
 }
 
 Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,

@@ -50,6 +50,15 @@ void add_real_time(std::shared_ptr<const Scene> scene, const std::vector<DeviceS
     progress(1.0, "in real time");
 }
 
+void warn_of_no_contact(const Scene& scene, const Study& study) {
+    if (std::none_of(study.runs.begin(), study.runs.end(),
+                     [](const StudyRun& run) { return run.frames_in_contact > 0; }))
+        fmt::print(stderr,
+                   "palpate: warning: {}: nothing is touched in any of the {} frames, and nothing "
+                   "was measured; lead the probe to what can be felt\n",
+                   scene.description().file.string(), study.time_s.size());
+}
+
 int study(const Options& options) {
     const SceneDescription description = read_scene(options.scene);
     // Before the work, not after it.
@@ -67,6 +76,7 @@ int study(const Options& options) {
     for (StudyRun& run : run_baselines(*scene, inputs, clock, progress_bar()))
         study.runs.push_back(std::move(run));
     if (options.real_time) add_real_time(scene, inputs, study);
+    warn_of_no_contact(*scene, study);
     write_study(out.string(), *scene, study, command_of(options));
     print(study_table(study));
     print(fmt::format("written to {}: study.csv drift.csv study.json index.html", out.string()));

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palpate::internal {
 namespace {
 
 constexpr double kSearchRadius = 50e-3; // m: deeper than any lost proxy in a head
+constexpr double kReached = 1e-3;       // of the value above the level: Newton's last steps
 
 /// Whether any of 26 points at a distance is free.
 bool is_free_around(FieldSampler& sampler, const Vec3& point, double radius_m, double level) {
@@ -19,6 +21,16 @@ bool is_free_around(FieldSampler& sampler, const Vec3& point, double radius_m, d
                 if (sampler.value(point + radius_m * direction) < level) return true;
             }
     return false;
+}
+
+/// Infinite where the slope does not lead to the level.
+double distance_along_slope(FieldSampler& sampler, const Vec3& point, double level,
+                            double trust_m) {
+    const Vec3 foot = level_foot(sampler, point, level, trust_m);
+    const double left = std::abs(sampler.value(foot) - level);
+    const double above = sampler.value(point) - level;
+    return left <= kReached * above ? glm::length(point - foot)
+                                    : std::numeric_limits<double>::infinity();
 }
 
 } // namespace
@@ -64,12 +76,12 @@ double depth_behind(const FeltLevel& level, FieldSampler& sampler, const Vec3& p
                     double trust_m, double deepest_m) {
     const double c = level.settings.level;
     if (!(sampler.value(point) > c)) return 0.0;
-    const double along_slope = level_distance(sampler, point, c, trust_m);
+    const double along_slope = distance_along_slope(sampler, point, c, trust_m);
     if (along_slope <= deepest_m) return along_slope;
     // From far behind the slope may lead to another sheet, or to none.
     for (double radius_m = trust_m; radius_m < kSearchRadius; radius_m += trust_m)
         if (is_free_around(sampler, point, radius_m, c)) return std::min(along_slope, radius_m);
-    return along_slope;
+    return std::min(along_slope, kSearchRadius);
 }
 
 } // namespace palpate::internal

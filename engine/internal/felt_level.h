@@ -27,9 +27,9 @@ std::vector<FeltLevel> felt_levels(const Scene& scene);
 bool levels_hold_alone(const Scene& scene);
 
 /// How deep a point is behind a level: distance to a point of the level, m; 0 in front of it. Along
-/// the slope and, where that leads farther than `deepest_m`, also in 26 directions: never too
-/// small, and too large by the 26 directions' coarseness at most where it is beyond `deepest_m`.
-/// [setup]
+/// the slope and, where that is longer than `deepest_m` or leads nowhere, to the first of the
+/// spheres around it, `trust_m` apart, on which one of 26 directions is free: never too small by
+/// more than rounding. 50 mm at most.                                                    [setup]
 double depth_behind(const FeltLevel& level, FieldSampler& sampler, const Vec3& point,
                     double trust_m, double deepest_m);
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/baselines.h>
 
+#include <array>
 #include <cmath>
+#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -51,6 +53,7 @@ TEST(Baselines, LetGoWhenTheProbeComesBack) {
     for (const BaselineKind kind : kBaselines) {
         const auto baseline = make_baseline(kind, field, 0.0, kBall);
         baseline->restart({0.04, 0.0, 0.0});
+        baseline->move({0.0501, 0.0, 0.0}); // primitives find the wall where a step has ended
         EXPECT_TRUE(baseline->move({0.051, 0.0, 0.0}).touches) << name(kind);
         EXPECT_TRUE(baseline->move({0.051, 1e-4, 0.0}).touches) << name(kind);
         EXPECT_FALSE(baseline->move({0.045, 0.0, 0.0}).touches) << name(kind);
@@ -78,6 +81,35 @@ TEST(Baselines, IkitsDriftsLittleAndDoesNotComeBack) {
     const double late = farthest_from_the_wall(BaselineKind::ikits, 4000, 500);
     EXPECT_LT(late, 1e-7) << "a full step along the tangent leaves 3e-4 m in as many frames";
     EXPECT_GT(late, early) << "what is lost is lost";
+}
+
+TEST(Baselines, LinearStepsLoseWhatTheSurfaceBends) {
+    // A step h along the tangent ends h^2 / 2r behind the wall; the way in adds a frame's at most.
+    const double h = kStep * kRadius / (kRadius + kDepth);
+    const double expected = 960.0 * h * h / (2.0 * kRadius); // in contact but for the way in
+    EXPECT_NEAR(farthest_from_the_wall(BaselineKind::linear, 1000, 1), expected, 0.05 * expected);
+}
+
+TEST(Baselines, SubStepsDivideTheDriftOfHapticPrimitives) {
+    // Where on its ramp of strength the proxy comes to rest says nothing; how it goes on from there
+    // does. The lag of a held probe is 1 + depth / radius = 1.04.
+    const auto drift = [](BaselineKind kind) {
+        const std::shared_ptr<const ScalarField> field = make_sphere_cavity(kRadius);
+        const auto baseline = make_baseline(kind, field, 0.0);
+        baseline->restart({kRadius - 2e-3, 0.0, 0.0});
+        std::array<double, 2> radius{};
+        for (int i = 0; i < 600; ++i) {
+            const double r = kRadius + std::min(kDepth, 1e-4 * i - 2e-3);
+            const double angle = kStep / (kRadius + kDepth) * i;
+            const auto step = baseline->move({r * std::cos(angle), r * std::sin(angle), 0.0});
+            radius[i < 200 ? 0 : 1] = glm::length(step.proxy);
+        }
+        return radius[1] - radius[0];
+    };
+    const double h = kStep * kRadius / (kRadius + kDepth);
+    const double expected = 400.0 * h * h / (2.0 * kRadius);
+    EXPECT_NEAR(drift(BaselineKind::primitives), expected, 0.05 * expected);
+    EXPECT_NEAR(drift(BaselineKind::subdivided) * kPaperSubSteps, expected, 0.1 * expected);
 }
 
 TEST(Baselines, PenaltyPushesOutAtTheFarSideOfAThinWallAndAProxyDoesNot) {
