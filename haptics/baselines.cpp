@@ -222,17 +222,19 @@ std::string_view weakness(BaselineKind kind) noexcept {
     switch (kind) {
     case BaselineKind::penalty:
         return "remembers nothing: beyond the middle of a thin wall it pushes out at the far side; "
-               "off by the curvature of fields that are no distances";
+               "its depth is wrong wherever the field is no distance";
     case BaselineKind::god_object:
-        return "one plane and one step per frame: lags where the surface is curved, does not yield";
+        return "one plane and one unguarded step per frame: lags where the surface is curved, "
+               "steps through thin walls, does not yield";
     case BaselineKind::virtual_proxy:
-        return "its centre is held a radius off the surface, does not yield";
+        return "its centre is held a radius off the surface, and by any length where the field is "
+               "no distance; does not yield";
     case BaselineKind::linear:
         return "one step along the tangent, and nothing brings it back to the level; does not "
                "yield";
     case BaselineKind::ikits:
-        return "four evaluations keep it near the level, but nothing brings it back to it; does "
-               "not yield";
+        return "four evaluations keep it near a smooth level, and nothing brings it back to one "
+               "that bends within a step; does not yield";
     case BaselineKind::primitives:
         return "one linear step along the tangent, and nothing remembers where the surface was; "
                "its strength places it, not a level";

@@ -53,7 +53,7 @@ svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 .legend { max-width: 28rem; margin-top: .5rem; }
 .free { stroke: #7a808a; stroke-width: 1.5; }
 .chart { max-width: 58rem; }
-.beside { display: grid; grid-template-columns: minmax(0, 2fr) minmax(0, 1fr); gap: 1rem; align-items: start; }
+.beside { display: grid; grid-template-columns: minmax(0, 8fr) minmax(0, 5fr); gap: 1rem; align-items: start; }
 .beside .scroll { margin: 0; max-height: 34rem; overflow: auto; }
 .grid { stroke: var(--line); fill: none; }
 .force { fill: var(--accent); stroke: var(--accent); stroke-width: .8; stroke-linejoin: round; }
@@ -63,7 +63,7 @@ svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 .mark { fill: var(--paper); stroke-width: 1.8; }
 footer { margin-top: 3rem; color: var(--soft); font-size: .875rem; }
 @media (max-width: 60rem) { .beside { grid-template-columns: minmax(0, 1fr); } }
-@media (max-width: 40rem) { .chart text { font-size: 20px; } }
+@media (max-width: 40rem) { .chart text { font-size: 17px; } .chart .label { font-size: 14px; } }
 @media print {
   :root { --paper: #fff; --ink: #000; --soft: #333; --line: #999; --band: #eee; --accent: #5b34b0;
   --s0: #1c2126; --s1: #5b34b0; --s2: #b34700; --s3: #00705a; --s4: #0b5cad; --s5: #a3246b; }

@@ -188,7 +188,7 @@ public:
     }
 
 private:
-    static constexpr double kLetter = 6.0; // about, of 12 px text
+    static constexpr double kLetter = 7.0; // about, of the 14 px text of a phone
     static constexpr double kAscent = 9.0;
     static constexpr double kDescent = 3.0;
     static constexpr double kGap = 8.0; // between a point and its label
@@ -219,12 +219,12 @@ std::string legend(const SeriesChart& chart) {
     std::string svg;
     double x = kLeft;
     for (std::size_t i = 0; i < chart.series.size(); ++i) {
-        constexpr double letter = 7.0; // about, of 12 px text
+        constexpr double letter = 10.0; // about, of the 17 px text of a phone
         svg += fmt::format("<path class=\"mark s{}\" d=\"{}\"/>"
                            "<text x=\"{:.1f}\" y=\"20\">{}</text>\n",
                            i % kKinds, marker(x + kMarker, 16.0, i), x + 16.0,
                            escape_html(chart.series[i].name));
-        x += 36.0 + letter * static_cast<double>(chart.series[i].name.size());
+        x += 32.0 + letter * static_cast<double>(chart.series[i].name.size());
     }
     return svg;
 }

@@ -29,8 +29,8 @@ bool is_in_accuracy_chart(const StudyRun& run) {
 
 /// The series of the chart that a run belongs to: its method, or all of a kind.
 std::string series_of(const StudyRun& run) {
-    if (run.baseline) return "methods before";
-    return run.pace.empty() ? std::string(name(run.loop.method)) : "in real time";
+    if (run.baseline) return "before";
+    return run.pace.empty() ? std::string(name(run.loop.method)) : "real time";
 }
 
 /// The letter of a run in real time among those in the chart, whose names would not fit there:
@@ -100,7 +100,7 @@ std::string drift_chart(const Study& study) {
 
 /// Some of the chart's points, as numbers.
 std::string drift_table(const Study& study) {
-    std::vector<HtmlColumn> columns{{"", "s"}};
+    std::vector<HtmlColumn> columns{{"", "s", false}};
     for (const StudyRun* run : runs_over_time(study))
         columns.push_back({drift_unit(study), title(*run)});
     std::vector<std::vector<std::string>> rows;
