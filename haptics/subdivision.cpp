@@ -39,7 +39,8 @@ std::uint64_t bit_of(std::size_t i, bool set) noexcept {
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                          std::vector<Effect*> effects, Clock& clock)
     : settings_(settings), surfaces_(std::move(surfaces)), effects_(std::move(effects)),
-      clock_(clock), estimator_(settings.budget_us), first_contact_(surfaces_.size() + 1, 0) {
+      clock_(clock), estimator_(settings.budget_us), banks_(surfaces_.size()),
+      first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
         throw std::invalid_argument(
@@ -58,6 +59,10 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
     for (SurfaceContact* surface : surfaces_)
         if (surface->restart(proxy)) flags |= kInsideAtStart;
+    for (LevelBank& bank : banks_)
+        bank.clear();
+    for (Effect* effect : effects_)
+        effect->restart(proxy);
     path_.clear();
     return flags;
 }
@@ -81,6 +86,7 @@ SubdivisionResult Subdivision::run() noexcept {
     path_.clear();
     path_.push_back(proxy);
     steps_left_.clear();
+    begins_ = true;
     bends_ = 0;
     legs_left_ = kMostLegs;
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
@@ -170,10 +176,38 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         surfaces_[i]->offer(proxy, contacts_);
     }
     first_contact_.back() = contacts_.size();
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (begins_) sunk_m_[i] = depth_not_to_restore(i, proxy);
+        for (std::size_t c = first_contact_[i]; sunk_m_[i] > 0.0 && c < first_contact_[i + 1]; ++c)
+            contacts_.sink(c, sunk_m_[i]);
+    }
+    begins_ = false;
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
     for (Effect* effect : effects_)
         effect->gather(proxy, primitives_);
+}
+
+/// How much of its depth below a surface's level the proxy has to keep in this frame, m: to lift it
+/// that far would give the hand more than its drift has taken.
+double Subdivision::depth_not_to_restore(std::size_t surface, const Vec3& proxy) noexcept {
+    const std::size_t first = first_contact_[surface];
+    if (first == first_contact_[surface + 1]) {
+        banks_[surface].clear();
+        return 0.0;
+    }
+    double depth_m = -std::numeric_limits<double>::infinity();
+    Vec3 normal{0.0};
+    for (std::size_t c = first; c < first_contact_[surface + 1]; ++c) {
+        const PlanePrimitive& plane = contacts_[c].plane;
+        const double depth_of_plane_m = glm::dot(plane.normal, plane.anchor - proxy);
+        if (depth_of_plane_m <= depth_m) continue;
+        depth_m = depth_of_plane_m;
+        normal = plane.normal;
+    }
+    const double lift_m =
+        banks_[surface].lift(depth_m, normal, proxy - frame_.probe, frame_.stiffness);
+    return std::max(0.0, depth_m - lift_m);
 }
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
@@ -257,7 +291,7 @@ bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcep
 Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left,
                             double residual_m) noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated)) continue;
+        if (any_state(i, MultiplierState::saturated) || sunk_m_[i] > 0.0) continue;
         if (const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy)) return *nearer;
     }
     if (settings_.method == SteppingMethod::adaptive) return curved_candidate(proxy, residual_m);
@@ -399,7 +433,8 @@ Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
     if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.planes().empty())
         return proxy;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active))
+        if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active) ||
+            sunk_m_[i] > 0.0)
             continue;
         if (const std::optional<Vec3> level = surfaces_[i]->settle(proxy))
             proxy = carried(proxy, *level, result);
@@ -413,11 +448,13 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
         const bool felt = yielded || any_state(i, MultiplierState::active);
         result.felt |= bit_of(i, felt);
         surfaces_[i]->commit(proxy, yielded, felt);
+        if (felt) banks_[i].end(proxy - frame_.probe);
+        if (yielded) banks_[i].level_moved();
         result.guarded |= bit_of(i, surfaces_[i]->guarded());
     }
     note_open(result);
     for (Effect* effect : effects_)
-        effect->commit(proxy);
+        effect->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)
         if (solution_.state[i] != MultiplierState::released) ++result.contacts;
     for (std::size_t i = 0; i < primitives_.lines().size(); ++i)
