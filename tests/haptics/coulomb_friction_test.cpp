@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include <palpate/haptics/constant_force.h>
+#include <palpate/haptics/frame_flags.h>
 #include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
 
@@ -93,12 +93,11 @@ TEST(CoulombFriction, InACavityAndOnABallTheLagIsTheAngleOfFriction) {
         }
         RecordProperty(inside ? "cavity_evaluations" : "ball_evaluations",
                        std::to_string(evaluations / 1000.0));
-        std::printf("evaluations %g\n", evaluations / 1000.0);
     }
 }
 
 TEST(CoulombFriction, AlongTheEdgeOfANotchBothFacesRub) {
-    for (const double free_angle : {20.0, 60.0, 90.0, 120.0, 160.0}) {
+    for (const double free_angle : {60.0, 90.0, 120.0, 160.0}) {
         const double half = 0.5 * free_angle * std::acos(-1.0) / 180.0;
         test::ContactLoop loop = rubbing(make_wedge(360.0 - free_angle), mu(0.4));
         loop.start({0, 0, 1e-9}); // higher up, a narrow notch locks
@@ -109,6 +108,25 @@ TEST(CoulombFriction, AlongTheEdgeOfANotchBothFacesRub) {
             loop.move({0, 0.25e-3 * i, -2e-3});
         const double lag = 0.4 * 2e-3 / std::sin(half); // mu (lambda_1 + lambda_2) / k
         EXPECT_LE(glm::length(loop.proxy() - Vec3(0, 10e-3 - lag, 0)), kWithin) << free_angle;
+    }
+}
+
+// Half the notch is narrower than the angle of friction: faces and friction share the load in more
+// than one way. What is found is said to be uncertain, and holds the proxy in the edge.
+TEST(CoulombFriction, ANotchThatLocksIsFlaggedAndHolds) {
+    test::ContactLoop loop = rubbing(make_wedge(340.0), mu(0.4));
+    loop.start({0, 0, 1e-9});
+    std::uint32_t flags = 0;
+    for (int i = -3; i <= 100; ++i) {
+        flags |= loop.move({0, 0.25e-3 * std::clamp(i, 0, 40), -2e-3}).flags;
+        EXPECT_LE(std::hypot(loop.proxy().x, loop.proxy().z), 10 * kWithin) << i;
+        EXPECT_LE(loop.proxy().y, 10e-3) << i;
+    }
+    EXPECT_TRUE(flags & kSolverCap);
+    const Vec3 held = loop.proxy();
+    for (int i = 0; i < 1000; ++i) {
+        loop.move({0, 10e-3, -2e-3});
+        ASSERT_EQ(loop.proxy(), held);
     }
 }
 
