@@ -94,6 +94,8 @@ FrameReport HapticLoop::frame(const DeviceState& device,
         const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
         wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
                                 proxy_velocity); // (3)
+        for (const auto& effect : effects_)
+            wanted += effect->device_force_n();
     } else {
         report.flags |= kProbeNotFinite;
     }

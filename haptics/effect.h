@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 #include <palpate/haptics/primitives.h>
 #include <palpate/haptics/surface_contact.h>
 
@@ -14,11 +16,19 @@ struct FrameContext {
     double period_s = 1e-3;   ///< nominal frame period T, not the measured one
 };
 
+/// How a frame ended.
+struct FrameOutcome {
+    Vec3 proxy{0.0};        ///< m
+    std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
+};
+
 /// Something to feel that is not a surface with a certificate: adds primitives for the data at the
 /// proxy.
 class Effect {
 public:
     virtual ~Effect() = default;
+    /// A new trial: the proxy is set to a new place.                                    [loop]
+    virtual void restart(const Vec3& proxy) noexcept { static_cast<void>(proxy); }
     /// A frame begins: anchors what depends on the path.                                [loop]
     virtual void begin(const FrameContext& frame) noexcept = 0;
     /// Adds the primitives felt at `proxy`; moves no state.                             [loop]
@@ -27,8 +37,11 @@ public:
     /// iterations of one problem, so an effect whose geometry bends towards that end looks there,
     /// wherever the stepping method leaves the proxy meanwhile.                         [loop]
     virtual void solved(const Vec3& end) noexcept { static_cast<void>(end); }
-    /// The frame ends at `proxy`.                                                       [loop]
-    virtual void commit(const Vec3& proxy) noexcept = 0;
+    /// The frame has ended.                                                             [loop]
+    virtual void commit(const FrameOutcome& outcome) noexcept { static_cast<void>(outcome); }
+    /// Force on the device beside the coupling's, N, scene frame, of the frame just committed: what
+    /// a hand feels whatever holds the proxy.                                           [loop]
+    virtual Vec3 device_force_n() const noexcept { return Vec3{0.0}; }
     virtual QueryCount queries() const noexcept = 0; ///< [any]
 };
 

@@ -31,7 +31,6 @@ public:
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         primitives.add_force(force_);
     }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override {
         return {sampler_->samples(), sampler_->roots(), 0};
     }

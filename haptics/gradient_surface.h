@@ -26,7 +26,6 @@ public:
         const double strength = strength_(here.value);
         if (strength > 0.0) primitives.add({proxy, -here.gradient / length, strength});
     }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override {
         return {sampler_->samples(), sampler_->roots(), 0};
     }

@@ -58,6 +58,8 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
     for (SurfaceContact* surface : surfaces_)
         if (surface->restart(proxy)) flags |= kInsideAtStart;
+    for (Effect* effect : effects_)
+        effect->restart(proxy);
     path_.clear();
     return flags;
 }
@@ -417,7 +419,7 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     }
     note_open(result);
     for (Effect* effect : effects_)
-        effect->commit(proxy);
+        effect->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)
         if (solution_.state[i] != MultiplierState::released) ++result.contacts;
     for (std::size_t i = 0; i < primitives_.lines().size(); ++i)

@@ -30,7 +30,6 @@ public:
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         primitives.add_force(force_);
     }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
 
 private:

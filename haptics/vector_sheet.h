@@ -32,7 +32,6 @@ public:
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
 
 private:

@@ -32,7 +32,6 @@ public:
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         if (spring_n_per_m_ > 0.0) primitives.add_spring(start_, spring_n_per_m_);
     }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override {
         return {sampler_ ? sampler_->samples() : 0, 0, 0};
     }

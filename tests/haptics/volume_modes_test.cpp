@@ -43,7 +43,6 @@ public:
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override {
         primitives.add_spring(proxy, 5.0 / kPeriod);
     }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {}; }
 };
 
@@ -212,7 +211,6 @@ public:
         if (point_) primitives.add_point(*point_);
         if (line_) primitives.add_line(*line_);
     }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {}; }
 
 private:
