@@ -133,7 +133,6 @@ public:
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override {
         if (pushes_) primitives.add_force(-0.5 * glm::normalize(proxy)); // N
     }
-    void commit(const Vec3&) noexcept override {}
     QueryCount queries() const noexcept override { return {}; }
 
 private:
