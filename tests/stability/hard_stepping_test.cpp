@@ -271,8 +271,9 @@ TEST_P(HardCurvature, DeeperThanTheRadiusThereIsNoLimitCycle) {
 class HardDeterminism : public testing::TestWithParam<test::MethodAndFelt> {};
 INSTANTIATE_TEST_SUITE_P(Every, HardDeterminism,
                          testing::Combine(testing::ValuesIn(test::kEveryMethod),
-                                          testing::Values(Felt::volume, Felt::guarded,
-                                                          Felt::memoryless, Felt::follow)),
+                                          testing::Values(Felt::volume, Felt::yielding,
+                                                          Felt::guarded, Felt::memoryless,
+                                                          Felt::follow)),
                          test::name_of_case);
 
 // The same inputs give the same bits, also in a loop that has lived another trial before: what a
@@ -288,7 +289,8 @@ TEST_P(HardDeterminism, ATrialsBitsDoNotDependOnTheTrialBefore) {
         const double x = share(random), y = share(random), z = share(random);
         used->move(0.06 * Vec3{x, y, z});
     }
-    const Vec3 start{0.02, 0.0, 0.001};
+    used->move({0.0, 0.04, 0.04});        // ends deep behind the wall
+    const Vec3 start{0.0499, 0.0, 0.001}; // and begins anew right in front of it
     fresh->start(start);
     used->start(start);
     Vec3 used_proxy = start, probe = start;

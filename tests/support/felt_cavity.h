@@ -22,6 +22,7 @@ constexpr double kCavity = 0.05; ///< radius, m
 
 enum class Felt {
     volume,     ///< VolumeContact: anchored at its level
+    yielding,   ///< the same with 0.5 N: it is pushed away
     guarded,    ///< GuardedContact over a mesh of 20 480 triangles, which errs by 20 um
     memoryless, ///< GradientSurface, hard everywhere: it remembers no level
     follow,     ///< VectorFollow along a helix, hard: no surface at all
@@ -29,6 +30,7 @@ enum class Felt {
 
 inline std::string name_of(Felt felt) {
     return felt == Felt::volume       ? "Volume"
+           : felt == Felt::yielding   ? "Yielding"
            : felt == Felt::guarded    ? "Guarded"
            : felt == Felt::memoryless ? "Memoryless"
                                       : "Follow";
@@ -48,6 +50,12 @@ inline std::unique_ptr<ContactLoop> felt_cavity(Felt felt, const SteppingSetting
     case Felt::volume:
         surfaces = one_surface(field);
         break;
+    case Felt::yielding: {
+        LevelSettings level;
+        level.strength_n = 0.5;
+        surfaces = one_surface(field, level);
+        break;
+    }
     case Felt::guarded: {
         static const auto mesh = certified(reversed(icosphere(kCavity, 5)));
         surfaces.push_back(
