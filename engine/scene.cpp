@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_fields.h>
+#include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/guarded_contact.h>
@@ -151,12 +152,23 @@ std::vector<std::unique_ptr<SurfaceContact>> Scene::make_contacts() const {
     return contacts;
 }
 
+std::vector<FrictionCoefficients> Scene::friction() const {
+    std::vector<FrictionCoefficients> friction(surfaces_.size());
+    for (const PlannedEffect& planned : plan_.effects) {
+        const EffectDescription& effect = description_.effects[planned.effect];
+        if (!planned.on || effect.friction.none()) continue;
+        for (std::size_t i = 0; i < surfaces_.size(); ++i)
+            if (surfaces_[i].name == effect.surface) friction[i] = effect.friction;
+    }
+    return friction;
+}
+
 std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
     std::vector<std::unique_ptr<Effect>> effects;
     for (const PlannedEffect& planned : plan_.effects) {
         if (!planned.on) continue;
         const EffectDescription& effect = description_.effects[planned.effect];
-        if (effect.kind != EffectKind::surface)
+        if (!internal::traits_of(effect.kind).of_surface)
             effects.push_back(internal::make_effect(effect, *effect_fields_));
     }
     return effects;
