@@ -8,6 +8,7 @@
 namespace palpate {
 namespace {
 
+constexpr int kFirstEvaluation = 2; // as counted when its solution is judged
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // Below this part of a unit vector its direction is noise: the pull leads straight on beyond an
 // end.
@@ -139,37 +140,45 @@ void CurveGuide::next_footing() noexcept {
         step_on({piece, curve_.exists(place_.piece) ? 0.0 : curve_.length_m(piece), false, false});
         return;
     }
-    const std::int64_t order = place_.order();
-    (asked_m > 0.0 ? low_ : high_) = Try{order, axis_, asked_m};
-    if (low_ && high_) {
-        step_between();
-        return;
+    const int sense = asked_m > 0.0 ? 1 : -1;
+    (sense > 0 ? low_ : high_) = Try{place_.order(), axis_, asked_m, evaluations_};
+    const PolylinePlace foot = further(sense);
+    std::optional<Try>& bound = sense > 0 ? high_ : low_;
+    if (bound && sense * (bound->order - foot.order()) <= 0) {
+        // Two tries in a row are of one mind about where the surfaces are; an older one is not, and
+        // the first is of where they were before the proxy moved.
+        if (bound->evaluation == evaluations_ - 1 && bound->evaluation > kFirstEvaluation) {
+            step_between();
+            return;
+        }
+        bound.reset();
     }
-    step_further(order, asked_m > 0.0 ? 1 : -1);
+    if (foot.at_corner) {
+        step_on_tip(foot);
+    } else {
+        step_on(foot);
+    }
 }
 
-/// From the next piece in a sense, towards the solution.
-void CurveGuide::step_further(std::int64_t order, int sense) noexcept {
+/// Where the solution leads from the place it was found for, in a sense: a piece, the next at
+/// least, or an open end that has none behind it.
+PolylinePlace CurveGuide::further(int sense) const noexcept {
+    const std::int64_t order = place_.order();
     const std::int64_t next = sense > 0 ? piece_behind(order) : piece_before(order);
-    if (!curve_.exists(next)) {
-        place_ = {sense > 0 ? next : 0, 0.0, true, false};
-        anchor_ = curve_.position(place_);
-        axis_ = Vec3{0.0};
-        hold_ = Hold::point;
-        return;
-    }
+    if (!curve_.exists(next)) return {sense > 0 ? next : 0, 0.0, true, false};
     const PolylinePlace foot = curve_.walk({next, 0.0, false, false}, end_);
-    if (sense * (foot.order() - order) <= 0) {
-        step_on(curve_.middle(next));
-        return;
-    }
-    if (!foot.at_corner) {
-        step_on(foot);
-        return;
-    }
+    if (sense * (foot.order() - order) <= 0) return curve_.middle(next);
+    if (!foot.at_corner) return foot;
     // Whether it stays at a corner, only the pieces on both sides can tell: that behind it first.
     const std::int64_t behind = sense > 0 ? foot.piece : foot.piece - 1;
-    step_on(curve_.middle(curve_.exists(behind) ? behind : behind - sense));
+    return curve_.middle(curve_.exists(behind) ? behind : behind - sense);
+}
+
+void CurveGuide::step_on_tip(const PolylinePlace& end) noexcept {
+    place_ = end;
+    anchor_ = curve_.position(end);
+    axis_ = Vec3{0.0};
+    hold_ = Hold::point;
 }
 
 /// Between a try that asked to go on and one that asked to go back: a piece where there is one,

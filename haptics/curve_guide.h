@@ -27,6 +27,8 @@ namespace palpate {
 ///
 /// Springs and forces of effects before this one are seen at once; those after it cost evaluations,
 /// no accuracy.
+/// A curve that leads into a hard surface needs a finite strength, which yields; two that are hard
+/// contradict each other, and the frame says so (kEvaluationCap).
 class CurveGuide final : public Effect {
 public:
     /// Throws std::invalid_argument on settings out of range.                          [setup]
@@ -46,6 +48,7 @@ private:
         std::int64_t order = 0; // of its place
         Vec3 axis{0.0};
         double asked_m = 0.0;
+        int evaluation = 0;
     };
     enum class Hold {
         line,  // along the curve it is free
@@ -57,7 +60,8 @@ private:
     void step_on_corner(std::int64_t corner, const Vec3& axis) noexcept;
     void step_on_end(const PolylinePlace& end, const Vec3& target) noexcept;
     void next_footing() noexcept;
-    void step_further(std::int64_t order, int sense) noexcept;
+    PolylinePlace further(int sense) const noexcept;
+    void step_on_tip(const PolylinePlace& end) noexcept;
     void step_between() noexcept;
     void leave_end() noexcept;
     double asked() const noexcept;
