@@ -27,6 +27,7 @@ namespace palpate {
 ///
 /// Springs and forces of effects before this one are seen at once; those after it cost evaluations,
 /// no accuracy.
+///
 /// A curve that leads into a hard surface needs a finite strength, which yields; two that are hard
 /// contradict each other, and the frame says so (kEvaluationCap).
 class CurveGuide final : public Effect {
