@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <functional>
 #include <optional>
+#include <stdexcept>
 
+#include <palpate/engine/internal/certified_proxy.h>
 #include <palpate/engine/internal/frame_truth.h>
 #include <palpate/engine/internal/study_tally.h>
 #include <palpate/engine/study.h>
@@ -9,28 +12,16 @@
 namespace palpate {
 namespace {
 
-/// What the baselines are rendered over.
-struct FeltLevel {
-    std::shared_ptr<const ScalarField> field;
-    double level = 0.0;
-};
+constexpr std::size_t kFramesPerReport = 500; // between two calls of progress
 
-/// The one level that is felt in a scene, if it is one: a surface of a volume, or the zero of a
-/// formula that a gradient_surface uses.
-std::optional<FeltLevel> the_felt_level(const Scene& scene) {
-    std::vector<FeltLevel> levels;
-    for (const SceneSurface& surface : scene.surfaces()) {
-        if (surface.is_felt_by_mesh()) return {};
-        levels.push_back({surface.baked.field, surface.level.level});
-    }
-    for (const PlannedEffect& planned : scene.plan().effects) {
-        const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (!planned.on || effect.kind != EffectKind::gradient_surface) continue;
-        if (scene.description().volumes.at(effect.volume).analytic.empty()) return {};
-        levels.push_back({scene.effect_field(effect.volume), 0.0});
-    }
+/// The one level that is felt in a scene, if it is one.
+std::optional<internal::FeltLevel> the_felt_level(const Scene& scene) {
+    std::vector<internal::FeltLevel> levels = internal::felt_levels(scene);
+    // A mesh without a volume beside it is felt as well.
+    for (const SceneSurface& surface : scene.surfaces())
+        if (!surface.baked.field) return {};
     if (levels.size() != 1) return {};
-    return levels.front();
+    return std::move(levels.front());
 }
 
 /// One frame of a baseline as a loop would report it.
@@ -51,24 +42,25 @@ FrameReport report_of(Baseline& baseline, const DeviceState& input, Clock& clock
     return report;
 }
 
-StudyRun run_baseline(const Scene& scene, const FeltLevel& felt, BaselineKind kind,
-                      std::span<const DeviceState> inputs, Clock& clock) {
+StudyRun run_baseline(const Scene& scene, const internal::FeltLevel& felt, BaselineKind kind,
+                      std::span<const DeviceState> inputs, std::span<const Vec3> certified,
+                      Clock& clock, const std::function<void(std::size_t frame)>& tick) {
     const LoopDescription& loop = scene.description().loop;
-    const auto baseline = make_baseline(kind, *felt.field, felt.level);
-    internal::FrameTruth truth(scene);
+    const auto baseline = make_baseline(kind, felt.field, felt.settings.level);
+    internal::FrameTruth truth(scene, internal::FrameTruth::Measure::levels);
     internal::StudyTally tally;
-    std::optional<DeviceState> last;
     Vec3 proxy{0.0};
-    for (const DeviceState& input : inputs) {
-        if (!last || last->trial != input.trial) {
-            proxy = input.position;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        if (i == 0 || inputs[i].trial != inputs[i - 1].trial) {
+            proxy = inputs[i].position;
             baseline->restart(proxy);
         }
-        const FrameReport frame = report_of(*baseline, input, clock);
+        const FrameReport frame = report_of(*baseline, inputs[i], clock);
         tally.add(frame, std::array{proxy, frame.proxy}, loop);
-        tally.add_error(truth.of(frame));
+        tally.add_truth(truth.of(frame));
+        if (!certified.empty()) tally.add_certified(frame, certified[i]);
         proxy = frame.proxy;
-        last = input;
+        if (i % kFramesPerReport == 0) tick(i);
     }
     StudyRun run = std::move(tally).conclude(loop);
     run.baseline = kind;
@@ -79,12 +71,22 @@ StudyRun run_baseline(const Scene& scene, const FeltLevel& felt, BaselineKind ki
 } // namespace
 
 std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceState> inputs,
-                                    Clock& clock) {
+                                    Clock& clock, const Progress& progress) {
     std::vector<StudyRun> runs;
-    const std::optional<FeltLevel> felt = the_felt_level(scene);
+    const std::optional<internal::FeltLevel> felt = the_felt_level(scene);
     if (!felt) return runs;
+    const std::vector<Vec3> certified = internal::certified_proxies(scene, inputs);
+    const auto report = [&](double done) {
+        if (progress && !progress(done / static_cast<double>(kBaselines.size()), "comparing"))
+            throw std::runtime_error("cancelled");
+    };
     for (const BaselineKind kind : kBaselines)
-        runs.push_back(run_baseline(scene, *felt, kind, inputs, clock));
+        runs.push_back(
+            run_baseline(scene, *felt, kind, inputs, certified, clock, [&](std::size_t frame) {
+                report(static_cast<double>(runs.size()) +
+                       static_cast<double>(frame) / static_cast<double>(inputs.size()));
+            }));
+    report(static_cast<double>(kBaselines.size()));
     return runs;
 }
 

@@ -2,8 +2,11 @@
 #include <palpate/engine/paced_run.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
-#include <thread>
+#include <future>
+#include <stdexcept>
 
 #include <pthread.h>
 #include <sched.h>
@@ -18,7 +21,9 @@
 namespace palpate {
 namespace {
 
-/// The probe between the rows of a path; `at_s` since its beginning.
+constexpr std::chrono::milliseconds kAsked{100}; // between two calls of progress
+
+/// The probe between the rows of a path, of one trial; `at_s` since its beginning.
 DeviceState probe_at(std::span<const DeviceState> path, double at_s, double rate_hz) noexcept {
     const double row = std::clamp(at_s * rate_hz, 0.0, static_cast<double>(path.size() - 1));
     const auto before = static_cast<std::size_t>(row);
@@ -26,8 +31,8 @@ DeviceState probe_at(std::span<const DeviceState> path, double at_s, double rate
     const double share = row - static_cast<double>(before);
     DeviceState state = path[before];
     state.time_s = at_s;
-    state.trial = 0;
-    state.position += share * (path[after].position - state.position);
+    if (path[after].trial == state.trial)
+        state.position += share * (path[after].position - state.position);
     return state;
 }
 
@@ -59,7 +64,8 @@ std::string name_of(Pace pace, Scheduler scheduler, double rate_hz, bool permitt
 } // namespace
 
 StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                     const LoopDescription& settings, Pace pace, Scheduler scheduler) {
+                     const LoopDescription& settings, Pace pace, Scheduler scheduler,
+                     const Progress& progress) {
     SteadyClock clock;
     HapticLoop loop(scene, clock, settings);
     internal::StudyTally tally;
@@ -68,6 +74,8 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
     const double period_us = 1e6 / settings.rate_hz;
     const double duration_us = period_us * static_cast<double>(inputs.size());
     bool permitted = false;
+    std::atomic<bool> cancelled{false};
+    std::atomic<double> done{0.0};
 
     const auto run = [&]() noexcept {
         permitted = scheduled(scheduler);
@@ -76,25 +84,29 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
         double tick_us = 0.0;
         for (;;) {
             const double now_us = clock.now_us() - began_us;
-            if (now_us >= duration_us || frames.size() == frames.capacity()) return;
+            if (cancelled || now_us >= duration_us || frames.size() == frames.capacity()) return;
             FrameReport frame = loop.frame(probe_at(inputs, 1e-6 * now_us, settings.rate_hz));
             if (pace == Pace::locked) frame.late_us = now_us - tick_us;
             tally.add_way(frame, loop.path());
             const bool begins_a_period = now_us >= tick_us;
             if (begins_a_period) {
                 frames.push_back(frame);
+                done = now_us / duration_us;
                 const double ended_us = clock.now_us() - began_us;
                 tick_us = period_us * (std::floor(ended_us / period_us) + 1.0);
             }
             if (pace == Pace::locked) sleep_until(began_us + tick_us);
         }
     };
-    std::thread(run).join();
+    const std::future<void> ended = std::async(std::launch::async, run);
+    while (ended.wait_for(kAsked) != std::future_status::ready)
+        if (progress && !progress(done, "in real time")) cancelled = true;
+    if (cancelled) throw std::runtime_error("cancelled");
 
     internal::FrameTruth truth(*scene);
     for (const FrameReport& frame : frames) {
         tally.add_frame(frame, settings);
-        tally.add_error(truth.of(frame));
+        tally.add_truth(truth.of(frame));
     }
     StudyRun result = std::move(tally).conclude(settings);
     result.is_the_scenes = false;

@@ -343,7 +343,7 @@ void write_report_page(const std::filesystem::path& file,
                        const std::vector<ReportSubject>& subjects,
                        const std::vector<std::string>& notes) {
     const std::vector<Entry> entries = entries_of(subjects);
-    std::string page = internal::kReportHead;
+    std::string page = internal::page_head("Palpate report");
     page += "<h1>Palpate report</h1>\n";
     for (const std::string& note : notes)
         page += paragraph(note);

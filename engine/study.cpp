@@ -6,7 +6,10 @@
 #include <functional>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/internal/certified_proxy.h>
 #include <palpate/engine/internal/frame_truth.h>
 #include <palpate/engine/internal/study_tally.h>
 
@@ -23,14 +26,16 @@ constexpr std::array kTolerances_um{100.0, 10.0, 1.0, 0.1, 0.01, 0.001};
 using Tick = std::function<bool(std::size_t frame)>;
 
 StudyRun run_once(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                  const LoopDescription& settings, Clock& clock, const Tick& tick) {
+                  std::span<const Vec3> certified, const LoopDescription& settings, Clock& clock,
+                  const Tick& tick) {
     HapticLoop loop(scene, clock, settings);
     internal::FrameTruth truth(*scene);
     internal::StudyTally tally;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const FrameReport frame = loop.frame(inputs[i]);
         tally.add(frame, loop.path(), settings);
-        tally.add_error(truth.of(frame));
+        tally.add_truth(truth.of(frame));
+        if (!certified.empty()) tally.add_certified(frame, certified[i]);
         if (i % kFramesPerReport == 0 && !tick(i)) throw std::runtime_error("cancelled");
     }
     return std::move(tally).conclude(settings);
@@ -104,6 +109,21 @@ std::vector<LoopDescription> study_settings(const LoopDescription& own) {
     return settings;
 }
 
+void check_study(const Scene& scene) {
+    const auto& effects = scene.plan().effects;
+    if (std::any_of(effects.begin(), effects.end(), [](const auto& effect) { return effect.on; }))
+        return;
+    std::string place = scene.description().file.string();
+    std::string why = "the scene has no [[effect]]";
+    if (!effects.empty()) {
+        place += fmt::format(":{}", scene.description().effects.front().line);
+        why = "no [[effect]] is felt, as of this one " + effects.front().reason;
+    }
+    throw std::runtime_error(fmt::format("{}: nothing to study: {}; add one with type = "
+                                         "\"surface\" or \"gradient_surface\"",
+                                         place, why));
+}
+
 Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 const std::vector<LoopDescription>& settings, Clock& clock,
                 const Progress& progress) {
@@ -111,6 +131,7 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
     study.sphere = internal::FrameTruth(*scene).sphere();
     for (const DeviceState& input : inputs)
         study.time_s.push_back(input.time_s);
+    const std::vector<Vec3> certified = internal::certified_proxies(*scene, inputs);
     for (const LoopDescription& loop : settings) {
         const auto tick = [&](std::size_t frame) {
             const double runs = static_cast<double>(settings.size());
@@ -118,7 +139,7 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
                                 static_cast<double>(frame) / static_cast<double>(inputs.size());
             return !progress || progress(done / runs, "studying");
         };
-        study.runs.push_back(run_once(scene, inputs, loop, clock, tick));
+        study.runs.push_back(run_once(scene, inputs, certified, loop, clock, tick));
         LoopDescription own = scene->description().loop;
         own.method = loop.method;
         study.runs.back().is_the_scenes = same_setting(loop, own);

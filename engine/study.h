@@ -48,6 +48,16 @@ struct StudyRun {
     Error level;    ///< from the surface
     Error position; ///< from the surface's point nearest to the probe; spheres only
 
+    // Of all frames; nothing where no level of a field is felt.
+    std::optional<std::size_t>
+        frames_inside;                ///< that ended deeper than the certificate's tolerance
+    std::optional<double> deepest_um; ///< at the end of a frame; 0: never inside
+    // Against a proxy that no chord takes through the surface; nothing at the clock's pace and
+    // where levels are not all that is felt, or yield.
+    std::optional<std::size_t> lost_contact; ///< frames with less than a tenth of that proxy's
+                                             ///< force, where it is held back by over 0.5 mm
+    std::optional<std::size_t> elsewhere;    ///< frames that end over 2 mm from that proxy
+
     std::vector<double> level_m; ///< per frame, signed, > 0 inside; NaN where not known
 };
 
@@ -69,10 +79,16 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
                 const std::vector<LoopDescription>& settings, Clock& clock,
                 const Progress& progress = {});
 
-/// The same frames by methods from before the paper, with field queries for evaluations: where one
-/// level of a volume is all that is felt; otherwise none.                                [setup]
+/// The same frames by methods up to the paper's own, with field queries for evaluations, over the
+/// one level of a volume that the scene lets one feel, whatever its contact, and measured against
+/// that level; none where there is no level or several.                                  [setup]
+/// Throws std::runtime_error when cancelled.
 std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceState> inputs,
-                                    Clock& clock);
+                                    Clock& clock, const Progress& progress = {});
+
+/// Throws std::runtime_error naming the scene's file where no effect of it is on: nothing could be
+/// studied.                                                                              [setup]
+void check_study(const Scene& scene);
 
 /// The method of a run alone: "fixed", "penalty".                                         [any]
 std::string_view method_of(const StudyRun& run) noexcept;

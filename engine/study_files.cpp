@@ -113,21 +113,30 @@ std::string title(const StudyRun& run) {
 }
 
 std::string study_table(const Study& study) {
+    constexpr const char* kRow =
+        "{:<34} {:>11} {:>8} {:>8} {:>12} {:>10} {:>7} {:>11} {:>6} {:>9}\n";
     std::string text =
-        fmt::format("{:<38} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", "method", "evaluations",
-                    "sub-step um", "us p50", "us p99", "level um rms", "max");
+        fmt::format(fmt::runtime(kRow), "method", "evaluations", "us p50", "us p99", "level um rms",
+                    "max", "inside", "deepest um", "lost", "elsewhere");
     const auto number = [](bool known, double value) {
         return internal::readable(known ? std::optional(value) : std::nullopt);
+    };
+    const auto count = [&](const std::optional<std::size_t>& frames) {
+        return number(frames.has_value(), static_cast<double>(frames.value_or(0)));
     };
     for (const StudyRun& run : study.runs) {
         const bool felt = run.frames_in_contact > 0;
         const bool known = run.level.frames > 0;
-        text += fmt::format("{:<38} {:>12} {:>12} {:>10} {:>10} {:>12} {:>12}\n", title(run),
-                            number(felt, run.evaluations_mean), number(felt, run.step_mean_um),
+        text += fmt::format(fmt::runtime(kRow), title(run), number(felt, run.evaluations_mean),
                             number(felt, run.spent_p50_us), number(felt, run.spent_p99_us),
-                            number(known, run.level.rms_um), number(known, run.level.max_um));
+                            number(known, run.level.rms_um), number(known, run.level.max_um),
+                            count(run.frames_inside), internal::readable(run.deepest_um),
+                            count(run.lost_contact), count(run.elsewhere));
     }
-    return text;
+    return text +
+           "inside: frames that end deeper than the certificate's tolerance; lost: with less "
+           "than a tenth of the force of a\nproxy that no chord takes through the surface; "
+           "elsewhere: over 2 mm from that proxy\n";
 }
 
 void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,

@@ -22,8 +22,7 @@ std::uint64_t bit_in_reports(const Scene& scene, const SceneSurface& surface) {
 
 } // namespace
 
-double level_distance(FieldSampler& sampler, const Vec3& point, double level,
-                      double longest_step_m) {
+Vec3 level_foot(FieldSampler& sampler, const Vec3& point, double level, double longest_step_m) {
     Vec3 x = point;
     for (int step = 0; step < kNewtonSteps; ++step) {
         const FieldSample here = sampler.sample(x);
@@ -36,7 +35,12 @@ double level_distance(FieldSampler& sampler, const Vec3& point, double level,
         if (next == x) break;
         x = next;
     }
-    const double distance = glm::length(point - x);
+    return x;
+}
+
+double level_distance(FieldSampler& sampler, const Vec3& point, double level,
+                      double longest_step_m) {
+    const double distance = glm::length(point - level_foot(sampler, point, level, longest_step_m));
     return sampler.value(point) >= level ? distance : -distance;
 }
 

@@ -110,6 +110,10 @@ private:
 /// never did.  [setup]
 std::string guard_warning(const SurfaceAudit& audit);
 
+/// The point of a level that the slope leads to from a point, by Newton steps on the field as
+/// interpolated; short of it where there is no slope. m.                                [setup]
+Vec3 level_foot(FieldSampler& sampler, const Vec3& point, double level, double longest_step_m);
+
 /// Signed distance of a point from a level along the slope, > 0 inside, by Newton steps on the
 /// field as interpolated; a bound of what is left is its last step. m. [setup]
 double level_distance(FieldSampler& sampler, const Vec3& point, double level,

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <optional>
 
+#include <palpate/haptics/gradient_surface.h>
+#include <palpate/haptics/subdivision.h>
+
 namespace palpate {
 namespace {
 
@@ -14,7 +17,8 @@ constexpr int kMostSlides = 8;  // of a virtual proxy, per frame
 /// A level with what the baselines ask of it.
 class Level {
 public:
-    Level(const ScalarField& field, double level) : sampler_(field.make_sampler()), level_(level) {}
+    Level(std::shared_ptr<const ScalarField> field, double level)
+        : field_(std::move(field)), sampler_(field_->make_sampler()), level_(level) {}
 
     /// Towards free space, unit; zero where there is no gradient.
     Vec3 normal(const Vec3& x) noexcept { return normal_of(sampler_->sample(x)); }
@@ -42,6 +46,7 @@ private:
         return length > 0.0 ? -here.gradient / length : Vec3{0.0};
     }
 
+    std::shared_ptr<const ScalarField> field_; // the sampler reads it
     std::unique_ptr<FieldSampler> sampler_;
     double level_;
 };
@@ -106,6 +111,16 @@ private:
     }
 };
 
+class Linear final : public Sliding {
+public:
+    using Sliding::Sliding;
+
+private:
+    Vec3 slid(const Vec3& proxy, const Vec3& probe) noexcept override {
+        return proxy + along_plane(probe - proxy, level_.normal(proxy));
+    }
+};
+
 class Ikits final : public Sliding {
 public:
     using Sliding::Sliding;
@@ -147,6 +162,40 @@ private:
     Vec3 proxy_{0.0};
 };
 
+class Primitives final : public Baseline {
+public:
+    Primitives(std::shared_ptr<const ScalarField> field, double level, int sub_steps)
+        : plane_(field, strength_at(*field, level)),
+          subdivision_(stepping(sub_steps), {}, {&plane_}, clock_) {}
+    void restart(const Vec3& probe) noexcept override {
+        proxy_ = probe;
+        subdivision_.restart(probe);
+    }
+    Step move(const Vec3& probe) noexcept override {
+        const SubdivisionResult result = subdivision_.advance({probe, proxy_});
+        proxy_ = result.proxy;
+        return {proxy_, result.contacts > 0};
+    }
+    std::uint64_t samples() const noexcept override { return plane_.queries().field_samples; }
+
+private:
+    static TransferFunction strength_at(const ScalarField& field, double level) {
+        const double ramp = kPrimitiveRamp_m * field.typical_slope(level);
+        return {{{{level - ramp, 0.0}, {level, kPrimitiveStrength_n}}}, 2};
+    }
+    static SteppingSettings stepping(int sub_steps) {
+        SteppingSettings settings;
+        settings.method = SteppingMethod::fixed;
+        settings.sub_steps = sub_steps;
+        return settings;
+    }
+
+    SteadyClock clock_; // decides nothing with a fixed number of sub-steps
+    GradientSurface plane_;
+    Subdivision subdivision_;
+    Vec3 proxy_{0.0};
+};
+
 } // namespace
 
 std::string_view name(BaselineKind kind) noexcept {
@@ -157,8 +206,14 @@ std::string_view name(BaselineKind kind) noexcept {
         return "god_object";
     case BaselineKind::virtual_proxy:
         return "virtual_proxy";
+    case BaselineKind::linear:
+        return "linear";
     case BaselineKind::ikits:
         return "ikits";
+    case BaselineKind::primitives:
+        return "primitives";
+    case BaselineKind::subdivided:
+        return "subdivided";
     }
     return "";
 }
@@ -167,32 +222,49 @@ std::string_view weakness(BaselineKind kind) noexcept {
     switch (kind) {
     case BaselineKind::penalty:
         return "remembers nothing: beyond the middle of a thin wall it pushes out at the far side; "
-               "off by the curvature of fields that are no distances";
+               "its depth is wrong wherever the field is no distance";
     case BaselineKind::god_object:
-        return "one plane and one step per frame: lags where the surface is curved, does not yield";
+        return "one plane and one unguarded step per frame: lags where the surface is curved, "
+               "steps through thin walls, does not yield";
     case BaselineKind::virtual_proxy:
-        return "its centre is held a radius off the surface, does not yield";
+        return "its centre is held a radius off the surface, and by any length where the field is "
+               "no distance; does not yield";
+    case BaselineKind::linear:
+        return "one step along the tangent, and nothing brings it back to the level; does not "
+               "yield";
     case BaselineKind::ikits:
-        return "four evaluations keep it near the level, but nothing brings it back to it; does "
-               "not yield";
+        return "four evaluations keep it near a smooth level, and nothing brings it back to one "
+               "that bends within a step; does not yield";
+    case BaselineKind::primitives:
+        return "one linear step along the tangent, and nothing remembers where the surface was; "
+               "its strength places it, not a level";
+    case BaselineKind::subdivided:
+        return "the paper's 46 sub-steps divide that drift by their number, do not end it";
     }
     return "";
 }
 
-std::unique_ptr<Baseline> make_baseline(BaselineKind kind, const ScalarField& field, double level,
-                                        double radius_m) {
+std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const ScalarField> field,
+                                        double level, double radius_m) {
     switch (kind) {
     case BaselineKind::penalty:
-        return std::make_unique<Penalty>(Level(field, level));
+        return std::make_unique<Penalty>(Level(std::move(field), level));
     case BaselineKind::god_object:
-        return std::make_unique<GodObject>(Level(field, level));
-    case BaselineKind::virtual_proxy:
-        return std::make_unique<VirtualProxy>(
-            Level(field, level - radius_m * field.typical_slope(level)));
+        return std::make_unique<GodObject>(Level(std::move(field), level));
+    case BaselineKind::virtual_proxy: {
+        const double offset = level - radius_m * field->typical_slope(level);
+        return std::make_unique<VirtualProxy>(Level(std::move(field), offset));
+    }
+    case BaselineKind::linear:
+        return std::make_unique<Linear>(Level(std::move(field), level));
+    case BaselineKind::primitives:
+        return std::make_unique<Primitives>(std::move(field), level, 1);
+    case BaselineKind::subdivided:
+        return std::make_unique<Primitives>(std::move(field), level, kPaperSubSteps);
     case BaselineKind::ikits:
         break;
     }
-    return std::make_unique<Ikits>(Level(field, level));
+    return std::make_unique<Ikits>(Level(std::move(field), level));
 }
 
 } // namespace palpate

@@ -10,17 +10,29 @@
 
 namespace palpate {
 
-/// Methods from before the paper, to compare with: each in its plainest form, over a field's level,
-/// hard, without friction. For studies alone; scenes cannot choose them.
+/// Methods to compare with, up to the paper's own: each in its plainest form, over a field's level,
+/// without friction; hard, but for the last two. For studies alone; scenes cannot choose them.
 enum class BaselineKind {
     penalty,       ///< no proxy: the depth along the gradient at the probe
     god_object,    ///< Zilles and Salisbury (1995), on a field: the probe onto the tangent plane at
                    ///< the proxy, one step back to the level
     virtual_proxy, ///< Ruspini et al. (1997): a ball that slides as far as it is free
+    linear,        ///< the way along the tangent plane at the proxy, in one step
     ikits,         ///< Ikits et al. (2003): the way along the tangent planes, by Runge and Kutta
+    primitives,    ///< haptic primitives before the paper: a yielding plane through the proxy
+                   ///< across the gradient, one step; kPrimitiveStrength_n, kPrimitiveRamp_m
+    subdivided,    ///< the paper: the same in kPaperSubSteps sub-steps
 };
-inline constexpr std::array kBaselines{BaselineKind::penalty, BaselineKind::god_object,
-                                       BaselineKind::virtual_proxy, BaselineKind::ikits};
+inline constexpr std::array kBaselines{BaselineKind::penalty,       BaselineKind::god_object,
+                                       BaselineKind::virtual_proxy, BaselineKind::linear,
+                                       BaselineKind::ikits,         BaselineKind::primitives,
+                                       BaselineKind::subdivided};
+
+// Haptic primitives have no level: a strength that grows with the value stands for it. It grows
+// over more than a frame's way, so that a step does not miss it.
+inline constexpr double kPrimitiveStrength_n = 5.0; ///< at the level and behind it
+inline constexpr double kPrimitiveRamp_m = 0.25e-3; ///< in front of the level, where it begins
+inline constexpr int kPaperSubSteps = 46;           ///< the paper's average in 0.9 ms
 
 std::string_view name(BaselineKind kind) noexcept; ///< [any]
 /// What the method gets wrong, in a clause.                                              [any]
@@ -44,9 +56,8 @@ public:
     virtual std::uint64_t samples() const noexcept = 0; ///< of the field, so far          [any]
 };
 
-/// A baseline over the level of a field, which must outlive it; `radius_m` > 0: of virtual_proxy's
-/// ball.   [setup]
-std::unique_ptr<Baseline> make_baseline(BaselineKind kind, const ScalarField& field, double level,
-                                        double radius_m = 1e-3);
+/// A baseline over the level of a field; `radius_m` > 0: of virtual_proxy's ball.       [setup]
+std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const ScalarField> field,
+                                        double level, double radius_m = 1e-3);
 
 } // namespace palpate

@@ -57,6 +57,10 @@ public:
     void add_line(const LinePrimitive& line) noexcept {
         if (has_room()) lines_[line_count_++] = line;
     }
+    /// Strength of a line that is there, N, >= 0.                                         [loop]
+    void set_line_strength(std::size_t line, double strength_n) noexcept {
+        lines_[line].strength_n = strength_n;
+    }
     /// Adds a point, as add() does.                                                        [loop]
     void add_point(const PointPrimitive& point) noexcept {
         if (has_room()) points_[point_count_++] = point;

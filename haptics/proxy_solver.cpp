@@ -307,6 +307,18 @@ ProxySolution solve_one_plane(const PlanePrimitive& plane, const Vec3& target,
     return solution;
 }
 
+/// One plane and a line along its normal, as friction on one contact makes them: each answers its
+/// own part of the way.
+ProxySolution solve_plane_and_normal_line(const PlanePrimitive& plane, const LinePrimitive& line,
+                                          const Vec3& target, double stiffness) noexcept {
+    ProxySolution solution = solve_one_plane(plane, target, stiffness);
+    const ProxySolution along = solve_one_line(line, target, stiffness);
+    solution.proxy += along.proxy - target;
+    solution.line_force_n[0] = along.line_force_n[0];
+    solution.line_state[0] = along.line_state[0];
+    return solution;
+}
+
 } // namespace
 
 ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
@@ -320,6 +332,9 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, dou
         return solve_one_line(lines.front(), target, stiffness);
     if (planes.empty() && lines.empty() && points.size() == 1)
         return solve_one_point(points.front(), target, stiffness);
+    if (planes.size() == 1 && lines.size() == 1 && points.empty() &&
+        planes.front().normal == lines.front().axis)
+        return solve_plane_and_normal_line(planes.front(), lines.front(), target, stiffness);
     if (!lines.empty() || !points.empty())
         return solve_mixed(primitives, target, stiffness, pass_cap);
 

@@ -15,6 +15,8 @@ namespace {
 
 // A movement below this is rounding: the proxy keeps its bits (numerics 5, case 17).
 constexpr double kNoMovement = 1e-13; // m
+// A movement below this is rounding where friction holds (composition.md 2.2, step 2).
+constexpr double kStuck = 1e-10; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
 // Within this many tolerances the residual is trusted to go on falling as it did; further out, data
@@ -29,6 +31,12 @@ constexpr double kYieldingTrust = 4.0;
 // of 330 000 facets.
 constexpr int kMostBends = 64;
 
+std::vector<FrictionCoefficients> of_each(std::vector<FrictionCoefficients> friction,
+                                          std::size_t surfaces) {
+    friction.resize(surfaces);
+    return friction;
+}
+
 /// Bit i where `set`; 0 past the 64th.
 std::uint64_t bit_of(std::size_t i, bool set) noexcept {
     return set && i < 64 ? std::uint64_t{1} << i : 0;
@@ -37,9 +45,12 @@ std::uint64_t bit_of(std::size_t i, bool set) noexcept {
 } // namespace
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
-                         std::vector<Effect*> effects, Clock& clock)
+                         std::vector<Effect*> effects, Clock& clock,
+                         std::vector<FrictionCoefficients> friction)
     : settings_(settings), surfaces_(std::move(surfaces)), effects_(std::move(effects)),
-      clock_(clock), estimator_(settings.budget_us), first_contact_(surfaces_.size() + 1, 0) {
+      clock_(clock), estimator_(settings.budget_us),
+      friction_(of_each(std::move(friction), surfaces_.size())), banks_(surfaces_.size()),
+      first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
         throw std::invalid_argument(
@@ -58,6 +69,9 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
     for (SurfaceContact* surface : surfaces_)
         if (surface->restart(proxy)) flags |= kInsideAtStart;
+    for (LevelBank& bank : banks_)
+        bank.clear();
+    friction_.restart();
     for (Effect* effect : effects_)
         effect->restart(proxy);
     path_.clear();
@@ -83,16 +97,18 @@ SubdivisionResult Subdivision::run() noexcept {
     path_.clear();
     path_.push_back(proxy);
     steps_left_.clear();
+    begins_ = true;
     bends_ = 0;
     legs_left_ = kMostLegs;
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
     for (Effect* effect : effects_)
         effect->begin(frame_);
+    friction_.begin();
     note_open(result);
 
     do
         proxy = relaxed(proxy, result);
-    while (membrane_opens(result));
+    while (membrane_opens(result) || breaks_away(result));
     proxy = settled(proxy, result);
     commit(proxy, result);
     return result;
@@ -157,6 +173,11 @@ bool Subdivision::membrane_opens(SubdivisionResult& result) noexcept {
     return false;
 }
 
+/// Whether what friction held has begun to slide: the frame goes on with less of it.
+bool Subdivision::breaks_away(const SubdivisionResult& result) noexcept {
+    return !(result.flags & (kStalled | kEvaluationCap)) && friction_.breaks_away();
+}
+
 void Subdivision::note_open(SubdivisionResult& result) const noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const SurfaceState state = surfaces_[i]->state();
@@ -172,14 +193,43 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         surfaces_[i]->offer(proxy, contacts_);
     }
     first_contact_.back() = contacts_.size();
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (begins_) sunk_m_[i] = depth_not_to_restore(i, proxy);
+        for (std::size_t c = first_contact_[i]; sunk_m_[i] > 0.0 && c < first_contact_[i + 1]; ++c)
+            contacts_.sink(c, sunk_m_[i]);
+    }
+    begins_ = false;
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
     for (Effect* effect : effects_)
         effect->gather(proxy, primitives_);
+    friction_.gather(proxy, contacts_, first_contact_, primitives_);
+}
+
+/// How much of its depth below a surface's level the proxy has to keep in this frame, m: to lift it
+/// that far would give the hand more than its drift has taken.
+double Subdivision::depth_not_to_restore(std::size_t surface, const Vec3& proxy) noexcept {
+    const std::size_t first = first_contact_[surface];
+    if (first == first_contact_[surface + 1]) {
+        banks_[surface].clear();
+        return 0.0;
+    }
+    double depth_m = -std::numeric_limits<double>::infinity();
+    Vec3 normal{0.0};
+    for (std::size_t c = first; c < first_contact_[surface + 1]; ++c) {
+        const PlanePrimitive& plane = contacts_[c].plane;
+        const double depth_of_plane_m = glm::dot(plane.normal, plane.anchor - proxy);
+        if (depth_of_plane_m <= depth_m) continue;
+        depth_m = depth_of_plane_m;
+        normal = plane.normal;
+    }
+    const double lift_m =
+        banks_[surface].lift(depth_m, normal, proxy - frame_.probe, frame_.stiffness);
+    return std::max(0.0, depth_m - lift_m);
 }
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
-    solution_ = solve_proxy(primitives_, frame_.probe, frame_.stiffness);
+    solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness);
     for (Effect* effect : effects_)
         effect->solved(solution_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
@@ -248,7 +298,7 @@ int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcep
 /// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
 /// held proxy.
 bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcept {
-    if (result.residual_m < kNoMovement) return true;
+    if (result.residual_m < (friction_.holds() ? kStuck : kNoMovement)) return true;
     // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
     const double unspent_m =
         primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result.residual_m;
@@ -259,7 +309,7 @@ bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcep
 Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left,
                             double residual_m) noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated)) continue;
+        if (any_state(i, MultiplierState::saturated) || sunk_m_[i] > 0.0) continue;
         if (const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy)) return *nearer;
     }
     if (settings_.method == SteppingMethod::adaptive) return curved_candidate(proxy, residual_m);
@@ -331,7 +381,8 @@ SurfaceContact* Subdivision::leading_surface() const noexcept {
     SurfaceContact* leading = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (first_contact_[i] == first_contact_[i + 1]) continue;
-        if (leading || !surfaces_[i]->slides() || any_state(i, MultiplierState::saturated))
+        if (leading || friction_.rubs(i) || !surfaces_[i]->slides() ||
+            any_state(i, MultiplierState::saturated))
             return nullptr;
         leading = surfaces_[i];
     }
@@ -401,7 +452,8 @@ Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
     if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.planes().empty())
         return proxy;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active))
+        if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active) ||
+            sunk_m_[i] > 0.0)
             continue;
         if (const std::optional<Vec3> level = surfaces_[i]->settle(proxy))
             proxy = carried(proxy, *level, result);
@@ -415,14 +467,18 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
         const bool felt = yielded || any_state(i, MultiplierState::active);
         result.felt |= bit_of(i, felt);
         surfaces_[i]->commit(proxy, yielded, felt);
+        if (felt) banks_[i].end(proxy - frame_.probe);
+        if (yielded) banks_[i].level_moved();
         result.guarded |= bit_of(i, surfaces_[i]->guarded());
     }
     note_open(result);
+    friction_.commit();
     for (Effect* effect : effects_)
         effect->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)
         if (solution_.state[i] != MultiplierState::released) ++result.contacts;
-    for (std::size_t i = 0; i < primitives_.lines().size(); ++i)
+    const std::size_t lines = primitives_.lines().size() - friction_.lines();
+    for (std::size_t i = 0; i < lines; ++i)
         if (squared_length(solution_.line_force_n[i]) > 0.0) ++result.contacts;
     for (std::size_t i = 0; i < primitives_.points().size(); ++i)
         if (squared_length(solution_.point_force_n[i]) > 0.0) ++result.contacts;

@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
+#include <palpate/haptics/coulomb_friction.h>
 #include <palpate/haptics/effect.h>
+#include <palpate/haptics/level_bank.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/haptics/step_time_estimator.h>
 #include <palpate/haptics/surface_contact.h>
@@ -57,10 +59,11 @@ public:
     /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
     static constexpr int kMostLegs = 1024;
 
-    /// Surfaces and effects in canonical order; all must outlive this. Throws std::invalid_argument
-    /// on settings out of range.  [setup]
+    /// Surfaces, the friction on each (none where there are fewer) and effects in canonical order;
+    /// all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
-                std::vector<Effect*> effects, Clock& clock);
+                std::vector<Effect*> effects, Clock& clock,
+                std::vector<FrictionCoefficients> friction = {});
 
     /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
     std::uint32_t restart(const Vec3& proxy) noexcept;
@@ -86,8 +89,10 @@ private:
     SubdivisionResult run() noexcept;
     Vec3 relaxed(Vec3 proxy, SubdivisionResult& result) noexcept;
     bool membrane_opens(SubdivisionResult& result) noexcept;
+    bool breaks_away(const SubdivisionResult& result) noexcept;
     void note_open(SubdivisionResult& result) const noexcept;
     void gather(const Vec3& proxy) noexcept;
+    double depth_not_to_restore(std::size_t surface, const Vec3& proxy) noexcept;
     void solve(const Vec3& proxy, SubdivisionResult& result) noexcept;
     std::uint32_t steps_still_affordable(const SubdivisionResult& result) noexcept;
     bool all_flat() const noexcept;
@@ -112,6 +117,9 @@ private:
     Clock& clock_;
     StepTimeEstimator estimator_;
 
+    CoulombFriction friction_;
+    std::vector<LevelBank> banks_; // of each surface
+
     // Of one evaluation.
     ContactSet contacts_;
     PrimitiveSet primitives_;
@@ -120,9 +128,11 @@ private:
 
     // Of one frame.
     FrameContext frame_;
-    double began_us_ = 0.0; // t_0
-    double last_us_ = 0.0;  // t_n
-    double damping_ = 1.0;  // of tangential steps (contact.md 1.2, step 5)
+    double began_us_ = 0.0;      // t_0
+    double last_us_ = 0.0;       // t_n
+    bool begins_ = false;        // nothing gathered yet
+    std::vector<double> sunk_m_; // of each surface: how far its planes lie below its level
+    double damping_ = 1.0;       // of tangential steps (contact.md 1.2, step 5)
     double last_residual_m_ = 0.0;
     bool converged_ = false; // the last step is expected to leave less than the tolerance
     int unmoved_ = 0;        // evaluations in a row that did not move the proxy

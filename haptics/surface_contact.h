@@ -39,6 +39,11 @@ public:
         contacts_[count_++] = contact;
         return true;
     }
+    /// Moves a plane and its level inwards, m.
+    void sink(std::size_t i, double by_m) noexcept {
+        contacts_[i].plane.anchor -= by_m * contacts_[i].plane.normal;
+        contacts_[i].level_gap += by_m * contacts_[i].gradient_length;
+    }
     std::size_t size() const noexcept { return count_; }
     bool overflowed() const noexcept { return overflowed_; }
     const ContactPlane& operator[](std::size_t i) const noexcept { return contacts_[i]; }

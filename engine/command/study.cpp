@@ -34,17 +34,29 @@ std::string command_of(const Options& options) {
 void add_real_time(std::shared_ptr<const Scene> scene, const std::vector<DeviceState>& inputs,
                    Study& study) {
     const Progress progress = progress_bar();
+    constexpr double runs = 8.0;
     double done = 0.0;
+    const Progress share = [&](double fraction, std::string_view what) {
+        return progress((done + fraction) / runs, what);
+    };
     for (const Pace pace : {Pace::locked, Pace::released})
         for (const Scheduler scheduler : {Scheduler::ordinary, Scheduler::fifo})
             for (const SteppingMethod method : {SteppingMethod::single, SteppingMethod::paper}) {
-                constexpr double runs = 8.0;
-                if (!progress(done++ / runs, "in real time")) throw std::runtime_error("cancelled");
                 LoopDescription loop = scene->description().loop;
                 loop.method = method;
-                study.runs.push_back(run_at_pace(scene, inputs, loop, pace, scheduler));
+                study.runs.push_back(run_at_pace(scene, inputs, loop, pace, scheduler, share));
+                ++done;
             }
     progress(1.0, "in real time");
+}
+
+void warn_of_no_contact(const Scene& scene, const Study& study) {
+    if (std::none_of(study.runs.begin(), study.runs.end(),
+                     [](const StudyRun& run) { return run.frames_in_contact > 0; }))
+        fmt::print(stderr,
+                   "palpate: warning: {}: nothing is touched in any of the {} frames, and nothing "
+                   "was measured; lead the probe to what can be felt\n",
+                   scene.description().file.string(), study.time_s.size());
 }
 
 int study(const Options& options) {
@@ -54,15 +66,17 @@ int study(const Options& options) {
                                                : options.out);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
+    check_study(*scene);
     std::vector<DeviceState> inputs = device_states(*scene, options.every);
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
     SteadyClock clock;
     Study study =
         run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar());
-    for (StudyRun& run : run_baselines(*scene, inputs, clock))
+    for (StudyRun& run : run_baselines(*scene, inputs, clock, progress_bar()))
         study.runs.push_back(std::move(run));
     if (options.real_time) add_real_time(scene, inputs, study);
+    warn_of_no_contact(*scene, study);
     write_study(out.string(), *scene, study, command_of(options));
     print(study_table(study));
     print(fmt::format("written to {}: study.csv drift.csv study.json index.html", out.string()));

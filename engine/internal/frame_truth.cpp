@@ -1,60 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/internal/frame_truth.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate::internal {
 
-FrameTruth::FrameTruth(const Scene& scene) {
+FrameTruth::FrameTruth(const Scene& scene, Measure measure) {
+    const bool of_meshes = measure == Measure::what_is_felt;
     for (const SceneSurface& surface : scene.surfaces())
-        audits_.emplace_back(scene, surface);
-    for (const PlannedEffect& planned : scene.plan().effects) {
-        const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (!planned.on || effect.kind != EffectKind::gradient_surface) continue;
-        const VolumeDescription& volume = scene.description().volumes.at(effect.volume);
-        if (volume.analytic.empty()) continue;
-        const auto field = scene.effect_field(effect.volume);
-        walls_.push_back({field->make_sampler(), LevelScale::of(*field, {}).trust_m,
-                          FeltSphere::of(volume, 0.0)});
+        if (of_meshes && surface.is_felt_by_mesh()) meshes_.emplace_back(scene, surface);
+    for (FeltLevel& felt : felt_levels(scene)) {
+        if (of_meshes && felt.surface && felt.surface->is_felt_by_mesh()) continue;
+        const LevelScale scale = LevelScale::of(*felt.field, felt.settings);
+        auto sampler = felt.field->make_sampler();
+        levels_.push_back({std::move(felt), std::move(sampler), scale});
     }
 }
 
-std::optional<FrameError> FrameTruth::of(const FrameReport& frame) {
-    std::optional<FrameError> worst;
+FrameFinding FrameTruth::of(const FrameReport& frame) {
+    FrameFinding finding;
     const auto take = [&](const std::optional<FrameError>& error) {
-        if (error && (!worst || std::abs(error->level_m) > std::abs(worst->level_m))) worst = error;
+        if (error &&
+            (!finding.error || std::abs(error->level_m) > std::abs(finding.error->level_m)))
+            finding.error = error;
     };
-    for (SurfaceAudit& audit : audits_)
-        take(of_surface(audit, frame));
-    if (frame.flags & kProbeNotFinite) return worst;
-    for (Wall& wall : walls_)
-        take(of_wall(wall, frame));
-    return worst;
+    for (SurfaceAudit& mesh : meshes_)
+        take(of_mesh(mesh, frame));
+    if (frame.flags & kProbeNotFinite) return finding;
+    for (Level& level : levels_) {
+        if (frame.surfaces_open & level.felt.bit) continue;
+        take(of_level(level, frame));
+        finding.depth_m = std::max(finding.depth_m.value_or(0.0), depth(level, frame.proxy));
+    }
+    return finding;
 }
 
 std::optional<FeltSphere> FrameTruth::sphere() const noexcept {
-    if (audits_.empty() && walls_.size() == 1) return walls_.front().sphere;
-    if (walls_.empty() && audits_.size() == 1) return audits_.front().sphere();
-    return {};
+    if (!meshes_.empty() || levels_.size() != 1) return {};
+    return levels_.front().felt.sphere;
 }
 
-std::optional<FrameError> FrameTruth::of_surface(SurfaceAudit& audit, const FrameReport& frame) {
-    const std::vector<double>& distances =
-        audit.surface().is_felt_by_mesh() ? audit.mesh_distance_m() : audit.level_distance_m();
-    const std::size_t before = distances.size();
+std::optional<FrameError> FrameTruth::of_mesh(SurfaceAudit& audit, const FrameReport& frame) {
+    const std::size_t before = audit.mesh_distance_m().size();
     audit.add(frame, {}); // its chords are not asked for
-    if (distances.size() == before) return {};
-    FrameError error{distances.back(), {}};
-    if (!audit.position_error_m().empty()) error.position_m = audit.position_error_m().back();
+    if (audit.mesh_distance_m().size() == before) return {};
+    return FrameError{audit.mesh_distance_m().back(), {}};
+}
+
+std::optional<FrameError> FrameTruth::of_level(Level& level, const FrameReport& frame) {
+    const bool counts = level.felt.surface
+                            ? (frame.surfaces_felt & level.felt.bit) != 0
+                            : level.sampler->value(frame.probe) > level.felt.settings.level;
+    if (!counts) return {};
+    FrameError error{
+        level_distance(*level.sampler, frame.proxy, level.felt.settings.level, level.scale.trust_m),
+        {}};
+    if (level.felt.sphere)
+        error.position_m = glm::length(frame.proxy - level.felt.sphere->nearest(frame.probe));
     return error;
 }
 
-std::optional<FrameError> FrameTruth::of_wall(Wall& wall, const FrameReport& frame) {
-    if (!(wall.sampler->value(frame.probe) > 0.0)) return {};
-    FrameError error{level_distance(*wall.sampler, frame.proxy, 0.0, wall.trust_m), {}};
-    if (wall.sphere)
-        error.position_m = glm::length(frame.proxy - wall.sphere->nearest(frame.probe));
-    return error;
+double FrameTruth::depth(Level& level, const Vec3& proxy) {
+    const double bound = level.felt.settings.level + level.scale.certificate;
+    if (!(level.sampler->value(proxy) > bound)) return 0.0;
+    const double depth_m =
+        depth_behind(level.felt, *level.sampler, proxy, level.scale.trust_m, deepest_m_);
+    deepest_m_ = std::max(deepest_m_, depth_m);
+    return depth_m;
 }
 
 } // namespace palpate::internal

@@ -22,7 +22,7 @@ constexpr double kPlotWidth = 660.0;
 constexpr double kPlotHeight = 320.0;
 constexpr std::size_t kMostMarkers = 40; // of a series: more would touch
 constexpr double kMarker = 4.5;          // half its size
-constexpr std::size_t kKinds = 4;        // classes s0 .. s3 of the page's style
+constexpr std::size_t kKinds = 6;        // classes s0 .. s5 of the page's style
 constexpr double kTicks = 6.0;           // of a linear axis, about
 constexpr int kMostDecades = 8;          // with a label each; of more, every second or third
 
@@ -113,18 +113,26 @@ std::string marker(double x, double y, std::size_t kind) {
     case 2:
         return fmt::format("M{:.1f} {:.1f}l{b} {a}h-{a}z", x, y - kMarker,
                            fmt::arg("a", 2.0 * kMarker), fmt::arg("b", kMarker));
-    default:
+    case 3:
         return fmt::format("M{:.1f} {:.1f}l{b} {b}l-{b} {b}l-{b}-{b}z", x, y - kMarker,
                            fmt::arg("b", kMarker));
+    case 4:
+        return fmt::format("M{:.1f} {:.1f}a{b} {b} 0 1 0 {a} 0a{b} {b} 0 1 0-{a} 0z", x - kMarker,
+                           y, fmt::arg("a", 2.0 * kMarker), fmt::arg("b", kMarker));
+    default:
+        return fmt::format("M{:.1f} {:.1f}l{b}-{a}h-{a}z", x, y + kMarker,
+                           fmt::arg("a", 2.0 * kMarker), fmt::arg("b", kMarker));
     }
 }
 
 std::string line(const ChartSeries& series, const Paper& paper, std::size_t kind) {
-    const bool marked = series.points.size() <= kMostMarkers;
+    const bool joined = series.labels.empty();
+    const bool marked = !joined || series.points.size() <= kMostMarkers;
     std::string path;
     std::string markers;
     bool pen_down = false;
-    for (const auto& [x, y] : series.points) {
+    for (std::size_t i = 0; i < series.points.size(); ++i) {
+        const auto& [x, y] = series.points[i];
         if (!std::isfinite(x) || !std::isfinite(y)) {
             pen_down = false;
             continue;
@@ -134,21 +142,89 @@ std::string line(const ChartSeries& series, const Paper& paper, std::size_t kind
         if (!marked) continue;
         markers += fmt::format("<path class=\"mark s{}\" d=\"{}\"><title>{}: {}, {}</title></path>",
                                kind % kKinds, marker(paper.left(x), paper.top(y), kind),
-                               escape_html(series.name), readable(x), readable(y));
+                               escape_html(joined ? series.name : series.labels[i]), readable(x),
+                               readable(y));
     }
+    if (!joined) return markers + "\n";
     return fmt::format("<path class=\"line s{}\" d=\"{}\"/>\n{}\n", kind % kKinds, path, markers);
+}
+
+/// A rectangle of the drawing, pixels.
+struct Patch {
+    double left, top, right, bottom;
+    bool overlaps(const Patch& other) const {
+        return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
+    }
+};
+
+/// Finds room for labels: beside, above or below their points, off every marker and other label.
+class LabelPlaces {
+public:
+    LabelPlaces(const SeriesChart& chart, const Paper& paper) {
+        for (const ChartSeries& series : chart.series) {
+            if (series.labels.empty() && series.points.size() > kMostMarkers) continue;
+            for (const auto& [x, y] : series.points)
+                if (std::isfinite(x) && std::isfinite(y))
+                    taken_.push_back(around(paper.left(x), paper.top(y)));
+        }
+    }
+
+    /// The left end of a text's baseline.
+    std::array<double, 2> place(double x, double y, std::size_t letters) {
+        const double width = kLetter * static_cast<double>(letters);
+        for (const double down : {4.0, -10.0, 18.0, -22.0, 30.0, -34.0, 42.0, -46.0})
+            for (const double left : {x + kGap, x - kGap - width, x - 0.5 * width}) {
+                const Patch patch{left, y + down - kAscent, left + width, y + down + kDescent};
+                if (patch.left < kLeft || patch.right > kLeft + kPlotWidth || patch.top < kTop ||
+                    patch.bottom > kTop + kPlotHeight)
+                    continue;
+                if (std::any_of(taken_.begin(), taken_.end(),
+                                [&](const Patch& other) { return patch.overlaps(other); }))
+                    continue;
+                taken_.push_back(patch);
+                return {left, y + down};
+            }
+        return {x + kGap, y}; // no room: over something else
+    }
+
+private:
+    static constexpr double kLetter = 7.0; // about, of the 14 px text of a phone
+    static constexpr double kAscent = 9.0;
+    static constexpr double kDescent = 3.0;
+    static constexpr double kGap = 8.0; // between a point and its label
+
+    static Patch around(double x, double y) {
+        return {x - kMarker, y - kMarker, x + kMarker, y + kMarker};
+    }
+
+    std::vector<Patch> taken_;
+};
+
+std::string labels(const SeriesChart& chart, const Paper& paper) {
+    LabelPlaces places(chart, paper);
+    std::string svg;
+    for (const ChartSeries& series : chart.series)
+        for (std::size_t i = 0; i < series.labels.size(); ++i) {
+            const auto& [x, y] = series.points[i];
+            if (!std::isfinite(x) || !std::isfinite(y)) continue;
+            const auto [left, baseline] =
+                places.place(paper.left(x), paper.top(y), series.labels[i].size());
+            svg += fmt::format("<text class=\"label\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", left,
+                               baseline, escape_html(series.labels[i]));
+        }
+    return svg;
 }
 
 std::string legend(const SeriesChart& chart) {
     std::string svg;
     double x = kLeft;
     for (std::size_t i = 0; i < chart.series.size(); ++i) {
-        constexpr double letter = 7.0; // about, of 12 px text
+        constexpr double letter = 10.0; // about, of the 17 px text of a phone
         svg += fmt::format("<path class=\"mark s{}\" d=\"{}\"/>"
                            "<text x=\"{:.1f}\" y=\"20\">{}</text>\n",
                            i % kKinds, marker(x + kMarker, 16.0, i), x + 16.0,
                            escape_html(chart.series[i].name));
-        x += 36.0 + letter * static_cast<double>(chart.series[i].name.size());
+        x += 32.0 + letter * static_cast<double>(chart.series[i].name.size());
     }
     return svg;
 }
@@ -168,7 +244,7 @@ std::string series_chart(const SeriesChart& chart, std::string_view id) {
     // The first on top: it is the one with the fewest points.
     for (std::size_t i = chart.series.size(); i > 0; --i)
         svg += line(chart.series[i - 1], paper, i - 1);
-    return svg + "</svg>\n";
+    return svg + labels(chart, paper) + "</svg>\n";
 }
 
 } // namespace palpate::internal

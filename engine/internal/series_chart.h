@@ -12,6 +12,8 @@ namespace palpate::internal {
 struct ChartSeries {
     std::string name;
     std::vector<std::array<double, 2>> points;
+    std::vector<std::string> labels; ///< one per point, written beside it: then the points are
+                                     ///< things of their own that no line joins; or empty
 };
 
 /// How numbers are laid out along an axis.
@@ -23,7 +25,7 @@ struct ChartAxis {
     double smallest = 0.0; ///< logarithmic, > 0: smaller values are drawn here
 };
 
-/// Lines with a marker at each point, unless there are too many to tell apart; up to four series
+/// Lines with a marker at each point, unless there are too many to tell apart; up to six series
 /// keep their colours and shapes apart.
 struct SeriesChart {
     std::string title;

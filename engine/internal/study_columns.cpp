@@ -16,6 +16,11 @@ Value of_ticks(const StudyRun& run, double value) {
     return run.pace.empty() ? Value() : in_contact(run, value);
 }
 
+template <class T>
+Value known(const std::optional<T>& value) {
+    return value ? Value(static_cast<double>(*value)) : Value();
+}
+
 Value known(const StudyRun::Error& error, double value) {
     return error.frames > 0 ? Value(value) : Value();
 }
@@ -37,14 +42,6 @@ constexpr std::array kColumns{
                 [](const StudyRun& r) { return in_contact(r, r.spent_p99_us); }},
     StudyColumn{"spent_max_us", "us per frame", "max",
                 [](const StudyRun& r) { return in_contact(r, r.spent_max_us); }},
-    StudyColumn{"late_p99_us", "us after the tick", "p99",
-                [](const StudyRun& r) { return of_ticks(r, r.late_p99_us); }},
-    StudyColumn{"late_max_us", "us after the tick", "max",
-                [](const StudyRun& r) { return of_ticks(r, r.late_max_us); }},
-    StudyColumn{"over_budget", "frames longer than", "budget",
-                [](const StudyRun& r) { return Value(r.over_budget); }},
-    StudyColumn{"over_period", "frames longer than", "period",
-                [](const StudyRun& r) { return Value(r.over_period); }},
     StudyColumn{"level_frames", "distance from the surface, um", "frames",
                 [](const StudyRun& r) { return Value(r.level.frames); }},
     StudyColumn{"level_rms_um", "distance from the surface, um", "rms",
@@ -53,12 +50,28 @@ constexpr std::array kColumns{
                 [](const StudyRun& r) { return known(r.level, r.level.p99_um); }},
     StudyColumn{"level_max_um", "distance from the surface, um", "max",
                 [](const StudyRun& r) { return known(r.level, r.level.max_um); }},
+    StudyColumn{"frames_inside", "inside the surface", "frames",
+                [](const StudyRun& r) { return known(r.frames_inside); }},
+    StudyColumn{"deepest_um", "inside the surface", "deepest, um",
+                [](const StudyRun& r) { return known(r.deepest_um); }},
+    StudyColumn{"lost_contact", "against the certified proxy, frames", "lost contact",
+                [](const StudyRun& r) { return known(r.lost_contact); }},
+    StudyColumn{"elsewhere", "against the certified proxy, frames", "2 mm away",
+                [](const StudyRun& r) { return known(r.elsewhere); }},
     StudyColumn{"position_rms_um", "distance from the nearest point, um", "rms",
                 [](const StudyRun& r) { return known(r.position, r.position.rms_um); }},
     StudyColumn{"position_p99_um", "distance from the nearest point, um", "p99",
                 [](const StudyRun& r) { return known(r.position, r.position.p99_um); }},
     StudyColumn{"position_max_um", "distance from the nearest point, um", "max",
                 [](const StudyRun& r) { return known(r.position, r.position.max_um); }},
+    StudyColumn{"late_p99_us", "us after the tick", "p99",
+                [](const StudyRun& r) { return of_ticks(r, r.late_p99_us); }},
+    StudyColumn{"late_max_us", "us after the tick", "max",
+                [](const StudyRun& r) { return of_ticks(r, r.late_max_us); }},
+    StudyColumn{"over_budget", "frames longer than", "budget",
+                [](const StudyRun& r) { return Value(r.over_budget); }},
+    StudyColumn{"over_period", "frames longer than", "period",
+                [](const StudyRun& r) { return Value(r.over_period); }},
 };
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/internal/study_tally.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +13,9 @@ namespace {
 constexpr double kMicrometres = 1e6; // um per m
 // A budget is for sub-steps; what a frame does around them, counting, coupling, limits, is shorter.
 constexpr double kAround_us = 1.0;
+constexpr double kHeldBack_m = 0.5e-3; // more than a frame's way, which methods may differ by
+constexpr double kLostShare = 0.1;     // of the spring's length
+constexpr double kElsewhere_m = 2e-3;  // more than what distance a method keeps, or lags by
 
 StudyRun::Error error_of(std::vector<double> distances_um) {
     const Spread spread = spread_of(std::move(distances_um));
@@ -43,11 +47,25 @@ void StudyTally::add_frame(const FrameReport& frame, const LoopDescription& loop
     spent_us_.push_back(frame.spent_us);
 }
 
-void StudyTally::add_error(const std::optional<FrameError>& error) {
+void StudyTally::add_truth(const FrameFinding& finding) {
+    const std::optional<FrameError>& error = finding.error;
     run_.level_m.push_back(error ? error->level_m : std::numeric_limits<double>::quiet_NaN());
+    if (finding.depth_m) {
+        run_.frames_inside = run_.frames_inside.value_or(0) + (*finding.depth_m > 0.0 ? 1 : 0);
+        run_.deepest_um = std::max(run_.deepest_um.value_or(0.0), kMicrometres * *finding.depth_m);
+    }
     if (!error) return;
     level_um_.push_back(kMicrometres * std::abs(error->level_m));
     if (error->position_m) position_um_.push_back(kMicrometres * *error->position_m);
+}
+
+void StudyTally::add_certified(const FrameReport& frame, const Vec3& certified) {
+    const double held_back_m = glm::length(frame.probe - certified);
+    const double held_here_m = glm::length(frame.probe - frame.proxy);
+    const bool is_lost = held_back_m > kHeldBack_m && held_here_m < kLostShare * held_back_m;
+    const bool is_elsewhere = glm::length(frame.proxy - certified) > kElsewhere_m;
+    run_.lost_contact = run_.lost_contact.value_or(0) + (is_lost ? 1 : 0);
+    run_.elsewhere = run_.elsewhere.value_or(0) + (is_elsewhere ? 1 : 0);
 }
 
 StudyRun StudyTally::conclude(const LoopDescription& loop) && {

@@ -19,7 +19,9 @@ public:
     void add_way(const FrameReport& frame, std::span<const Vec3> path) noexcept;
     /// What add() takes in, without the way.                                            [setup]
     void add_frame(const FrameReport& frame, const LoopDescription& loop);
-    void add_error(const std::optional<FrameError>& error); ///< [setup]
+    void add_truth(const FrameFinding& finding); ///< [setup]
+    /// Where the proxy would be that no chord takes through the surface, m.             [setup]
+    void add_certified(const FrameReport& frame, const Vec3& certified);
 
     StudyRun conclude(const LoopDescription& loop) &&; ///< [setup]
 

@@ -14,6 +14,7 @@
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/recorded_run.h>
 #include <palpate/engine/scene_file.h>
+#include <palpate/engine/study.h>
 #include <palpate/engine/trace.h>
 
 #include "tests/support/mesh_text.h"
@@ -486,6 +487,27 @@ TEST_F(MeshScene, APlanNamesTheContactThatIsUsedAndWhatItCosts) {
     EXPECT_NE(volume->plan().left_out.front().find("mesh of surface ball"), std::string::npos);
     for (const double price : measure_prices(*scene(mesh_)))
         EXPECT_GT(price, 0.0);
+}
+
+TEST_F(MeshScene, BaselinesRunOverItsVolumeWhateverTheContact) {
+    const std::vector<DeviceState> inputs = stroke();
+    std::vector<std::vector<StudyRun>> runs;
+    for (const char* contact : {"volume", "guarded", "mesh", "direct"})
+        runs.push_back(run_baselines(*scene(both_ + "contact = \"" + std::string(contact) + "\"\n"),
+                                     inputs, clock_));
+    for (const std::vector<StudyRun>& of_contact : runs) {
+        ASSERT_EQ(of_contact.size(), kBaselines.size());
+        for (std::size_t i = 0; i < kBaselines.size(); ++i) {
+            EXPECT_GT(of_contact[i].level.frames, inputs.size() / 2) << title(of_contact[i]);
+            EXPECT_EQ(of_contact[i].level.rms_um, runs[0][i].level.rms_um) << title(of_contact[i]);
+            EXPECT_EQ(of_contact[i].frames_inside, runs[0][i].frames_inside);
+            EXPECT_TRUE(of_contact[i].lost_contact) << title(of_contact[i]);
+        }
+    }
+}
+
+TEST_F(MeshScene, BaselinesNeedAVolume) {
+    EXPECT_TRUE(run_baselines(*scene(mesh_), stroke(), clock_).empty());
 }
 
 } // namespace

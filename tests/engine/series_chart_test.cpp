@@ -2,6 +2,8 @@
 #include <palpate/engine/internal/series_chart.h>
 
 #include <cmath>
+#include <set>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +15,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 SeriesChart chart_of(std::vector<std::array<double, 2>> points, ChartScale scale) {
-    return {"t", {"x", scale, 1e-3}, {"y", scale, 1e-3}, {{"a", std::move(points)}}};
+    return {"t", {"x", scale, 1e-3}, {"y", scale, 1e-3}, {{"a", std::move(points), {}}}};
 }
 
 TEST(SeriesChart, DecadesAreEquallyFarApart) {
@@ -49,6 +51,36 @@ TEST(SeriesChart, NamesAreEscaped) {
 TEST(SeriesChart, WithoutAPointThereIsNone) {
     EXPECT_EQ(series_chart(chart_of({{NAN, 1}}, ChartScale::linear), "c"), "");
     EXPECT_EQ(series_chart(chart_of({}, ChartScale::logarithmic), "c"), "");
+}
+
+TEST(SeriesChart, LabelledPointsAreNotJoinedAndTheirLabelsNotOverEachOther) {
+    SeriesChart chart = chart_of({{0, 0}, {1, 1}, {1, 1}}, ChartScale::linear);
+    chart.series[0].labels = {"<one>", "two", "three"};
+    const std::string svg = series_chart(chart, "c");
+    EXPECT_THAT(svg, Not(HasSubstr("class=\"line")));
+    EXPECT_THAT(svg, HasSubstr("&lt;one&gt;</text>"));
+    const auto place_of = [&](const std::string& label) {
+        const std::size_t end = svg.find(">" + label + "</text>");
+        return svg.substr(svg.rfind("<text", end), end - svg.rfind("<text", end));
+    };
+    // Text of 12 px, so that one line below the other or a word apart is enough.
+    EXPECT_NE(place_of("two"), place_of("three"));
+}
+
+TEST(SeriesChart, SixSeriesHaveMarksOfTheirOwn) {
+    SeriesChart chart{"t", {"x"}, {"y"}, {}};
+    for (int i = 0; i < 6; ++i)
+        chart.series.push_back({std::to_string(i), {{0.0, 0.0}, {1.0, 1.0}}, {}});
+    const std::string svg = series_chart(chart, "c");
+    std::set<std::string> shapes;
+    for (int i = 0; i < 6; ++i) {
+        const std::string mark = "class=\"mark s" + std::to_string(i) + "\" d=\"M";
+        const std::size_t at = svg.rfind(mark); // in the plot, where all are at the same place
+        ASSERT_NE(at, std::string::npos);
+        const std::size_t begin = at + mark.size();
+        shapes.insert(svg.substr(begin, svg.find('"', begin) - begin));
+    }
+    EXPECT_EQ(shapes.size(), 6u);
 }
 
 TEST(SeriesChart, OnePointIsDrawn) {

@@ -9,67 +9,19 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/paced_run.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/internal/felt_level.h>
 #include <palpate/engine/trace.h>
 
-#include "tests/support/scripted_clock.h"
+#include "tests/engine/study_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace palpate {
 namespace {
 
+using namespace test::study;
 using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
-
-constexpr double kRadius_m = 0.05;
-constexpr double kDepth_m = 2e-3;
-constexpr std::size_t kFrames = 200;
-
-const std::string kCavity = "[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n";
-
-/// Felt by its gradient alone, with a strength in N over the metres behind the wall.
-std::shared_ptr<const Scene> gradient_cavity(const std::string& strength,
-                                             const std::string& loop = "") {
-    return std::make_shared<const Scene>(parse_scene(
-        kCavity + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"v\"\nstrength_n = " +
-            strength + "\n" + loop,
-        "cavity.toml"));
-}
-const std::string kHard = "[[-1e-9, 0], [0, 1e6]]";
-
-std::shared_ptr<const Scene> surface_cavity() {
-    return std::make_shared<const Scene>(parse_scene(
-        kCavity + "[surface.s]\nvolume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
-        "cavity.toml"));
-}
-
-/// From the wall itself, so that nothing is overshot on arrival, or from a place in front of it, to
-/// 2 mm behind it, and around at 0.2 m/s.
-std::vector<DeviceState> along_the_wall(double in_front_m = 0.0) {
-    std::vector<DeviceState> states(kFrames);
-    for (std::size_t i = 0; i < kFrames; ++i) {
-        const double depth = std::min(1e-4 * static_cast<double>(i) - in_front_m, kDepth_m);
-        const double radius = kRadius_m + depth;
-        const double angle = 0.2e-3 / (kRadius_m + kDepth_m) * static_cast<double>(i);
-        states[i].time_s = 1e-3 * static_cast<double>(i);
-        states[i].position = {radius * std::cos(angle), radius * std::sin(angle), 0.0};
-    }
-    return states;
-}
-
-LoopDescription fixed(int sub_steps) {
-    LoopDescription loop;
-    loop.method = SteppingMethod::fixed;
-    loop.sub_steps = sub_steps;
-    return loop;
-}
-
-Study study_of(std::shared_ptr<const Scene> scene, const std::vector<LoopDescription>& settings) {
-    test::ScriptedClock clock(1.0);
-    return run_study(std::move(scene), along_the_wall(), settings, clock);
-}
 
 std::vector<std::string> lines_of(const std::string& text) {
     std::vector<std::string> lines;
@@ -195,59 +147,74 @@ TEST(Study, CountsFramesOverBudgetAndPeriod) {
     EXPECT_EQ(overruns(1050.0), (std::pair<std::size_t, std::size_t>{kFrames, kFrames}));
 }
 
+TEST(Study, TellsWhoIsInsideAndWhoHasLostTheWall) {
+    // The probe ends 2 mm behind the wall; who fell through is where it is.
+    const Study study = study_of(gradient_cavity("[[-1e-9, 0], [0, 1.05], [1e-4, 0]]"),
+                                 {fixed(1), fixed(64)}, 1e-4);
+    const StudyRun& fell = study.runs[0];
+    const StudyRun& stayed = study.runs[1];
+    EXPECT_GT(*fell.frames_inside, kFrames / 2);
+    EXPECT_NEAR(*fell.deepest_um, 1e6 * kDepth_m, 1e-3);
+    EXPECT_GT(*fell.lost_contact, kFrames / 4);
+    EXPECT_EQ(*stayed.frames_inside, 0u) << "2 um is within the certificate's tolerance";
+    EXPECT_EQ(*stayed.deepest_um, 0.0);
+    EXPECT_EQ(*stayed.lost_contact, 0u);
+    EXPECT_EQ(*stayed.elsewhere, 0u);
+}
+
+TEST(Study, KnowsNoLossWhereMoreThanLevelsIsFelt) {
+    const auto scene = std::make_shared<const Scene>(parse_scene(
+        kCavity + "[surface.s]\nvolume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n"
+                  "[[effect]]\ntype = \"constant_force\"\nforce_n = [1, 0, 0]\n",
+        "cavity.toml"));
+    const Study study = study_of(scene, {fixed(4)}, 1e-4);
+    EXPECT_FALSE(study.runs[0].lost_contact);
+    EXPECT_FALSE(study.runs[0].elsewhere);
+    EXPECT_TRUE(study.runs[0].frames_inside);
+}
+
+TEST(Study, RefusesASceneInWhichNothingIsFelt) {
+    const auto complaint = [](const std::string& text) -> std::string {
+        try {
+            check_study(Scene(parse_scene(text, "scene.toml")));
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return {};
+    };
+    const std::string remedy = "; add one with type = \"surface\" or \"gradient_surface\"";
+    EXPECT_EQ(complaint(""), "scene.toml: nothing to study: the scene has no [[effect]]" + remedy);
+    EXPECT_EQ(complaint("\n[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, 0]\n"),
+              "scene.toml:2: nothing to study: no [[effect]] is felt, as of this one force_n is 0: "
+              "it cannot be felt" +
+                  remedy);
+    EXPECT_NO_THROW(check_study(*surface_cavity()));
+}
+
+TEST(DepthBehind, IsTheNearestWayOutAlsoWhereThereIsNoSlope) {
+    const auto scene = std::make_shared<const Scene>(
+        parse_scene("[volume.v]\nanalytic = \"slab\"\nthickness_mm = 8\n[surface.s]\nvolume = "
+                    "\"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+                    "slab.toml"));
+    const internal::FeltLevel level = internal::felt_levels(*scene).front();
+    const auto sampler = level.field->make_sampler();
+    constexpr double trust = 0.25e-3;
+    const auto depth = [&](double z, double deepest) {
+        return internal::depth_behind(level, *sampler, {0.0, 0.0, z}, trust, deepest);
+    };
+    EXPECT_EQ(depth(5e-3, 0.0), 0.0) << "in front";
+    EXPECT_NEAR(depth(3e-3, 1.0), 1e-3, 1e-15) << "Newton's step is exact";
+    EXPECT_NEAR(depth(-1.1e-3, 0.0), 2.9e-3, 1e-15);
+    // In the middle the slope may be none: the first sphere that reaches out is the one after 4 mm.
+    EXPECT_GE(depth(0.0, 0.0), 4e-3 - 1e-15);
+    EXPECT_LE(depth(0.0, 0.0), 4e-3 + trust + 1e-15);
+}
+
 TEST(Study, StopsWhenAskedTo) {
     test::ScriptedClock clock(1.0);
     EXPECT_THROW(run_study(surface_cavity(), along_the_wall(), {fixed(1)}, clock,
                            [](double, std::string_view) { return false; }),
                  std::runtime_error);
-}
-
-TEST(Baselines, AreMeasuredAgainstTheSameTruth) {
-    test::ScriptedClock clock(1.0);
-    for (const auto& scene : {gradient_cavity(kHard), surface_cavity()}) {
-        const std::vector<StudyRun> runs = run_baselines(*scene, along_the_wall(1e-4), clock);
-        ASSERT_EQ(runs.size(), kBaselines.size());
-        for (const StudyRun& run : runs) {
-            EXPECT_GE(run.level.frames, kFrames - 3) << title(run) << ": 0.1 mm is one row";
-            const bool is_ball = *run.baseline == BaselineKind::virtual_proxy;
-            EXPECT_NEAR(run.level.max_um, is_ball ? 1000.0 : 0.0, 5.0) << title(run);
-        }
-    }
-}
-
-TEST(Baselines, NeedOneLevel) {
-    test::ScriptedClock clock(1.0);
-    const Scene empty(parse_scene("", "empty.toml"));
-    EXPECT_TRUE(run_baselines(empty, along_the_wall(), clock).empty());
-}
-
-TEST(PacedRun, RunsAPathInRealTimeOrSaysThatItMayNot) {
-    std::vector<DeviceState> inputs = along_the_wall();
-    inputs.resize(60);
-    for (const Pace pace : {Pace::locked, Pace::released})
-        for (const Scheduler scheduler : {Scheduler::ordinary, Scheduler::fifo}) {
-            const StudyRun run =
-                run_at_pace(gradient_cavity(kHard), inputs, fixed(1), pace, scheduler);
-            if (run.pace.ends_with("not permitted")) {
-                EXPECT_EQ(scheduler, Scheduler::fifo);
-                EXPECT_EQ(run.frames_in_contact, 0u);
-                continue;
-            }
-            EXPECT_GE(run.frames_in_contact, 1u);
-            EXPECT_LE(run.frames_in_contact, inputs.size() + 1) << "one per period at most";
-            EXPECT_GE(run.late_p99_us, 0.0);
-            EXPECT_GT(run.level.frames, 0u);
-        }
-}
-
-TEST(PacedRun, ReleasedFramesAreShorterThanAPeriod) {
-    std::vector<DeviceState> inputs = along_the_wall();
-    inputs.resize(60);
-    const StudyRun run =
-        run_at_pace(gradient_cavity(kHard), inputs, fixed(1), Pace::released, Scheduler::ordinary);
-    // 0.19 mm is the way of one period; thousands of frames share it wherever this thread runs.
-    EXPECT_LT(run.step_mean_um, 100.0);
-    EXPECT_EQ(run.pace, "released SCHED_OTHER");
 }
 
 TEST(StudyFiles, SayTheSameNumbers) {
@@ -282,7 +249,11 @@ TEST(StudyFiles, SayTheSameNumbers) {
         EXPECT_THAT(study_table(study), HasSubstr(title(study.runs[i])));
     }
     EXPECT_THAT(page, HasSubstr("palpate study &lt;cavity&gt;.toml"));
+    EXPECT_THAT(page, HasSubstr("<title>Accuracy against time: cavity (Palpate study)</title>"));
     EXPECT_THAT(page, HasSubstr("<svg"));
+    EXPECT_THAT(page, HasSubstr(">penalty</text>")) << "in the chart, not in tables alone";
+    EXPECT_THAT(page, HasSubstr("The points of the chart"));
+    EXPECT_THAT(page, HasSubstr("The same in numbers"));
     EXPECT_THAT(page, Not(HasSubstr("://"))) << "nothing is loaded from anywhere";
 }
 

@@ -16,7 +16,8 @@ class ContactLoop {
 public:
     ContactLoop(const SteppingSettings& settings,
                 std::vector<std::unique_ptr<SurfaceContact>> surfaces,
-                std::vector<std::unique_ptr<Effect>> effects = {}, double clock_step_us = 0.0)
+                std::vector<std::unique_ptr<Effect>> effects = {}, double clock_step_us = 0.0,
+                std::vector<FrictionCoefficients> friction = {})
         : clock_(clock_step_us), surfaces_(std::move(surfaces)), effects_(std::move(effects)) {
         std::vector<SurfaceContact*> surface_pointers;
         for (auto& surface : surfaces_)
@@ -24,8 +25,8 @@ public:
         std::vector<Effect*> effect_pointers;
         for (auto& effect : effects_)
             effect_pointers.push_back(effect.get());
-        subdivision_ =
-            std::make_unique<Subdivision>(settings, surface_pointers, effect_pointers, clock_);
+        subdivision_ = std::make_unique<Subdivision>(settings, surface_pointers, effect_pointers,
+                                                     clock_, std::move(friction));
     }
 
     void start(const Vec3& proxy) {

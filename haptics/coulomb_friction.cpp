@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/coulomb_friction.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+// Contacts that do not agree on their multipliers by then keep the last ones (composition.md 4.8).
+constexpr int kMostRounds = 12;
+// Multipliers agree when they differ by this share of the largest.
+constexpr double kAgree = 1e-10;
+// Where a round brings them together by less than this, as in a crease that friction locks, they go
+// half the way.
+constexpr double kConverging = 0.5;
+// A contact is the one of before where its normal has turned by less than 8 degrees.
+constexpr double kSameContact = 0.99;
+
+} // namespace
+
+CoulombFriction::CoulombFriction(std::vector<FrictionCoefficients> of_surfaces)
+    : surfaces_(of_surfaces.size()) {
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        const FrictionCoefficients& of = of_surfaces[i];
+        if (!(of.dynamic_mu >= 0.0 && of.static_mu >= of.dynamic_mu && of.static_mu <= 10.0))
+            throw std::invalid_argument(
+                "friction: coefficients must be 0 <= dynamic <= static <= 10");
+        surfaces_[i].of = of;
+    }
+}
+
+void CoulombFriction::restart() noexcept {
+    contact_count_ = 0;
+    known_count_ = 0;
+    for (Surface& surface : surfaces_)
+        surface.slid = false;
+}
+
+void CoulombFriction::begin() noexcept {
+    for (Surface& surface : surfaces_) {
+        const bool goes_on = surface.slid && !surface.of.stick_slip;
+        surface.mu = goes_on ? surface.of.dynamic_mu : surface.of.static_mu;
+        surface.found = false;
+    }
+}
+
+double CoulombFriction::remembered_n(std::size_t surface, const Vec3& normal) const noexcept {
+    double closest = kSameContact;
+    double multiplier_n = 0.0;
+    for (std::size_t i = 0; i < known_count_; ++i) {
+        const double cosine = glm::dot(known_[i].normal, normal);
+        if (known_[i].surface != surface || cosine <= closest) continue;
+        closest = cosine;
+        multiplier_n = known_[i].multiplier_n;
+    }
+    return multiplier_n;
+}
+
+void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
+                             std::span<const std::size_t> first_contact,
+                             PrimitiveSet& primitives) noexcept {
+    contact_count_ = 0;
+    first_line_ = primitives.lines().size();
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        Surface& surface = surfaces_[i];
+        if (surface.of.none() || first_contact[i] == first_contact[i + 1]) continue;
+        if (!surface.found) surface.anchor = proxy;
+        surface.found = true;
+        for (std::size_t c = first_contact[i]; c < first_contact[i + 1]; ++c) {
+            const Vec3& normal = contacts[c].plane.normal;
+            primitives.add_line({surface.anchor, normal, 0.0});
+            if (primitives.overflowed()) return;
+            contacts_[contact_count_++] = {i, c, normal, remembered_n(i, normal),
+                                           TetherState::released};
+        }
+    }
+}
+
+ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe,
+                                     double stiffness) noexcept {
+    ProxySolution solution = solve_round(primitives, probe, stiffness);
+    double share = 1.0;
+    double apart_n = std::numeric_limits<double>::infinity();
+    bool agreed = contact_count_ == 0;
+    for (int round = 1; round < kMostRounds && !agreed; ++round) {
+        double change_n = 0.0, largest_n = 0.0;
+        for (std::size_t j = 0; j < contact_count_; ++j) {
+            const double found_n = solution.multiplier_n[contacts_[j].plane];
+            change_n = std::max(change_n, std::abs(found_n - contacts_[j].multiplier_n));
+            largest_n = std::max(largest_n, found_n);
+        }
+        agreed = change_n <= kAgree * largest_n;
+        if (agreed) break;
+        if (change_n > kConverging * apart_n) share = 0.5;
+        apart_n = change_n;
+        for (std::size_t j = 0; j < contact_count_; ++j) {
+            double& multiplier_n = contacts_[j].multiplier_n;
+            multiplier_n += share * (solution.multiplier_n[contacts_[j].plane] - multiplier_n);
+        }
+        solution = solve_round(primitives, probe, stiffness);
+    }
+    if (!agreed) solution.status = SolveStatus::capped;
+    for (std::size_t j = 0; j < contact_count_; ++j)
+        contacts_[j].state = solution.line_state[first_line_ + j];
+    known_ = contacts_;
+    known_count_ = contact_count_;
+    return solution;
+}
+
+ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe,
+                                           double stiffness) const noexcept {
+    for (std::size_t j = 0; j < contact_count_; ++j)
+        primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
+                                                          contacts_[j].multiplier_n);
+    return solve_proxy(primitives, probe, stiffness);
+}
+
+bool CoulombFriction::holds() const noexcept {
+    return std::any_of(contacts_.begin(), contacts_.begin() + contact_count_,
+                       [](const Contact& c) { return c.state == TetherState::held; });
+}
+
+bool CoulombFriction::breaks_away() noexcept {
+    bool any = false;
+    for (std::size_t j = 0; j < contact_count_; ++j) {
+        Surface& surface = surfaces_[contacts_[j].surface];
+        if (contacts_[j].state != TetherState::slipping || surface.mu == surface.of.dynamic_mu)
+            continue;
+        surface.mu = surface.of.dynamic_mu;
+        any = true;
+    }
+    return any;
+}
+
+void CoulombFriction::commit() noexcept {
+    for (Surface& surface : surfaces_)
+        surface.slid = false;
+    for (std::size_t j = 0; j < contact_count_; ++j)
+        if (contacts_[j].state == TetherState::slipping)
+            surfaces_[contacts_[j].surface].slid = true;
+}
+
+} // namespace palpate

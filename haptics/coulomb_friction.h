@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <palpate/haptics/effect.h>
+#include <palpate/haptics/proxy_solver.h>
+#include <palpate/haptics/surface_contact.h>
+
+namespace palpate {
+
+/// Coefficients of Coulomb friction on one surface: the force along it is at most mu times the one
+/// that presses on it.
+struct FrictionCoefficients {
+    double static_mu = 0.0;  ///< at rest, [dynamic_mu, 10]
+    double dynamic_mu = 0.0; ///< sliding, [0, static_mu]
+    bool stick_slip = false; ///< comes to rest after each frame's slip, so that the force saws
+                             ///< between the two; else only where the hand lets it rest
+
+    bool none() const noexcept { return static_mu == 0.0; }
+};
+
+/// Coulomb friction on the surfaces of one loop:
+///   sum over contacts  mu lambda |(1 - n n^T)(x - q)|                          composition.md 1
+/// a line primitive along each contact's normal n, whose strength is mu times the contact's own
+/// multiplier lambda at the solution: a fixed point, found by solving again with the multipliers
+/// that came out. q is where the frame found the proxy on the surface: its start, or where it met
+/// the surface in this frame. So friction is a part of the frame's one problem, not of its
+/// sub-steps. Multipliers are remembered from one solution to the next; begun from nothing, a
+/// proxy held in a crease would creep (composition.md 4.5). Not for two threads at once.
+class CoulombFriction {
+public:
+    /// Of each surface, in canonical order; throws std::invalid_argument on coefficients out of
+    /// range.  [setup]
+    explicit CoulombFriction(std::vector<FrictionCoefficients> of_surfaces);
+
+    /// A new trial: nothing is touched.                                                  [loop]
+    void restart() noexcept;
+    /// A frame begins: what slid goes on to, what did not has to break away.             [loop]
+    void begin() noexcept;
+    /// Adds a line for each contact that rubs; `first_contact` is where each surface's planes begin
+    /// in `contacts`, with one more at the end.  [loop]
+    void gather(const Vec3& proxy, const ContactSet& contacts,
+                std::span<const std::size_t> first_contact, PrimitiveSet& primitives) noexcept;
+    /// solve_proxy() with the strengths of the lines that gather() added; capped where their fixed
+    /// point is not found.  [loop]
+    ProxySolution solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness) noexcept;
+    /// Whether the last solution slips where the proxy was at rest: then the dynamic coefficient
+    /// holds for the rest of the frame, which goes on with it.  [loop]
+    bool breaks_away() noexcept;
+    /// The frame has ended.                                                              [loop]
+    void commit() noexcept;
+
+    /// Whether a surface rubs.                                                           [loop]
+    bool rubs(std::size_t surface) const noexcept { return !surfaces_[surface].of.none(); }
+    /// Lines that gather() added last.                                                   [loop]
+    std::size_t lines() const noexcept { return contact_count_; }
+    /// Whether friction holds the proxy, in the last solution.                           [loop]
+    bool holds() const noexcept;
+
+private:
+    struct Surface {
+        FrictionCoefficients of;
+        double mu = 0.0; // in this frame
+        bool slid = false;
+        bool found = false; // in this frame
+        Vec3 anchor{0.0};   // q
+    };
+    struct Contact {
+        std::size_t surface = 0;
+        std::size_t plane = 0; // in the PrimitiveSet
+        Vec3 normal{0.0};
+        double multiplier_n = 0.0;
+        TetherState state = TetherState::released;
+    };
+    using Contacts = std::array<Contact, PrimitiveSet::kCapacity>;
+
+    ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe,
+                              double stiffness) const noexcept;
+    double remembered_n(std::size_t surface, const Vec3& normal) const noexcept;
+
+    std::vector<Surface> surfaces_;
+    Contacts contacts_; // of the last gather()
+    std::size_t contact_count_ = 0;
+    std::size_t first_line_ = 0;
+    Contacts known_; // of the last solution that had some
+    std::size_t known_count_ = 0;
+};
+
+} // namespace palpate
