@@ -17,8 +17,10 @@ namespace palpate {
 /// jump, in one evaluation, as long as nothing but forces and springs acts beside it. Where
 /// surfaces or guides push the proxy along that plane, further ones touch the ball where the
 /// solutions lead: with an infinite strength up to kCuts of them at once, each of which the ball
-/// satisfies, so that the proxy ends outside by at most e^2 / (2 R), e the frame's last movement;
-/// of a finite strength the last one alone, lest strengths add up.
+/// satisfies, so that the proxy ends outside by at most e^2 / (2 R), e the frame's last movement:
+/// less than a picometre where a frame converges, millimetres where curved walls and a jump use it
+/// up (kEvaluationCap) or its method has too few sub-steps; the frames that follow draw it in. Of a
+/// finite strength the last plane alone, lest strengths add up.
 class WorkspaceSphere final : public Effect {
 public:
     static constexpr std::size_t kCuts = 4;
