@@ -10,7 +10,10 @@
 #include <vector>
 
 #include <palpate/geometry/mesh_file.h>
+#include <palpate/haptics/contact_vibration.h>
 #include <palpate/haptics/coulomb_friction.h>
+#include <palpate/haptics/guide_capture.h>
+#include <palpate/haptics/polyline.h>
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/surface_state.h>
 #include <palpate/haptics/transfer_function.h>
@@ -82,6 +85,10 @@ enum class EffectKind {
     vortex,
     friction,
     stick_slip,
+    guide,
+    workspace,
+    vibration,
+    gravity_compensation,
 };
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
@@ -98,6 +105,15 @@ struct EffectDescription {
     FrictionCoefficients friction; ///< friction (keys static, dynamic) and stick_slip, no unit
     FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow
     std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame
+    std::vector<Vec3> points_m; ///< guide: a point, or the corners of a polyline, scene frame, m
+    PolylineEnds ends = PolylineEnds::open; ///< guide
+    GuideSettings guide_settings;           ///< guide; the strength is a workspace's, too
+    double radius_m = 0.0;                  ///< workspace: of a ball, m; 0: a box
+    Vec3 center_m{0.0};                     ///< workspace: of the ball, m
+    Box box_m;                              ///< workspace, m
+    ContactVibrationSettings vibration;     ///< vibration; its surfaces are `surface`, or all
+    double mass_kg = 0.0;                   ///< gravity_compensation: of the handle, kg
+    Vec3 down{0.0};                         ///< gravity_compensation: of any length
     int line = 0;
 };
 

@@ -50,4 +50,10 @@ VolumeDescription read_volume_table(const TomlTable& table,
 /// [surface.NAME]; the scene has its volumes already.
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene);
 
+/// [[effect]]; the scene has its volumes and surfaces already.
+EffectDescription read_effect_table(const TomlTable& table, const SceneDescription& scene);
+
+/// Refuses effects that do not go with the loop, which the scene has already.
+void check_effects(const TomlTable& top, const SceneDescription& scene);
+
 } // namespace palpate::internal
