@@ -14,6 +14,7 @@
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/guarded_contact.h>
 #include <palpate/haptics/mesh_contact.h>
+#include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
 #include <palpate/volume/volume_file.h>
 
@@ -208,6 +209,20 @@ std::vector<FrictionCoefficients> Scene::friction() const {
     return friction;
 }
 
+/// Behind a surface, from where its certificate allows nobody who has not gone through.
+std::unique_ptr<Effect> Scene::viscosity_inside(const EffectDescription& effect) const {
+    const auto surface =
+        std::find_if(surfaces_.begin(), surfaces_.end(),
+                     [&](const SceneSurface& s) { return s.name == effect.surface; });
+    const double level = surface->level.level;
+    const LevelScale scale = LevelScale::of(*surface->baked.field, surface->level);
+    TransferFunction damping;
+    damping.count = 2;
+    damping.nodes[0] = {level + scale.certificate, 0.0};
+    damping.nodes[1] = {level + 2.0 * scale.certificate, effect.strength(0.0)};
+    return std::make_unique<Viscosity>(surface->baked.field, damping);
+}
+
 std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
     std::vector<std::unique_ptr<Effect>> effects;
     for (const std::size_t index : effect_order_) {
@@ -215,7 +230,9 @@ std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
         for (std::size_t i = 0; i < surfaces_.size(); ++i)
             if (surfaces_[i].name == effect.surface)
                 effect.vibration.surfaces = i < 64 ? std::uint64_t{1} << i : 0;
-        effects.push_back(internal::make_effect(effect, *effect_fields_));
+        const bool inside_one = effect.kind == EffectKind::viscosity && !effect.surface.empty();
+        effects.push_back(inside_one ? viscosity_inside(effect)
+                                     : internal::make_effect(effect, *effect_fields_));
     }
     return effects;
 }

@@ -68,6 +68,8 @@ public:
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
 private:
+    std::unique_ptr<Effect> viscosity_inside(const EffectDescription& effect) const;
+
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;

@@ -124,8 +124,8 @@ std::string_view name(SteppingMethod method) noexcept {
 std::string_view name(EffectKind kind) noexcept { return internal::traits_of(kind).name; }
 
 SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file) {
-    constexpr std::array<std::string_view, 7> keys{"volume", "surface", "effect", "coupling",
-                                                   "limits", "loop",    "device"};
+    constexpr std::array<std::string_view, 8> keys{"volume",   "material", "surface", "effect",
+                                                   "coupling", "limits",   "loop",    "device"};
     const std::string shown = file.empty() ? "scene" : file.string();
     const toml::table document = internal::parse_toml(text, shown);
     const TomlTable top(document, shown, "at the top of the scene", 1);
@@ -136,10 +136,13 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     scene.text = text;
     for (const auto& [name, table] : top.named_tables("volume"))
         scene.volumes[name] = internal::read_volume_table(table, file);
+    for (const auto& [name, table] : top.named_tables("material"))
+        scene.materials[name] = internal::read_material_table(table);
     for (const auto& [name, table] : top.named_tables("surface"))
         scene.surfaces[name] = internal::read_surface_table(table, scene);
     for (const TomlTable& table : top.table_list("effect"))
-        scene.effects.push_back(internal::read_effect_table(table, scene));
+        for (const EffectDescription& effect : internal::read_effect_table(table, scene))
+            scene.effects.push_back(effect);
     if (top.has("coupling")) scene.coupling = read_coupling(top.table("coupling"));
     if (top.has("limits")) scene.limits = read_limits(top.table("limits"));
     if (top.has("loop")) scene.loop = read_loop(top.table("loop"));

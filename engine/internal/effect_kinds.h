@@ -70,7 +70,7 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      0.0,
      false,
      "a spring to the frame's start: an exact shift and scale",
-     {"volume", "damping_n_s_per_m"}},
+     {"volume", "surface", "damping_n_s_per_m"}},
     {"vector_force",
      FieldNeed::vector,
      0.0,

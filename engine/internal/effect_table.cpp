@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -100,19 +101,45 @@ TransferFunction read_effect_strength(const TomlTable& table, std::string_view k
     return strength;
 }
 
-FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
-    constexpr Range coefficient{0.0, 10.0};
-    table.require("static", "give the coefficient at rest, as static = 0.3");
-    FrictionCoefficients friction;
-    friction.static_mu = table.number("static", coefficient, 0.0);
-    friction.dynamic_mu = table.number("dynamic", coefficient, friction.static_mu);
+/// Of the table, or of the surface's material.
+FrictionCoefficients read_friction_on(const TomlTable& table, const SceneDescription& scene,
+                                      const EffectDescription& effect) {
+    const bool stick_slip = effect.kind == EffectKind::stick_slip;
+    const std::string& material = scene.surfaces.at(effect.surface).material;
+    if (table.has("static") || table.has("dynamic") || material.empty() ||
+        scene.materials.at(material).friction.none())
+        return read_friction(table, stick_slip);
+    FrictionCoefficients friction = scene.materials.at(material).friction;
     friction.stick_slip = stick_slip;
-    if (friction.dynamic_mu > friction.static_mu)
-        table.fail(table.line_of("dynamic"),
-                   fmt::format("dynamic = {} {} is above static = {}", friction.dynamic_mu,
-                               table.where(), friction.static_mu),
-                   "give at most as much friction while sliding as at rest");
     return friction;
+}
+
+/// Over a volume, in a surface, or the same everywhere.
+void read_viscosity(const TomlTable& table, const SceneDescription& scene,
+                    EffectDescription& effect) {
+    constexpr std::string_view key = "damping_n_s_per_m";
+    if (table.has("volume") && table.has("surface"))
+        table.fail(table.line_of("surface"),
+                   fmt::format("volume and surface {} exclude each other", table.where()),
+                   "keep one of them");
+    if (table.has("volume"))
+        effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
+    if (effect.surface.empty()) {
+        effect.strength = read_effect_strength(table, key, "N s/m", false);
+        return;
+    }
+    const SurfaceDescription& surface = scene.surfaces.at(effect.surface);
+    if (surface.volume.empty())
+        table.fail(
+            table.line_of("surface"),
+            fmt::format("surface \"{}\" {} is a mesh alone, which has no inside to be viscous",
+                        effect.surface, table.where()),
+            "name a surface of a volume");
+    if (surface.material.empty())
+        table.require(key, "give it in N s/m, or give the surface a material");
+    const double of_material =
+        surface.material.empty() ? 0.0 : scene.materials.at(surface.material).damping_n_s_per_m;
+    effect.strength = TransferFunction::constant(table.number(key, kDamping, of_material));
 }
 
 /// A strength that is the same everywhere, as there is no volume to take a value from.
@@ -168,11 +195,8 @@ void read_workspace(const TomlTable& table, EffectDescription& effect) {
                    "give two opposite corners");
 }
 
-void read_vibration(const TomlTable& table, const SceneDescription& scene,
-                    EffectDescription& effect) {
+void read_vibration(const TomlTable& table, EffectDescription& effect) {
     ContactVibrationSettings& v = effect.vibration;
-    if (table.has("surface"))
-        effect.surface = name_in(table, "surface", scene.surfaces, "surfaces");
     v.amplitude_n_s_per_m = table.number("amplitude_n_s_per_m", {0.0, 1e3}, v.amplitude_n_s_per_m);
     v.frequency_hz =
         table.number("frequency_hz", {0.0, 1e4, Range::Ends::low_open}, v.frequency_hz);
@@ -180,17 +204,38 @@ void read_vibration(const TomlTable& table, const SceneDescription& scene,
     v.most_n = table.number("most_n", {0.0, 1e3}, v.most_n);
 }
 
+/// surface = "a" or ["a", "b"]: one effect for each; one without where there is no such key.
+std::vector<std::string> surfaces_of(const TomlTable& table, const SceneDescription& scene,
+                                     const EffectTraits& traits) {
+    if (!table.has("surface") && !traits.of_surface) return {""};
+    if (!table.has("surface") || !table.node("surface").is_array())
+        return {name_in(table, "surface", scene.surfaces, "surfaces")};
+    constexpr std::string_view expected = "a name or names of surfaces, as [\"a\", \"b\"]";
+    std::vector<std::string> names;
+    for (const toml::node& node : table.array("surface", expected)) {
+        const std::optional<std::string> name = node.value_exact<std::string>();
+        if (!name) table.fail_type(node, "surface", expected);
+        if (!scene.surfaces.contains(*name))
+            table.fail(table.line_of("surface"),
+                       fmt::format("surface \"{}\" {} does not exist", *name, table.where()),
+                       remedy_for_name(*name, names_of(scene.surfaces), "surfaces"));
+        names.push_back(*name);
+    }
+    if (names.empty())
+        table.fail(table.line_of("surface"), fmt::format("surface {} names none", table.where()),
+                   fmt::format("give {}", expected));
+    return names;
+}
+
 /// Where an effect's keys and the rest of its table say what it is.
 void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDescription& effect) {
     const EffectTraits& traits = traits_of(effect.kind);
     switch (effect.kind) {
     case EffectKind::surface:
-        effect.surface = name_in(table, "surface", scene.surfaces, "surfaces");
         break;
     case EffectKind::friction:
     case EffectKind::stick_slip:
-        effect.surface = name_in(table, "surface", scene.surfaces, "surfaces");
-        effect.friction = read_friction(table, effect.kind == EffectKind::stick_slip);
+        effect.friction = read_friction_on(table, scene, effect);
         break;
     case EffectKind::constant_force: {
         const Vec3 force = read_triple(table, "force_n", " in N", kForceN);
@@ -208,8 +253,7 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         break;
     }
     case EffectKind::viscosity:
-        if (table.has("volume")) effect.volume = read_effect_volume(table, scene, traits);
-        effect.strength = read_effect_strength(table, "damping_n_s_per_m", "N s/m", false);
+        read_viscosity(table, scene, effect);
         break;
     case EffectKind::vector_follow:
     case EffectKind::fibre_follow:
@@ -233,14 +277,30 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         read_workspace(table, effect);
         break;
     case EffectKind::vibration:
-        read_vibration(table, scene, effect);
+        read_vibration(table, effect);
         break;
     }
 }
 
 } // namespace
 
-EffectDescription read_effect_table(const TomlTable& table, const SceneDescription& scene) {
+FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
+    constexpr Range coefficient{0.0, 10.0};
+    table.require("static", "give the coefficient at rest, as static = 0.3");
+    FrictionCoefficients friction;
+    friction.static_mu = table.number("static", coefficient, 0.0);
+    friction.dynamic_mu = table.number("dynamic", coefficient, friction.static_mu);
+    friction.stick_slip = stick_slip;
+    if (friction.dynamic_mu > friction.static_mu)
+        table.fail(table.line_of("dynamic"),
+                   fmt::format("dynamic = {} {} is above static = {}", friction.dynamic_mu,
+                               table.where(), friction.static_mu),
+                   "give at most as much friction while sliding as at rest");
+    return friction;
+}
+
+std::vector<EffectDescription> read_effect_table(const TomlTable& table,
+                                                 const SceneDescription& scene) {
     table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
     EffectDescription effect;
     effect.line = table.line();
@@ -250,8 +310,14 @@ EffectDescription read_effect_table(const TomlTable& table, const SceneDescripti
     for (const std::string_view key : traits.keys)
         if (!key.empty()) keys.push_back(key);
     table.allow_only(keys, fmt::format("with type = \"{}\"", traits.name));
-    read_kind(table, scene, effect);
-    return effect;
+
+    std::vector<EffectDescription> effects;
+    for (const std::string& surface : surfaces_of(table, scene, traits)) {
+        effect.surface = surface;
+        read_kind(table, scene, effect);
+        effects.push_back(effect);
+    }
+    return effects;
 }
 
 void check_effects(const TomlTable& top, const SceneDescription& scene) {
