@@ -14,9 +14,14 @@ namespace {
 constexpr int kMostRounds = 12;
 // Multipliers agree when they differ by this share of the largest.
 constexpr double kAgree = 1e-10;
-// Where a round brings them together by less than this, as in a crease that friction locks, they go
-// half the way.
+// Or when their sum does, and the proxy does not move any more: facets that are nearly one plane
+// may share what presses in many ways.
+constexpr double kSettled = 1e-12; // m
+constexpr double kSameSum = 1e-8;  // of the sum
+// Where a round brings them together by less than this they go half the way, and always after some
+// such rounds, as in a crease that friction locks.
 constexpr double kConverging = 0.5;
+constexpr int kSomeHalvings = 2;
 // A contact is the one of before where its normal has turned by less than 8 degrees.
 constexpr double kSameContact = 0.99;
 
@@ -111,23 +116,31 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
 ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe,
                                      double stiffness) noexcept {
     ProxySolution solution = solve_round(primitives, probe, stiffness);
-    double share = 1.0;
+    int halvings = 0;
     double apart_n = std::numeric_limits<double>::infinity();
+    Vec3 proxy_before{std::numeric_limits<double>::infinity()};
     bool agreed = contact_count_ == 0;
     for (int round = 1; round < kMostRounds && !agreed; ++round) {
-        double change_n = 0.0, largest_n = 0.0;
+        double change_n = 0.0, largest_n = 0.0, sum_n = 0.0, sum_change_n = 0.0;
         for (std::size_t j = 0; j < contact_count_; ++j) {
             const double found_n = solution.multiplier_n[contacts_[j].plane];
             change_n = std::max(change_n, std::abs(found_n - contacts_[j].multiplier_n));
             largest_n = std::max(largest_n, found_n);
+            sum_n += found_n;
+            sum_change_n += found_n - contacts_[j].multiplier_n;
         }
-        agreed = change_n <= kAgree * largest_n;
+        agreed = change_n <= kAgree * largest_n ||
+                 (std::abs(sum_change_n) <= kSameSum * sum_n &&
+                  glm::length(solution.proxy - proxy_before) <= kSettled);
         if (agreed) break;
-        if (change_n > kConverging * apart_n) share = 0.5;
+        proxy_before = solution.proxy;
+        if (change_n > kConverging * apart_n) ++halvings;
+        const bool halve = change_n > kConverging * apart_n || halvings > kSomeHalvings;
         apart_n = change_n;
         for (std::size_t j = 0; j < contact_count_; ++j) {
             double& multiplier_n = contacts_[j].multiplier_n;
-            multiplier_n += share * (solution.multiplier_n[contacts_[j].plane] - multiplier_n);
+            multiplier_n +=
+                (halve ? 0.5 : 1.0) * (solution.multiplier_n[contacts_[j].plane] - multiplier_n);
         }
         solution = solve_round(primitives, probe, stiffness);
     }
