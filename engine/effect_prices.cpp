@@ -85,7 +85,7 @@ double surface_price(const Scene& scene, const SceneSurface& surface) {
 
 std::vector<double> measure_prices(const Scene& scene) {
     std::vector<double> prices(scene.plan().effects.size(), 0.0);
-    const std::vector<std::unique_ptr<Effect>> effects = scene.make_effects();
+    const LoopParts parts = scene.make_parts();
     std::size_t next_effect = 0;
     for (const PlannedEffect& planned : scene.plan().effects) {
         if (!planned.on) continue;
@@ -96,7 +96,7 @@ std::vector<double> measure_prices(const Scene& scene) {
                     prices[planned.effect] = surface_price(scene, surface);
             continue;
         }
-        Effect& built = *effects[next_effect++];
+        Effect& built = *parts.effects[next_effect++];
         std::vector<Vec3> points(kPoints, Vec3{0.0});
         if (const std::optional<Box> bounds = scene.effect_bounds(effect.volume))
             points = places_across(*bounds);

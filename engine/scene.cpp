@@ -2,6 +2,7 @@
 #include <palpate/engine/scene.h>
 
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include <palpate/haptics/guarded_contact.h>
 #include <palpate/haptics/mesh_contact.h>
 #include <palpate/volume/analytic_fields.h>
+#include <palpate/volume/shared_samples.h>
 #include <palpate/volume/volume_file.h>
 
 namespace palpate {
@@ -72,6 +74,27 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     return surface;
 }
 
+/// A contact with a surface through `field`: its own, or the same with shared samples.
+std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
+                                                  const std::shared_ptr<const ScalarField>& field) {
+    switch (surface.contact) {
+    case ContactKind::mesh: {
+        MeshContactSettings settings;
+        settings.strength_n = surface.level.strength_n;
+        settings.yielding = surface.level.yielding;
+        return std::make_unique<MeshContact>(surface.mesh.certified, settings);
+    }
+    case ContactKind::guarded:
+        return std::make_unique<GuardedContact>(field, surface.level, surface.mesh.certified,
+                                                surface.leash_m);
+    case ContactKind::direct:
+        return std::make_unique<DirectContact>(surface.mesh.scene, field, surface.level);
+    case ContactKind::volume:
+        break;
+    }
+    return std::make_unique<VolumeContact>(field, surface.level);
+}
+
 } // namespace
 
 std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene,
@@ -107,28 +130,13 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     const auto fields = std::make_shared<internal::EffectFields>();
     for (const PlannedEffect& planned : plan_.effects)
         if (planned.on)
-            internal::load_field_of(description_, description_.effects[planned.effect], *fields);
+            internal::load_field_of(description_, description_.effects[planned.effect], reader,
+                                    *fields);
     effect_fields_ = fields;
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
-    switch (surface.contact) {
-    case ContactKind::mesh: {
-        MeshContactSettings settings;
-        settings.strength_n = surface.level.strength_n;
-        settings.yielding = surface.level.yielding;
-        return std::make_unique<MeshContact>(surface.mesh.certified, settings);
-    }
-    case ContactKind::guarded:
-        return std::make_unique<GuardedContact>(surface.baked.field, surface.level,
-                                                surface.mesh.certified, surface.leash_m);
-    case ContactKind::direct:
-        return std::make_unique<DirectContact>(surface.mesh.scene, surface.baked.field,
-                                               surface.level);
-    case ContactKind::volume:
-        break;
-    }
-    return std::make_unique<VolumeContact>(surface.baked.field, surface.level);
+    return make_contact_with(surface, surface.baked.field);
 }
 
 std::shared_ptr<const ScalarField> Scene::effect_field(const std::string& volume) const {
@@ -144,22 +152,29 @@ std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
     return std::nullopt;
 }
 
-std::vector<std::unique_ptr<SurfaceContact>> Scene::make_contacts() const {
-    std::vector<std::unique_ptr<SurfaceContact>> contacts;
+LoopParts Scene::make_parts() const {
+    std::map<std::shared_ptr<const ScalarField>, std::shared_ptr<const ScalarField>> own;
+    const auto shared = [&](const std::shared_ptr<const ScalarField>& field) {
+        std::shared_ptr<const ScalarField>& one = own[field];
+        if (!one) one = share_samples(field);
+        return one;
+    };
+    LoopParts parts;
     for (const SceneSurface& surface : surfaces_)
-        contacts.push_back(make_contact(surface));
-    return contacts;
-}
-
-std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
-    std::vector<std::unique_ptr<Effect>> effects;
+        parts.contacts.push_back(make_contact_with(surface, shared(surface.baked.field)));
+    internal::EffectFields fields = *effect_fields_;
+    for (auto& [volume, field] : fields.scalars)
+        field = shared(field);
+    for (auto* vectors : {&fields.directed, &fields.axial})
+        for (auto& [volume, field] : *vectors)
+            field = share_samples(field);
     for (const PlannedEffect& planned : plan_.effects) {
         if (!planned.on) continue;
         const EffectDescription& effect = description_.effects[planned.effect];
         if (effect.kind != EffectKind::surface)
-            effects.push_back(internal::make_effect(effect, *effect_fields_));
+            parts.effects.push_back(internal::make_effect(effect, fields));
     }
-    return effects;
+    return parts;
 }
 
 } // namespace palpate

@@ -35,6 +35,13 @@ struct SceneSurface {
     bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
 };
 
+/// What one loop feels, with the state of it: surfaces by name, effects in the scene's order. Who
+/// of them samples the same field at the same point shares the sample.
+struct LoopParts {
+    std::vector<std::unique_ptr<SurfaceContact>> contacts;
+    std::vector<std::unique_ptr<Effect>> effects;
+};
+
 /// A scene, loaded: everything that its plan needs and nothing else. Immutable; several loops may
 /// share it.
 class Scene {
@@ -49,10 +56,9 @@ public:
         return surfaces_;
     } ///< that are felt, by name
 
-    /// Fresh per-loop objects of what is on: surfaces by name, effects in the scene's order.
-    /// [setup]
-    std::vector<std::unique_ptr<SurfaceContact>> make_contacts() const;
-    std::vector<std::unique_ptr<Effect>> make_effects() const;
+    /// Fresh parts for a loop, of what is on.                                           [setup]
+    LoopParts make_parts() const;
+    /// A fresh contact with one surface alone.                                          [setup]
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 
     /// The scalar field of a volume that an effect other than a surface uses; null where none does.
