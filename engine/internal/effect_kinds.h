@@ -17,35 +17,43 @@ enum class FieldNeed {
     axial,  ///< without: fibres, also the principal direction of tensors
 };
 
+/// Where an effect samples its volume as others may, too.
+enum class CommonPoint {
+    none,
+    frame_start, ///< the proxy of the frame's start, once a frame
+    proxy,       ///< the current proxy, in each evaluation
+};
+
 /// What is the same for all effects of a kind: one place for reader, plan and scene.
 struct EffectTraits {
     std::string_view name; ///< in scenes
     FieldNeed need = FieldNeed::none;
-    double samples = 0.0;      ///< of its volume, per evaluation
-    bool may_be_hard = false;  ///< its strength may be infinite
-    std::string_view how = ""; ///< in what way it enters a frame, in words
+    CommonPoint at = CommonPoint::none;
+    double further_samples = 0.0; ///< at points of its own, per evaluation
+    bool may_be_hard = false;     ///< its strength may be infinite
+    std::string_view how = "";    ///< in what way it enters a frame, in words
 };
 
 /// In the order of EffectKind.
 inline constexpr std::array<EffectTraits, 10> kEffectTraits{{
-    {"surface", FieldNeed::none, 0.0, true, "felt up to its strength"},
-    {"gradient_surface", FieldNeed::scalar, 1.0, true,
+    {"surface", FieldNeed::none, CommonPoint::none, 0.0, true, "felt up to its strength"},
+    {"gradient_surface", FieldNeed::scalar, CommonPoint::proxy, 0.0, true,
      "a plane through the proxy, against the gradient"},
-    {"constant_force", FieldNeed::none, 0.0, false,
+    {"constant_force", FieldNeed::none, CommonPoint::none, 0.0, false,
      "shifts the probe's target exactly: needs no query"},
-    {"gradient_force", FieldNeed::scalar, 0.0, false,
+    {"gradient_force", FieldNeed::scalar, CommonPoint::frame_start, 0.0, false,
      "a force against the gradient, sampled once a frame"},
-    {"viscosity", FieldNeed::scalar, 0.0, false,
+    {"viscosity", FieldNeed::scalar, CommonPoint::frame_start, 0.0, false,
      "a spring to the frame's start: an exact shift and scale"},
-    {"vector_force", FieldNeed::vector, 0.0, false,
+    {"vector_force", FieldNeed::vector, CommonPoint::frame_start, 0.0, false,
      "a force along the vector, sampled once a frame"},
-    {"vector_follow", FieldNeed::vector, 2.0, true,
+    {"vector_follow", FieldNeed::vector, CommonPoint::frame_start, 2.0, true,
      "a line along the streamline through the frame's start"},
-    {"fibre_follow", FieldNeed::axial, 2.0, true,
+    {"fibre_follow", FieldNeed::axial, CommonPoint::frame_start, 2.0, true,
      "a line along the fibre through the frame's start, whose sign does not matter"},
-    {"front_shape", FieldNeed::vector, 1.0, true,
+    {"front_shape", FieldNeed::vector, CommonPoint::frame_start, 1.0, true,
      "two opposed planes across the vector, through the frame's start"},
-    {"vortex", FieldNeed::vector, 1.0, true,
+    {"vortex", FieldNeed::vector, CommonPoint::frame_start, 1.0, true,
      "two opposed planes about the axis of rotation, through the frame's start"},
 }};
 
