@@ -42,14 +42,24 @@ internal::CommonPoint common_point(const EffectDescription& effect) {
     return internal::traits_of(effect.kind).at;
 }
 
+/// But for whether its surface is felt.
+PlannedEffect plan_friction(const EffectDescription& effect, std::set<std::string>& rubbing) {
+    if (effect.friction.none()) return {0, false, "static is 0: it cannot be felt", ""};
+    if (!rubbing.insert(effect.surface).second)
+        return {0, false, "the same surface has friction already", ""};
+    return {0, true, std::string(internal::traits_of(effect.kind).how), ""};
+}
+
 PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription& effect,
-                          Extraction extraction, std::set<std::string>& felt) {
+                          Extraction extraction, std::set<std::string>& felt,
+                          std::set<std::string>& rubbing) {
     const internal::EffectTraits& traits = internal::traits_of(effect.kind);
     const auto off = [](const char* why) { return PlannedEffect{0, false, why, ""}; };
     if (effect.kind == EffectKind::surface) {
         const bool repeated = !felt.insert(effect.surface).second;
         return plan_surface(scene, scene.surfaces.at(effect.surface), extraction, repeated);
     }
+    if (traits.of_surface) return plan_friction(effect, rubbing);
     if (effect.kind == EffectKind::constant_force) {
         if (effect.force_n == std::array<double, 3>{0.0, 0.0, 0.0})
             return off("force_n is 0: it cannot be felt");
@@ -58,7 +68,8 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
                        ? "damping_n_s_per_m is 0 everywhere: it cannot be felt"
                        : "strength_n is 0 everywhere: it cannot be felt");
     }
-    PlannedEffect planned{0, true, std::string(traits.how)};
+    PlannedEffect planned;
+    planned.reason = traits.how;
     planned.samples = traits.further_samples;
     if (const internal::CommonPoint at = common_point(effect); at == internal::CommonPoint::proxy)
         planned.samples = 1.0;
@@ -170,12 +181,20 @@ bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& 
 EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
     EffectPlan plan;
     std::set<std::string> felt;
+    std::set<std::string> rubbing;
     std::set<std::string> used_volumes;
     for (std::size_t i = 0; i < scene.effects.size(); ++i) {
-        PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, felt);
+        PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, felt, rubbing);
         planned.effect = i;
         if (planned.on) used_volumes.insert(scene.effects[i].volume);
         plan.effects.push_back(planned);
+    }
+    for (PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        if (!planned.on || effect.surface.empty() || plan.uses_surface(scene, effect.surface))
+            continue;
+        planned.on = false;
+        planned.reason = "surface " + effect.surface + " is not felt";
     }
     Sharing(scene, plan.effects).settle();
     for (const auto& [surface, description] : scene.surfaces) {

@@ -67,8 +67,9 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
       limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
                 1.0 / loop.rate_hz}),
       period_s_(1.0 / loop.rate_hz) {
-    subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
-                                                 pointers(parts_.effects), clock_);
+    subdivision_ =
+        std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
+                                      pointers(parts_.effects), clock_, scene_->friction());
 }
 
 HapticLoop::~HapticLoop() = default;

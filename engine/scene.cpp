@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_fields.h>
+#include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/guarded_contact.h>
@@ -152,6 +153,17 @@ std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
     return std::nullopt;
 }
 
+std::vector<FrictionCoefficients> Scene::friction() const {
+    std::vector<FrictionCoefficients> friction(surfaces_.size());
+    for (const PlannedEffect& planned : plan_.effects) {
+        const EffectDescription& effect = description_.effects[planned.effect];
+        if (!planned.on || effect.friction.none()) continue;
+        for (std::size_t i = 0; i < surfaces_.size(); ++i)
+            if (surfaces_[i].name == effect.surface) friction[i] = effect.friction;
+    }
+    return friction;
+}
+
 LoopParts Scene::make_parts() const {
     std::map<std::shared_ptr<const ScalarField>, std::shared_ptr<const ScalarField>> own;
     const auto shared = [&](const std::shared_ptr<const ScalarField>& field) {
@@ -171,7 +183,7 @@ LoopParts Scene::make_parts() const {
     for (const PlannedEffect& planned : plan_.effects) {
         if (!planned.on) continue;
         const EffectDescription& effect = description_.effects[planned.effect];
-        if (effect.kind != EffectKind::surface)
+        if (!internal::traits_of(effect.kind).of_surface)
             parts.effects.push_back(internal::make_effect(effect, fields));
     }
     return parts;

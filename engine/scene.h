@@ -58,6 +58,8 @@ public:
 
     /// Fresh parts for a loop, of what is on.                                           [setup]
     LoopParts make_parts() const;
+    /// Friction on each of surfaces().                                                   [setup]
+    std::vector<FrictionCoefficients> friction() const;
     /// A fresh contact with one surface alone.                                          [setup]
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <palpate/geometry/mesh_file.h>
+#include <palpate/haptics/coulomb_friction.h>
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/surface_state.h>
 #include <palpate/haptics/transfer_function.h>
@@ -79,6 +80,8 @@ enum class EffectKind {
     fibre_follow,
     front_shape,
     vortex,
+    friction,
+    stick_slip,
 };
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
@@ -86,12 +89,13 @@ inline constexpr double kLabelSmoothing = 1.0; // voxels
 
 struct EffectDescription {
     EffectKind kind = EffectKind::surface;
-    std::string surface; ///< kind surface: key of SceneDescription::surfaces
+    std::string surface; ///< kinds of surfaces: key of SceneDescription::surfaces
     std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; viscosity may be
                          ///< the same everywhere, then empty
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
     ///< kinds of volumes (key strength_n): N over the volume's value, of vectors their length;
     ///< viscosity (key damping_n_s_per_m): N s/m
+    FrictionCoefficients friction; ///< friction (keys static, dynamic) and stick_slip, no unit
     FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow
     std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame
     int line = 0;

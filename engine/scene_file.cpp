@@ -32,8 +32,8 @@ constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "st
 constexpr std::array<std::string_view, 2> kDeviceNames{"path", "orbit"};
 
 // What the file format knows beyond this version.
-constexpr std::array<std::string_view, 7> kOtherEffects{
-    "friction", "stick_slip", "texture", "vibration", "magnet", "guide", "workspace"};
+constexpr std::array<std::string_view, 5> kOtherEffects{"texture", "vibration", "magnet", "guide",
+                                                        "workspace"};
 constexpr std::array<std::string_view, 2> kOtherDevices{"recording", "hand"};
 
 // Effects.
@@ -81,12 +81,28 @@ TransferFunction read_effect_strength(const TomlTable& table, std::string_view k
     return strength;
 }
 
+FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
+    constexpr Range coefficient{0.0, 10.0};
+    table.require("static", "give the coefficient at rest, as static = 0.3");
+    FrictionCoefficients friction;
+    friction.static_mu = table.number("static", coefficient, 0.0);
+    friction.dynamic_mu = table.number("dynamic", coefficient, friction.static_mu);
+    friction.stick_slip = stick_slip;
+    if (friction.dynamic_mu > friction.static_mu)
+        table.fail(table.line_of("dynamic"),
+                   fmt::format("dynamic = {} {} is above static = {}", friction.dynamic_mu,
+                               table.where(), friction.static_mu),
+                   "give at most as much friction while sliding as at rest");
+    return friction;
+}
+
 EffectDescription read_effect(const TomlTable& table, const SceneDescription& scene) {
     constexpr std::array<std::string_view, 2> surface_keys{"type", "surface"};
     constexpr std::array<std::string_view, 3> volume_keys{"type", "volume", "strength_n"};
     constexpr std::array<std::string_view, 4> follow_keys{"type", "volume", "strength_n", "guide"};
     constexpr std::array<std::string_view, 3> viscosity_keys{"type", "volume", "damping_n_s_per_m"};
     constexpr std::array<std::string_view, 2> force_keys{"type", "force_n"};
+    constexpr std::array<std::string_view, 4> friction_keys{"type", "surface", "static", "dynamic"};
     table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
 
     EffectDescription effect;
@@ -98,6 +114,12 @@ EffectDescription read_effect(const TomlTable& table, const SceneDescription& sc
     case EffectKind::surface:
         table.allow_only(surface_keys, context);
         effect.surface = internal::name_in(table, "surface", scene.surfaces, "surfaces");
+        break;
+    case EffectKind::friction:
+    case EffectKind::stick_slip:
+        table.allow_only(friction_keys, context);
+        effect.surface = internal::name_in(table, "surface", scene.surfaces, "surfaces");
+        effect.friction = read_friction(table, effect.kind == EffectKind::stick_slip);
         break;
     case EffectKind::constant_force:
         table.allow_only(force_keys, context);

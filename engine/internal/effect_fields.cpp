@@ -82,6 +82,8 @@ std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const Effec
     const auto directed = [&] { return fields.directed.at(effect.volume); };
     switch (effect.kind) {
     case EffectKind::surface:
+    case EffectKind::friction:
+    case EffectKind::stick_slip:
         break;
     case EffectKind::gradient_surface:
         return std::make_unique<GradientSurface>(scalar(), effect.strength);

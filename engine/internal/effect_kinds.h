@@ -32,11 +32,12 @@ struct EffectTraits {
     double further_samples = 0.0; ///< at points of its own, per evaluation
     bool may_be_hard = false;     ///< its strength may be infinite
     std::string_view how = "";    ///< in what way it enters a frame, in words
+    bool of_surface = false;      ///< felt where a surface is, and only with it
 };
 
 /// In the order of EffectKind.
-inline constexpr std::array<EffectTraits, 10> kEffectTraits{{
-    {"surface", FieldNeed::none, CommonPoint::none, 0.0, true, "felt up to its strength"},
+inline constexpr std::array<EffectTraits, 12> kEffectTraits{{
+    {"surface", FieldNeed::none, CommonPoint::none, 0.0, true, "felt up to its strength", true},
     {"gradient_surface", FieldNeed::scalar, CommonPoint::proxy, 0.0, true,
      "a plane through the proxy, against the gradient"},
     {"constant_force", FieldNeed::none, CommonPoint::none, 0.0, false,
@@ -55,6 +56,12 @@ inline constexpr std::array<EffectTraits, 10> kEffectTraits{{
      "two opposed planes across the vector, through the frame's start"},
     {"vortex", FieldNeed::vector, CommonPoint::frame_start, 1.0, true,
      "two opposed planes about the axis of rotation, through the frame's start"},
+    {"friction", FieldNeed::none, CommonPoint::none, 0.0, false,
+     "a line along each contact's normal, as strong as the coefficient times what presses: "
+     "needs no query",
+     true},
+    {"stick_slip", FieldNeed::none, CommonPoint::none, 0.0, false,
+     "friction that comes to rest after each slip: needs no query", true},
 }};
 
 inline const EffectTraits& traits_of(EffectKind kind) {
