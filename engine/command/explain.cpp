@@ -78,12 +78,12 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
                     "of", "", "contact", "samples", "at start", "roots", "rays", "us alone", "why");
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        text +=
-            fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11.3f}  {}{}{}\n",
-                        planned.effect + 1, name(effect.kind), subject(effect),
-                        planned.on ? "on" : "off", planned.contact, planned.samples,
-                        planned.start_samples, planned.roots, planned.rays, prices[planned.effect],
-                        planned.reason, planned.sharing.empty() ? "" : "; ", planned.sharing);
+        text += fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11.3f}  {}\n",
+                            planned.effect + 1, name(effect.kind), subject(effect),
+                            planned.on ? "on" : "off", planned.contact, planned.samples,
+                            planned.start_samples, planned.roots, planned.rays,
+                            prices[planned.effect], planned.reason);
+        if (!planned.sharing.empty()) text += "   " + planned.sharing + "\n";
     }
     if (scene.plan().effects.empty())
         text += "no effects: a frame computes nothing but the free motion\n";
