@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <utility>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -35,7 +35,8 @@ PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescripti
 
 /// Where an effect other than a surface samples as others may, too.
 internal::CommonPoint common_point(const EffectDescription& effect) {
-    if (effect.volume.empty()) return internal::CommonPoint::none; // the same everywhere
+    if (effect.volume.empty() && effect.surface.empty())
+        return internal::CommonPoint::none; // viscosity that is the same everywhere
     const bool follows =
         effect.kind == EffectKind::vector_follow || effect.kind == EffectKind::fibre_follow;
     if (follows && effect.guide == FollowGuide::tangent) return internal::CommonPoint::proxy;
@@ -60,13 +61,29 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
         return plan_surface(scene, scene.surfaces.at(effect.surface), extraction, repeated);
     }
     if (traits.of_surface) return plan_friction(effect, rubbing);
-    if (effect.kind == EffectKind::constant_force) {
+    switch (effect.kind) {
+    case EffectKind::constant_force:
         if (effect.force_n == std::array<double, 3>{0.0, 0.0, 0.0})
             return off("force_n is 0: it cannot be felt");
-    } else if (effect.strength.is_zero()) {
-        return off(effect.kind == EffectKind::viscosity
-                       ? "damping_n_s_per_m is 0 everywhere: it cannot be felt"
-                       : "strength_n is 0 everywhere: it cannot be felt");
+        break;
+    case EffectKind::guide:
+    case EffectKind::workspace:
+        if (effect.guide_settings.strength_n == 0.0)
+            return off("strength_n is 0: it cannot be felt");
+        break;
+    case EffectKind::vibration:
+        if (effect.vibration.amplitude_n_s_per_m == 0.0 || effect.vibration.most_n == 0.0)
+            return off("amplitude_n_s_per_m or most_n is 0: it cannot be felt");
+        break;
+    case EffectKind::gravity_compensation:
+        if (effect.mass_kg == 0.0) return off("mass_kg is 0: there is nothing to carry");
+        break;
+    case EffectKind::viscosity:
+        if (effect.strength.is_zero())
+            return off("damping_n_s_per_m is 0 everywhere: it cannot be felt");
+        break;
+    default:
+        if (effect.strength.is_zero()) return off("strength_n is 0 everywhere: it cannot be felt");
     }
     PlannedEffect planned;
     planned.reason = traits.how;
@@ -95,28 +112,27 @@ public:
 
 private:
     using CommonPoint = internal::CommonPoint;
-    using Field = std::pair<internal::FieldNeed, std::string>; // of a volume
+    using Field = std::tuple<internal::FieldNeed, std::string, std::string>; // volume, surface
 
     const EffectDescription& effect_of(const PlannedEffect& planned) const {
         return scene_.effects[planned.effect];
     }
 
-    /// A surface of a formula samples the formula; one of a volume has a field of its own, baked.
     CommonPoint common_point(const PlannedEffect& planned) const {
         if (!planned.on) return CommonPoint::none;
         const EffectDescription& effect = effect_of(planned);
         if (effect.kind != EffectKind::surface) return palpate::common_point(effect);
-        const std::string& volume = scene_.surfaces.at(effect.surface).volume;
-        const bool samples_formula =
-            planned.samples > 0.0 && scene_.volumes.at(volume).file.empty();
-        return samples_formula ? CommonPoint::proxy : CommonPoint::none;
+        return planned.samples > 0.0 ? CommonPoint::proxy : CommonPoint::none;
     }
 
+    /// A surface of a formula has the formula itself; one of a file has its own, baked.
     Field field_of(const PlannedEffect& planned) const {
         const EffectDescription& effect = effect_of(planned);
-        if (effect.kind == EffectKind::surface)
-            return {internal::FieldNeed::scalar, scene_.surfaces.at(effect.surface).volume};
-        return {internal::traits_of(effect.kind).need, effect.volume};
+        if (effect.surface.empty())
+            return {internal::traits_of(effect.kind).need, effect.volume, ""};
+        const std::string& volume = scene_.surfaces.at(effect.surface).volume;
+        const bool baked = !scene_.volumes.at(volume).file.empty();
+        return {internal::FieldNeed::scalar, volume, baked ? effect.surface : ""};
     }
 
     std::string in_words(const PlannedEffect& planned) const {
@@ -149,10 +165,9 @@ private:
 
     /// An effect of a volume whose surface is felt in a baked field: no sample in common.
     void note_baked(PlannedEffect& planned) const {
-        if (!planned.on || effect_of(planned).kind == EffectKind::surface) return;
-        const auto [need, volume] = field_of(planned);
-        if (need != internal::FieldNeed::scalar || volume.empty()) return;
-        if (scene_.volumes.at(volume).file.empty()) return;
+        if (!planned.on) return;
+        const std::string& volume = effect_of(planned).volume;
+        if (volume.empty() || scene_.volumes.at(volume).file.empty()) return;
         for (const PlannedEffect& other : effects_) {
             const EffectDescription& effect = effect_of(other);
             if (!other.on || effect.kind != EffectKind::surface || other.samples == 0.0) continue;

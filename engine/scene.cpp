@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -13,6 +15,7 @@
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/guarded_contact.h>
 #include <palpate/haptics/mesh_contact.h>
+#include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
 #include <palpate/volume/shared_samples.h>
 #include <palpate/volume/volume_file.h>
@@ -96,6 +99,60 @@ std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
     return std::make_unique<VolumeContact>(field, surface.level);
 }
 
+/// Behind a surface, from where its certificate allows nobody who has not gone through.
+std::unique_ptr<Effect> viscosity_inside(const SceneSurface& surface, double damping_n_s_per_m,
+                                         const std::shared_ptr<const ScalarField>& field) {
+    const double level = surface.level.level;
+    const LevelScale scale = LevelScale::of(*field, surface.level);
+    TransferFunction damping;
+    damping.count = 2;
+    damping.nodes[0] = {level + scale.certificate, 0.0};
+    damping.nodes[1] = {level + 2.0 * scale.certificate, damping_n_s_per_m};
+    return std::make_unique<Viscosity>(field, damping);
+}
+
+/// What an effect is, as text: orders effects of a kind, whatever the scene's order.
+std::string content_of(const EffectDescription& effect) {
+    std::string text = fmt::format(
+        "{} {} {} {} {} {} {} {} {} {} {} {}", effect.surface, effect.volume,
+        static_cast<int>(effect.guide), static_cast<int>(effect.ends),
+        effect.guide_settings.strength_n, effect.guide_settings.capture_m, effect.radius_m,
+        effect.mass_kg, effect.vibration.amplitude_n_s_per_m, effect.vibration.frequency_hz,
+        effect.vibration.decay_s, effect.vibration.most_n);
+    const auto add = [&](double number) { text += fmt::format(" {}", number); };
+    for (const double component : effect.force_n)
+        add(component);
+    const auto add_point = [&](const Vec3& point) {
+        for (int i = 0; i < 3; ++i)
+            add(point[i]);
+    };
+    for (const Vec3& point : {effect.center_m, effect.box_m.lower, effect.box_m.upper, effect.down})
+        add_point(point);
+    for (std::size_t i = 0; i < effect.strength.count; ++i) {
+        add(effect.strength.nodes[i].value);
+        add(effect.strength.nodes[i].strength_n);
+    }
+    for (const Vec3& point : effect.points_m)
+        add_point(point);
+    return text;
+}
+
+/// Effects that are on and more than a property of a surface: by turn, kind and content.
+std::vector<std::size_t> order_of(const SceneDescription& scene, const EffectPlan& plan) {
+    std::vector<std::tuple<internal::EffectTurn, EffectKind, std::string, std::size_t>> keys;
+    for (const PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        const internal::EffectTraits& traits = internal::traits_of(effect.kind);
+        if (planned.on && !traits.of_surface)
+            keys.emplace_back(traits.turn, effect.kind, content_of(effect), planned.effect);
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::size_t> order;
+    for (const auto& key : keys)
+        order.push_back(std::get<3>(key));
+    return order;
+}
+
 } // namespace
 
 std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene,
@@ -134,6 +191,7 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
             internal::load_field_of(description_, description_.effects[planned.effect], reader,
                                     *fields);
     effect_fields_ = fields;
+    effect_order_ = order_of(description_, plan_);
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
@@ -180,10 +238,18 @@ LoopParts Scene::make_parts() const {
     for (auto* vectors : {&fields.directed, &fields.axial})
         for (auto& [volume, field] : *vectors)
             field = share_samples(field);
-    for (const PlannedEffect& planned : plan_.effects) {
-        if (!planned.on) continue;
-        const EffectDescription& effect = description_.effects[planned.effect];
-        if (!internal::traits_of(effect.kind).of_surface)
+    for (const std::size_t index : effect_order_) {
+        EffectDescription effect = description_.effects[index];
+        const auto surface =
+            std::find_if(surfaces_.begin(), surfaces_.end(),
+                         [&](const SceneSurface& s) { return s.name == effect.surface; });
+        const auto bit = surface - surfaces_.begin();
+        if (surface != surfaces_.end())
+            effect.vibration.surfaces = bit < 64 ? std::uint64_t{1} << bit : 0;
+        if (effect.kind == EffectKind::viscosity && surface != surfaces_.end())
+            parts.effects.push_back(
+                viscosity_inside(*surface, effect.strength(0.0), shared(surface->baked.field)));
+        else
             parts.effects.push_back(internal::make_effect(effect, fields));
     }
     return parts;

@@ -35,8 +35,8 @@ struct SceneSurface {
     bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
 };
 
-/// What one loop feels, with the state of it: surfaces by name, effects in the scene's order. Who
-/// of them samples the same field at the same point shares the sample.
+/// What one loop feels, with the state of it: surfaces by name, effects in Scene::effect_order().
+/// Who of them samples the same field at the same point shares the sample.
 struct LoopParts {
     std::vector<std::unique_ptr<SurfaceContact>> contacts;
     std::vector<std::unique_ptr<Effect>> effects;
@@ -56,8 +56,11 @@ public:
         return surfaces_;
     } ///< that are felt, by name
 
-    /// Fresh parts for a loop, of what is on.                                           [setup]
+    /// Fresh parts for a loop, of what is on: effects in effect_order().                 [setup]
     LoopParts make_parts() const;
+    /// Effects of the scene's description that make_parts() makes, in its order: the same for any
+    /// order in which a scene names them.  [any]
+    const std::vector<std::size_t>& effect_order() const noexcept { return effect_order_; }
     /// Friction on each of surfaces().                                                   [setup]
     std::vector<FrictionCoefficients> friction() const;
     /// A fresh contact with one surface alone.                                          [setup]
@@ -74,6 +77,7 @@ private:
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;
+    std::vector<std::size_t> effect_order_;
     std::shared_ptr<const internal::EffectFields> effect_fields_;
 };
 
