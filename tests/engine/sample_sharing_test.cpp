@@ -219,5 +219,19 @@ TEST(SampleSharingPlan, ABakedFieldIsAnotherOneThanItsVolume) {
               "shares nothing with surface bone, which is felt in a field baked from ct");
 }
 
+// It asks for the value behind the surface, in the field that the surface is felt in.
+TEST(SampleSharingPlan, ViscosityInsideASurfaceSharesTheSurfacesSample) {
+    const test::TemporaryFolder folder;
+    const EffectPlan plan = plan_of(
+        volume_file(folder, "ct") +
+        "[surface.bone]\nvolume = \"ct\"\niso_value = 226\nstrength_n = 1\n[[effect]]\ntype = "
+        "\"surface\"\nsurface = \"bone\"\n[[effect]]\ntype = \"viscosity\"\nsurface = "
+        "\"bone\"\ndamping_n_s_per_m = 2\n");
+    EXPECT_EQ(plan.effects[0].samples, 1.0);
+    EXPECT_EQ(plan.effects[1].start_samples, 0.0);
+    EXPECT_EQ(plan.effects[1].sharing,
+              "shares its sample with the frame's first of effect 1 (surface of bone)");
+}
+
 } // namespace
 } // namespace palpate
