@@ -95,6 +95,7 @@ struct VolumeReader::Kept {
     VoxelVolume volume;
     LabelVolume labels;
     std::map<std::string, std::string> keys;
+    std::map<std::string, std::shared_ptr<const ScalarField>> formulas;
 };
 
 VolumeReader::VolumeReader(const SceneDescription& scene)
@@ -121,6 +122,12 @@ const LabelVolume& VolumeReader::labels(const std::string& name) {
     return kept_->labels;
 }
 
+std::shared_ptr<const ScalarField> VolumeReader::formula(const std::string& name) {
+    std::shared_ptr<const ScalarField>& field = kept_->formulas[name];
+    if (!field) field = make_analytic_field(scene_, name);
+    return field;
+}
+
 const std::string& VolumeReader::key(const std::string& name) {
     std::string& key = kept_->keys[name];
     if (key.empty()) key = source_key(scene_.volumes.at(name));
@@ -134,7 +141,7 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
     const VolumeDescription& source = scene.volumes.at(description.volume);
     if (source.file.empty()) {
         BakedSurface baked;
-        baked.field = make_analytic_field(scene, description.volume);
+        baked.field = reader.formula(description.volume);
         baked.level = description.iso_value;
         return baked;
     }

@@ -41,8 +41,8 @@ std::string baked_in_words(const BakedSurface& baked);
 /// The same as JSON text; what the cache keeps beside the grid.                          [setup]
 std::string baked_as_json(const BakedSurface& baked);
 
-/// The volumes of a scene, each read once while surfaces that need it are baked one after the
-/// other.
+/// The volumes of a scene, each read once while surfaces and effects that need it are made one
+/// after the other.
 class VolumeReader {
 public:
     explicit VolumeReader(const SceneDescription& scene);
@@ -51,6 +51,9 @@ public:
     /// Throw as read_volume() and read_label_volume(). The last volume of either kind is kept.
     const VoxelVolume& volume(const std::string& name);
     const LabelVolume& labels(const std::string& name);
+    /// The field of a volume given by a formula: the same for all who ask. Throws as
+    /// make_analytic_field().
+    std::shared_ptr<const ScalarField> formula(const std::string& name);
     /// Hash of the files that a volume is read from, and of how it is read.
     const std::string& key(const std::string& name);
 

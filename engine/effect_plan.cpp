@@ -2,7 +2,11 @@
 #include <palpate/engine/effect_plan.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <tuple>
+
+#include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/scene_file.h>
@@ -27,6 +31,16 @@ PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescripti
     planned.roots = certified_by_field ? 1.0 : 0.0;
     planned.needs_hessian = certified_by_field;
     return planned;
+}
+
+/// Where an effect other than a surface samples as others may, too.
+internal::CommonPoint common_point(const EffectDescription& effect) {
+    if (effect.volume.empty() && effect.surface.empty())
+        return internal::CommonPoint::none; // viscosity that is the same everywhere
+    const bool follows =
+        effect.kind == EffectKind::vector_follow || effect.kind == EffectKind::fibre_follow;
+    if (follows && effect.guide == FollowGuide::tangent) return internal::CommonPoint::proxy;
+    return internal::traits_of(effect.kind).at;
 }
 
 /// But for whether its surface is felt.
@@ -71,8 +85,104 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
     default:
         if (effect.strength.is_zero()) return off("strength_n is 0 everywhere: it cannot be felt");
     }
-    return {0, true, std::string(traits.how), "", traits.samples};
+    PlannedEffect planned;
+    planned.reason = traits.how;
+    planned.samples = traits.further_samples;
+    if (const internal::CommonPoint at = common_point(effect); at == internal::CommonPoint::proxy)
+        planned.samples = 1.0;
+    else if (at == internal::CommonPoint::frame_start)
+        planned.start_samples = 1.0;
+    return planned;
 }
+
+/// Says whose samples an effect takes, and what is then left of its own.
+class Sharing {
+public:
+    Sharing(const SceneDescription& scene, std::vector<PlannedEffect>& effects)
+        : scene_(scene), effects_(effects) {}
+
+    void settle() {
+        for (PlannedEffect& planned : effects_)
+            if (common_point(planned) == CommonPoint::proxy) at_proxy(planned);
+        for (PlannedEffect& planned : effects_)
+            if (common_point(planned) == CommonPoint::frame_start) at_start(planned);
+        for (PlannedEffect& planned : effects_)
+            note_baked(planned);
+    }
+
+private:
+    using CommonPoint = internal::CommonPoint;
+    using Field = std::tuple<internal::FieldNeed, std::string, std::string>; // volume, surface
+
+    const EffectDescription& effect_of(const PlannedEffect& planned) const {
+        return scene_.effects[planned.effect];
+    }
+
+    CommonPoint common_point(const PlannedEffect& planned) const {
+        if (!planned.on) return CommonPoint::none;
+        const EffectDescription& effect = effect_of(planned);
+        if (effect.kind != EffectKind::surface) return palpate::common_point(effect);
+        return planned.samples > 0.0 ? CommonPoint::proxy : CommonPoint::none;
+    }
+
+    /// A surface of a formula has the formula itself; one of a file has its own, baked.
+    Field field_of(const PlannedEffect& planned) const {
+        const EffectDescription& effect = effect_of(planned);
+        if (effect.surface.empty())
+            return {internal::traits_of(effect.kind).need, effect.volume, ""};
+        const std::string& volume = scene_.surfaces.at(effect.surface).volume;
+        const bool baked = !scene_.volumes.at(volume).file.empty();
+        return {internal::FieldNeed::scalar, volume, baked ? effect.surface : ""};
+    }
+
+    std::string in_words(const PlannedEffect& planned) const {
+        const EffectDescription& effect = effect_of(planned);
+        return fmt::format("effect {} ({} of {})", planned.effect + 1, name(effect.kind),
+                           effect.surface.empty() ? effect.volume : effect.surface);
+    }
+
+    void at_proxy(PlannedEffect& planned) {
+        const auto [first, is_first] = first_at_proxy_.emplace(field_of(planned), &planned);
+        if (is_first) return;
+        planned.samples -= 1.0;
+        planned.sharing = "shares its sample with " + in_words(*first->second);
+    }
+
+    void at_start(PlannedEffect& planned) {
+        // A frame's first evaluation is at its start.
+        if (const auto first = first_at_proxy_.find(field_of(planned));
+            first != first_at_proxy_.end()) {
+            planned.start_samples = 0.0;
+            planned.sharing =
+                "shares its sample with the frame's first of " + in_words(*first->second);
+            return;
+        }
+        const auto [first, is_first] = first_at_start_.emplace(field_of(planned), &planned);
+        if (is_first) return;
+        planned.start_samples = 0.0;
+        planned.sharing = "shares its sample at the frame's start with " + in_words(*first->second);
+    }
+
+    /// An effect of a volume whose surface is felt in a baked field: no sample in common.
+    void note_baked(PlannedEffect& planned) const {
+        if (!planned.on) return;
+        const std::string& volume = effect_of(planned).volume;
+        if (volume.empty() || scene_.volumes.at(volume).file.empty()) return;
+        for (const PlannedEffect& other : effects_) {
+            const EffectDescription& effect = effect_of(other);
+            if (!other.on || effect.kind != EffectKind::surface || other.samples == 0.0) continue;
+            if (scene_.surfaces.at(effect.surface).volume != volume) continue;
+            if (!planned.sharing.empty()) planned.sharing += "; ";
+            planned.sharing += fmt::format(
+                "shares nothing with surface {}, which is felt in a field baked from {}",
+                effect.surface, volume);
+        }
+    }
+
+    const SceneDescription& scene_;
+    std::vector<PlannedEffect>& effects_;
+    std::map<Field, const PlannedEffect*> first_at_proxy_, first_at_start_;
+};
 
 } // namespace
 
@@ -101,6 +211,7 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
         planned.on = false;
         planned.reason = "surface " + effect.surface + " is not felt";
     }
+    Sharing(scene, plan.effects).settle();
     for (const auto& [surface, description] : scene.surfaces) {
         if (!plan.uses_surface(scene, surface)) {
             plan.left_out.push_back("surface " + surface + ": no effect that is on names it");

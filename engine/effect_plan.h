@@ -9,17 +9,21 @@
 
 namespace palpate {
 
-/// What one effect of a scene needs per evaluation, or why it is left out.
+/// What one effect of a scene needs, or why it is left out. A sample that several effects have in
+/// common is counted for the first of them alone.
 struct PlannedEffect {
     std::size_t effect = 0; ///< index into SceneDescription::effects
     bool on = true;
-    std::string reason;   ///< why on or off, in words
-    std::string contact;  ///< kind surface: how the proxy is carried
-    double samples = 0.0; ///< field samples per evaluation
-    double roots = 0.0;   ///< exact first roots per evaluation
-    double rays = 0.0;    ///< Embree rays per evaluation; a proxy that slides on a mesh needs none
+    std::string reason;         ///< why on or off, in words
+    std::string contact;        ///< kind surface: how the proxy is carried
+    double samples = 0.0;       ///< field samples per evaluation
+    double start_samples = 0.0; ///< field samples once a frame, at the proxy of its start
+    double roots = 0.0;         ///< exact first roots per evaluation
+    double rays = 0.0; ///< Embree rays per evaluation; a proxy that slides on a mesh needs none
     bool needs_mesh = false;
     bool needs_hessian = false;
+    std::string sharing = {}; ///< whose sample it takes, or why it cannot, in words; empty: nobody
+                              ///< else samples its volume
 };
 
 /// Which effects, fields and queries a scene needs, and why: nothing else is built.

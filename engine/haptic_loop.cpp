@@ -61,14 +61,15 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock)
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop)
-    : scene_(std::move(scene)), clock_(clock), contacts_(scene_->make_contacts()),
-      effects_(scene_->make_effects()), coupling_{scene_->description().coupling.stiffness_n_per_m,
-                                                  scene_->description().coupling.damping_n_s_per_m},
+    : scene_(std::move(scene)), clock_(clock),
+      parts_(scene_->make_parts()), coupling_{scene_->description().coupling.stiffness_n_per_m,
+                                              scene_->description().coupling.damping_n_s_per_m},
       limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
                 1.0 / loop.rate_hz}),
       period_s_(1.0 / loop.rate_hz) {
-    subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(contacts_),
-                                                 pointers(effects_), clock_, scene_->friction());
+    subdivision_ =
+        std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
+                                      pointers(parts_.effects), clock_, scene_->friction());
 }
 
 HapticLoop::~HapticLoop() = default;
@@ -94,7 +95,7 @@ FrameReport HapticLoop::frame(const DeviceState& device,
         const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
         wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
                                 proxy_velocity); // (3)
-        for (const auto& effect : effects_)
+        for (const auto& effect : parts_.effects)
             wanted += effect->device_force_n();
     } else {
         report.flags |= kProbeNotFinite;
@@ -142,9 +143,9 @@ QueryCount HapticLoop::queries() const noexcept {
         total.roots += one.roots;
         total.surface_queries += one.surface_queries;
     };
-    for (const auto& contact : contacts_)
+    for (const auto& contact : parts_.contacts)
         add(contact->queries());
-    for (const auto& effect : effects_)
+    for (const auto& effect : parts_.effects)
         add(effect->queries());
     return total;
 }

@@ -51,8 +51,7 @@ private:
 
     std::shared_ptr<const Scene> scene_;
     Clock& clock_;
-    std::vector<std::unique_ptr<SurfaceContact>> contacts_;
-    std::vector<std::unique_ptr<Effect>> effects_;
+    LoopParts parts_;
     std::unique_ptr<Subdivision> subdivision_;
     VirtualCoupling coupling_;
     ForceLimiter limiter_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <tuple>
 
@@ -16,6 +17,7 @@
 #include <palpate/haptics/mesh_contact.h>
 #include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
+#include <palpate/volume/shared_samples.h>
 #include <palpate/volume/volume_file.h>
 
 namespace palpate {
@@ -74,6 +76,39 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
                 make_surface_mesh(description, surface.baked, surface.contact, place, resources);
     });
     return surface;
+}
+
+/// A contact with a surface through `field`: its own, or the same with shared samples.
+std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
+                                                  const std::shared_ptr<const ScalarField>& field) {
+    switch (surface.contact) {
+    case ContactKind::mesh: {
+        MeshContactSettings settings;
+        settings.strength_n = surface.level.strength_n;
+        settings.yielding = surface.level.yielding;
+        return std::make_unique<MeshContact>(surface.mesh.certified, settings);
+    }
+    case ContactKind::guarded:
+        return std::make_unique<GuardedContact>(field, surface.level, surface.mesh.certified,
+                                                surface.leash_m);
+    case ContactKind::direct:
+        return std::make_unique<DirectContact>(surface.mesh.scene, field, surface.level);
+    case ContactKind::volume:
+        break;
+    }
+    return std::make_unique<VolumeContact>(field, surface.level);
+}
+
+/// Behind a surface, from where its certificate allows nobody who has not gone through.
+std::unique_ptr<Effect> viscosity_inside(const SceneSurface& surface, double damping_n_s_per_m,
+                                         const std::shared_ptr<const ScalarField>& field) {
+    const double level = surface.level.level;
+    const LevelScale scale = LevelScale::of(*field, surface.level);
+    TransferFunction damping;
+    damping.count = 2;
+    damping.nodes[0] = {level + scale.certificate, 0.0};
+    damping.nodes[1] = {level + 2.0 * scale.certificate, damping_n_s_per_m};
+    return std::make_unique<Viscosity>(field, damping);
 }
 
 /// What an effect is, as text: orders effects of a kind, whatever the scene's order.
@@ -153,29 +188,14 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     const auto fields = std::make_shared<internal::EffectFields>();
     for (const PlannedEffect& planned : plan_.effects)
         if (planned.on)
-            internal::load_field_of(description_, description_.effects[planned.effect], *fields);
+            internal::load_field_of(description_, description_.effects[planned.effect], reader,
+                                    *fields);
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
-    switch (surface.contact) {
-    case ContactKind::mesh: {
-        MeshContactSettings settings;
-        settings.strength_n = surface.level.strength_n;
-        settings.yielding = surface.level.yielding;
-        return std::make_unique<MeshContact>(surface.mesh.certified, settings);
-    }
-    case ContactKind::guarded:
-        return std::make_unique<GuardedContact>(surface.baked.field, surface.level,
-                                                surface.mesh.certified, surface.leash_m);
-    case ContactKind::direct:
-        return std::make_unique<DirectContact>(surface.mesh.scene, surface.baked.field,
-                                               surface.level);
-    case ContactKind::volume:
-        break;
-    }
-    return std::make_unique<VolumeContact>(surface.baked.field, surface.level);
+    return make_contact_with(surface, surface.baked.field);
 }
 
 std::shared_ptr<const ScalarField> Scene::effect_field(const std::string& volume) const {
@@ -191,13 +211,6 @@ std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
     return std::nullopt;
 }
 
-std::vector<std::unique_ptr<SurfaceContact>> Scene::make_contacts() const {
-    std::vector<std::unique_ptr<SurfaceContact>> contacts;
-    for (const SceneSurface& surface : surfaces_)
-        contacts.push_back(make_contact(surface));
-    return contacts;
-}
-
 std::vector<FrictionCoefficients> Scene::friction() const {
     std::vector<FrictionCoefficients> friction(surfaces_.size());
     for (const PlannedEffect& planned : plan_.effects) {
@@ -209,32 +222,37 @@ std::vector<FrictionCoefficients> Scene::friction() const {
     return friction;
 }
 
-/// Behind a surface, from where its certificate allows nobody who has not gone through.
-std::unique_ptr<Effect> Scene::viscosity_inside(const EffectDescription& effect) const {
-    const auto surface =
-        std::find_if(surfaces_.begin(), surfaces_.end(),
-                     [&](const SceneSurface& s) { return s.name == effect.surface; });
-    const double level = surface->level.level;
-    const LevelScale scale = LevelScale::of(*surface->baked.field, surface->level);
-    TransferFunction damping;
-    damping.count = 2;
-    damping.nodes[0] = {level + scale.certificate, 0.0};
-    damping.nodes[1] = {level + 2.0 * scale.certificate, effect.strength(0.0)};
-    return std::make_unique<Viscosity>(surface->baked.field, damping);
-}
-
-std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
-    std::vector<std::unique_ptr<Effect>> effects;
+LoopParts Scene::make_parts() const {
+    std::map<std::shared_ptr<const ScalarField>, std::shared_ptr<const ScalarField>> own;
+    const auto shared = [&](const std::shared_ptr<const ScalarField>& field) {
+        std::shared_ptr<const ScalarField>& one = own[field];
+        if (!one) one = share_samples(field);
+        return one;
+    };
+    LoopParts parts;
+    for (const SceneSurface& surface : surfaces_)
+        parts.contacts.push_back(make_contact_with(surface, shared(surface.baked.field)));
+    internal::EffectFields fields = *effect_fields_;
+    for (auto& [volume, field] : fields.scalars)
+        field = shared(field);
+    for (auto* vectors : {&fields.directed, &fields.axial})
+        for (auto& [volume, field] : *vectors)
+            field = share_samples(field);
     for (const std::size_t index : effect_order_) {
         EffectDescription effect = description_.effects[index];
-        for (std::size_t i = 0; i < surfaces_.size(); ++i)
-            if (surfaces_[i].name == effect.surface)
-                effect.vibration.surfaces = i < 64 ? std::uint64_t{1} << i : 0;
-        const bool inside_one = effect.kind == EffectKind::viscosity && !effect.surface.empty();
-        effects.push_back(inside_one ? viscosity_inside(effect)
-                                     : internal::make_effect(effect, *effect_fields_));
+        const auto surface =
+            std::find_if(surfaces_.begin(), surfaces_.end(),
+                         [&](const SceneSurface& s) { return s.name == effect.surface; });
+        const auto bit = surface - surfaces_.begin();
+        if (surface != surfaces_.end())
+            effect.vibration.surfaces = bit < 64 ? std::uint64_t{1} << bit : 0;
+        if (effect.kind == EffectKind::viscosity && surface != surfaces_.end())
+            parts.effects.push_back(
+                viscosity_inside(*surface, effect.strength(0.0), shared(surface->baked.field)));
+        else
+            parts.effects.push_back(internal::make_effect(effect, fields));
     }
-    return effects;
+    return parts;
 }
 
 } // namespace palpate

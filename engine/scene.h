@@ -35,6 +35,13 @@ struct SceneSurface {
     bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
 };
 
+/// What one loop feels, with the state of it: surfaces by name, effects in Scene::effect_order().
+/// Who of them samples the same field at the same point shares the sample.
+struct LoopParts {
+    std::vector<std::unique_ptr<SurfaceContact>> contacts;
+    std::vector<std::unique_ptr<Effect>> effects;
+};
+
 /// A scene, loaded: everything that its plan needs and nothing else. Immutable; several loops may
 /// share it.
 class Scene {
@@ -49,15 +56,14 @@ public:
         return surfaces_;
     } ///< that are felt, by name
 
-    /// Fresh per-loop objects of what is on: surfaces by name, effects in effect_order().
-    /// [setup]
-    std::vector<std::unique_ptr<SurfaceContact>> make_contacts() const;
-    std::vector<std::unique_ptr<Effect>> make_effects() const;
-    /// Effects of the scene's description that make_effects() makes, in its order: the same for any
+    /// Fresh parts for a loop, of what is on: effects in effect_order().                 [setup]
+    LoopParts make_parts() const;
+    /// Effects of the scene's description that make_parts() makes, in its order: the same for any
     /// order in which a scene names them.  [any]
     const std::vector<std::size_t>& effect_order() const noexcept { return effect_order_; }
     /// Friction on each of surfaces().                                                   [setup]
     std::vector<FrictionCoefficients> friction() const;
+    /// A fresh contact with one surface alone.                                          [setup]
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 
     /// The scalar field of a volume that an effect other than a surface uses; null where none does.
@@ -68,8 +74,6 @@ public:
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
 private:
-    std::unique_ptr<Effect> viscosity_inside(const EffectDescription& effect) const;
-
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;

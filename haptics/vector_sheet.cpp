@@ -40,14 +40,18 @@ void VectorSheet::begin(const FrameContext& frame) noexcept {
     const std::optional<Vec3> normal = normal_of(here);
     if (!normal) return;
     start_ = PlanePrimitive{frame.start, *normal, strength_n};
+    probe_ = frame.probe;
+    give_m_ = strength_n / frame.stiffness;
+    guessed_ = false;
+}
 
-    // A guess at the end: where this sheet alone lets the probe draw the proxy.
-    end_ = frame.start;
-    const double most = strength_n / frame.stiffness;
+/// The likely end before there is a solution: where this sheet alone lets the probe draw the proxy.
+void VectorSheet::guess_end() noexcept {
+    end_ = start_->anchor;
     for (int round = 0; round < kGuesses; ++round) {
         const Vec3 n = normal_halfway();
-        const double off = glm::dot(n, frame.probe - frame.start);
-        end_ = frame.probe - std::clamp(off, -most, most) * n;
+        const double off = glm::dot(n, probe_ - start_->anchor);
+        end_ = probe_ - std::clamp(off, -give_m_, give_m_) * n;
     }
 }
 
@@ -61,6 +65,8 @@ Vec3 VectorSheet::normal_halfway() noexcept {
 
 void VectorSheet::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!start_) return;
+    if (!guessed_) guess_end(); // not in begin(), whose one sample is for all effects to share
+    guessed_ = true;
     const Vec3 n = normal_halfway();
     primitives.add({start_->anchor, n, start_->strength_n});
     primitives.add({start_->anchor, -n, start_->strength_n});

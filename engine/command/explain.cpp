@@ -29,6 +29,8 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
               {{"field_samples", planned.samples},
                {"roots", planned.roots},
                {"surface_queries", planned.rays}}},
+             {"per_frame", {{"field_samples", planned.start_samples}}},
+             {"sharing", planned.sharing},
              {"needs", {{"mesh", planned.needs_mesh}, {"hessian", planned.needs_hessian}}},
              {"price_us", prices[planned.effect]}});
     }
@@ -71,14 +73,17 @@ std::string in_words(const SceneSurface& surface) {
 std::string as_text(const Scene& scene, const std::vector<double>& prices) {
     std::string text = fmt::format("{}: method {}\n", scene.description().file.string(),
                                    name(scene.description().loop.method));
-    text += fmt::format("{:<18}{:<14}{:<5}{:<9}{:>8}{:>7}{:>6}{:>11}  {}\n", "effect", "of", "",
-                        "contact", "samples", "roots", "rays", "us/eval", "why");
+    text +=
+        fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11}  {}\n", "", "effect",
+                    "of", "", "contact", "samples", "at start", "roots", "rays", "us alone", "why");
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        text += fmt::format("{:<18}{:<14}{:<5}{:<9}{:>8}{:>7}{:>6}{:>11.3f}  {}\n",
-                            name(effect.kind), subject(effect), planned.on ? "on" : "off",
-                            planned.contact, planned.samples, planned.roots, planned.rays,
+        text += fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11.3f}  {}\n",
+                            planned.effect + 1, name(effect.kind), subject(effect),
+                            planned.on ? "on" : "off", planned.contact, planned.samples,
+                            planned.start_samples, planned.roots, planned.rays,
                             prices[planned.effect], planned.reason);
+        if (!planned.sharing.empty()) text += "   " + planned.sharing + "\n";
     }
     if (scene.plan().effects.empty())
         text += "no effects: a frame computes nothing but the free motion\n";
@@ -86,9 +91,11 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
         text += "left out: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
         text += fmt::format("surface {}:\n{}", surface.name, indented(in_words(surface)));
-    return text + "Samples, roots and rays are per evaluation; us per evaluation is the median "
-                  "measured just now, "
-                  "on this machine.\n";
+    return text +
+           "Samples, roots and rays are per evaluation, of which a sub-step has at least one; "
+           "samples "
+           "at start are per frame. us alone is an evaluation and its frame's start without any "
+           "sharing, the median measured just now, on this machine.\n";
 }
 
 } // namespace

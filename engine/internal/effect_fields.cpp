@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_kinds.h>
-#include <palpate/engine/scene.h>
 #include <palpate/haptics/constant_force.h>
 #include <palpate/haptics/curve_guide.h>
 #include <palpate/haptics/gradient_force.h>
@@ -26,10 +25,9 @@ namespace palpate::internal {
 namespace {
 
 std::shared_ptr<const ScalarField> scalar_field(const SceneDescription& scene,
-                                                const std::string& volume) {
-    const VolumeDescription& description = scene.volumes.at(volume);
-    if (description.file.empty()) return make_analytic_field(scene, volume);
-    const VoxelVolume voxels = read_volume(description.file, description.selection);
+                                                const std::string& volume, VolumeReader& reader) {
+    if (scene.volumes.at(volume).file.empty()) return reader.formula(volume);
+    const VoxelVolume& voxels = reader.volume(volume);
     return std::make_shared<GridField>(voxels, static_cast<float>(value_range(voxels)[0]));
 }
 
@@ -59,7 +57,7 @@ std::shared_ptr<const VectorField> vector_field(const SceneDescription& scene,
 } // namespace
 
 void load_field_of(const SceneDescription& scene, const EffectDescription& effect,
-                   EffectFields& fields) {
+                   VolumeReader& reader, EffectFields& fields) {
     const EffectTraits& traits = traits_of(effect.kind);
     const std::string& volume = effect.volume;
     if (volume.empty()) return;
@@ -68,7 +66,7 @@ void load_field_of(const SceneDescription& scene, const EffectDescription& effec
         return;
     case FieldNeed::scalar:
         if (!fields.scalars.contains(volume))
-            fields.scalars.emplace(volume, scalar_field(scene, volume));
+            fields.scalars.emplace(volume, scalar_field(scene, volume, reader));
         return;
     case FieldNeed::vector:
         if (!fields.directed.contains(volume))

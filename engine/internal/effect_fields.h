@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include <palpate/engine/baked_surface.h>
 #include <palpate/engine/scene_description.h>
 #include <palpate/haptics/effect.h>
 #include <palpate/volume/scalar_field.h>
@@ -19,11 +20,12 @@ struct EffectFields {
     std::map<std::string, std::shared_ptr<const VectorField>> axial;
 };
 
-/// Loads what an effect samples, if it is not there yet.                                [setup]
+/// Loads what an effect samples, if it is not there yet; a formula is the reader's, which surfaces
+/// of it have as well.                                                                  [setup]
 /// Throws std::runtime_error as the readers do, and "FILE:LINE: [volume.NAME]: what is wrong; what
 /// to do" for a volume that is none of the kind that the effect needs.
 void load_field_of(const SceneDescription& scene, const EffectDescription& effect,
-                   EffectFields& fields);
+                   VolumeReader& reader, EffectFields& fields);
 
 /// A fresh effect; not for those of surfaces. Its fields must be loaded. [setup]
 std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const EffectFields& fields);

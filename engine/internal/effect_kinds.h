@@ -17,6 +17,13 @@ enum class FieldNeed {
     axial,  ///< without: fibres, also the principal direction of tensors
 };
 
+/// Where an effect samples its volume as others may, too.
+enum class CommonPoint {
+    none,
+    frame_start, ///< the proxy of the frame's start, once a frame
+    proxy,       ///< the current proxy, in each evaluation
+};
+
 /// When in a frame an effect is asked: each sees what those before it have added.
 enum class EffectTurn {
     draws,  ///< forces and springs
@@ -28,7 +35,8 @@ enum class EffectTurn {
 struct EffectTraits {
     std::string_view name; ///< in scenes
     FieldNeed need = FieldNeed::none;
-    double samples = 0.0;                   ///< of its volume, per evaluation
+    CommonPoint at = CommonPoint::none;
+    double further_samples = 0.0;           ///< at points of its own, per evaluation
     bool may_be_hard = false;               ///< its strength may be infinite
     std::string_view how = "";              ///< in what way it enters a frame, in words
     std::array<std::string_view, 5> keys{}; ///< in scenes, besides `type`
@@ -40,6 +48,7 @@ struct EffectTraits {
 inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
     {"surface",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      true,
      "felt up to its strength",
@@ -48,37 +57,43 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      true},
     {"gradient_surface",
      FieldNeed::scalar,
-     1.0,
+     CommonPoint::proxy,
+     0.0,
      true,
      "a plane through the proxy, against the gradient",
      {"volume", "strength_n"},
      EffectTurn::guides},
     {"constant_force",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      false,
      "shifts the probe's target exactly: needs no query",
      {"force_n"}},
     {"gradient_force",
      FieldNeed::scalar,
+     CommonPoint::frame_start,
      0.0,
      false,
      "a force against the gradient, sampled once a frame",
      {"volume", "strength_n"}},
     {"viscosity",
      FieldNeed::scalar,
+     CommonPoint::frame_start,
      0.0,
      false,
      "a spring to the frame's start: an exact shift and scale",
      {"volume", "surface", "damping_n_s_per_m"}},
     {"vector_force",
      FieldNeed::vector,
+     CommonPoint::frame_start,
      0.0,
      false,
      "a force along the vector, sampled once a frame",
      {"volume", "strength_n"}},
     {"vector_follow",
      FieldNeed::vector,
+     CommonPoint::frame_start,
      2.0,
      true,
      "a line along the streamline through the frame's start",
@@ -86,6 +101,7 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      EffectTurn::guides},
     {"fibre_follow",
      FieldNeed::axial,
+     CommonPoint::frame_start,
      2.0,
      true,
      "a line along the fibre through the frame's start, whose sign does not matter",
@@ -93,6 +109,7 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      EffectTurn::guides},
     {"front_shape",
      FieldNeed::vector,
+     CommonPoint::frame_start,
      1.0,
      true,
      "two opposed planes across the vector, through the frame's start",
@@ -100,6 +117,7 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      EffectTurn::guides},
     {"vortex",
      FieldNeed::vector,
+     CommonPoint::frame_start,
      1.0,
      true,
      "two opposed planes about the axis of rotation, through the frame's start",
@@ -107,16 +125,17 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      EffectTurn::guides},
     {"friction",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      false,
-     "a line along each contact's normal, as strong as the coefficient times what presses: needs "
-     "no "
-     "query",
+     "a line along each contact's normal, as strong as the coefficient times what presses: "
+     "needs no query",
      {"surface", "static", "dynamic"},
      EffectTurn::draws,
      true},
     {"stick_slip",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      false,
      "friction that comes to rest after each slip: needs no query",
@@ -125,6 +144,7 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      true},
     {"guide",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      true,
      "a line or point at the nearest place of the curve: needs no query",
@@ -132,6 +152,7 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      EffectTurn::guides},
     {"workspace",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      true,
      "planes where the proxy could leave it: needs no query",
@@ -139,12 +160,14 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      EffectTurn::limits},
     {"vibration",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      false,
      "a force on the device beside the coupling, after a contact begins: needs no query",
      {"surface", "amplitude_n_s_per_m", "frequency_hz", "decay_ms", "most_n"}},
     {"gravity_compensation",
      FieldNeed::none,
+     CommonPoint::none,
      0.0,
      false,
      "a force on the device beside the coupling: needs no query",

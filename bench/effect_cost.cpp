@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// What effects cost, each alone and all together: one iteration is one frame of a hand that moves
+// along a wall at 0.2 m/s. Argument: the frame's sub-steps, so that a sub-step costs (time at 33 -
+// time at 1) / 32, and 0 for a frame as scenes have it by default (adaptive). Scalars are the
+// generated CT's, vectors a helix by formula, the mesh a sphere. Counters say what was felt and
+// asked for, so that no price is one of free space.
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include <unistd.h>
+
+#include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/orbit.h>
+#include <palpate/engine/phantom.h>
+#include <palpate/engine/scene_file.h>
+#include <palpate/geometry/mesh_file.h>
+#include <palpate/volume/volume_file.h>
+
+#include "tests/support/test_meshes.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kMeshRadius = 0.05; // m
+constexpr int kMeshLevels = 6;       // 81 920 facets, of 0.8 mm
+constexpr int kManySubSteps = 33;
+
+/// Files that the scenes read; gone when the benchmark ends.
+struct Files {
+    std::filesystem::path folder = std::filesystem::temp_directory_path() /
+                                   ("palpate-effect-cost-" + std::to_string(getpid()));
+    Files() {
+        std::filesystem::create_directories(folder);
+        write_volume(make_phantom(), folder / "ct.nrrd");
+        write_ply(test::icosphere(kMeshRadius, kMeshLevels), folder / "ball.ply");
+    }
+    ~Files() { std::filesystem::remove_all(folder); }
+};
+
+std::string ct() { return "[volume.ct]\nfile = \"ct.nrrd\"\n"; }
+
+std::string bone() {
+    return "[surface.bone]\nvolume = \"ct\"\niso_value = 226\nsmooth_voxels = 0.7\ncontact = "
+           "\"volume\"\n[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
+}
+
+std::string ball() {
+    return "[surface.ball]\nmesh = \"ball.ply\"\nmesh_unit = \"mm\"\n[[effect]]\ntype = "
+           "\"surface\"\nsurface = \"ball\"\n";
+}
+
+std::string stream() {
+    return "[volume.stream]\nanalytic = \"helix\"\nradius_mm = 60\npitch_mm = 60\n";
+}
+
+std::string of_ct(const std::string& type, const std::string& strength) {
+    return "[[effect]]\ntype = \"" + type + "\"\nvolume = \"ct\"\n" + strength + "\n";
+}
+
+std::string of_stream(const std::string& type) {
+    return "[[effect]]\ntype = \"" + type + "\"\nvolume = \"stream\"\nstrength_n = 0.3\n";
+}
+
+const std::string kGradientSurface =
+    of_ct("gradient_surface", "strength_n = [[100, 0], [300, 0.5]]");
+const std::string kGradientForce = of_ct("gradient_force", "strength_n = 0.2");
+const std::string kViscosity = of_ct("viscosity", "damping_n_s_per_m = [[-1000, 1], [300, 3]]");
+const std::string kEvenViscosity = "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 2\n";
+const std::string kConstantForce =
+    "[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, -0.2]\n";
+const std::string kFriction =
+    "[[effect]]\ntype = \"friction\"\nsurface = \"bone\"\nstatic = 0.4\ndynamic = 0.3\n";
+
+/// The hand: around the CT's bone, 1 to 3 mm deep.
+const std::vector<DeviceState>& hand() {
+    static const std::vector<DeviceState> states = [] {
+        DeviceDescription orbit;
+        orbit.depth_min_mm = 1.0;
+        orbit.depth_max_mm = 3.0;
+        orbit.duration_s = 5.0;
+        const GridField field(make_phantom(), -1000.0F);
+        return make_orbit(field, 226.0, orbit, 1000.0);
+    }();
+    return states;
+}
+
+void frames(benchmark::State& state, const std::string& text) {
+    static const Files files;
+    const auto sub_steps = state.range(0);
+    const std::string loop_text =
+        sub_steps == 0
+            ? "[loop]\nmethod = \"adaptive\"\n"
+            : "[loop]\nmethod = \"fixed\"\nsub_steps = " + std::to_string(sub_steps) + "\n";
+    const auto scene =
+        std::make_shared<const Scene>(parse_scene(text + loop_text, files.folder / "scene.toml"));
+    SteadyClock clock;
+    HapticLoop loop(scene, clock);
+    const std::vector<DeviceState>& inputs = hand();
+    double force_n = 0.0, samples = 0.0, evaluations = 0.0;
+    std::size_t i = 0;
+    for (auto _ : state) {
+        const FrameReport report = loop.frame(inputs[i++ % inputs.size()]);
+        force_n += glm::length(report.force);
+        samples += report.field_samples;
+        evaluations += report.evaluations;
+    }
+    if (!std::isfinite(force_n)) throw std::runtime_error("effect_cost: a force is not finite");
+    const auto per_frame = [&](double sum) {
+        return sum / static_cast<double>(state.iterations());
+    };
+    state.counters["force_n"] = per_frame(force_n);
+    state.counters["samples"] = per_frame(samples);
+    state.counters["evaluations"] = per_frame(evaluations);
+}
+
+void measure(const char* name, const std::string& text) {
+    benchmark::RegisterBenchmark(name, frames, text)
+        ->ArgName("sub_steps")
+        ->Arg(0)
+        ->Arg(1)
+        ->Arg(kManySubSteps);
+}
+
+} // namespace
+} // namespace palpate
+
+int main(int argc, char** argv) {
+    using namespace palpate;
+    measure("nothing", "");
+    measure("surface_volume", ct() + bone());
+    measure("surface_mesh", ball());
+    measure("surface_volume_friction", ct() + bone() + kFriction);
+    measure("gradient_surface", ct() + kGradientSurface);
+    measure("gradient_force", ct() + kGradientForce);
+    measure("viscosity_of_volume", ct() + kViscosity);
+    measure("viscosity", kEvenViscosity);
+    measure("constant_force", kConstantForce);
+    for (const char* type : {"vector_force", "vector_follow", "front_shape", "vortex"})
+        measure(type, stream() + of_stream(type));
+    measure("three_of_one_volume", ct() + kGradientSurface + kGradientForce + kViscosity);
+    measure("all_of_volumes", ct() + stream() + bone() + kFriction + kGradientSurface +
+                                  kGradientForce + kViscosity + kConstantForce +
+                                  of_stream("vector_force") + of_stream("vector_follow") +
+                                  of_stream("front_shape") + of_stream("vortex"));
+    benchmark::Initialize(&argc, argv);
+    benchmark::RunSpecifiedBenchmarks();
+}
