@@ -68,7 +68,7 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                 1.0 / loop.rate_hz}),
       period_s_(1.0 / loop.rate_hz) {
     subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(contacts_),
-                                                 pointers(effects_), clock_, scene_->friction());
+                                                 pointers(effects_), clock_, scene_->finish());
 }
 
 HapticLoop::~HapticLoop() = default;

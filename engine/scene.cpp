@@ -152,15 +152,15 @@ std::vector<std::unique_ptr<SurfaceContact>> Scene::make_contacts() const {
     return contacts;
 }
 
-std::vector<FrictionCoefficients> Scene::friction() const {
-    std::vector<FrictionCoefficients> friction(surfaces_.size());
+std::vector<SurfaceFinish> Scene::finish() const {
+    std::vector<SurfaceFinish> finish(surfaces_.size());
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
         if (!planned.on || effect.friction.none()) continue;
         for (std::size_t i = 0; i < surfaces_.size(); ++i)
-            if (surfaces_[i].name == effect.surface) friction[i] = effect.friction;
+            if (surfaces_[i].name == effect.surface) finish[i].friction = effect.friction;
     }
-    return friction;
+    return finish;
 }
 
 std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {

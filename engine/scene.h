@@ -53,8 +53,8 @@ public:
     /// [setup]
     std::vector<std::unique_ptr<SurfaceContact>> make_contacts() const;
     std::vector<std::unique_ptr<Effect>> make_effects() const;
-    /// Friction on each of surfaces().                                                   [setup]
-    std::vector<FrictionCoefficients> friction() const;
+    /// The finish of each of surfaces().                                                  [setup]
+    std::vector<SurfaceFinish> finish() const;
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 
     /// The scalar field of a volume that an effect other than a surface uses; null where none does.

@@ -97,6 +97,13 @@ public:
     /// Adds the planes felt at `proxy`: none in free space.                             [loop]
     virtual void offer(const Vec3& proxy, ContactSet& contacts) noexcept = 0;
 
+    /// The plane of the surface's own level where `proxy`, the place of the last offer(), is at
+    /// most `reach_m` in front of it or, by less than one plane can be trusted for, behind; nothing
+    /// elsewhere, nor where the surface is not felt. Its strength is the caller's to set. `pull`,
+    /// where the proxy is drawn to, tells which plane round an edge of a mesh.           [loop]
+    virtual std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
+                                                double reach_m) noexcept = 0;
+
     /// Told which of its planes are needed: `first` is the index of its first offered one. Others
     /// are forgotten.   [loop]
     virtual void keep_active(const ProxySolution& solution, std::size_t first) noexcept = 0;

@@ -67,6 +67,17 @@ bool level_plane(const FieldSample& sample, const Vec3& point, double level,
     return true;
 }
 
+std::optional<ContactPlane> plane_within(const FieldSample& sample, const Vec3& point,
+                                         const LevelSettings& settings, const LevelScale& scale,
+                                         double reach_m) noexcept {
+    LevelSettings within = settings;
+    within.free_m = reach_m;
+    ContactPlane contact;
+    if (!level_plane(sample, point, settings.level, within, scale, contact)) return std::nullopt;
+    const double depth_m = -contact.level_gap / contact.gradient_length;
+    return depth_m <= 0.5 * scale.trust_m ? std::optional(contact) : std::nullopt;
+}
+
 VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings)
     : field_(std::move(field)), settings_(settings), offered_settings_(settings),
@@ -116,6 +127,12 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     bundle_.remember(contact, proxy, patch_cosine_);
     for (std::size_t i = 0; i < bundle_.size(); ++i)
         if (contacts.add(bundle_[i])) ++offered_;
+}
+
+std::optional<ContactPlane> VolumeContact::nearest(const Vec3& proxy, const Vec3&,
+                                                   double reach_m) noexcept {
+    if (not_felt()) return std::nullopt;
+    return plane_within(here_, proxy, settings_, scale_, reach_m);
 }
 
 void VolumeContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {

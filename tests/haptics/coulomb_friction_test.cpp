@@ -37,8 +37,11 @@ test::ContactLoop rubbing(std::unique_ptr<ScalarField> field, const FrictionCoef
                           const SteppingSettings& settings = precise(),
                           std::vector<std::unique_ptr<Effect>> effects = {},
                           const LevelSettings& level = {}) {
-    return {
-        settings, test::one_surface(std::move(field), level), std::move(effects), 0.0, {friction}};
+    return {settings,
+            test::one_surface(std::move(field), level),
+            std::move(effects),
+            0.0,
+            {{friction, {}}}};
 }
 
 Vec3 at(double radius, double angle) {
