@@ -186,6 +186,7 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
 
 std::optional<ContactPlane> MeshContact::nearest(const Vec3& proxy, const Vec3& pull,
                                                  double reach_m) noexcept {
+    if (!passed_) locate(proxy);
     if (passed_) return std::nullopt;
     ContactPlane contact;
     contact.gradient_length = 1.0;
@@ -207,9 +208,13 @@ std::optional<ContactPlane> MeshContact::nearest(const Vec3& proxy, const Vec3& 
             normal = walk_.outward(spot->facet, spot->side);
             const Vec3 way = pull - spot->position;
             const double height_m = glm::length(way);
-            const bool in_front = glm::dot(way, normal) > 0.0;
-            if (spot->feature != MeshSpot::Feature::face && in_front && height_m > tolerance_m_)
-                normal = way / height_m;
+            if (glm::dot(way, normal) > 0.0) {
+                if (spot->feature != MeshSpot::Feature::face && height_m > tolerance_m_)
+                    normal = way / height_m;
+                // That is then the way it goes, not where it was pressed to.
+                pull_ = spot->position;
+                touch_count_ = 0;
+            }
         }
     }
     contact.plane = {spot->position, normal, 0.0};

@@ -196,7 +196,7 @@ void Subdivision::note_open(SubdivisionResult& result) const noexcept {
 }
 
 void Subdivision::gather(const Vec3& proxy) noexcept {
-    const Vec3 pull_before = pull();
+    magnets_.find(proxy, pull(), surfaces_);
     contacts_.clear();
     primitives_.clear();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -210,7 +210,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
             contacts_.sink(c, sunk_m_[i]);
     }
     begins_ = false;
-    magnets_.gather(proxy, pull_before, surfaces_, contacts_);
+    magnets_.gather(contacts_);
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
     for (Effect* effect : effects_)

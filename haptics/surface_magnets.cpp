@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 
 namespace palpate {
@@ -31,7 +30,7 @@ ContactPlane from_behind(const ContactPlane& front, double strength_n) noexcept 
 } // namespace
 
 SurfaceMagnets::SurfaceMagnets(std::vector<SurfaceMagnet> of_surfaces)
-    : magnets_(std::move(of_surfaces)) {
+    : magnets_(std::move(of_surfaces)), found_(magnets_.size()) {
     for (const SurfaceMagnet& magnet : magnets_)
         captures_.push_back(capture_of(magnet));
 }
@@ -41,19 +40,22 @@ void SurfaceMagnets::restart() noexcept {
         capture.restart();
 }
 
-void SurfaceMagnets::gather(const Vec3& proxy, const Vec3& pull,
-                            std::span<SurfaceContact* const> surfaces,
-                            ContactSet& contacts) noexcept {
+void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
+                          std::span<SurfaceContact* const> surfaces) noexcept {
     for (std::size_t i = 0; i < magnets_.size(); ++i) {
+        found_[i].reset();
         if (magnets_[i].none()) continue;
         GuideCapture& capture = captures_[i];
         if (!begins_ && !capture.holds()) continue;
-        const std::optional<ContactPlane> front =
-            surfaces[i]->nearest(proxy, pull, capture.reach_m());
-        if (begins_) capture.begin(front ? 0.0 : std::numeric_limits<double>::infinity());
-        if (front) contacts.add(from_behind(*front, magnets_[i].strength_n));
+        found_[i] = surfaces[i]->nearest(proxy, pull, capture.reach_m());
+        if (begins_) capture.begin(found_[i] ? 0.0 : std::numeric_limits<double>::infinity());
     }
     begins_ = false;
+}
+
+void SurfaceMagnets::gather(ContactSet& contacts) const noexcept {
+    for (std::size_t i = 0; i < magnets_.size(); ++i)
+        if (found_[i]) contacts.add(from_behind(*found_[i], magnets_[i].strength_n));
 }
 
 } // namespace palpate

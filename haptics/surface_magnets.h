@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,18 +40,21 @@ public:
 
     /// A new trial: no magnet has the proxy.                                              [loop]
     void restart() noexcept;
-    /// A frame begins: its first gather() decides which magnets have the proxy.           [loop]
+    /// A frame begins: its first find() decides which magnets have the proxy.           [loop]
     void begin() noexcept { begins_ = true; }
-    /// Adds a plane for each surface that draws the proxy, after the surfaces have offered theirs
-    /// at `proxy`. `pull`: where the coupling, the forces and the springs draw it, m. [loop]
-    void gather(const Vec3& proxy, const Vec3& pull, std::span<SurfaceContact* const> surfaces,
-                ContactSet& contacts) noexcept;
+    /// Finds the planes of the surfaces that draw the proxy, before these offer theirs. `pull`:
+    /// where the coupling, the forces and the springs draw it, m.                         [loop]
+    void find(const Vec3& proxy, const Vec3& pull,
+              std::span<SurfaceContact* const> surfaces) noexcept;
+    /// Adds them.                                                                         [loop]
+    void gather(ContactSet& contacts) const noexcept;
     /// Whether a surface's magnet has the proxy in this frame.                            [loop]
     bool holds(std::size_t surface) const noexcept { return captures_[surface].holds(); }
 
 private:
     std::vector<SurfaceMagnet> magnets_;
     std::vector<GuideCapture> captures_;
+    std::vector<std::optional<ContactPlane>> found_; // front planes
     bool begins_ = false;
 };
 

@@ -90,6 +90,7 @@ VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
 bool VolumeContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
     engaged_ = false;
+    sampled_ = false;
     level_ = settings_.level;
     const bool inside = sampler_->value(proxy) >= level_;
     state_ = inside ? SurfaceState::inside : SurfaceState::free;
@@ -110,7 +111,8 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     engaged_ = false;
     offered_ = 0;
     if (not_felt()) return;
-    here_ = sampler_->sample(proxy);
+    if (!sampled_) here_ = sampler_->sample(proxy);
+    sampled_ = false;
     ContactPlane contact;
     if (!level_plane(here_, proxy, level_, offered_settings_, scale_, contact)) {
         bundle_.clear();
@@ -132,6 +134,8 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
 std::optional<ContactPlane> VolumeContact::nearest(const Vec3& proxy, const Vec3&,
                                                    double reach_m) noexcept {
     if (not_felt()) return std::nullopt;
+    here_ = sampler_->sample(proxy);
+    sampled_ = true;
     return plane_within(here_, proxy, settings_, scale_, reach_m);
 }
 

@@ -57,7 +57,7 @@ public:
 
     bool restart(const Vec3& proxy) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
-    /// Takes no sample of its own.
+    /// Its sample is that of offer().
     std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
                                         double reach_m) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
@@ -92,6 +92,7 @@ private:
     double level_; // c0
     SurfaceState state_ = SurfaceState::free;
     FieldSample here_;     // at the last offer()
+    bool sampled_ = false; // for the next one, by nearest()
     bool engaged_ = false; // planes were offered there
     PlaneBundle bundle_;
     std::uint32_t offered_ = 0;

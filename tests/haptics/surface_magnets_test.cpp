@@ -148,7 +148,7 @@ TEST(SurfaceMagnets, ForcesCountAsTheHandDoes) {
     effects.push_back(std::make_unique<ConstantForce>(Vec3{0.1, 0, 0.3}));
     ContactLoop loop(precise(), test::one_surface(make_slab(2 * kTop)), std::move(effects), 0.0,
                      {magnetic(0.4, 2e-3)});
-    loop.start({0, 0, kTop});
+    loop.start({0, 0, kTop + 1e-6});
     for (int i = 0; i <= 100; ++i) {
         const double h = 1e-5 * i;
         loop.move({0, 0, kTop + h});
@@ -191,12 +191,10 @@ TEST(SurfaceMagnets, ASkinThatYieldedDrawsTheProxyOnItsOwnLevelAgain) {
             const double h = -1e-4 * i;
             loop.move({0, 0, kSkin + h});
             const double z = loop.proxy().z - kSkin;
-            if (h < -8e-3)
-                ASSERT_NEAR(z, -8e-3, 1e-12) << i; // play
-            else if (h <= 0.0)
-                ASSERT_NEAR(z, h, 1e-12) << i; // lifted off where it holds now
-            else if (h <= 0.4 / kK + 1.5e-3)
-                ASSERT_NEAR(z, std::max(0.0, h - 0.4 / kK), 1e-12) << i;
+            if (h > 0.4 / kK + 1.5e-3) continue; // let go by and by
+            // Held where it was pushed to, lifted off from there, then drawn.
+            const double expected = h <= 0.0 ? std::max(h, -8e-3) : std::max(0.0, h - 0.4 / kK);
+            ASSERT_NEAR(z, expected, 1e-12) << i;
         }
     }
 }
@@ -220,7 +218,6 @@ TEST(SurfaceMagnets, SnapsOnAtTheCaptureDistanceAndLetsGoBeyond) {
     for (const double strength : {0.1, 0.4, 2.0}) { // 2 N draws it all the way
         ContactLoop loop = on(make_slab(2 * kTop), magnetic(strength, kCapture));
         loop.start({0, 0, kTop + 3e-3});
-        Vec3 before{0.0};
         int snaps = 0, releases = 0;
         bool held = false;
         std::mt19937 random(2);
@@ -233,12 +230,13 @@ TEST(SurfaceMagnets, SnapsOnAtTheCaptureDistanceAndLetsGoBeyond) {
             const bool holds = glm::length(force) > 0.0;
             if (holds && !held) {
                 ++snaps;
-                EXPECT_LE(glm::length(force), std::min(strength, kK * 1.02 * kCapture));
+                EXPECT_LE(glm::length(force),
+                          std::min(strength, kK * kCapture) + kK * 2e-5); // and the tremor's
             }
             if (!holds && held) ++releases;
             held = holds;
-            if (holds) EXPECT_LE(loop.proxy().z - kTop, GuideCapture::kRelease * kCapture + 3e-5);
-            before = force;
+            if (!holds) continue;
+            EXPECT_LE(loop.proxy().z - kTop, GuideCapture::kRelease * kCapture + 3e-5);
         }
         EXPECT_EQ(snaps, 1) << strength;
         EXPECT_EQ(releases, 1) << strength;
