@@ -362,7 +362,36 @@ TEST(SurfaceMagnets, RoundAConvexMeshTheProxyIsTheClosestPoint) {
             const SubdivisionResult result = loop.move(probe);
             ASSERT_LE(glm::length(loop.proxy() - nearest->position), kWithin)
                 << i << " flags " << result.flags << " evaluations " << result.evaluations;
+            if (i % 50 > 0) continue;
+            loop.move(probe);
+            const Vec3 held = loop.proxy();
+            for (int frame = 0; frame < 20; ++frame) {
+                loop.move(probe);
+                ASSERT_EQ(loop.proxy(), held) << i;
+            }
         }
+    }
+}
+
+// From within, each facet has a nearest place of its own: the proxy is on one of them, and rests.
+TEST(SurfaceMagnets, InAConcaveMeshTheProxyRestsOnAFacet) {
+    const TriangleMesh mesh = test::icosphere(kRadius, 3);
+    ContactLoop loop(precise(), test::one_mesh(test::certified(mesh)), {}, 0.0,
+                     {magnetic(1.0, 1e-3)});
+    loop.start({kRadius - 1e-3, 0, 0});
+    for (int i = 0; i <= 1000; ++i) {
+        const double angle = 0.005 * i;
+        const Vec3 up{std::cos(angle), std::sin(angle) * 0.6, std::sin(angle) * 0.8};
+        const Vec3 probe = (kRadius - 1e-3) * up;
+        loop.move(probe);
+        if (i == 0) continue;
+        const auto under = test::brute_closest_point(mesh, loop.proxy());
+        ASSERT_LE(glm::length(loop.proxy() - under->position), 1e-11) << i;
+        // Facets are turned by up to 0.15 rad against each other, the probe is 1 mm off.
+        ASSERT_LE(glm::length(loop.proxy() - kRadius * up), 0.3e-3) << i;
+        const Vec3 held = loop.proxy();
+        loop.move(probe);
+        ASSERT_LE(glm::length(loop.proxy() - held), kWithin) << i;
     }
 }
 
