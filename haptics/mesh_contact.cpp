@@ -190,6 +190,7 @@ std::optional<ContactPlane> MeshContact::nearest(const Vec3& proxy, const Vec3& 
     if (passed_) return std::nullopt;
     ContactPlane contact;
     contact.gradient_length = 1.0;
+    if (mode_ == Mode::airborne) drop_stale(proxy);
     if (mode_ == Mode::airborne && guards_.size() > 0) {
         const GuardPlanes::Entry& guard = guards_[guards_.size() - 1];
         contact.plane = {guard.anchor, guard.normal, 0.0};
