@@ -47,13 +47,29 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
         return plan_surface(scene, scene.surfaces.at(effect.surface), extraction, repeated);
     }
     if (traits.of_surface) return plan_friction(effect, rubbing);
-    if (effect.kind == EffectKind::constant_force) {
+    switch (effect.kind) {
+    case EffectKind::constant_force:
         if (effect.force_n == std::array<double, 3>{0.0, 0.0, 0.0})
             return off("force_n is 0: it cannot be felt");
-    } else if (effect.strength.is_zero()) {
-        return off(effect.kind == EffectKind::viscosity
-                       ? "damping_n_s_per_m is 0 everywhere: it cannot be felt"
-                       : "strength_n is 0 everywhere: it cannot be felt");
+        break;
+    case EffectKind::guide:
+    case EffectKind::workspace:
+        if (effect.guide_settings.strength_n == 0.0)
+            return off("strength_n is 0: it cannot be felt");
+        break;
+    case EffectKind::vibration:
+        if (effect.vibration.amplitude_n_s_per_m == 0.0 || effect.vibration.most_n == 0.0)
+            return off("amplitude_n_s_per_m or most_n is 0: it cannot be felt");
+        break;
+    case EffectKind::gravity_compensation:
+        if (effect.mass_kg == 0.0) return off("mass_kg is 0: there is nothing to carry");
+        break;
+    case EffectKind::viscosity:
+        if (effect.strength.is_zero())
+            return off("damping_n_s_per_m is 0 everywhere: it cannot be felt");
+        break;
+    default:
+        if (effect.strength.is_zero()) return off("strength_n is 0 everywhere: it cannot be felt");
     }
     return {0, true, std::string(traits.how), "", traits.samples};
 }

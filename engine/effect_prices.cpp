@@ -112,7 +112,6 @@ double friction_price(const FrictionCoefficients& coefficients) {
 std::vector<double> measure_prices(const Scene& scene) {
     std::vector<double> prices(scene.plan().effects.size(), 0.0);
     const std::vector<std::unique_ptr<Effect>> effects = scene.make_effects();
-    std::size_t next_effect = 0;
     for (const PlannedEffect& planned : scene.plan().effects) {
         if (!planned.on) continue;
         const EffectDescription& effect = scene.description().effects[planned.effect];
@@ -126,7 +125,9 @@ std::vector<double> measure_prices(const Scene& scene) {
             prices[planned.effect] = friction_price(effect.friction);
             continue;
         }
-        Effect& built = *effects[next_effect++];
+        const auto& order = scene.effect_order();
+        const auto place = std::find(order.begin(), order.end(), planned.effect) - order.begin();
+        Effect& built = *effects[static_cast<std::size_t>(place)];
         std::vector<Vec3> points(kPoints, Vec3{0.0});
         if (const std::optional<Box> bounds = scene.effect_bounds(effect.volume))
             points = places_across(*bounds);
