@@ -69,7 +69,7 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
       period_s_(1.0 / loop.rate_hz) {
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
-                                      pointers(parts_.effects), clock_, scene_->friction());
+                                      pointers(parts_.effects), clock_, scene_->finish());
 }
 
 HapticLoop::~HapticLoop() = default;

@@ -211,15 +211,15 @@ std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
     return std::nullopt;
 }
 
-std::vector<FrictionCoefficients> Scene::friction() const {
-    std::vector<FrictionCoefficients> friction(surfaces_.size());
+std::vector<SurfaceFinish> Scene::finish() const {
+    std::vector<SurfaceFinish> finish(surfaces_.size());
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
         if (!planned.on || effect.friction.none()) continue;
         for (std::size_t i = 0; i < surfaces_.size(); ++i)
-            if (surfaces_[i].name == effect.surface) friction[i] = effect.friction;
+            if (surfaces_[i].name == effect.surface) finish[i].friction = effect.friction;
     }
-    return friction;
+    return finish;
 }
 
 LoopParts Scene::make_parts() const {

@@ -61,8 +61,8 @@ public:
     /// Effects of the scene's description that make_parts() makes, in its order: the same for any
     /// order in which a scene names them.  [any]
     const std::vector<std::size_t>& effect_order() const noexcept { return effect_order_; }
-    /// Friction on each of surfaces().                                                   [setup]
-    std::vector<FrictionCoefficients> friction() const;
+    /// The finish of each of surfaces().                                                  [setup]
+    std::vector<SurfaceFinish> finish() const;
     /// A fresh contact with one surface alone.                                          [setup]
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 

@@ -42,6 +42,11 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         if (contacts.add(bundle_[i])) ++offered_;
 }
 
+std::optional<ContactPlane> DirectContact::nearest(const Vec3& proxy, const Vec3&,
+                                                   double reach_m) noexcept {
+    return plane_within(sampler_->sample(proxy), proxy, settings_, scale_, reach_m);
+}
+
 void DirectContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
     if (offered_ == bundle_.size()) bundle_.keep_active(solution, first);
 }

@@ -23,6 +23,8 @@ public:
 
     bool restart(const Vec3& proxy) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
+    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
+                                        double reach_m) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
     std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
     std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }

@@ -135,6 +135,11 @@ void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     leash_offered_ = contacts.add(contact);
 }
 
+std::optional<ContactPlane> GuardedContact::nearest(const Vec3& proxy, const Vec3& pull,
+                                                    double reach_m) noexcept {
+    return volume_.nearest(proxy, pull, reach_m);
+}
+
 void GuardedContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
     volume_.keep_active(solution, first);
     leash_holds_ =

@@ -184,6 +184,54 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         add(spot_.position, walk_.outward(touches_[i].facet, touches_[i].side));
 }
 
+std::optional<ContactPlane> MeshContact::nearest(const Vec3& proxy, const Vec3& pull,
+                                                 double reach_m) noexcept {
+    if (!passed_) locate(proxy);
+    if (passed_) return std::nullopt;
+    ContactPlane contact;
+    contact.gradient_length = 1.0;
+    if (mode_ == Mode::airborne) drop_stale(proxy);
+    if (mode_ == Mode::airborne && guards_.size() > 0) {
+        const GuardPlanes::Entry& guard = guards_[guards_.size() - 1];
+        contact.plane = {guard.anchor, guard.normal, 0.0};
+        if (glm::dot(guard.normal, proxy - guard.anchor) > reach_m) return std::nullopt;
+        return contact;
+    }
+    std::optional<MeshSpot> spot =
+        mode_ == Mode::on_surface ? std::optional(spot_) : nearest_spot(proxy, reach_m, proxy);
+    if (!spot) return std::nullopt;
+    Vec3 normal = walk_.outward(spot->facet, spot->side);
+    if (spot->feature != MeshSpot::Feature::face) {
+        // Any direction between the facets leads off it: what counts is whence the pull is nearest.
+        const double radius_m = glm::length(pull - spot->position) + tolerance_m_;
+        if (const auto under_pull = nearest_spot(pull, radius_m, proxy)) {
+            spot = under_pull;
+            normal = walk_.outward(spot->facet, spot->side);
+            const Vec3 way = pull - spot->position;
+            const double height_m = glm::length(way);
+            if (glm::dot(way, normal) > 0.0) {
+                if (spot->feature != MeshSpot::Feature::face && height_m > tolerance_m_)
+                    normal = way / height_m;
+                // That is then the way it goes, not where it was pressed to.
+                pull_ = spot->position;
+                touch_count_ = 0;
+            }
+        }
+    }
+    contact.plane = {spot->position, normal, 0.0};
+    return contact;
+}
+
+/// The spot of the mesh nearest to a point, on the side that is seen from another.
+std::optional<MeshSpot> MeshContact::nearest_spot(const Vec3& point, double radius_m,
+                                                  const Vec3& seen_from) noexcept {
+    const std::optional<SurfaceHit> near = closest_point(point, radius_m);
+    if (!near) return std::nullopt;
+    MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
+    spot.side = mode_ == Mode::on_surface ? spot_.side : walk_.side_seen_from(spot, seen_from);
+    return spot;
+}
+
 void MeshContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
     yielded_ = false;
     for (std::size_t i = 0; i < offered_; ++i)

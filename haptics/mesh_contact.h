@@ -43,6 +43,9 @@ public:
     /// Always false: a mesh that encloses the proxy is felt from within.
     bool restart(const Vec3& proxy) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
+    /// Takes a query where the proxy is off the mesh, one more at edges and vertices.
+    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
+                                        double reach_m) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
     std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
     std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }
@@ -99,6 +102,8 @@ private:
     void touch(std::uint32_t facet, std::int8_t side) noexcept;
     void touch_all_that_hold(const Vec3& pull) noexcept;
     void drop_stale(const Vec3& proxy) noexcept;
+    std::optional<MeshSpot> nearest_spot(const Vec3& point, double radius_m,
+                                         const Vec3& seen_from) noexcept;
     void guard(const Vec3& anchor, const Vec3& normal, std::uint32_t facet,
                const Vec3& at) noexcept;
 

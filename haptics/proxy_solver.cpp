@@ -307,11 +307,37 @@ ProxySolution solve_one_plane(const PlanePrimitive& plane, const Vec3& target,
     return solution;
 }
 
-/// One plane and a line along its normal, as friction on one contact makes them: each answers its
-/// own part of the way.
-ProxySolution solve_plane_and_normal_line(const PlanePrimitive& plane, const LinePrimitive& line,
-                                          const Vec3& target, double stiffness) noexcept {
-    ProxySolution solution = solve_one_plane(plane, target, stiffness);
+/// Planes alone.
+ProxySolution solve_planes(const PrimitiveSet& primitives, const Vec3& target,
+                           double stiffness) noexcept {
+    const auto planes = primitives.planes();
+    if (planes.size() == 1) return solve_one_plane(planes.front(), target, stiffness);
+    DualProblem problem(primitives, target, stiffness);
+    ProxySolution solution;
+    solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
+    solution.residual_m = problem.residual();
+    solution.error_bound_m = problem.error_bound();
+    solution.proxy = target + problem.displacement();
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+        solution.multiplier_n[i] = stiffness * problem.lambda(i);
+        solution.state[i] = problem.state(i);
+    }
+    return solution;
+}
+
+/// Whether there are planes, and all of them across an axis.
+bool all_across(std::span<const PlanePrimitive> planes, const Vec3& axis) noexcept {
+    return !planes.empty() && std::all_of(planes.begin(), planes.end(), [&](const auto& plane) {
+        return plane.normal == axis || plane.normal == -axis;
+    });
+}
+
+/// Planes and a line along their normal, as friction on one contact makes them, with a magnet or
+/// without: each answers its own part of the way.
+ProxySolution solve_planes_and_normal_line(const PrimitiveSet& primitives, const Vec3& target,
+                                           double stiffness) noexcept {
+    const LinePrimitive& line = primitives.lines().front();
+    ProxySolution solution = solve_planes(primitives, target, stiffness);
     const ProxySolution along = solve_one_line(line, target, stiffness);
     solution.proxy += along.proxy - target;
     solution.line_force_n[0] = along.line_force_n[0];
@@ -332,26 +358,14 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, dou
         return solve_one_line(lines.front(), target, stiffness);
     if (planes.empty() && lines.empty() && points.size() == 1)
         return solve_one_point(points.front(), target, stiffness);
-    if (planes.size() == 1 && lines.size() == 1 && points.empty() &&
-        planes.front().normal == lines.front().axis)
-        return solve_plane_and_normal_line(planes.front(), lines.front(), target, stiffness);
+    if (lines.size() == 1 && points.empty() && all_across(planes, lines.front().axis))
+        return solve_planes_and_normal_line(primitives, target, stiffness);
     if (!lines.empty() || !points.empty())
         return solve_mixed(primitives, target, stiffness, pass_cap);
 
+    if (!planes.empty()) return solve_planes(primitives, target, stiffness);
     ProxySolution solution;
     solution.proxy = target;
-    if (planes.empty()) return solution;
-    if (planes.size() == 1) return solve_one_plane(planes.front(), target, stiffness);
-
-    DualProblem problem(primitives, target, stiffness);
-    solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
-    solution.residual_m = problem.residual();
-    solution.error_bound_m = problem.error_bound();
-    solution.proxy = target + problem.displacement();
-    for (std::size_t i = 0; i < planes.size(); ++i) {
-        solution.multiplier_n[i] = stiffness * problem.lambda(i);
-        solution.state[i] = problem.state(i);
-    }
     return solution;
 }
 

@@ -31,10 +31,14 @@ constexpr double kYieldingTrust = 4.0;
 // of 330 000 facets.
 constexpr int kMostBends = 64;
 
-std::vector<FrictionCoefficients> of_each(std::vector<FrictionCoefficients> friction,
-                                          std::size_t surfaces) {
-    friction.resize(surfaces);
-    return friction;
+/// One part of the finish of each surface.
+template <class Part>
+std::vector<Part> of_each(Part SurfaceFinish::*part, std::span<const SurfaceFinish> finish,
+                          std::size_t surfaces) {
+    std::vector<Part> parts(surfaces);
+    for (std::size_t i = 0; i < std::min(surfaces, finish.size()); ++i)
+        parts[i] = finish[i].*part;
+    return parts;
 }
 
 /// Bit i where `set`; 0 past the 64th.
@@ -46,10 +50,11 @@ std::uint64_t bit_of(std::size_t i, bool set) noexcept {
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                          std::vector<Effect*> effects, Clock& clock,
-                         std::vector<FrictionCoefficients> friction)
+                         std::vector<SurfaceFinish> finish)
     : settings_(settings), surfaces_(std::move(surfaces)), effects_(std::move(effects)),
       clock_(clock), estimator_(settings.budget_us),
-      friction_(of_each(std::move(friction), surfaces_.size())), banks_(surfaces_.size()),
+      friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
+      magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
       first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
@@ -72,6 +77,8 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     for (LevelBank& bank : banks_)
         bank.clear();
     friction_.restart();
+    magnets_.restart();
+    primitives_.clear();
     for (Effect* effect : effects_)
         effect->restart(proxy);
     path_.clear();
@@ -104,6 +111,7 @@ SubdivisionResult Subdivision::run() noexcept {
     for (Effect* effect : effects_)
         effect->begin(frame_);
     friction_.begin();
+    magnets_.begin();
     note_open(result);
 
     do
@@ -188,6 +196,7 @@ void Subdivision::note_open(SubdivisionResult& result) const noexcept {
 }
 
 void Subdivision::gather(const Vec3& proxy) noexcept {
+    magnets_.find(proxy, pull(), surfaces_);
     contacts_.clear();
     primitives_.clear();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -201,6 +210,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
             contacts_.sink(c, sunk_m_[i]);
     }
     begins_ = false;
+    magnets_.gather(contacts_);
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
     for (Effect* effect : effects_)
@@ -330,7 +340,7 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcep
 
     double trust_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (first_contact_[i] == first_contact_[i + 1]) continue;
+        if (first_contact_[i] == first_contact_[i + 1] && !magnets_.holds(i)) continue;
         const bool yields = any_state(i, MultiplierState::saturated);
         trust_m = std::min(trust_m, (yields ? kYieldingTrust : 1.0) * surfaces_[i]->trust_m());
     }
@@ -379,7 +389,8 @@ Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& r
 /// The surface that alone holds the proxy and can lead it, if there is one.
 SurfaceContact* Subdivision::leading_surface() const noexcept {
     if (primitives_.planes().size() != contacts_.size() || primitives_.has_tethers())
-        return nullptr; // an effect holds it, too
+        return nullptr;                                            // an effect holds it, too
+    if (contacts_.size() != first_contact_.back()) return nullptr; // so does a magnet
     SurfaceContact* leading = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (first_contact_[i] == first_contact_[i + 1]) continue;

@@ -6,12 +6,12 @@
 #include <span>
 #include <vector>
 
-#include <palpate/haptics/coulomb_friction.h>
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/level_bank.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/haptics/step_time_estimator.h>
 #include <palpate/haptics/surface_contact.h>
+#include <palpate/haptics/surface_magnets.h>
 
 namespace palpate {
 
@@ -59,11 +59,10 @@ public:
     /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
     static constexpr int kMostLegs = 1024;
 
-    /// Surfaces, the friction on each (none where there are fewer) and effects in canonical order;
+    /// Surfaces, the finish of each (plain where there are fewer) and effects in canonical order;
     /// all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
-                std::vector<Effect*> effects, Clock& clock,
-                std::vector<FrictionCoefficients> friction = {});
+                std::vector<Effect*> effects, Clock& clock, std::vector<SurfaceFinish> finish = {});
 
     /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
     std::uint32_t restart(const Vec3& proxy) noexcept;
@@ -118,13 +117,14 @@ private:
     StepTimeEstimator estimator_;
 
     CoulombFriction friction_;
+    SurfaceMagnets magnets_;
     std::vector<LevelBank> banks_; // of each surface
 
     // Of one evaluation.
-    ContactSet contacts_;
+    ContactSet contacts_; // of surfaces, then of magnets
     PrimitiveSet primitives_;
     ProxySolution solution_;
-    std::vector<std::size_t> first_contact_; // of each surface, in contacts_; one more at the end
+    std::vector<std::size_t> first_contact_; // of each surface, in contacts_; one more at their end
 
     // Of one frame.
     FrameContext frame_;

@@ -94,6 +94,14 @@ public:
     /// which is then not felt until the proxy has left it. [loop]
     virtual bool restart(const Vec3& proxy) noexcept = 0;
 
+    /// The plane of the surface's own level where `proxy` is at most `reach_m` in front of it or,
+    /// by less than one plane can be trusted for, behind; nothing elsewhere, nor where the surface
+    /// is not felt. Its strength is the caller's to set. `pull`: where the proxy is drawn to; it
+    /// tells which plane round an edge of a mesh. To be asked for just before offer(), at its
+    /// place: what both need is computed once. [loop]
+    virtual std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
+                                                double reach_m) noexcept = 0;
+
     /// Adds the planes felt at `proxy`: none in free space.                             [loop]
     virtual void offer(const Vec3& proxy, ContactSet& contacts) noexcept = 0;
 

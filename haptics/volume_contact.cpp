@@ -67,6 +67,17 @@ bool level_plane(const FieldSample& sample, const Vec3& point, double level,
     return true;
 }
 
+std::optional<ContactPlane> plane_within(const FieldSample& sample, const Vec3& point,
+                                         const LevelSettings& settings, const LevelScale& scale,
+                                         double reach_m) noexcept {
+    LevelSettings within = settings;
+    within.free_m = reach_m;
+    ContactPlane contact;
+    if (!level_plane(sample, point, settings.level, within, scale, contact)) return std::nullopt;
+    const double depth_m = -contact.level_gap / contact.gradient_length;
+    return depth_m <= 0.5 * scale.trust_m ? std::optional(contact) : std::nullopt;
+}
+
 VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings)
     : field_(std::move(field)), settings_(settings), offered_settings_(settings),
@@ -79,6 +90,7 @@ VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
 bool VolumeContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
     engaged_ = false;
+    sampled_ = false;
     level_ = settings_.level;
     const bool inside = sampler_->value(proxy) >= level_;
     state_ = inside ? SurfaceState::inside : SurfaceState::free;
@@ -99,7 +111,8 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     engaged_ = false;
     offered_ = 0;
     if (not_felt()) return;
-    here_ = sampler_->sample(proxy);
+    if (!sampled_) here_ = sampler_->sample(proxy);
+    sampled_ = false;
     ContactPlane contact;
     if (!level_plane(here_, proxy, level_, offered_settings_, scale_, contact)) {
         bundle_.clear();
@@ -116,6 +129,14 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     bundle_.remember(contact, proxy, patch_cosine_);
     for (std::size_t i = 0; i < bundle_.size(); ++i)
         if (contacts.add(bundle_[i])) ++offered_;
+}
+
+std::optional<ContactPlane> VolumeContact::nearest(const Vec3& proxy, const Vec3&,
+                                                   double reach_m) noexcept {
+    if (not_felt()) return std::nullopt;
+    here_ = sampler_->sample(proxy);
+    sampled_ = true;
+    return plane_within(here_, proxy, settings_, scale_, reach_m);
 }
 
 void VolumeContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {

@@ -39,6 +39,12 @@ bool level_plane(const FieldSample& sample, const Vec3& point, double level,
                  const LevelSettings& settings, const LevelScale& scale,
                  ContactPlane& contact) noexcept;
 
+/// The plane of the surface's own level where `point` is at most `reach_m` in front of it, or
+/// behind by no more than planes are trusted for. [loop]
+std::optional<ContactPlane> plane_within(const FieldSample& sample, const Vec3& point,
+                                         const LevelSettings& settings, const LevelScale& scale,
+                                         double reach_m) noexcept;
+
 /// Contact `volume`: the level of a field found, refined and guarded by the field alone
 /// (contact.md 1.2).
 ///
@@ -51,6 +57,9 @@ public:
 
     bool restart(const Vec3& proxy) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
+    /// Its sample is that of offer().
+    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
+                                        double reach_m) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
     std::optional<Vec3> restore(const Vec3& proxy) noexcept override;
     std::optional<Vec3> settle(const Vec3& proxy) noexcept override;
@@ -83,6 +92,7 @@ private:
     double level_; // c0
     SurfaceState state_ = SurfaceState::free;
     FieldSample here_;     // at the last offer()
+    bool sampled_ = false; // for the next one, by nearest()
     bool engaged_ = false; // planes were offered there
     PlaneBundle bundle_;
     std::uint32_t offered_ = 0;

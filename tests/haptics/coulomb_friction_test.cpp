@@ -37,8 +37,11 @@ test::ContactLoop rubbing(std::unique_ptr<ScalarField> field, const FrictionCoef
                           const SteppingSettings& settings = precise(),
                           std::vector<std::unique_ptr<Effect>> effects = {},
                           const LevelSettings& level = {}) {
-    return {
-        settings, test::one_surface(std::move(field), level), std::move(effects), 0.0, {friction}};
+    return {settings,
+            test::one_surface(std::move(field), level),
+            std::move(effects),
+            0.0,
+            {{friction, {}}}};
 }
 
 Vec3 at(double radius, double angle) {
@@ -295,8 +298,8 @@ TEST(CoulombFriction, UnderSkinThatLiesOnItBoneBearsTheRest) {
                 std::shared_ptr<const ScalarField>(make_slab(2.0 * top_m)), level));
         };
         const double hard = std::numeric_limits<double>::infinity();
-        std::vector<FrictionCoefficients> friction(2);
-        friction[bone_first ? 0 : 1] = mu(kMu);
+        std::vector<SurfaceFinish> finish(2);
+        finish[bone_first ? 0 : 1].friction = mu(kMu);
         if (bone_first) {
             add(5e-3, hard);
             add(8e-3, kSkin);
@@ -304,7 +307,7 @@ TEST(CoulombFriction, UnderSkinThatLiesOnItBoneBearsTheRest) {
             add(8e-3, kSkin);
             add(5e-3, hard);
         }
-        test::ContactLoop loop(precise(), std::move(surfaces), {}, 0.0, friction);
+        test::ContactLoop loop(precise(), std::move(surfaces), {}, 0.0, finish);
         loop.start({0, 0, 9e-3});
         for (double z = 9e-3; z >= -1e-3; z -= 0.1e-3)
             loop.move({0, 0, z}); // 6 mm behind the bone: 3 N, of which 2 are the skin's

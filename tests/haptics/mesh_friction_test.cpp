@@ -28,7 +28,8 @@ SteppingSettings precise() {
 
 // A sheet of 2 x 60 x 60 facets is a plane: k (a - x) = mu k depth along the way.
 TEST(MeshFriction, OverTheEdgesOfAFlatSheetTheLagIsThePlanes) {
-    ContactLoop loop(precise(), one_mesh(certified(test::sheet(0.06, 60))), {}, 0.0, {{0.4, 0.4}});
+    ContactLoop loop(precise(), one_mesh(certified(test::sheet(0.06, 60))), {}, 0.0,
+                     {{{0.4, 0.4}, {}}});
     loop.start({-0.02, -0.013, 1e-3});
     loop.move({-0.02, -0.013, -2e-3});
     const Vec3 way = glm::normalize(Vec3{1.0, 0.37, 0.0});
@@ -45,7 +46,7 @@ TEST(MeshFriction, OnAFacetTheForceIsOnTheCone) {
     constexpr double kRadius = 0.05, kMu = 0.3;
     const TriangleMesh mesh = test::icosphere(kRadius, 4);
     for (const bool inside : {true, false}) {
-        ContactLoop loop(precise(), one_mesh(certified(mesh)), {}, 0.0, {{kMu, kMu}});
+        ContactLoop loop(precise(), one_mesh(certified(mesh)), {}, 0.0, {{{kMu, kMu}, {}}});
         const double probe = inside ? kRadius + 2e-3 : kRadius - 2e-3;
         const auto at = [](double radius, double angle) {
             return radius * glm::normalize(Vec3{std::cos(angle), std::sin(angle), 0.21});
@@ -77,7 +78,8 @@ TEST(MeshFriction, OnAFacetTheForceIsOnTheCone) {
 
 TEST(MeshFriction, BelowItsAngleNotOneBitMoves) {
     constexpr double kRadius = 0.05;
-    ContactLoop loop({}, one_mesh(certified(test::icosphere(kRadius, 4))), {}, 0.0, {{0.5, 0.3}});
+    ContactLoop loop({}, one_mesh(certified(test::icosphere(kRadius, 4))), {}, 0.0,
+                     {{{0.5, 0.3}, {}}});
     loop.start(Vec3{0.0});
     for (int i = 0; i < 20; ++i)
         loop.move({kRadius + 2e-3, 1e-3, 0.5e-3});

@@ -84,6 +84,10 @@ public:
     explicit Uncarried(std::shared_ptr<const ScalarField> field) : contact_(std::move(field), {}) {}
     bool restart(const Vec3& p) noexcept override { return contact_.restart(p); }
     void offer(const Vec3& p, ContactSet& set) noexcept override { contact_.offer(p, set); }
+    std::optional<ContactPlane> nearest(const Vec3& p, const Vec3& pull,
+                                        double reach_m) noexcept override {
+        return contact_.nearest(p, pull, reach_m);
+    }
     void keep_active(const ProxySolution& s, std::size_t first) noexcept override {
         contact_.keep_active(s, first);
     }

@@ -79,6 +79,10 @@ public:
     explicit NotCarrying(std::unique_ptr<VolumeContact> contact) : contact_(std::move(contact)) {}
     bool restart(const Vec3& p) noexcept override { return contact_->restart(p); }
     void offer(const Vec3& p, ContactSet& c) noexcept override { contact_->offer(p, c); }
+    std::optional<ContactPlane> nearest(const Vec3& p, const Vec3& pull,
+                                        double reach_m) noexcept override {
+        return contact_->nearest(p, pull, reach_m);
+    }
     void keep_active(const ProxySolution& s, std::size_t first) noexcept override {
         contact_->keep_active(s, first);
     }

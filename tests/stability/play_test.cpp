@@ -30,6 +30,10 @@ public:
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override {
         contact_->offer(proxy, contacts);
     }
+    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
+                                        double reach_m) noexcept override {
+        return contact_->nearest(proxy, pull, reach_m);
+    }
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override {
         contact_->keep_active(solution, first);
     }

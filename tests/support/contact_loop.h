@@ -17,7 +17,7 @@ public:
     ContactLoop(const SteppingSettings& settings,
                 std::vector<std::unique_ptr<SurfaceContact>> surfaces,
                 std::vector<std::unique_ptr<Effect>> effects = {}, double clock_step_us = 0.0,
-                std::vector<FrictionCoefficients> friction = {})
+                std::vector<SurfaceFinish> finish = {})
         : clock_(clock_step_us), surfaces_(std::move(surfaces)), effects_(std::move(effects)) {
         std::vector<SurfaceContact*> surface_pointers;
         for (auto& surface : surfaces_)
@@ -26,7 +26,7 @@ public:
         for (auto& effect : effects_)
             effect_pointers.push_back(effect.get());
         subdivision_ = std::make_unique<Subdivision>(settings, surface_pointers, effect_pointers,
-                                                     clock_, std::move(friction));
+                                                     clock_, std::move(finish));
     }
 
     void start(const Vec3& proxy) {

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/surface_magnets.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+GuideCapture capture_of(const SurfaceMagnet& magnet) {
+    if (!(magnet.strength_n >= 0.0) || !std::isfinite(magnet.strength_n))
+        throw std::invalid_argument("magnet: its strength must be 0 N or more, and finite");
+    if (!(magnet.capture_m > 0.0) || !std::isfinite(magnet.capture_m))
+        throw std::invalid_argument("magnet: its capture distance must be above 0 m, and finite");
+    return GuideCapture({magnet.strength_n, magnet.capture_m});
+}
+
+/// The same plane of the same level, of the field with the opposite sign.
+ContactPlane from_behind(const ContactPlane& front, double strength_n) noexcept {
+    ContactPlane back;
+    back.plane = {front.plane.anchor, -front.plane.normal, strength_n};
+    back.level_gap = -front.level_gap;
+    back.slope = -front.slope;
+    back.gradient_length = front.gradient_length;
+    back.depth_hessian = -front.depth_hessian;
+    return back;
+}
+
+} // namespace
+
+SurfaceMagnets::SurfaceMagnets(std::vector<SurfaceMagnet> of_surfaces)
+    : magnets_(std::move(of_surfaces)), found_(magnets_.size()) {
+    for (const SurfaceMagnet& magnet : magnets_)
+        captures_.push_back(capture_of(magnet));
+}
+
+void SurfaceMagnets::restart() noexcept {
+    for (GuideCapture& capture : captures_)
+        capture.restart();
+}
+
+void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
+                          std::span<SurfaceContact* const> surfaces) noexcept {
+    for (std::size_t i = 0; i < magnets_.size(); ++i) {
+        found_[i].reset();
+        if (magnets_[i].none()) continue;
+        GuideCapture& capture = captures_[i];
+        if (!begins_ && !capture.holds()) continue;
+        found_[i] = surfaces[i]->nearest(proxy, pull, capture.reach_m());
+        if (begins_) capture.begin(found_[i] ? 0.0 : std::numeric_limits<double>::infinity());
+    }
+    begins_ = false;
+}
+
+void SurfaceMagnets::gather(ContactSet& contacts) const noexcept {
+    for (std::size_t i = 0; i < magnets_.size(); ++i)
+        if (found_[i]) contacts.add(from_behind(*found_[i], magnets_[i].strength_n));
+}
+
+} // namespace palpate
