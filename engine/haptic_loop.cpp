@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/haptic_loop.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #if defined(__x86_64__)
 #include <xmmintrin.h>
@@ -56,22 +58,65 @@ bool in_range(const Vec3& p) noexcept {
 
 } // namespace
 
-HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock)
-    : HapticLoop(scene, clock, scene->description().loop) {}
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(scene, clock, scene->description().loop, std::move(custom)) {}
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
-                       const LoopDescription& loop)
+                       const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
     : scene_(std::move(scene)), clock_(clock), contacts_(scene_->make_contacts()),
-      effects_(scene_->make_effects()), coupling_{scene_->description().coupling.stiffness_n_per_m,
-                                                  scene_->description().coupling.damping_n_s_per_m},
+      effects_(scene_->make_effects()), gained_(gained_by_effects(custom.size())),
+      coupling_{scene_->description().coupling.stiffness_n_per_m,
+                scene_->description().coupling.damping_n_s_per_m},
       limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
                 1.0 / loop.rate_hz}),
       period_s_(1.0 / loop.rate_hz) {
+    std::move(custom.begin(), custom.end(), std::back_inserter(effects_));
     subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(contacts_),
                                                  pointers(effects_), clock_);
 }
 
 HapticLoop::~HapticLoop() = default;
+
+std::vector<HapticLoop::Gained> HapticLoop::gained_by_effects(std::size_t custom_count) const {
+    std::vector<Gained> gained;
+    std::size_t next_effect = 0;
+    for (const PlannedEffect& planned : scene_->plan().effects) {
+        const EffectDescription& effect = scene_->description().effects[planned.effect];
+        if (!planned.on) {
+            gained.push_back({});
+        } else if (effect.kind == EffectKind::surface) {
+            const auto& surfaces = scene_->surfaces();
+            const auto found =
+                std::find_if(surfaces.begin(), surfaces.end(), [&](const SceneSurface& surface) {
+                    return surface.name == effect.surface;
+                });
+            gained.push_back(
+                {Gained::Kind::surface, static_cast<std::size_t>(found - surfaces.begin())});
+        } else {
+            gained.push_back({Gained::Kind::effect, next_effect++});
+        }
+    }
+    for (std::size_t i = 0; i < custom_count; ++i)
+        gained.push_back({Gained::Kind::effect, next_effect++});
+    return gained;
+}
+
+bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
+    if (effect >= gained_.size() || !GainRamp::in_range(gain)) return false;
+    const Gained& gained = gained_[effect];
+    switch (gained.kind) {
+    case Gained::Kind::nothing:
+        return false;
+    case Gained::Kind::surface:
+        subdivision_->set_surface_gain(gained.index, gain);
+        break;
+    case Gained::Kind::effect:
+        subdivision_->set_effect_gain(gained.index, gain);
+        break;
+    }
+    return true;
+}
 
 FrameReport HapticLoop::frame(const DeviceState& device) noexcept { return frame(device, {}); }
 
@@ -94,8 +139,7 @@ FrameReport HapticLoop::frame(const DeviceState& device,
         const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
         wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
                                 proxy_velocity); // (3)
-        for (const auto& effect : effects_)
-            wanted += effect->device_force_n();
+        wanted += subdivision_->device_force_n();
     } else {
         report.flags |= kProbeNotFinite;
     }
@@ -120,7 +164,8 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
         proxy_ = device.position;
         report.flags |= subdivision_->restart(proxy_);
     }
-    const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_};
+    const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_,
+                               scene_->description().limits.force_n};
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);

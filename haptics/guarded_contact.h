@@ -32,6 +32,7 @@ public:
                    std::shared_ptr<const CertifiedMesh> mesh, double leash_m);
 
     bool restart(const Vec3& proxy) noexcept override;
+    void set_gain(const Gain& gain) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
     std::optional<Vec3> restore(const Vec3& proxy) noexcept override;
@@ -64,7 +65,6 @@ private:
     VolumeContact volume_;
     std::optional<MeshContact> guard_contact_; // always there: optional to be set anew
     double leash_m_;
-    double strength_n_; // as the volume's planes are offered
     Vec3 way_out_{0.0}; // m: longer than the mesh
 
     bool on_duty_ = false;
