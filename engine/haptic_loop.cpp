@@ -139,7 +139,7 @@ FrameReport HapticLoop::frame(const DeviceState& device,
         const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
         wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
                                 proxy_velocity); // (3)
-        wanted += subdivision_->device_force_n();
+        wanted = subdivision_->with_device_forces(wanted);
     } else {
         report.flags |= kProbeNotFinite;
     }

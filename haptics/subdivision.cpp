@@ -514,8 +514,7 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     result.proxy = proxy;
 }
 
-Vec3 Subdivision::device_force_n() const noexcept {
-    Vec3 force_n{0.0};
+Vec3 Subdivision::with_device_forces(Vec3 force_n) const noexcept {
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) force_n += effect_gains_[i].value() * effects_[i]->device_force_n();
     return force_n;

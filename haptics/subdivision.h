@@ -96,8 +96,9 @@ public:
     /// N_steps after each evaluation of the last frame: with these, wall-clock runs can be
     /// replayed.  [loop]
     std::span<const std::uint32_t> steps_left() const noexcept { return steps_left_; }
-    /// Of all effects, with their gains: Effect::device_force_n().                        [loop]
-    Vec3 device_force_n() const noexcept;
+    /// The coupling's force with what effects put on the device beside it, each with its gain, N:
+    /// Effect::device_force_n().                                                          [loop]
+    Vec3 with_device_forces(Vec3 force_n) const noexcept;
     double estimate_us()
         const noexcept; ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
 

@@ -351,7 +351,7 @@ TEST(EffectGain, WhatIsOffIsNotCalledAndBeginsAnew) {
     for (int frame = 0; frame < 30; ++frame)
         EXPECT_EQ(loop.move({0, 0, 0}).flags, kLiveGain);
     EXPECT_EQ(loop.proxy().x, 0.5 / ContactLoop::kStiffness);
-    EXPECT_EQ(loop.subdivision().device_force_n(), (Vec3{0, 1.0, 0}));
+    EXPECT_EQ(loop.subdivision().with_device_forces(Vec3{0.0}), (Vec3{0, 1.0, 0}));
     loop.subdivision().set_effect_gain(0, 0.0);
     for (int frame = 0; frame < 30; ++frame)
         loop.move({0, 0, 0});
@@ -360,7 +360,7 @@ TEST(EffectGain, WhatIsOffIsNotCalledAndBeginsAnew) {
     EXPECT_EQ(effect.begins, begins);
     EXPECT_EQ(effect.gathers, gathers);
     EXPECT_EQ(loop.proxy(), (Vec3{0, 0, 0.001}));
-    EXPECT_EQ(loop.subdivision().device_force_n(), Vec3{0.0});
+    EXPECT_EQ(loop.subdivision().with_device_forces(Vec3{0.0}), Vec3{0.0});
     EXPECT_EQ(effect.restarts, 1);
     loop.subdivision().set_effect_gain(0, 1.0);
     for (int frame = 0; frame < 60; ++frame)
