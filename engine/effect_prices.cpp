@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
+#include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/trace.h>
 
@@ -81,12 +84,34 @@ double surface_price(const Scene& scene, const SceneSurface& surface) {
     });
 }
 
+/// What friction adds to the solution of one contact that slides.
+double friction_price(const FrictionCoefficients& coefficients) {
+    CoulombFriction friction({coefficients});
+    ContactPlane contact;
+    contact.plane = {Vec3{0.0}, Vec3{0.0, 0.0, 1.0}, std::numeric_limits<double>::infinity()};
+    const std::vector<Vec3> points(kPoints, Vec3{1e-3, 0.0, -1e-3});
+    const double k = 500.0; // N/m: any
+    const auto price = [&](bool rubs) {
+        return median_us(points, [&](const Vec3& from, const Vec3& to) {
+            const std::array<std::size_t, 2> first{0, 1};
+            ContactSet contacts;
+            contacts.add(contact);
+            PrimitiveSet primitives;
+            primitives.add(contact.plane);
+            if (!rubs) return static_cast<void>(solve_proxy(primitives, to, k));
+            friction.begin();
+            friction.gather(from - to, contacts, first, primitives);
+            static_cast<void>(friction.solve(primitives, to, k));
+        });
+    };
+    return std::max(0.0, price(true) - price(false));
+}
+
 } // namespace
 
 std::vector<double> measure_prices(const Scene& scene) {
     std::vector<double> prices(scene.plan().effects.size(), 0.0);
     const std::vector<std::unique_ptr<Effect>> effects = scene.make_effects();
-    std::size_t next_effect = 0;
     for (const PlannedEffect& planned : scene.plan().effects) {
         if (!planned.on) continue;
         const EffectDescription& effect = scene.description().effects[planned.effect];
@@ -96,7 +121,13 @@ std::vector<double> measure_prices(const Scene& scene) {
                     prices[planned.effect] = surface_price(scene, surface);
             continue;
         }
-        Effect& built = *effects[next_effect++];
+        if (internal::traits_of(effect.kind).of_surface) {
+            prices[planned.effect] = friction_price(effect.friction);
+            continue;
+        }
+        const auto& order = scene.effect_order();
+        const auto place = std::find(order.begin(), order.end(), planned.effect) - order.begin();
+        Effect& built = *effects[static_cast<std::size_t>(place)];
         std::vector<Vec3> points(kPoints, Vec3{0.0});
         if (const std::optional<Box> bounds = scene.effect_bounds(effect.volume))
             points = places_across(*bounds);

@@ -73,30 +73,26 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
       period_s_(1.0 / loop.rate_hz) {
     std::move(custom.begin(), custom.end(), std::back_inserter(effects_));
     subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(contacts_),
-                                                 pointers(effects_), clock_);
+                                                 pointers(effects_), clock_, scene_->friction());
 }
 
 HapticLoop::~HapticLoop() = default;
 
 std::vector<HapticLoop::Gained> HapticLoop::gained_by_effects(std::size_t custom_count) const {
-    std::vector<Gained> gained;
-    std::size_t next_effect = 0;
+    const std::vector<EffectDescription>& effects = scene_->description().effects;
+    std::vector<Gained> gained(effects.size());
     for (const PlannedEffect& planned : scene_->plan().effects) {
-        const EffectDescription& effect = scene_->description().effects[planned.effect];
-        if (!planned.on) {
-            gained.push_back({});
-        } else if (effect.kind == EffectKind::surface) {
-            const auto& surfaces = scene_->surfaces();
-            const auto found =
-                std::find_if(surfaces.begin(), surfaces.end(), [&](const SceneSurface& surface) {
-                    return surface.name == effect.surface;
-                });
-            gained.push_back(
-                {Gained::Kind::surface, static_cast<std::size_t>(found - surfaces.begin())});
-        } else {
-            gained.push_back({Gained::Kind::effect, next_effect++});
-        }
+        const EffectDescription& effect = effects[planned.effect];
+        const bool rubs =
+            effect.kind == EffectKind::friction || effect.kind == EffectKind::stick_slip;
+        if (!planned.on || !(rubs || effect.kind == EffectKind::surface)) continue;
+        for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
+            if (scene_->surfaces()[i].name == effect.surface)
+                gained[planned.effect] = {rubs ? Gained::Kind::friction : Gained::Kind::surface, i};
     }
+    std::size_t next_effect = 0;
+    for (const std::size_t effect : scene_->effect_order())
+        gained[effect] = {Gained::Kind::effect, next_effect++};
     for (std::size_t i = 0; i < custom_count; ++i)
         gained.push_back({Gained::Kind::effect, next_effect++});
     return gained;
@@ -110,6 +106,9 @@ bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
         return false;
     case Gained::Kind::surface:
         subdivision_->set_surface_gain(gained.index, gain);
+        break;
+    case Gained::Kind::friction:
+        subdivision_->set_friction_gain(gained.index, gain);
         break;
     case Gained::Kind::effect:
         subdivision_->set_effect_gain(gained.index, gain);

@@ -63,8 +63,8 @@ public:
 private:
     /// What an effect's gain acts on.
     struct Gained {
-        enum class Kind { nothing, surface, effect } kind = Kind::nothing;
-        std::size_t index = 0; ///< of Subdivision's surfaces or effects
+        enum class Kind { nothing, surface, friction, effect } kind = Kind::nothing;
+        std::size_t index = 0; ///< of Subdivision's surfaces, frictions or effects
     };
     std::vector<Gained> gained_by_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_fields.h>
+#include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/guarded_contact.h>
 #include <palpate/haptics/mesh_contact.h>
+#include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
 #include <palpate/volume/volume_file.h>
 
@@ -72,6 +76,48 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     return surface;
 }
 
+/// What an effect is, as text: orders effects of a kind, whatever the scene's order.
+std::string content_of(const EffectDescription& effect) {
+    std::string text = fmt::format(
+        "{} {} {} {} {} {} {} {} {} {} {} {}", effect.surface, effect.volume,
+        static_cast<int>(effect.guide), static_cast<int>(effect.ends),
+        effect.guide_settings.strength_n, effect.guide_settings.capture_m, effect.radius_m,
+        effect.mass_kg, effect.vibration.amplitude_n_s_per_m, effect.vibration.frequency_hz,
+        effect.vibration.decay_s, effect.vibration.most_n);
+    const auto add = [&](double number) { text += fmt::format(" {}", number); };
+    for (const double component : effect.force_n)
+        add(component);
+    const auto add_point = [&](const Vec3& point) {
+        for (int i = 0; i < 3; ++i)
+            add(point[i]);
+    };
+    for (const Vec3& point : {effect.center_m, effect.box_m.lower, effect.box_m.upper, effect.down})
+        add_point(point);
+    for (std::size_t i = 0; i < effect.strength.count; ++i) {
+        add(effect.strength.nodes[i].value);
+        add(effect.strength.nodes[i].strength_n);
+    }
+    for (const Vec3& point : effect.points_m)
+        add_point(point);
+    return text;
+}
+
+/// Effects that are on and more than a property of a surface: by turn, kind and content.
+std::vector<std::size_t> order_of(const SceneDescription& scene, const EffectPlan& plan) {
+    std::vector<std::tuple<internal::EffectTurn, EffectKind, std::string, std::size_t>> keys;
+    for (const PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        const internal::EffectTraits& traits = internal::traits_of(effect.kind);
+        if (planned.on && !traits.of_surface)
+            keys.emplace_back(traits.turn, effect.kind, content_of(effect), planned.effect);
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::size_t> order;
+    for (const auto& key : keys)
+        order.push_back(std::get<3>(key));
+    return order;
+}
+
 } // namespace
 
 std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene,
@@ -109,6 +155,7 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
         if (planned.on)
             internal::load_field_of(description_, description_.effects[planned.effect], *fields);
     effect_fields_ = fields;
+    effect_order_ = order_of(description_, plan_);
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
@@ -151,13 +198,41 @@ std::vector<std::unique_ptr<SurfaceContact>> Scene::make_contacts() const {
     return contacts;
 }
 
+std::vector<FrictionCoefficients> Scene::friction() const {
+    std::vector<FrictionCoefficients> friction(surfaces_.size());
+    for (const PlannedEffect& planned : plan_.effects) {
+        const EffectDescription& effect = description_.effects[planned.effect];
+        if (!planned.on || effect.friction.none()) continue;
+        for (std::size_t i = 0; i < surfaces_.size(); ++i)
+            if (surfaces_[i].name == effect.surface) friction[i] = effect.friction;
+    }
+    return friction;
+}
+
+/// Behind a surface, from where its certificate allows nobody who has not gone through.
+std::unique_ptr<Effect> Scene::viscosity_inside(const EffectDescription& effect) const {
+    const auto surface =
+        std::find_if(surfaces_.begin(), surfaces_.end(),
+                     [&](const SceneSurface& s) { return s.name == effect.surface; });
+    const double level = surface->level.level;
+    const LevelScale scale = LevelScale::of(*surface->baked.field, surface->level);
+    TransferFunction damping;
+    damping.count = 2;
+    damping.nodes[0] = {level + scale.certificate, 0.0};
+    damping.nodes[1] = {level + 2.0 * scale.certificate, effect.strength(0.0)};
+    return std::make_unique<Viscosity>(surface->baked.field, damping);
+}
+
 std::vector<std::unique_ptr<Effect>> Scene::make_effects() const {
     std::vector<std::unique_ptr<Effect>> effects;
-    for (const PlannedEffect& planned : plan_.effects) {
-        if (!planned.on) continue;
-        const EffectDescription& effect = description_.effects[planned.effect];
-        if (effect.kind != EffectKind::surface)
-            effects.push_back(internal::make_effect(effect, *effect_fields_));
+    for (const std::size_t index : effect_order_) {
+        EffectDescription effect = description_.effects[index];
+        for (std::size_t i = 0; i < surfaces_.size(); ++i)
+            if (surfaces_[i].name == effect.surface)
+                effect.vibration.surfaces = i < 64 ? std::uint64_t{1} << i : 0;
+        const bool inside_one = effect.kind == EffectKind::viscosity && !effect.surface.empty();
+        effects.push_back(inside_one ? viscosity_inside(effect)
+                                     : internal::make_effect(effect, *effect_fields_));
     }
     return effects;
 }

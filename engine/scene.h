@@ -49,10 +49,15 @@ public:
         return surfaces_;
     } ///< that are felt, by name
 
-    /// Fresh per-loop objects of what is on: surfaces by name, effects in the scene's order.
+    /// Fresh per-loop objects of what is on: surfaces by name, effects in effect_order().
     /// [setup]
     std::vector<std::unique_ptr<SurfaceContact>> make_contacts() const;
     std::vector<std::unique_ptr<Effect>> make_effects() const;
+    /// Effects of the scene's description that make_effects() makes, in its order: the same for any
+    /// order in which a scene names them.  [any]
+    const std::vector<std::size_t>& effect_order() const noexcept { return effect_order_; }
+    /// Friction on each of surfaces().                                                   [setup]
+    std::vector<FrictionCoefficients> friction() const;
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 
     /// The scalar field of a volume that an effect other than a surface uses; null where none does.
@@ -63,9 +68,12 @@ public:
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
 private:
+    std::unique_ptr<Effect> viscosity_inside(const EffectDescription& effect) const;
+
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;
+    std::vector<std::size_t> effect_order_;
     std::shared_ptr<const internal::EffectFields> effect_fields_;
 };
 

@@ -10,6 +10,10 @@
 #include <vector>
 
 #include <palpate/geometry/mesh_file.h>
+#include <palpate/haptics/contact_vibration.h>
+#include <palpate/haptics/coulomb_friction.h>
+#include <palpate/haptics/guide_capture.h>
+#include <palpate/haptics/polyline.h>
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/surface_state.h>
 #include <palpate/haptics/transfer_function.h>
@@ -32,6 +36,14 @@ struct VolumeDescription {
     int line = 0;   ///< of the scene file, for messages
 };
 
+/// What a tissue feels like: one table for all the surfaces and labels that are made of it.
+struct MaterialDescription {
+    double strength_n = std::numeric_limits<double>::infinity(); ///< N, >= 0
+    Yielding yielding = Yielding::holds;                         ///< above its strength
+    FrictionCoefficients friction;  ///< of effects `friction` and `stick_slip` on it
+    double damping_n_s_per_m = 0.0; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
+};
+
 enum class ContactKind { mesh, volume, guarded, direct };
 
 /// A surface of the scene: an isosurface of a volume, or the border of labels; with or without a
@@ -45,6 +57,7 @@ struct SurfaceDescription {
     };
 
     std::string volume;         ///< key of SceneDescription::volumes; empty: the mesh file alone
+    std::string material;       ///< key of SceneDescription::materials; may be empty
     std::filesystem::path mesh; ///< PLY, STL or OBJ; absolute, or relative to the working folder;
                                 ///< empty: extracted from the volume where a contact needs a mesh
     MeshFileSettings mesh_file; ///< what `mesh` is to be read as
@@ -79,6 +92,12 @@ enum class EffectKind {
     fibre_follow,
     front_shape,
     vortex,
+    friction,
+    stick_slip,
+    guide,
+    workspace,
+    vibration,
+    gravity_compensation,
 };
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
@@ -86,14 +105,25 @@ inline constexpr double kLabelSmoothing = 1.0; // voxels
 
 struct EffectDescription {
     EffectKind kind = EffectKind::surface;
-    std::string surface; ///< kind surface: key of SceneDescription::surfaces
+    std::string surface; ///< kinds of surfaces, vibration, viscosity in a surface: key of
+                         ///< SceneDescription::surfaces
     std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; viscosity may be
-                         ///< the same everywhere, then empty
+                         ///< in a surface or the same everywhere, then empty
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
     ///< kinds of volumes (key strength_n): N over the volume's value, of vectors their length;
     ///< viscosity (key damping_n_s_per_m): N s/m
+    FrictionCoefficients friction; ///< friction (keys static, dynamic) and stick_slip, no unit
     FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow
     std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame
+    std::vector<Vec3> points_m; ///< guide: a point, or the corners of a polyline, scene frame, m
+    PolylineEnds ends = PolylineEnds::open; ///< guide
+    GuideSettings guide_settings;           ///< guide; the strength is a workspace's, too
+    double radius_m = 0.0;                  ///< workspace: of a ball, m; 0: a box
+    Vec3 center_m{0.0};                     ///< workspace: of the ball, m
+    Box box_m;                              ///< workspace, m
+    ContactVibrationSettings vibration;     ///< vibration; its surfaces are `surface`, or all
+    double mass_kg = 0.0;                   ///< gravity_compensation: of the handle, kg
+    Vec3 down{0.0};                         ///< gravity_compensation: of any length
     int line = 0;
 };
 
@@ -135,6 +165,7 @@ struct SceneDescription {
     std::filesystem::path file; ///< where it was read from; empty when made in code
     std::string text;           ///< the file's own text: recorded, hashed
     std::map<std::string, VolumeDescription> volumes;
+    std::map<std::string, MaterialDescription> materials;
     std::map<std::string, SurfaceDescription> surfaces;
     std::vector<EffectDescription> effects; ///< in the file's order
     CouplingDescription coupling;

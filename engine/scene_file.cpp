@@ -22,112 +22,10 @@ using internal::TomlTable;
 
 // Spelled in the order of the enumerations.
 constexpr std::array<std::string_view, 4> kMethodNames{"single", "paper", "fixed", "adaptive"};
-constexpr auto kEffectNames = [] {
-    std::array<std::string_view, internal::kEffectTraits.size()> names;
-    for (std::size_t i = 0; i < names.size(); ++i)
-        names[i] = internal::kEffectTraits[i].name;
-    return names;
-}();
-constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "streamline"};
 constexpr std::array<std::string_view, 2> kDeviceNames{"path", "orbit"};
 
 // What the file format knows beyond this version.
-constexpr std::array<std::string_view, 7> kOtherEffects{
-    "friction", "stick_slip", "texture", "vibration", "magnet", "guide", "workspace"};
 constexpr std::array<std::string_view, 2> kOtherDevices{"recording", "hand"};
-
-// Effects.
-
-std::array<double, 3> read_force(const TomlTable& table) {
-    constexpr Range component_n{-1.0e3, 1.0e3}; // as far as limits.force_n goes
-    constexpr std::string_view expected = "three numbers [x, y, z] in N, scene frame (LPS)";
-    table.require("force_n", fmt::format("give {}", expected));
-    const toml::array& numbers = table.array("force_n", expected);
-    if (numbers.size() != 3)
-        table.fail(table.line_of("force_n"),
-                   fmt::format("force_n {} has {} elements", table.where(), numbers.size()),
-                   fmt::format("give {}", expected));
-    std::array<double, 3> force{};
-    for (std::size_t i = 0; i < force.size(); ++i)
-        force[i] = table.number_in(numbers[i], fmt::format("force_n[{}]", i), component_n);
-    return force;
-}
-
-/// The volume that an effect samples: of the kind that it needs, as far as that is known before it
-/// is read.
-std::string read_effect_volume(const TomlTable& table, const SceneDescription& scene,
-                               const internal::EffectTraits& traits) {
-    const std::string volume = internal::name_in(table, "volume", scene.volumes, "volumes");
-    const std::string& formula = scene.volumes.at(volume).analytic;
-    const bool needs_vectors = traits.need != internal::FieldNeed::scalar;
-    if (!formula.empty() && needs_vectors != (formula == "helix"))
-        table.fail(table.line_of("volume"),
-                   fmt::format("volume \"{}\" {} is a formula of {}", volume, table.where(),
-                               needs_vectors ? "scalars" : "vectors"),
-                   needs_vectors ? "name a volume of vectors, or analytic = \"helix\""
-                                 : "name a volume of scalars");
-    return volume;
-}
-
-/// A strength or damping of an effect over its volume; finite where it has to be.
-TransferFunction read_effect_strength(const TomlTable& table, std::string_view key,
-                                      std::string_view unit, bool may_be_infinite) {
-    const std::string expected = fmt::format("a number of {0} or [[value, {0}], ...]", unit);
-    table.require(key, "give " + expected);
-    const TransferFunction strength = internal::read_strength(table, key);
-    if (!may_be_infinite && std::isinf(strength(0.0)))
-        table.fail(table.line_of(key), fmt::format("{} = inf {} is not finite", key, table.where()),
-                   "give " + expected);
-    return strength;
-}
-
-EffectDescription read_effect(const TomlTable& table, const SceneDescription& scene) {
-    constexpr std::array<std::string_view, 2> surface_keys{"type", "surface"};
-    constexpr std::array<std::string_view, 3> volume_keys{"type", "volume", "strength_n"};
-    constexpr std::array<std::string_view, 4> follow_keys{"type", "volume", "strength_n", "guide"};
-    constexpr std::array<std::string_view, 3> viscosity_keys{"type", "volume", "damping_n_s_per_m"};
-    constexpr std::array<std::string_view, 2> force_keys{"type", "force_n"};
-    table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
-
-    EffectDescription effect;
-    effect.line = table.line();
-    effect.kind = static_cast<EffectKind>(table.choice("type", kEffectNames, kOtherEffects));
-    const internal::EffectTraits& traits = internal::traits_of(effect.kind);
-    const std::string context = fmt::format("with type = \"{}\"", traits.name);
-    switch (effect.kind) {
-    case EffectKind::surface:
-        table.allow_only(surface_keys, context);
-        effect.surface = internal::name_in(table, "surface", scene.surfaces, "surfaces");
-        break;
-    case EffectKind::constant_force:
-        table.allow_only(force_keys, context);
-        effect.force_n = read_force(table);
-        break;
-    case EffectKind::viscosity:
-        table.allow_only(viscosity_keys, context);
-        if (table.has("volume")) effect.volume = read_effect_volume(table, scene, traits);
-        effect.strength = read_effect_strength(table, "damping_n_s_per_m", "N s/m", false);
-        break;
-    case EffectKind::vector_follow:
-    case EffectKind::fibre_follow:
-        table.allow_only(follow_keys, context);
-        if (table.has("guide"))
-            effect.guide = static_cast<FollowGuide>(table.choice("guide", kGuideNames));
-        effect.volume = read_effect_volume(table, scene, traits);
-        effect.strength = read_effect_strength(table, "strength_n", "N", true);
-        break;
-    case EffectKind::gradient_surface:
-    case EffectKind::gradient_force:
-    case EffectKind::vector_force:
-    case EffectKind::front_shape:
-    case EffectKind::vortex:
-        table.allow_only(volume_keys, context);
-        effect.volume = read_effect_volume(table, scene, traits);
-        effect.strength = read_effect_strength(table, "strength_n", "N", traits.may_be_hard);
-        break;
-    }
-    return effect;
-}
 
 // Coupling, limits, loop.
 
@@ -223,13 +121,11 @@ DeviceDescription read_device(const TomlTable& table, const SceneDescription& sc
 std::string_view name(SteppingMethod method) noexcept {
     return kMethodNames[static_cast<std::size_t>(method)];
 }
-std::string_view name(EffectKind kind) noexcept {
-    return kEffectNames[static_cast<std::size_t>(kind)];
-}
+std::string_view name(EffectKind kind) noexcept { return internal::traits_of(kind).name; }
 
 SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file) {
-    constexpr std::array<std::string_view, 7> keys{"volume", "surface", "effect", "coupling",
-                                                   "limits", "loop",    "device"};
+    constexpr std::array<std::string_view, 8> keys{"volume",   "material", "surface", "effect",
+                                                   "coupling", "limits",   "loop",    "device"};
     const std::string shown = file.empty() ? "scene" : file.string();
     const toml::table document = internal::parse_toml(text, shown);
     const TomlTable top(document, shown, "at the top of the scene", 1);
@@ -240,13 +136,17 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     scene.text = text;
     for (const auto& [name, table] : top.named_tables("volume"))
         scene.volumes[name] = internal::read_volume_table(table, file);
+    for (const auto& [name, table] : top.named_tables("material"))
+        scene.materials[name] = internal::read_material_table(table);
     for (const auto& [name, table] : top.named_tables("surface"))
         scene.surfaces[name] = internal::read_surface_table(table, scene);
     for (const TomlTable& table : top.table_list("effect"))
-        scene.effects.push_back(read_effect(table, scene));
+        for (const EffectDescription& effect : internal::read_effect_table(table, scene))
+            scene.effects.push_back(effect);
     if (top.has("coupling")) scene.coupling = read_coupling(top.table("coupling"));
     if (top.has("limits")) scene.limits = read_limits(top.table("limits"));
     if (top.has("loop")) scene.loop = read_loop(top.table("loop"));
+    internal::check_effects(top, scene);
     if (top.has("device")) scene.device = read_device(top.table("device"), scene);
     return scene;
 }

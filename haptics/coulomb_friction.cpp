@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -19,6 +20,34 @@ constexpr double kConverging = 0.5;
 // A contact is the one of before where its normal has turned by less than 8 degrees.
 constexpr double kSameContact = 0.99;
 constexpr double kHighestCoefficient = 10.0;
+
+/// Planes of different strength that coincide, as a skin yielded down to bone does with it, leave
+/// open which of them bears what: the weakest does, up to its strength (composition.md 4.2).
+void share_where_planes_coincide(std::span<const PlanePrimitive> planes,
+                                 ProxySolution& solution) noexcept {
+    constexpr double kSameNormal = 1.0 - 1e-12;
+    constexpr double kSamePlace = 1e-9; // m
+    for (std::size_t i = 0; i < planes.size(); ++i)
+        for (std::size_t j = i + 1; j < planes.size(); ++j) {
+            if (planes[i].strength_n == planes[j].strength_n) continue;
+            const double bears_n = solution.multiplier_n[i] + solution.multiplier_n[j];
+            const Vec3 n = planes[i].normal;
+            if (!(bears_n > 0.0) || !(glm::dot(n, planes[j].normal) > kSameNormal) ||
+                !(std::abs(glm::dot(n, planes[i].anchor - planes[j].anchor)) < kSamePlace))
+                continue;
+            const bool first = planes[i].strength_n < planes[j].strength_n;
+            const std::size_t weak = first ? i : j, strong = first ? j : i;
+            const double weak_n = std::min(bears_n, planes[weak].strength_n);
+            for (const auto& [index, share_n] :
+                 {std::pair{weak, weak_n}, std::pair{strong, bears_n - weak_n}}) {
+                solution.multiplier_n[index] = share_n;
+                solution.state[index] = !(share_n > 0.0) ? MultiplierState::released
+                                        : share_n >= planes[index].strength_n
+                                            ? MultiplierState::saturated
+                                            : MultiplierState::active;
+            }
+        }
+}
 
 } // namespace
 
@@ -123,7 +152,9 @@ ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3&
     for (std::size_t j = 0; j < contact_count_; ++j)
         primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
                                                           contacts_[j].multiplier_n);
-    return solve_proxy(primitives, probe, stiffness);
+    ProxySolution solution = solve_proxy(primitives, probe, stiffness);
+    share_where_planes_coincide(primitives.planes(), solution);
+    return solution;
 }
 
 bool CoulombFriction::holds() const noexcept {

@@ -112,6 +112,8 @@ SubdivisionResult Subdivision::run() noexcept {
     do
         proxy = relaxed(proxy, result);
     while (membrane_opens(result) || breaks_away(result));
+    // A frame of one evaluation has no second one to find that out in.
+    if (result.sub_steps == 0 && unmoved_ > 0) result.flags |= kStalled;
     proxy = settled(proxy, result);
     commit(proxy, result);
     return result;

@@ -8,12 +8,16 @@
 #include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/scene.h>
 #include <palpate/haptics/constant_force.h>
+#include <palpate/haptics/curve_guide.h>
 #include <palpate/haptics/gradient_force.h>
 #include <palpate/haptics/gradient_surface.h>
+#include <palpate/haptics/gravity_compensation.h>
+#include <palpate/haptics/point_guide.h>
 #include <palpate/haptics/vector_follow.h>
 #include <palpate/haptics/vector_force.h>
 #include <palpate/haptics/vector_sheet.h>
 #include <palpate/haptics/viscosity.h>
+#include <palpate/haptics/workspace.h>
 #include <palpate/volume/grid_field.h>
 #include <palpate/volume/grid_vector_field.h>
 #include <palpate/volume/volume_file.h>
@@ -84,6 +88,8 @@ std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const Effec
     const auto directed = [&] { return fields.directed.at(effect.volume); };
     switch (effect.kind) {
     case EffectKind::surface:
+    case EffectKind::friction:
+    case EffectKind::stick_slip:
         break;
     case EffectKind::gradient_surface:
         return std::make_unique<GradientSurface>(scalar(), effect.strength);
@@ -104,6 +110,20 @@ std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const Effec
                                               effect.guide);
     case EffectKind::front_shape:
         return std::make_unique<VectorSheet>(directed(), effect.strength, SheetKind::front);
+    case EffectKind::guide:
+        if (effect.points_m.size() == 1)
+            return std::make_unique<PointGuide>(effect.points_m.front(), effect.guide_settings);
+        return std::make_unique<CurveGuide>(Polyline(effect.points_m, effect.ends),
+                                            effect.guide_settings);
+    case EffectKind::workspace:
+        if (effect.radius_m > 0.0)
+            return std::make_unique<WorkspaceSphere>(effect.center_m, effect.radius_m,
+                                                     effect.guide_settings.strength_n);
+        return std::make_unique<WorkspaceBox>(effect.box_m, effect.guide_settings.strength_n);
+    case EffectKind::vibration:
+        return std::make_unique<ContactVibration>(effect.vibration);
+    case EffectKind::gravity_compensation:
+        return std::make_unique<GravityCompensation>(effect.mass_kg, effect.down);
     case EffectKind::vortex:
         return std::make_unique<VectorSheet>(directed(), effect.strength, SheetKind::vortex);
     }

@@ -25,7 +25,7 @@ struct EffectFields {
 void load_field_of(const SceneDescription& scene, const EffectDescription& effect,
                    EffectFields& fields);
 
-/// A fresh effect; not for surfaces. Its fields must be loaded.                          [setup]
+/// A fresh effect; not for those of surfaces. Its fields must be loaded. [setup]
 std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const EffectFields& fields);
 
 } // namespace palpate::internal

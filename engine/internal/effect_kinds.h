@@ -17,36 +17,138 @@ enum class FieldNeed {
     axial,  ///< without: fibres, also the principal direction of tensors
 };
 
+/// When in a frame an effect is asked: each sees what those before it have added.
+enum class EffectTurn {
+    draws,  ///< forces and springs
+    guides, ///< lines, points, sheets: they look where those draw
+    limits, ///< and these where all the others lead
+};
+
 /// What is the same for all effects of a kind: one place for reader, plan and scene.
 struct EffectTraits {
     std::string_view name; ///< in scenes
     FieldNeed need = FieldNeed::none;
-    double samples = 0.0;      ///< of its volume, per evaluation
-    bool may_be_hard = false;  ///< its strength may be infinite
-    std::string_view how = ""; ///< in what way it enters a frame, in words
+    double samples = 0.0;                   ///< of its volume, per evaluation
+    bool may_be_hard = false;               ///< its strength may be infinite
+    std::string_view how = "";              ///< in what way it enters a frame, in words
+    std::array<std::string_view, 5> keys{}; ///< in scenes, besides `type`
+    EffectTurn turn = EffectTurn::draws;
+    bool of_surface = false; ///< felt where a surface is, and only with it: no Effect
 };
 
 /// In the order of EffectKind.
-inline constexpr std::array<EffectTraits, 10> kEffectTraits{{
-    {"surface", FieldNeed::none, 0.0, true, "felt up to its strength"},
-    {"gradient_surface", FieldNeed::scalar, 1.0, true,
-     "a plane through the proxy, against the gradient"},
-    {"constant_force", FieldNeed::none, 0.0, false,
-     "shifts the probe's target exactly: needs no query"},
-    {"gradient_force", FieldNeed::scalar, 0.0, false,
-     "a force against the gradient, sampled once a frame"},
-    {"viscosity", FieldNeed::scalar, 0.0, false,
-     "a spring to the frame's start: an exact shift and scale"},
-    {"vector_force", FieldNeed::vector, 0.0, false,
-     "a force along the vector, sampled once a frame"},
-    {"vector_follow", FieldNeed::vector, 2.0, true,
-     "a line along the streamline through the frame's start"},
-    {"fibre_follow", FieldNeed::axial, 2.0, true,
-     "a line along the fibre through the frame's start, whose sign does not matter"},
-    {"front_shape", FieldNeed::vector, 1.0, true,
-     "two opposed planes across the vector, through the frame's start"},
-    {"vortex", FieldNeed::vector, 1.0, true,
-     "two opposed planes about the axis of rotation, through the frame's start"},
+inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
+    {"surface",
+     FieldNeed::none,
+     0.0,
+     true,
+     "felt up to its strength",
+     {"surface"},
+     EffectTurn::draws,
+     true},
+    {"gradient_surface",
+     FieldNeed::scalar,
+     1.0,
+     true,
+     "a plane through the proxy, against the gradient",
+     {"volume", "strength_n"},
+     EffectTurn::guides},
+    {"constant_force",
+     FieldNeed::none,
+     0.0,
+     false,
+     "shifts the probe's target exactly: needs no query",
+     {"force_n"}},
+    {"gradient_force",
+     FieldNeed::scalar,
+     0.0,
+     false,
+     "a force against the gradient, sampled once a frame",
+     {"volume", "strength_n"}},
+    {"viscosity",
+     FieldNeed::scalar,
+     0.0,
+     false,
+     "a spring to the frame's start: an exact shift and scale",
+     {"volume", "surface", "damping_n_s_per_m"}},
+    {"vector_force",
+     FieldNeed::vector,
+     0.0,
+     false,
+     "a force along the vector, sampled once a frame",
+     {"volume", "strength_n"}},
+    {"vector_follow",
+     FieldNeed::vector,
+     2.0,
+     true,
+     "a line along the streamline through the frame's start",
+     {"volume", "strength_n", "guide"},
+     EffectTurn::guides},
+    {"fibre_follow",
+     FieldNeed::axial,
+     2.0,
+     true,
+     "a line along the fibre through the frame's start, whose sign does not matter",
+     {"volume", "strength_n", "guide"},
+     EffectTurn::guides},
+    {"front_shape",
+     FieldNeed::vector,
+     1.0,
+     true,
+     "two opposed planes across the vector, through the frame's start",
+     {"volume", "strength_n"},
+     EffectTurn::guides},
+    {"vortex",
+     FieldNeed::vector,
+     1.0,
+     true,
+     "two opposed planes about the axis of rotation, through the frame's start",
+     {"volume", "strength_n"},
+     EffectTurn::guides},
+    {"friction",
+     FieldNeed::none,
+     0.0,
+     false,
+     "a line along each contact's normal, as strong as the coefficient times what presses: needs "
+     "no "
+     "query",
+     {"surface", "static", "dynamic"},
+     EffectTurn::draws,
+     true},
+    {"stick_slip",
+     FieldNeed::none,
+     0.0,
+     false,
+     "friction that comes to rest after each slip: needs no query",
+     {"surface", "static", "dynamic"},
+     EffectTurn::draws,
+     true},
+    {"guide",
+     FieldNeed::none,
+     0.0,
+     true,
+     "a line or point at the nearest place of the curve: needs no query",
+     {"points_mm", "strength_n", "capture_mm", "ends"},
+     EffectTurn::guides},
+    {"workspace",
+     FieldNeed::none,
+     0.0,
+     true,
+     "planes where the proxy could leave it: needs no query",
+     {"radius_mm", "center_mm", "box_mm", "strength_n"},
+     EffectTurn::limits},
+    {"vibration",
+     FieldNeed::none,
+     0.0,
+     false,
+     "a force on the device beside the coupling, after a contact begins: needs no query",
+     {"surface", "amplitude_n_s_per_m", "frequency_hz", "decay_ms", "most_n"}},
+    {"gravity_compensation",
+     FieldNeed::none,
+     0.0,
+     false,
+     "a force on the device beside the coupling: needs no query",
+     {"mass_kg", "down"}},
 }};
 
 inline const EffectTraits& traits_of(EffectKind kind) {

@@ -47,7 +47,24 @@ TransferFunction read_strength(const TomlTable& table, std::string_view key);
 VolumeDescription read_volume_table(const TomlTable& table,
                                     const std::filesystem::path& scene_file);
 
-/// [surface.NAME]; the scene has its volumes already.
+/// N s/m.
+inline constexpr Range kDamping{0.0, 1e3};
+
+/// Coefficients under the keys `static` and `dynamic`, the latter the former's where it is missing.
+FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip);
+
+/// [material.NAME]
+MaterialDescription read_material_table(const TomlTable& table);
+
+/// [surface.NAME]; the scene has its volumes and materials already.
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene);
+
+/// [[effect]]; the scene has its volumes, materials and surfaces already. One for each surface that
+/// it names.
+std::vector<EffectDescription> read_effect_table(const TomlTable& table,
+                                                 const SceneDescription& scene);
+
+/// Refuses effects that do not go with the loop, which the scene has already.
+void check_effects(const TomlTable& top, const SceneDescription& scene);
 
 } // namespace palpate::internal

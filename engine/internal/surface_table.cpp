@@ -253,10 +253,10 @@ void read_volume_part(const TomlTable& table, const SceneDescription& scene,
     const std::string& formula = scene.volumes.at(surface.volume).analytic;
     const bool analytic = !formula.empty();
     if (formula == "helix")
-        table.fail(table.line_of("volume"),
-                   fmt::format("volume \"{}\" {} is a formula of vectors", surface.volume,
-                               table.where()),
-                   "name a volume of scalars");
+        table.fail(
+            table.line_of("volume"),
+            fmt::format("volume \"{}\" {} is a formula of vectors", surface.volume, table.where()),
+            "name a volume of scalars");
     read_source(table, scene, analytic, surface);
     surface.smooth_voxels = table.number("smooth_voxels", {0.0, 5.0}, surface.smooth_voxels);
     if (table.has("iso_after_smoothing"))
@@ -312,19 +312,47 @@ TransferFunction read_strength(const TomlTable& table, std::string_view key) {
     return TransferFunction::constant(table.number(key, kStrength, kInfinity));
 }
 
+MaterialDescription read_material_table(const TomlTable& table) {
+    constexpr std::array<std::string_view, 5> keys{"strength_n", "yield", "static", "dynamic",
+                                                   "damping_n_s_per_m"};
+    table.allow_only(keys);
+    MaterialDescription material;
+    material.strength_n = table.number("strength_n", kStrength, material.strength_n);
+    if (table.has("yield"))
+        material.yielding = static_cast<Yielding>(table.choice("yield", kYieldingNames));
+    if (table.has("static") || table.has("dynamic"))
+        material.friction = read_friction(table, false);
+    material.damping_n_s_per_m = table.number("damping_n_s_per_m", kDamping, 0.0);
+    return material;
+}
+
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene) {
-    constexpr std::array<std::string_view, 16> keys{"volume",        "iso_value",
-                                                    "label",         "region_mm",
-                                                    "smooth_voxels", "iso_after_smoothing",
-                                                    "keep",          "mesh",
-                                                    "mesh_unit",     "mesh_frame",
-                                                    "contact",       "leash_mm",
-                                                    "strength_n",    "yield",
-                                                    "facet_size_mm", "facet_distance_mm"};
+    constexpr std::array<std::string_view, 17> keys{"material",
+                                                    "volume",
+                                                    "iso_value",
+                                                    "label",
+                                                    "region_mm",
+                                                    "smooth_voxels",
+                                                    "iso_after_smoothing",
+                                                    "keep",
+                                                    "mesh",
+                                                    "mesh_unit",
+                                                    "mesh_frame",
+                                                    "contact",
+                                                    "leash_mm",
+                                                    "strength_n",
+                                                    "yield",
+                                                    "facet_size_mm",
+                                                    "facet_distance_mm"};
     table.allow_only(keys);
 
     SurfaceDescription surface;
     surface.line = table.line();
+    if (table.has("material")) {
+        surface.material = name_in(table, "material", scene.materials, "materials");
+        surface.strength_n = scene.materials.at(surface.material).strength_n;
+        surface.yielding = scene.materials.at(surface.material).yielding;
+    }
     read_mesh_file(table, scene, surface);
     if (table.has("volume") || surface.mesh.empty())
         read_volume_part(table, scene, surface);
@@ -332,7 +360,8 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
         refuse_volume_part(table);
     read_contact(table, scene, surface);
     // The proxy touches the surface on its level: a function of the value is its value there.
-    surface.strength_n = read_strength(table, "strength_n")(surface.iso_value);
+    if (table.has("strength_n"))
+        surface.strength_n = read_strength(table, "strength_n")(surface.iso_value);
     if (table.has("facet_size_mm"))
         surface.facet_size_mm =
             table.number("facet_size_mm", {0.0, 50.0, Range::Ends::low_open}, 0.0);

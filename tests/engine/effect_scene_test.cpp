@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Effects on volumes, from a scene to its frames.
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -98,6 +99,129 @@ TEST(EffectScene, EveryModeOfAVolumeIsBuiltAndFelt) {
         EXPECT_GT(glm::length(trace.frames.back().force), 0.05) << mode.type;
         EXPECT_GT(trace.frames.back().field_samples, 0u) << mode.type;
     }
+}
+
+constexpr const char* kPlate = "[volume.plate]\nanalytic = \"slab\"\nthickness_mm = 10\n"
+                               "[surface.top]\nvolume = \"plate\"\niso_value = 0\n";
+
+/// Down onto the plate, 2 mm deep, and along x at 0.1 m/s.
+std::vector<DeviceState> stroke(int frames) {
+    std::vector<DeviceState> inputs;
+    for (int i = 0; i < frames; ++i) {
+        DeviceState state;
+        state.time_s = 1e-3 * i;
+        state.position = {i < 20 ? 0.0 : 0.1e-3 * (i - 20), 0.0, std::max(6e-3 - 0.3e-3 * i, 3e-3)};
+        inputs.push_back(state);
+    }
+    return inputs;
+}
+
+constexpr const char* kTouch = "[[effect]]\ntype = \"surface\"\nsurface = \"top\"\n";
+
+// k = 500 N/m, 2 mm deep: 1 N on the plate.
+TEST(EffectScene, FrictionIsFeltAlongItsSurface) {
+    const Trace trace = traced(std::string(kPlate) + kTouch +
+                                   "[[effect]]\ntype = \"friction\"\nsurface = \"top\"\nstatic = "
+                                   "0.4\ndynamic = 0.3\n",
+                               stroke(200));
+    EXPECT_NEAR(trace.frames.back().force.x, -0.3, 1e-6); // 500 N/m times the tolerance: 5e-5
+    EXPECT_NEAR(trace.frames.back().force.z, 1.0, 1e-6);
+    EXPECT_EQ(trace.frames.back().surface_queries, 0u);
+    const Trace without = traced(std::string(kPlate) + kTouch, stroke(200));
+    EXPECT_NEAR(without.frames.back().force.x, 0.0, 1e-6);
+}
+
+TEST(EffectScene, FrictionWithoutItsSurfaceIsLeftOut) {
+    const EffectPlan plan = plan_effects(
+        parse_scene(std::string(kPlate) +
+                        "[[effect]]\ntype = \"friction\"\nsurface = \"top\"\nstatic = 0.4\n",
+                    "x.toml"),
+        Extraction::impossible);
+    EXPECT_FALSE(plan.effects[0].on);
+    EXPECT_EQ(plan.effects[0].reason, "surface top is not felt");
+}
+
+TEST(EffectScene, AGuideAWorkspaceAndGravityCompensationAreFelt) {
+    const std::string guide =
+        "[[effect]]\ntype = \"guide\"\npoints_mm = [[0, 0, 20], [100, 0, 20]]\n"
+        "strength_n = 50\n";
+    const Trace led = traced(guide, stroke(100));
+    EXPECT_NEAR(led.frames.back().proxy.z, 20e-3, 1e-12);
+    EXPECT_NEAR(led.frames.back().proxy.x, 7.9e-3, 1e-12);
+
+    const std::string box =
+        "[[effect]]\ntype = \"workspace\"\nbox_mm = [[-5, -5, -5], [5, 5, 10]]\n";
+    EXPECT_NEAR(traced(box, stroke(100)).frames.back().proxy.x, 5e-3, 1e-15);
+    const std::string ball =
+        "[[effect]]\ntype = \"workspace\"\nradius_mm = 4\ncenter_mm = [0, 0, 3]\n";
+    EXPECT_NEAR(traced(ball, stroke(100)).frames.back().proxy.x, 4e-3, 1e-12);
+
+    const Trace carried =
+        traced("[[effect]]\ntype = \"gravity_compensation\"\nmass_kg = 0.1\ndown = [0, 0, -2]\n",
+               stroke(2000));
+    EXPECT_NEAR(carried.frames.back().force.z, 0.980665, 1e-12);
+}
+
+TEST(EffectScene, AContactIsHeardThroughItsVibration) {
+    const std::string hit = "[[effect]]\ntype = \"vibration\"\nsurface = \"top\"\n";
+    const Trace with = traced(std::string(kPlate) + kTouch + hit, stroke(100));
+    const Trace without = traced(std::string(kPlate) + kTouch, stroke(100));
+    double most = 0.0;
+    for (std::size_t i = 0; i < with.frames.size(); ++i) {
+        EXPECT_EQ(with.frames[i].proxy, without.frames[i].proxy);
+        most = std::max(most, std::abs(with.frames[i].force.z - without.frames[i].force.z));
+    }
+    // 0.3 m/s times 5 N s/m, after a quarter of a period of 150 Hz and a decay of 20 ms
+    EXPECT_GT(most, 1.0);
+    EXPECT_LT(most, 1.5);
+}
+
+TEST(EffectScene, TheOrderInASceneDoesNotMatter) {
+    const std::vector<std::string> effects{
+        kTouch,
+        "[[effect]]\ntype = \"friction\"\nsurface = \"top\"\nstatic = 0.3\n",
+        "[[effect]]\ntype = \"constant_force\"\nforce_n = [0.1, 0.2, -0.3]\n",
+        "[[effect]]\ntype = \"constant_force\"\nforce_n = [0.3, -0.7, 0.1]\n",
+        "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 2\n",
+        "[[effect]]\ntype = \"workspace\"\nradius_mm = 12\ncenter_mm = [0, 0, 0]\n",
+        "[[effect]]\ntype = \"guide\"\npoints_mm = [[-9, 1, 5.1], [30, 2, 5.2]]\nstrength_n = "
+        "0.2\n",
+        "[[effect]]\ntype = \"guide\"\npoints_mm = [[3, 1, 6]]\nstrength_n = 0.1\n"};
+    std::string forwards = kPlate, backwards = kPlate;
+    for (std::size_t i = 0; i < effects.size(); ++i) {
+        forwards += effects[i];
+        backwards += effects[effects.size() - 1 - i];
+    }
+    const Trace a = traced(forwards, stroke(300));
+    const Trace b = traced(backwards, stroke(300));
+    for (std::size_t i = 0; i < a.frames.size(); ++i) {
+        ASSERT_EQ(a.frames[i].proxy, b.frames[i].proxy) << i;
+        ASSERT_EQ(a.frames[i].force, b.frames[i].force) << i;
+    }
+    EXPECT_GT(std::abs(a.frames.back().force.y), 0.01);
+}
+
+TEST(EffectScene, WhatAGuideOrAWorkspaceCannotBeIsRefusedWithItsLine) {
+    const auto expect = [&](const std::string& text, const std::string& wanted) {
+        EXPECT_NE(complaint(text).find(wanted), std::string::npos) << complaint(text);
+    };
+    expect("[[effect]]\ntype = \"guide\"\npoints_mm = []\nstrength_n = 1\n",
+           "x.toml:3: points_mm in [[effect]] has 0 points");
+    expect("[[effect]]\ntype = \"guide\"\npoints_mm = [[1, 2]]\nstrength_n = 1\n",
+           "x.toml:3: points_mm in [[effect]] has a point of other than three numbers");
+    expect("[[effect]]\ntype = \"guide\"\npoints_mm = [[1, 2, 3], [1, 2, 3]]\nstrength_n = 1\n",
+           "x.toml:3: points_mm in [[effect]]: ");
+    expect("[[effect]]\ntype = \"guide\"\npoints_mm = [[1, 2, 3]]\nends = \"closed\"\nstrength_n = "
+           "1\n",
+           "x.toml:4: ends = \"closed\" in [[effect]] needs 3 points");
+    expect("[[effect]]\ntype = \"workspace\"\n", "x.toml:1: a workspace in [[effect]] is either");
+    expect("[[effect]]\ntype = \"workspace\"\nbox_mm = [[0, 0, 0], [1, 0, 1]]\n",
+           "x.toml:3: box_mm in [[effect]] has no volume");
+    expect("[[effect]]\ntype = \"vibration\"\nfrequency_hz = 600\n",
+           "x.toml:1: frequency_hz = 600 in [[effect]] is not below half of [loop] rate_hz = 1000");
+    expect(std::string(kPlate) +
+               "[[effect]]\ntype = \"friction\"\nsurface = \"top\"\nstatic = 0.2\ndynamic = 0.3\n",
+           "x.toml:11: dynamic = 0.3 in [[effect]] is above static = 0.2");
 }
 
 TEST(EffectScene, AVolumeOfTheWrongKindIsRefusedWithItsLine) {

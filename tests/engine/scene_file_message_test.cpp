@@ -187,7 +187,8 @@ TEST_F(SceneFileMessage, KeysThatExcludeEachOtherAndMissingOnes) {
     EXPECT_EQ(complaint("[[effect]]\nsurface = \"bone\"\n"),
               "scene.toml:1: key \"type\" is missing in [[effect]]; give one of surface, "
               "gradient_surface, constant_force, gradient_force, viscosity, vector_force, "
-              "vector_follow, fibre_follow, front_shape, vortex");
+              "vector_follow, fibre_follow, front_shape, vortex, friction, stick_slip, guide, "
+              "workspace, vibration, gravity_compensation");
     EXPECT_EQ(complaint(kBone + "[[effect]]\ntype = \"surface\"\n"),
               "scene.toml:6: key \"surface\" is missing in [[effect]]; surfaces: bone");
     EXPECT_TRUE(complaint(kBone + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"head\"\n")
@@ -217,10 +218,9 @@ TEST_F(SceneFileMessage, WhatOtherVersionsHaveIsNamedAsSuch) {
             << message;
         EXPECT_TRUE(message.ends_with(remedy)) << message;
     };
-    for (const char* effect :
-         {"friction", "stick_slip", "texture", "vibration", "magnet", "guide", "workspace"})
+    for (const char* effect : {"texture", "magnet"})
         expect(fmt::format("[[effect]]\ntype = \"{}\"\nanything = 1\n", effect),
-               "scene.toml:2: type = ", "fibre_follow, front_shape, vortex");
+               "scene.toml:2: type = ", "workspace, vibration, gravity_compensation");
     for (const char* device : {"recording", "hand", "hid:novint"})
         expect(fmt::format("[device]\ntype = \"{}\"\n", device),
                "scene.toml:2: type = ", "; it has path, orbit");

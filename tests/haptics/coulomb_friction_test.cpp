@@ -282,6 +282,43 @@ TEST(CoulombFriction, OnASurfaceThatYieldsIsItsStrengthsShare) {
     EXPECT_NEAR(loop.proxy().x, 5e-3 - 0.3 * 1.0 / kK, 1e-12);
 }
 
+// Skin of 2 N that has yielded down to the bone lies on it: what presses beyond its strength is the
+// bone's, and so is the friction (composition.md 4.2).
+TEST(CoulombFriction, UnderSkinThatLiesOnItBoneBearsTheRest) {
+    constexpr double kSkin = 2.0, kMu = 0.5;
+    for (const bool bone_first : {true, false}) {
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+        const auto add = [&](double top_m, double strength_n) {
+            LevelSettings level;
+            level.strength_n = strength_n;
+            surfaces.push_back(std::make_unique<VolumeContact>(
+                std::shared_ptr<const ScalarField>(make_slab(2.0 * top_m)), level));
+        };
+        const double hard = std::numeric_limits<double>::infinity();
+        std::vector<FrictionCoefficients> friction(2);
+        friction[bone_first ? 0 : 1] = mu(kMu);
+        if (bone_first) {
+            add(5e-3, hard);
+            add(8e-3, kSkin);
+        } else {
+            add(8e-3, kSkin);
+            add(5e-3, hard);
+        }
+        test::ContactLoop loop(precise(), std::move(surfaces), {}, 0.0, friction);
+        loop.start({0, 0, 9e-3});
+        for (double z = 9e-3; z >= -1e-3; z -= 0.1e-3)
+            loop.move({0, 0, z}); // 6 mm behind the bone: 3 N, of which 2 are the skin's
+        loop.move({0, 0, -1e-3});
+        ASSERT_NEAR(loop.proxy().z, 5e-3, 1e-12);
+        for (int i = 1; i <= 100; ++i)
+            loop.move({0.1e-3 * i, 0, -1e-3});
+        EXPECT_NEAR(loop.proxy().x, 10e-3 - kMu * 1.0 / kK, kWithin) << bone_first;
+        for (int i = 0; i < 50; ++i)
+            loop.move({10e-3, 0, -1e-3 + 0.05e-3 * i}); // to 1.75 N: the bone bears nothing
+        EXPECT_NEAR(loop.proxy().x, 10e-3, kWithin) << bone_first;
+    }
+}
+
 TEST(CoulombFriction, CoefficientsThatCannotBeAreRefused) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for (const FrictionCoefficients& bad :

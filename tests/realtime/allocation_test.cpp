@@ -10,10 +10,15 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/haptic_loop.h>
+#include <palpate/haptics/contact_vibration.h>
+#include <palpate/haptics/curve_guide.h>
+#include <palpate/haptics/gravity_compensation.h>
+#include <palpate/haptics/point_guide.h>
 #include <palpate/haptics/vector_follow.h>
 #include <palpate/haptics/vector_force.h>
 #include <palpate/haptics/vector_sheet.h>
 #include <palpate/haptics/viscosity.h>
+#include <palpate/haptics/workspace.h>
 #include <palpate/volume/analytic_fields.h>
 #include <palpate/volume/grid_vector_field.h>
 
@@ -169,6 +174,38 @@ TEST(Allocation, FramesOfVectorEffectsMakeNone) {
         const double angle = 0.004 * i;
         const double radius = 0.028 + 0.006 * std::sin(0.01 * i);
         loop.move(radius * Vec3{std::cos(angle), std::sin(angle), std::sin(0.37 * angle)});
+    };
+    for (int i = 0; i < 100; ++i)
+        step(i);
+    allocations = 0;
+    counting = true;
+    for (int i = 100; i < 2100; ++i)
+        step(i);
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+}
+
+/// Guides that snap on and let go beside a hard ball, within limits, with what rings and weighs.
+TEST(Allocation, FramesOfGuidesAndLimitsMakeNone) {
+    std::vector<Vec3> trajectory;
+    for (int i = 0; i < 1000; ++i)
+        trajectory.push_back(0.029 * Vec3{std::cos(0.006 * i), std::sin(0.006 * i), 0.0});
+    std::vector<std::unique_ptr<Effect>> effects;
+    effects.push_back(std::make_unique<PointGuide>(Vec3{0.03, 0, 0}, GuideSettings{0.5, 3e-3}));
+    effects.push_back(std::make_unique<CurveGuide>(Polyline(trajectory, PolylineEnds::open),
+                                                   GuideSettings{0.5, 2e-3}));
+    effects.push_back(std::make_unique<ContactVibration>(ContactVibrationSettings{}));
+    effects.push_back(std::make_unique<GravityCompensation>(0.05, Vec3{0, 0, -1}));
+    effects.push_back(std::make_unique<WorkspaceSphere>(Vec3{0.0}, 0.032, 5.0));
+    effects.push_back(std::make_unique<WorkspaceBox>(Box{Vec3{-0.03}, Vec3{0.03}}, 5.0));
+    SteppingSettings settings;
+    test::ContactLoop loop(settings, test::one_surface(make_solid_sphere(0.028)),
+                           std::move(effects));
+    loop.start({0.03, 0, 0});
+    const auto step = [&](int i) {
+        const double angle = 0.004 * i;
+        const double radius = 0.028 + 0.006 * std::sin(0.01 * i);
+        loop.move(radius * Vec3{std::cos(angle), std::sin(angle), 0.1 * std::sin(0.37 * angle)});
     };
     for (int i = 0; i < 100; ++i)
         step(i);

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/internal/scene_tables.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/internal/effect_kinds.h>
+
+namespace palpate::internal {
+namespace {
+
+// Spelled in the order of the enumerations.
+constexpr auto kEffectNames = [] {
+    std::array<std::string_view, kEffectTraits.size()> names;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        names[i] = kEffectTraits[i].name;
+    return names;
+}();
+constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "streamline"};
+constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"};
+// What the file format knows beyond this version.
+constexpr std::array<std::string_view, 2> kOtherEffects{"texture", "magnet"};
+
+constexpr Range kPlaceMm{-1e6, 1e6};
+constexpr Range kForceN{-1.0e3, 1.0e3}; // as far as limits.force_n goes
+constexpr Range kAbove0{0.0, kInfinity, Range::Ends::open};
+
+/// Three numbers under a key.
+Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
+                 const Range& range) {
+    const std::string expected = fmt::format("three numbers [x, y, z]{}, scene frame (LPS)", unit);
+    table.require(key, "give " + expected);
+    const toml::array& numbers = table.array(key, expected);
+    if (numbers.size() != 3)
+        table.fail(table.line_of(key),
+                   fmt::format("{} {} has {} elements", key, table.where(), numbers.size()),
+                   "give " + expected);
+    Vec3 triple;
+    for (int i = 0; i < 3; ++i)
+        triple[i] = table.number_in(numbers[static_cast<std::size_t>(i)],
+                                    fmt::format("{}[{}]", key, i), range);
+    return triple;
+}
+
+/// [[x, y, z], ...] in mm; m.
+std::vector<Vec3> read_points(const TomlTable& table, std::string_view key, std::size_t fewest,
+                              std::size_t most) {
+    const std::string expected = fmt::format(
+        "points [[x, y, z], ...] in mm, scene frame (LPS), {} to {} of them", fewest, most);
+    table.require(key, "give " + expected);
+    const toml::array& rows = table.array(key, expected);
+    const auto refuse = [&](const std::string& what) {
+        table.fail(table.line_of(key), fmt::format("{} {} {}", key, table.where(), what),
+                   "give " + expected);
+    };
+    if (rows.size() < fewest || rows.size() > most)
+        refuse(fmt::format("has {} points", rows.size()));
+    std::vector<Vec3> points;
+    for (const toml::node& row : rows) {
+        const toml::array* numbers = row.as_array();
+        if (numbers == nullptr || numbers->size() != 3)
+            refuse("has a point of other than three numbers");
+        Vec3 point;
+        for (int i = 0; i < 3; ++i)
+            point[i] =
+                1e-3 * table.number_in((*numbers)[static_cast<std::size_t>(i)], key, kPlaceMm);
+        points.push_back(point);
+    }
+    return points;
+}
+
+/// The volume that an effect samples: of the kind that it needs, as far as that is known before it
+/// is read.
+std::string read_effect_volume(const TomlTable& table, const SceneDescription& scene,
+                               const EffectTraits& traits) {
+    const std::string volume = name_in(table, "volume", scene.volumes, "volumes");
+    const std::string& formula = scene.volumes.at(volume).analytic;
+    const bool needs_vectors = traits.need != FieldNeed::scalar;
+    if (!formula.empty() && needs_vectors != (formula == "helix"))
+        table.fail(table.line_of("volume"),
+                   fmt::format("volume \"{}\" {} is a formula of {}", volume, table.where(),
+                               needs_vectors ? "scalars" : "vectors"),
+                   needs_vectors ? "name a volume of vectors, or analytic = \"helix\""
+                                 : "name a volume of scalars");
+    return volume;
+}
+
+/// A strength or damping of an effect over its volume; finite where it has to be.
+TransferFunction read_effect_strength(const TomlTable& table, std::string_view key,
+                                      std::string_view unit, bool may_be_infinite) {
+    const std::string expected = fmt::format("a number of {0} or [[value, {0}], ...]", unit);
+    table.require(key, "give " + expected);
+    const TransferFunction strength = read_strength(table, key);
+    if (!may_be_infinite && std::isinf(strength(0.0)))
+        table.fail(table.line_of(key), fmt::format("{} = inf {} is not finite", key, table.where()),
+                   "give " + expected);
+    return strength;
+}
+
+/// Of the table, or of the surface's material.
+FrictionCoefficients read_friction_on(const TomlTable& table, const SceneDescription& scene,
+                                      const EffectDescription& effect) {
+    const bool stick_slip = effect.kind == EffectKind::stick_slip;
+    const std::string& material = scene.surfaces.at(effect.surface).material;
+    if (table.has("static") || table.has("dynamic") || material.empty() ||
+        scene.materials.at(material).friction.none())
+        return read_friction(table, stick_slip);
+    FrictionCoefficients friction = scene.materials.at(material).friction;
+    friction.stick_slip = stick_slip;
+    return friction;
+}
+
+/// Over a volume, in a surface, or the same everywhere.
+void read_viscosity(const TomlTable& table, const SceneDescription& scene,
+                    EffectDescription& effect) {
+    constexpr std::string_view key = "damping_n_s_per_m";
+    if (table.has("volume") && table.has("surface"))
+        table.fail(table.line_of("surface"),
+                   fmt::format("volume and surface {} exclude each other", table.where()),
+                   "keep one of them");
+    if (table.has("volume"))
+        effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
+    if (effect.surface.empty()) {
+        effect.strength = read_effect_strength(table, key, "N s/m", false);
+        return;
+    }
+    const SurfaceDescription& surface = scene.surfaces.at(effect.surface);
+    if (surface.volume.empty())
+        table.fail(
+            table.line_of("surface"),
+            fmt::format("surface \"{}\" {} is a mesh alone, which has no inside to be viscous",
+                        effect.surface, table.where()),
+            "name a surface of a volume");
+    if (surface.material.empty())
+        table.require(key, "give it in N s/m, or give the surface a material");
+    const double of_material =
+        surface.material.empty() ? 0.0 : scene.materials.at(surface.material).damping_n_s_per_m;
+    effect.strength = TransferFunction::constant(table.number(key, kDamping, of_material));
+}
+
+/// A strength that is the same everywhere, as there is no volume to take a value from.
+double read_plain_strength(const TomlTable& table, double fallback) {
+    return table.number("strength_n", {0.0, kInfinity}, fallback);
+}
+
+/// Refuses points of which no polyline can be made.
+void check_polyline(const TomlTable& table, const EffectDescription& effect) {
+    if (effect.points_m.size() == 1) return;
+    try {
+        const Polyline curve(effect.points_m, effect.ends);
+    } catch (const std::invalid_argument& error) {
+        table.fail(table.line_of("points_mm"),
+                   fmt::format("points_mm {}: {}", table.where(), error.what()),
+                   "give different points");
+    }
+}
+
+void read_guide(const TomlTable& table, EffectDescription& effect) {
+    effect.points_m = read_points(table, "points_mm", 1, Polyline::kMostPoints);
+    table.require("strength_n", "give the force in N above which the guide lets the proxy slip");
+    effect.guide_settings.strength_n = read_plain_strength(table, 0.0);
+    effect.guide_settings.capture_m =
+        1e-3 * table.number("capture_mm", {0.0, kInfinity, Range::Ends::low_open}, kInfinity);
+    if (table.has("ends"))
+        effect.ends = static_cast<PolylineEnds>(table.choice("ends", kEndsNames));
+    const std::size_t needed = effect.ends == PolylineEnds::closed ? 3 : 2;
+    if (table.has("ends") && effect.points_m.size() < needed)
+        table.fail(table.line_of("ends"),
+                   fmt::format("ends = \"{}\" {} needs {} points", table.text("ends"),
+                               table.where(), needed),
+                   "give more points_mm, or leave ends out");
+    check_polyline(table, effect);
+}
+
+void read_workspace(const TomlTable& table, EffectDescription& effect) {
+    effect.guide_settings.strength_n = read_plain_strength(table, kInfinity);
+    if (table.has("radius_mm") == table.has("box_mm"))
+        table.fail(table.line(),
+                   fmt::format("a workspace {} is either a ball or a box", table.where()),
+                   "give radius_mm with center_mm, or box_mm with two corners");
+    if (table.has("radius_mm")) {
+        effect.radius_m = 1e-3 * table.number("radius_mm", {0.0, 1e6, Range::Ends::low_open}, 0.0);
+        effect.center_m = 1e-3 * read_triple(table, "center_mm", " in mm", kPlaceMm);
+        return;
+    }
+    for (const Vec3& corner : read_points(table, "box_mm", 2, 2))
+        effect.box_m.add(corner);
+    const Vec3 extent = effect.box_m.extent();
+    if (!(extent.x > 0.0 && extent.y > 0.0 && extent.z > 0.0))
+        table.fail(table.line_of("box_mm"), fmt::format("box_mm {} has no volume", table.where()),
+                   "give two opposite corners");
+}
+
+void read_vibration(const TomlTable& table, EffectDescription& effect) {
+    ContactVibrationSettings& v = effect.vibration;
+    v.amplitude_n_s_per_m = table.number("amplitude_n_s_per_m", {0.0, 1e3}, v.amplitude_n_s_per_m);
+    v.frequency_hz =
+        table.number("frequency_hz", {0.0, 1e4, Range::Ends::low_open}, v.frequency_hz);
+    v.decay_s = 1e-3 * table.number("decay_ms", {0.0, 1e4, Range::Ends::low_open}, 1e3 * v.decay_s);
+    v.most_n = table.number("most_n", {0.0, 1e3}, v.most_n);
+}
+
+/// surface = "a" or ["a", "b"]: one effect for each; one without where there is no such key.
+std::vector<std::string> surfaces_of(const TomlTable& table, const SceneDescription& scene,
+                                     const EffectTraits& traits) {
+    if (!table.has("surface") && !traits.of_surface) return {""};
+    if (!table.has("surface") || !table.node("surface").is_array())
+        return {name_in(table, "surface", scene.surfaces, "surfaces")};
+    constexpr std::string_view expected = "a name or names of surfaces, as [\"a\", \"b\"]";
+    std::vector<std::string> names;
+    for (const toml::node& node : table.array("surface", expected)) {
+        const std::optional<std::string> name = node.value_exact<std::string>();
+        if (!name) table.fail_type(node, "surface", expected);
+        if (!scene.surfaces.contains(*name))
+            table.fail(table.line_of("surface"),
+                       fmt::format("surface \"{}\" {} does not exist", *name, table.where()),
+                       remedy_for_name(*name, names_of(scene.surfaces), "surfaces"));
+        names.push_back(*name);
+    }
+    if (names.empty())
+        table.fail(table.line_of("surface"), fmt::format("surface {} names none", table.where()),
+                   fmt::format("give {}", expected));
+    return names;
+}
+
+/// Where an effect's keys and the rest of its table say what it is.
+void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDescription& effect) {
+    const EffectTraits& traits = traits_of(effect.kind);
+    switch (effect.kind) {
+    case EffectKind::surface:
+        break;
+    case EffectKind::friction:
+    case EffectKind::stick_slip:
+        effect.friction = read_friction_on(table, scene, effect);
+        break;
+    case EffectKind::constant_force: {
+        const Vec3 force = read_triple(table, "force_n", " in N", kForceN);
+        effect.force_n = {force.x, force.y, force.z};
+        break;
+    }
+    case EffectKind::gravity_compensation: {
+        table.require("mass_kg", "give the mass of the device's handle in kg");
+        effect.mass_kg = table.number("mass_kg", {0.0, 100.0}, 0.0);
+        effect.down = read_triple(table, "down", ", the direction of gravity", kAnyFinite);
+        if (!(glm::length(effect.down) > 0.0))
+            table.fail(table.line_of("down"),
+                       fmt::format("down {} has no direction", table.where()),
+                       "give the direction of gravity, as down = [0, 0, -1]");
+        break;
+    }
+    case EffectKind::viscosity:
+        read_viscosity(table, scene, effect);
+        break;
+    case EffectKind::vector_follow:
+    case EffectKind::fibre_follow:
+        if (table.has("guide"))
+            effect.guide = static_cast<FollowGuide>(table.choice("guide", kGuideNames));
+        effect.volume = read_effect_volume(table, scene, traits);
+        effect.strength = read_effect_strength(table, "strength_n", "N", true);
+        break;
+    case EffectKind::gradient_surface:
+    case EffectKind::gradient_force:
+    case EffectKind::vector_force:
+    case EffectKind::front_shape:
+    case EffectKind::vortex:
+        effect.volume = read_effect_volume(table, scene, traits);
+        effect.strength = read_effect_strength(table, "strength_n", "N", traits.may_be_hard);
+        break;
+    case EffectKind::guide:
+        read_guide(table, effect);
+        break;
+    case EffectKind::workspace:
+        read_workspace(table, effect);
+        break;
+    case EffectKind::vibration:
+        read_vibration(table, effect);
+        break;
+    }
+}
+
+} // namespace
+
+FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
+    constexpr Range coefficient{0.0, 10.0};
+    table.require("static", "give the coefficient at rest, as static = 0.3");
+    FrictionCoefficients friction;
+    friction.static_mu = table.number("static", coefficient, 0.0);
+    friction.dynamic_mu = table.number("dynamic", coefficient, friction.static_mu);
+    friction.stick_slip = stick_slip;
+    if (friction.dynamic_mu > friction.static_mu)
+        table.fail(table.line_of("dynamic"),
+                   fmt::format("dynamic = {} {} is above static = {}", friction.dynamic_mu,
+                               table.where(), friction.static_mu),
+                   "give at most as much friction while sliding as at rest");
+    return friction;
+}
+
+std::vector<EffectDescription> read_effect_table(const TomlTable& table,
+                                                 const SceneDescription& scene) {
+    table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
+    EffectDescription effect;
+    effect.line = table.line();
+    effect.kind = static_cast<EffectKind>(table.choice("type", kEffectNames, kOtherEffects));
+    const EffectTraits& traits = traits_of(effect.kind);
+    std::vector<std::string_view> keys{"type"};
+    for (const std::string_view key : traits.keys)
+        if (!key.empty()) keys.push_back(key);
+    table.allow_only(keys, fmt::format("with type = \"{}\"", traits.name));
+
+    std::vector<EffectDescription> effects;
+    for (const std::string& surface : surfaces_of(table, scene, traits)) {
+        effect.surface = surface;
+        read_kind(table, scene, effect);
+        effects.push_back(effect);
+    }
+    return effects;
+}
+
+void check_effects(const TomlTable& top, const SceneDescription& scene) {
+    for (const EffectDescription& effect : scene.effects) {
+        const double frequency_hz = effect.vibration.frequency_hz;
+        if (effect.kind == EffectKind::vibration && !(2.0 * frequency_hz < scene.loop.rate_hz))
+            top.fail(effect.line,
+                     fmt::format(
+                         "frequency_hz = {} in [[effect]] is not below half of [loop] rate_hz = {}",
+                         frequency_hz, scene.loop.rate_hz),
+                     "lower it, or raise the rate");
+    }
+}
+
+} // namespace palpate::internal

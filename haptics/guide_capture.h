@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace palpate {
+
+/// How a guide draws the proxy, and from where on.
+struct GuideSettings {
+    double strength_n = 1.0; ///< s: N, >= 0, may be infinite: it never slips, and never lets go
+    /// It snaps on when the proxy is this near at a frame's start: m, > 0; infinite: always.
+    double capture_m = std::numeric_limits<double>::infinity();
+};
+
+/// Whether a guide has the proxy: it snaps on within the capture distance and lets go beyond
+/// kRelease times that, which a hand's tremor does not bridge. Decided at a frame's start and kept
+/// during the frame. What the hand feels then jumps by at most min(s, k capture): the spring's
+/// energy is convex of modulus k, so a pull of at most s shifts its minimiser by at most s / k; and
+/// nobody is drawn further than onto the guide.
+class GuideCapture {
+public:
+    static constexpr double kRelease = 1.25;
+
+    /// Throws std::invalid_argument on settings out of range.                          [setup]
+    explicit GuideCapture(const GuideSettings& settings) : settings_(settings) {
+        if (!(settings.strength_n >= 0.0))
+            throw std::invalid_argument("guide: its strength must be 0 N or more, or infinite");
+        if (!(settings.capture_m > 0.0))
+            throw std::invalid_argument(
+                "guide: its capture distance must be above 0 m, or infinite");
+    }
+
+    void restart() noexcept { holds_ = false; } ///< [loop]
+    /// A frame begins at this distance from the guide, m.                              [loop]
+    void begin(double distance_m) noexcept { holds_ = distance_m <= reach_m(); }
+    bool holds() const noexcept { return holds_; }
+    /// Beyond this distance the proxy is free, m.                                      [loop]
+    double reach_m() const noexcept {
+        return holds_ ? kRelease * settings_.capture_m : settings_.capture_m;
+    }
+    double strength_n() const noexcept { return settings_.strength_n; }
+
+private:
+    GuideSettings settings_;
+    bool holds_ = false;
+};
+
+} // namespace palpate

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stdexcept>
+
+#include <palpate/haptics/effect.h>
+#include <palpate/haptics/guide_capture.h>
+
+namespace palpate {
+
+/// A magnet at a point q: s |x' - q| while it has the proxy (GuideCapture).      composition.md 1
+/// The proxy is on q until the pull reaches s, then slips: in free space x' = a - r min(1, s / (k
+/// |r|)), r = a - q. It is let go when it has slipped out of reach.
+class PointGuide final : public Effect {
+public:
+    /// `point`: m, scene frame. Throws std::invalid_argument where it is not finite and on settings
+    /// out of range.                                                                   [setup]
+    PointGuide(const Vec3& point, const GuideSettings& settings)
+        : point_(point), capture_(settings) {
+        if (!is_finite(point)) throw std::invalid_argument("guide: its point is not finite");
+    }
+
+    void restart(const Vec3&) noexcept override { capture_.restart(); }
+    void begin(const FrameContext& frame) noexcept override {
+        capture_.begin(glm::length(frame.start - point_));
+    }
+    void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
+        if (capture_.holds() && capture_.strength_n() > 0.0)
+            primitives.add_point({point_, capture_.strength_n()});
+    }
+    QueryCount queries() const noexcept override { return {}; }
+
+private:
+    Vec3 point_;
+    GuideCapture capture_;
+};
+
+} // namespace palpate

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/workspace.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+// Of the coordinates at hand: a place this little outside is outside by rounding.
+constexpr double kRounding = 1e-15;
+
+/// How far from the pull a candidate may be. With nothing but planes, forces and springs, none is
+/// further than the proxy: what lies within that needs no plane, and a surface that leads the proxy
+/// keeps its own. Lines and points draw to anywhere.
+double reach_of(const PrimitiveSet& primitives, const Vec3& pull, const Vec3& proxy) noexcept {
+    return primitives.has_tethers() ? std::numeric_limits<double>::infinity()
+                                    : glm::length(pull - proxy);
+}
+
+void check_strength(double strength_n) {
+    if (!(strength_n >= 0.0))
+        throw std::invalid_argument("workspace: its strength must be 0 N or more, or infinite");
+}
+
+} // namespace
+
+WorkspaceSphere::WorkspaceSphere(const Vec3& center, double radius_m, double strength_n)
+    : center_(center), radius_m_(radius_m), strength_n_(strength_n) {
+    if (!is_finite(center)) throw std::invalid_argument("workspace: its center is not finite");
+    if (!(radius_m > 0.0) || !std::isfinite(radius_m))
+        throw std::invalid_argument("workspace: its radius must be above 0 m and finite");
+    check_strength(strength_n);
+}
+
+void WorkspaceSphere::begin(const FrameContext& frame) noexcept {
+    frame_ = frame;
+    end_ = center_;
+    cuts_ = 0;
+}
+
+void WorkspaceSphere::cut_towards(const Vec3& point) noexcept {
+    const Vec3 way = point - center_;
+    const double distance = glm::length(way);
+    if (distance > 0.0) normal_[cuts_++ % kCuts] = -way / distance;
+}
+
+void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
+    if (!(strength_n_ > 0.0)) return;
+    if (cuts_ == 0) {
+        const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
+        const double reach = reach_of(primitives, pull, proxy);
+        if (glm::length(pull - center_) + reach > radius_m_) cut_towards(pull);
+    }
+    const double rounding = kRounding * (radius_m_ + glm::length(center_));
+    if (glm::length(end_ - center_) > radius_m_ + rounding) cut_towards(end_);
+
+    const std::size_t kept = std::isinf(strength_n_) ? kCuts : 1;
+    for (std::size_t i = cuts_ - std::min(cuts_, kept); i < cuts_; ++i) {
+        const Vec3& normal = normal_[i % kCuts];
+        primitives.add({center_ - radius_m_ * normal, normal, strength_n_});
+    }
+}
+
+WorkspaceBox::WorkspaceBox(const Box& box, double strength_n) : box_(box), strength_n_(strength_n) {
+    if (!is_finite(box.lower) || !is_finite(box.upper) || box.empty())
+        throw std::invalid_argument(
+            "workspace: its box must be finite, each lower bound at most the upper one");
+    check_strength(strength_n);
+}
+
+void WorkspaceBox::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
+    if (!(strength_n_ > 0.0)) return;
+    const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
+    const double reach = reach_of(primitives, pull, proxy);
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3 normal{0.0};
+        normal[axis] = 1.0;
+        if (pull[axis] - reach < box_.lower[axis])
+            primitives.add({box_.lower, normal, strength_n_});
+        if (pull[axis] + reach > box_.upper[axis])
+            primitives.add({box_.upper, -normal, strength_n_});
+    }
+}
+
+} // namespace palpate

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// How effects make one frame: what composition.md 5 says must fail, fails.
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/viscosity.h>
+#include <palpate/volume/analytic_fields.h>
+
+#include "tests/support/contact_loop.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kK = test::ContactLoop::kStiffness;
+
+/// An effect of what it adds at each evaluation.
+class Gathering final : public Effect {
+public:
+    using Add = std::function<void(const FrameContext&, const Vec3&, PrimitiveSet&)>;
+    explicit Gathering(Add add) : add_(std::move(add)) {}
+    void begin(const FrameContext& frame) noexcept override { frame_ = frame; }
+    void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override {
+        add_(frame_, proxy, primitives);
+    }
+    QueryCount queries() const noexcept override { return {}; }
+
+private:
+    Add add_;
+    FrameContext frame_;
+};
+
+SteppingSettings fixed(int sub_steps) {
+    SteppingSettings settings;
+    settings.method = SteppingMethod::fixed;
+    settings.sub_steps = sub_steps;
+    return settings;
+}
+
+std::vector<std::unique_ptr<Effect>> only(std::unique_ptr<Effect> effect) {
+    std::vector<std::unique_ptr<Effect>> effects;
+    effects.push_back(std::move(effect));
+    return effects;
+}
+
+/// Lag behind a hand at 0.05 m/s in a medium of 1 N s/m, after 100 frames, m.
+double lag_in_medium(std::unique_ptr<Effect> medium, int sub_steps) {
+    test::ContactLoop loop(fixed(sub_steps), {}, only(std::move(medium)));
+    loop.start(Vec3{0.0});
+    for (int i = 1; i <= 100; ++i)
+        loop.move({0.05e-3 * i, 0, 0});
+    return 5e-3 - loop.proxy().x;
+}
+
+// b v / k = 0.1 mm, for any number of sub-steps composition.md 3.4
+TEST(Composition, ViscosityAnchoredAtTheFramesStartIsTheSameForAnyNumberOfSubSteps) {
+    for (const int sub_steps : {1, 2, 4, 16, 46})
+        EXPECT_NEAR(lag_in_medium(std::make_unique<Viscosity>(1.0), sub_steps), 0.1e-3, 1e-9);
+}
+
+TEST(CompositionControl, ViscosityAnchoredAtTheSubStepFades) {
+    const auto medium = [] {
+        return std::make_unique<Gathering>(
+            [](const FrameContext& frame, const Vec3& proxy, PrimitiveSet& primitives) {
+                primitives.add_spring(proxy, 1.0 / frame.period_s);
+            });
+    };
+    EXPECT_NEAR(lag_in_medium(medium(), 1), 0.1e-3, 1e-9);
+    EXPECT_LT(lag_in_medium(medium(), 46), 0.5 * 0.1e-3); // composition.md: 0.0129 mm
+}
+
+/// A surface whose certificate is not asked.
+class NotCarrying final : public SurfaceContact {
+public:
+    explicit NotCarrying(std::unique_ptr<VolumeContact> contact) : contact_(std::move(contact)) {}
+    bool restart(const Vec3& p) noexcept override { return contact_->restart(p); }
+    void set_gain(const Gain& gain) noexcept override { contact_->set_gain(gain); }
+    void offer(const Vec3& p, ContactSet& c) noexcept override { contact_->offer(p, c); }
+    void keep_active(const ProxySolution& s, std::size_t first) noexcept override {
+        contact_->keep_active(s, first);
+    }
+    std::optional<Vec3> restore(const Vec3& p) noexcept override { return contact_->restore(p); }
+    std::optional<Vec3> settle(const Vec3& p) noexcept override { return contact_->settle(p); }
+    Chord carry(const Vec3&, const Vec3&) noexcept override { return {}; }
+    std::optional<Vec3> obstructed(const Vec3& a, const Vec3& b, double f) noexcept override {
+        return contact_->obstructed(a, b, f);
+    }
+    double trust_m() const noexcept override { return contact_->trust_m(); }
+    void commit(const Vec3& p, bool y, bool f) noexcept override { contact_->commit(p, y, f); }
+    SurfaceState state() const noexcept override { return contact_->state(); }
+    QueryCount queries() const noexcept override { return contact_->queries(); }
+
+private:
+    std::unique_ptr<VolumeContact> contact_;
+};
+
+/// Deepest sample of any chord in a ball of 10 mm while the hand jumps by up to 40 mm, m.
+double deepest_in_ball(bool carries) {
+    const std::shared_ptr<const ScalarField> ball = make_solid_sphere(10e-3);
+    auto contact = std::make_unique<VolumeContact>(ball, LevelSettings{});
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    if (carries)
+        surfaces.push_back(std::move(contact));
+    else
+        surfaces.push_back(std::make_unique<NotCarrying>(std::move(contact)));
+    test::ContactLoop loop({}, std::move(surfaces));
+    loop.start({15e-3, 0, 0});
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> place(-20e-3, 20e-3);
+    const auto sampler = ball->make_sampler();
+    double deepest = -1.0;
+    for (int i = 0; i < 3000; ++i) {
+        const double x = place(random), y = place(random), z = place(random);
+        loop.move({x, y, z});
+        const auto path = loop.subdivision().path();
+        for (std::size_t c = 1; c < path.size(); ++c)
+            for (int k = 0; k <= 20; ++k)
+                deepest = std::max(
+                    deepest, sampler->value(path[c - 1] + (k / 20.0) * (path[c] - path[c - 1])));
+    }
+    return deepest;
+}
+
+TEST(Composition, CarriedChordsHoldTheCertificate) {
+    EXPECT_LE(deepest_in_ball(true), LevelSettings{}.certificate_m * (1.0 + 1e-9));
+}
+
+TEST(CompositionControl, WithoutCarryingChordsGoThrough) {
+    EXPECT_GT(deepest_in_ball(false), 1e-3);
+}
+
+/// Angle by which the proxy lags in a cavity of 10 mm behind a hand 2.9 mm deep that goes around
+/// at 10 mrad a frame, under a friction of 0.2.
+double lag_in_cavity(const SteppingSettings& settings) {
+    constexpr double kRadius = 10e-3, kDepth = 2.9e-3, kMu = 0.2;
+    auto drag = std::make_unique<Gathering>(
+        [](const FrameContext& frame, const Vec3& proxy, PrimitiveSet& primitives) {
+            const Vec3 normal = glm::normalize(proxy);
+            const double pressing_n = kK * (glm::dot(frame.probe, normal) - kRadius);
+            primitives.add_line({frame.start, normal, kMu * std::max(0.0, pressing_n)});
+        });
+    test::ContactLoop loop(settings, test::one_surface(make_sphere_cavity(kRadius)),
+                           only(std::move(drag)));
+    loop.start({kRadius - 1e-6, 0, 0});
+    double angle = 0.0;
+    for (int i = 0; i < 60; ++i) {
+        angle = 10e-3 * i;
+        loop.move((kRadius + kDepth) * Vec3{std::cos(angle), std::sin(angle), 0.0});
+    }
+    return angle - std::atan2(loop.proxy().y, loop.proxy().x);
+}
+
+// phi - asin(R sin phi / |a|), tan phi = mu: 4.54e-2 rad composition.md 3.4
+TEST(Composition, FrictionAnchoredAtTheFramesStartHasTheClosedFormsLag) {
+    const double phi = std::atan(0.2);
+    const double lag = phi - std::asin(10.0 * std::sin(phi) / 12.9);
+    EXPECT_NEAR(lag_in_cavity(fixed(46)), lag, 1e-3 * lag);
+}
+
+} // namespace
+} // namespace palpate
