@@ -51,15 +51,24 @@ PlannedEffect plan_friction(const EffectDescription& effect, std::set<std::strin
     return {0, true, std::string(internal::traits_of(effect.kind).how), ""};
 }
 
+/// But for whether its surface is felt.
+PlannedEffect plan_magnet(const EffectDescription& effect, std::set<std::string>& drawing) {
+    if (effect.magnet.none()) return {0, false, "strength_n is 0: it cannot be felt", ""};
+    if (!drawing.insert(effect.surface).second)
+        return {0, false, "the same surface has a magnet already", ""};
+    return {0, true, std::string(internal::traits_of(effect.kind).how), ""};
+}
+
 PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription& effect,
                           Extraction extraction, std::set<std::string>& felt,
-                          std::set<std::string>& rubbing) {
+                          std::set<std::string>& rubbing, std::set<std::string>& drawing) {
     const internal::EffectTraits& traits = internal::traits_of(effect.kind);
     const auto off = [](const char* why) { return PlannedEffect{0, false, why, ""}; };
     if (effect.kind == EffectKind::surface) {
         const bool repeated = !felt.insert(effect.surface).second;
         return plan_surface(scene, scene.surfaces.at(effect.surface), extraction, repeated);
     }
+    if (effect.kind == EffectKind::magnet) return plan_magnet(effect, drawing);
     if (traits.of_surface) return plan_friction(effect, rubbing);
     switch (effect.kind) {
     case EffectKind::constant_force:
@@ -197,9 +206,11 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
     EffectPlan plan;
     std::set<std::string> felt;
     std::set<std::string> rubbing;
+    std::set<std::string> drawing;
     std::set<std::string> used_volumes;
     for (std::size_t i = 0; i < scene.effects.size(); ++i) {
-        PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, felt, rubbing);
+        PlannedEffect planned =
+            plan_effect(scene, scene.effects[i], extraction, felt, rubbing, drawing);
         planned.effect = i;
         if (planned.on) used_volumes.insert(scene.effects[i].volume);
         plan.effects.push_back(planned);

@@ -122,7 +122,7 @@ std::vector<double> measure_prices(const Scene& scene) {
             continue;
         }
         if (internal::traits_of(effect.kind).of_surface) {
-            prices[planned.effect] = friction_price(effect.friction);
+            if (!effect.friction.none()) prices[planned.effect] = friction_price(effect.friction);
             continue;
         }
         const auto& order = scene.effect_order();

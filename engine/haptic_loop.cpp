@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/haptic_loop.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #if defined(__x86_64__)
 #include <xmmintrin.h>
 #endif
+
+#include <palpate/engine/internal/effect_kinds.h>
 
 namespace palpate {
 namespace {
@@ -56,23 +60,68 @@ bool in_range(const Vec3& p) noexcept {
 
 } // namespace
 
-HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock)
-    : HapticLoop(scene, clock, scene->description().loop) {}
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(scene, clock, scene->description().loop, std::move(custom)) {}
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
-                       const LoopDescription& loop)
-    : scene_(std::move(scene)), clock_(clock),
-      parts_(scene_->make_parts()), coupling_{scene_->description().coupling.stiffness_n_per_m,
-                                              scene_->description().coupling.damping_n_s_per_m},
+                       const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
+    : scene_(std::move(scene)), clock_(clock), parts_(scene_->make_parts()),
+      gained_(gained_by_effects(custom.size())),
+      coupling_{scene_->description().coupling.stiffness_n_per_m,
+                scene_->description().coupling.damping_n_s_per_m},
       limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
                 1.0 / loop.rate_hz}),
       period_s_(1.0 / loop.rate_hz) {
+    std::move(custom.begin(), custom.end(), std::back_inserter(parts_.effects));
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
                                       pointers(parts_.effects), clock_, scene_->finish());
 }
 
 HapticLoop::~HapticLoop() = default;
+
+std::vector<HapticLoop::Gained> HapticLoop::gained_by_effects(std::size_t custom_count) const {
+    const std::vector<EffectDescription>& effects = scene_->description().effects;
+    std::vector<Gained> gained(effects.size());
+    for (const PlannedEffect& planned : scene_->plan().effects) {
+        const EffectDescription& effect = effects[planned.effect];
+        if (!planned.on || !internal::traits_of(effect.kind).of_surface) continue;
+        const Gained::Kind kind = effect.kind == EffectKind::surface  ? Gained::Kind::surface
+                                  : effect.kind == EffectKind::magnet ? Gained::Kind::magnet
+                                                                      : Gained::Kind::friction;
+        for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
+            if (scene_->surfaces()[i].name == effect.surface) gained[planned.effect] = {kind, i};
+    }
+    std::size_t next_effect = 0;
+    for (const std::size_t effect : scene_->effect_order())
+        gained[effect] = {Gained::Kind::effect, next_effect++};
+    for (std::size_t i = 0; i < custom_count; ++i)
+        gained.push_back({Gained::Kind::effect, next_effect++});
+    return gained;
+}
+
+bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
+    if (effect >= gained_.size() || !GainRamp::in_range(gain)) return false;
+    const Gained& gained = gained_[effect];
+    switch (gained.kind) {
+    case Gained::Kind::nothing:
+        return false;
+    case Gained::Kind::surface:
+        subdivision_->set_surface_gain(gained.index, gain);
+        break;
+    case Gained::Kind::friction:
+        subdivision_->set_friction_gain(gained.index, gain);
+        break;
+    case Gained::Kind::magnet:
+        subdivision_->set_magnet_gain(gained.index, gain);
+        break;
+    case Gained::Kind::effect:
+        subdivision_->set_effect_gain(gained.index, gain);
+        break;
+    }
+    return true;
+}
 
 FrameReport HapticLoop::frame(const DeviceState& device) noexcept { return frame(device, {}); }
 
@@ -95,8 +144,7 @@ FrameReport HapticLoop::frame(const DeviceState& device,
         const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
         wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
                                 proxy_velocity); // (3)
-        for (const auto& effect : parts_.effects)
-            wanted += effect->device_force_n();
+        wanted = subdivision_->with_device_forces(wanted);
     } else {
         report.flags |= kProbeNotFinite;
     }
@@ -121,7 +169,8 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
         proxy_ = device.position;
         report.flags |= subdivision_->restart(proxy_);
     }
-    const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_};
+    const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_,
+                               scene_->description().limits.force_n};
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);

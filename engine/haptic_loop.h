@@ -20,10 +20,14 @@ namespace palpate {
 /// exception or unbounded loop.
 class HapticLoop {
 public:
-    /// Builds contacts, effects and buffers; the clock must outlive the loop.            [setup]
-    HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock);
+    /// Builds contacts, effects and buffers; the clock must outlive the loop. `custom` are effects
+    /// of the embedder's own beside the scene's, none of them null; they are felt after those.
+    /// [setup]
+    HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+               std::vector<std::unique_ptr<Effect>> custom = {});
     /// The same with another method, budget or rate than the scene's own.               [setup]
-    HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop);
+    HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
+               std::vector<std::unique_ptr<Effect>> custom = {});
     ~HapticLoop();
     HapticLoop(const HapticLoop&) = delete;
     HapticLoop& operator=(const HapticLoop&) = delete;
@@ -44,7 +48,25 @@ public:
         return subdivision_->steps_left();
     }
 
+    /// How many effects set_gain() knows: the scene's, on or left out, and then the custom ones.
+    /// [any]
+    std::size_t effect_count() const noexcept { return gained_.size(); }
+
+    /// Scales what an effect does while the loop runs, from any thread, also while frame() runs:
+    /// strengths, forces, damping, a membrane's opening strength. `effect` counts the scene's
+    /// effects from 0 in their order (SceneDescription::effects), and then the custom ones; `gain`
+    /// in [0, 10]: 0 switches it off, 1 is as the scene says. Frames follow within 50 ms per unit,
+    /// linearly, the first of a trial at once (GainRamp). False, and nothing changes, where there
+    /// is no such effect, the plan left it out, or the gain is out of range.            [any]
+    bool set_gain(std::size_t effect, double gain) noexcept;
+
 private:
+    /// What an effect's gain acts on.
+    struct Gained {
+        enum class Kind { nothing, surface, friction, magnet, effect } kind = Kind::nothing;
+        std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, magnets) or effects
+    };
+    std::vector<Gained> gained_by_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                     FrameReport& report) noexcept;
     QueryCount queries() const noexcept;
@@ -52,6 +74,7 @@ private:
     std::shared_ptr<const Scene> scene_;
     Clock& clock_;
     LoopParts parts_;
+    std::vector<Gained> gained_; // of each effect of the scene, then of the custom ones
     std::unique_ptr<Subdivision> subdivision_;
     VirtualCoupling coupling_;
     ForceLimiter limiter_;

@@ -60,6 +60,12 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides,
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
                                             const SceneResources& resources) {
+    for (const FrameReport& frame : recording.frames)
+        if (frame.flags & kLiveGain)
+            throw std::runtime_error(fmt::format(
+                "{}: frame {} had an effect whose gain was changed while the loop ran, which a "
+                "recording does not keep; replay one that was made with all gains at 1",
+                file.string(), frame.frame));
     SceneDescription description = parse_scene(recording.scene_text, recording.scene_file);
     apply(overrides_from_json(recording.overrides), description);
     auto scene = std::make_shared<const Scene>(std::move(description), resources);

@@ -22,8 +22,9 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides,
                    std::span<const DeviceState> inputs, const Trace& trace);
 
 /// The scene that a recording was made with, loaded again.                              [setup]
-/// Throws std::runtime_error when a source has changed since, or this build chooses another contact
-/// than the one that recorded; `file` is the recording's, for the message.
+/// Throws std::runtime_error when a source has changed since, this build chooses another contact
+/// than the one that recorded, or a gain was changed while the loop ran, which is not recorded;
+/// `file` is the recording's, for the message.
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
                                             const SceneResources& resources);

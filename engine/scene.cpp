@@ -215,9 +215,12 @@ std::vector<SurfaceFinish> Scene::finish() const {
     std::vector<SurfaceFinish> finish(surfaces_.size());
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
-        if (!planned.on || effect.friction.none()) continue;
-        for (std::size_t i = 0; i < surfaces_.size(); ++i)
-            if (surfaces_[i].name == effect.surface) finish[i].friction = effect.friction;
+        if (!planned.on) continue;
+        for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+            if (surfaces_[i].name != effect.surface) continue;
+            if (effect.kind == EffectKind::magnet) finish[i].magnet = effect.magnet;
+            if (!effect.friction.none()) finish[i].friction = effect.friction;
+        }
     }
     return finish;
 }

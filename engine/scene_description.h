@@ -15,6 +15,7 @@
 #include <palpate/haptics/guide_capture.h>
 #include <palpate/haptics/polyline.h>
 #include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/surface_magnets.h>
 #include <palpate/haptics/surface_state.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/haptics/vector_follow.h>
@@ -98,6 +99,7 @@ enum class EffectKind {
     workspace,
     vibration,
     gravity_compensation,
+    magnet,
 };
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
@@ -112,6 +114,7 @@ struct EffectDescription {
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
     ///< kinds of volumes (key strength_n): N over the volume's value, of vectors their length;
     ///< viscosity (key damping_n_s_per_m): N s/m
+    SurfaceMagnet magnet;          ///< magnet (keys strength_n, capture_mm)
     FrictionCoefficients friction; ///< friction (keys static, dynamic) and stick_slip, no unit
     FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow
     std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame

@@ -24,6 +24,7 @@ constexpr double kConverging = 0.5;
 constexpr int kSomeHalvings = 2;
 // A contact is the one of before where its normal has turned by less than 8 degrees.
 constexpr double kSameContact = 0.99;
+constexpr double kHighestCoefficient = 10.0;
 
 /// Planes of different strength that coincide, as a skin yielded down to bone does with it, leave
 /// open which of them bears what: the weakest does, up to its strength (composition.md 4.2).
@@ -59,11 +60,18 @@ CoulombFriction::CoulombFriction(std::vector<FrictionCoefficients> of_surfaces)
     : surfaces_(of_surfaces.size()) {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const FrictionCoefficients& of = of_surfaces[i];
-        if (!(of.dynamic_mu >= 0.0 && of.static_mu >= of.dynamic_mu && of.static_mu <= 10.0))
+        if (!(of.dynamic_mu >= 0.0 && of.static_mu >= of.dynamic_mu &&
+              of.static_mu <= kHighestCoefficient))
             throw std::invalid_argument(
                 "friction: coefficients must be 0 <= dynamic <= static <= 10");
-        surfaces_[i].of = of;
+        surfaces_[i].own = surfaces_[i].of = of;
     }
+}
+
+void CoulombFriction::set_gain(std::size_t surface, double gain) noexcept {
+    Surface& s = surfaces_[surface];
+    s.of.static_mu = std::min(gain * s.own.static_mu, kHighestCoefficient);
+    s.of.dynamic_mu = std::min(gain * s.own.dynamic_mu, kHighestCoefficient);
 }
 
 void CoulombFriction::restart() noexcept {

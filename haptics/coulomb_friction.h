@@ -36,6 +36,9 @@ public:
     /// range.  [setup]
     explicit CoulombFriction(std::vector<FrictionCoefficients> of_surfaces);
 
+    /// Coefficients of a surface times a gain >= 0, up to 10, from the next frame on; 0: none.
+    /// [loop]
+    void set_gain(std::size_t surface, double gain) noexcept;
     /// A new trial: nothing is touched.                                                  [loop]
     void restart() noexcept;
     /// A frame begins: what slid goes on to, what did not has to break away.             [loop]
@@ -62,6 +65,7 @@ public:
 
 private:
     struct Surface {
+        FrictionCoefficients own; // at gain 1
         FrictionCoefficients of;
         double mu = 0.0; // in this frame
         bool slid = false;

@@ -15,13 +15,21 @@ DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
                              std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings)
     : surface_(std::move(surface)), field_(std::move(field)), settings_(settings),
-      scale_(LevelScale::of(*field_, settings)), patch_cosine_(field_->patch_cosine()),
-      sampler_(field_->make_sampler()) {}
+      strength_n_(settings.strength_n), scale_(LevelScale::of(*field_, settings)),
+      patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()) {}
 
 bool DirectContact::restart(const Vec3&) noexcept {
     bundle_.clear();
     engaged_ = false;
     return false;
+}
+
+/// Once off, it is found again where a ray hits a facet's front: not from inside.
+void DirectContact::set_gain(const Gain& gain) noexcept {
+    strength_n_ = gain.strength_n(settings_.strength_n);
+    if (!gain.off()) return;
+    bundle_.clear();
+    engaged_ = false;
 }
 
 void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
@@ -31,6 +39,7 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     // Where the facet was hit, the level may be a facet's chord error away.
     LevelSettings near_the_facet = settings_;
     near_the_facet.free_m = scale_.trust_m;
+    near_the_facet.strength_n = strength_n_;
     ContactPlane contact;
     if (level_plane(sampler_->sample(proxy), proxy, settings_.level, near_the_facet, scale_,
                     contact))
@@ -52,6 +61,7 @@ void DirectContact::keep_active(const ProxySolution& solution, std::size_t first
 }
 
 Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
+    if (strength_n_ == 0.0) return {};
     ++rays_;
     const std::optional<SurfaceHit> hit = surface_->first_hit(from, to);
     const Vec3 chord = to - from;
@@ -61,6 +71,7 @@ Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
     ContactPlane contact;
     LevelSettings at_any_distance = settings_;
     at_any_distance.free_m = kAnyDistance;
+    at_any_distance.strength_n = strength_n_;
     if (!level_plane(sampler_->sample(hit->position), hit->position, settings_.level,
                      at_any_distance, scale_, contact))
         return {};

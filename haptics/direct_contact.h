@@ -22,6 +22,7 @@ public:
                   std::shared_ptr<const ScalarField> field, const LevelSettings& settings);
 
     bool restart(const Vec3& proxy) noexcept override;
+    void set_gain(const Gain& gain) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
                                         double reach_m) noexcept override;
@@ -35,6 +36,7 @@ public:
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3&, bool, bool) noexcept override {}
     SurfaceState state() const noexcept override {
+        if (strength_n_ == 0.0) return SurfaceState::inside;
         return engaged_ ? SurfaceState::in_contact : SurfaceState::free;
     }
     QueryCount queries() const noexcept override;
@@ -43,6 +45,7 @@ private:
     std::shared_ptr<const SurfaceScene> surface_;
     std::shared_ptr<const ScalarField> field_;
     LevelSettings settings_;
+    double strength_n_; // with the gain
     LevelScale scale_;
     double patch_cosine_;
     std::unique_ptr<FieldSampler> sampler_;

@@ -14,6 +14,7 @@ struct FrameContext {
     Vec3 start{0.0};          ///< proxy at the frame's start, m: anchor of what depends on the path
     double stiffness = 500.0; ///< k_s, N/m, > 0
     double period_s = 1e-3;   ///< nominal frame period T, not the measured one
+    double force_limit_n = 5.0; ///< the longest force that the device is sent, N, > 0
 };
 
 /// How a frame ended.
@@ -23,11 +24,13 @@ struct FrameOutcome {
 };
 
 /// Something to feel that is not a surface with a certificate: adds primitives for the data at the
-/// proxy.
+/// proxy. Adding one's own is to implement this and hand it to the loop (docs/architecture.md).
+/// What it adds is scaled by its gain outside; while that is 0, nothing here is called, and
+/// restart() comes first where it goes on.
 class Effect {
 public:
     virtual ~Effect() = default;
-    /// A new trial: the proxy is set to a new place.                                    [loop]
+    /// A new trial, or it was switched off: the proxy is at a new place.                 [loop]
     virtual void restart(const Vec3& proxy) noexcept { static_cast<void>(proxy); }
     /// A frame begins: anchors what depends on the path.                                [loop]
     virtual void begin(const FrameContext& frame) noexcept = 0;

@@ -18,6 +18,7 @@ enum FrameFlag : std::uint32_t {
     kSolverCap = 1u << 6,
     kPrimitivesFull = 1u << 7,
     kForceNotFinite = 1u << 8,
+    kLiveGain = 1u << 9,
 };
 
 /// A flag with its name in files, what it means and what to do about it.
@@ -27,7 +28,7 @@ struct FrameFlagText {
     const char* meaning;
 };
 
-inline constexpr std::array<FrameFlagText, 9> kFrameFlagTexts{{
+inline constexpr std::array<FrameFlagText, 10> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
      "the device gave a position that is not a number: proxy held, force to zero; check the device "
      "or path"},
@@ -51,6 +52,9 @@ inline constexpr std::array<FrameFlagText, 9> kFrameFlagTexts{{
      "effects"},
     {kForceNotFinite, "force_not_finite",
      "the force was not a number and was sent as zero; please report it"},
+    {kLiveGain, "live_gain",
+     "an effect was weaker, stronger or off, as its gain had been changed while the loop ran: such "
+     "a run cannot be replayed; leave the gains at 1 where it must be"},
 }};
 
 } // namespace palpate

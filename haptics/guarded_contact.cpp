@@ -42,9 +42,7 @@ GuardedContact::GuardedContact(std::shared_ptr<const ScalarField> field,
                                std::shared_ptr<const CertifiedMesh> mesh, double leash_m)
     : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("guarded contact has no mesh")),
       walk_(*mesh_), volume_(std::move(field), settings),
-      guard_contact_(std::in_place, mesh_, guard_settings()), leash_m_(leash_m),
-      strength_n_(settings.yielding == Yielding::opens ? std::numeric_limits<double>::infinity()
-                                                       : settings.strength_n) {
+      guard_contact_(std::in_place, mesh_, guard_settings()), leash_m_(leash_m) {
     Box bounds;
     for (const Vec3& vertex : mesh_->scene().mesh().vertices)
         bounds.add(vertex);
@@ -118,6 +116,11 @@ void GuardedContact::regroup(const Vec3& proxy) noexcept {
     }
 }
 
+void GuardedContact::set_gain(const Gain& gain) noexcept {
+    volume_.set_gain(gain);
+    if (gain.off()) on_duty_ = leash_offered_ = leash_holds_ = false;
+}
+
 void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     const std::size_t first = contacts.size();
     volume_.offer(proxy, contacts);
@@ -130,7 +133,7 @@ void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     if (distance < held_m) return;
     ContactPlane contact;
     const Vec3 normal = (guard_ - proxy) / distance;
-    contact.plane = {proxy + (distance - held_m) * normal, normal, strength_n_};
+    contact.plane = {proxy + (distance - held_m) * normal, normal, volume_.offered_strength_n()};
     contact.gradient_length = 1.0;
     leash_offered_ = contacts.add(contact);
 }

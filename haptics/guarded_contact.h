@@ -32,6 +32,7 @@ public:
                    std::shared_ptr<const CertifiedMesh> mesh, double leash_m);
 
     bool restart(const Vec3& proxy) noexcept override;
+    void set_gain(const Gain& gain) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
                                         double reach_m) noexcept override;
@@ -66,7 +67,6 @@ private:
     VolumeContact volume_;
     std::optional<MeshContact> guard_contact_; // always there: optional to be set anew
     double leash_m_;
-    double strength_n_; // as the volume's planes are offered
     Vec3 way_out_{0.0}; // m: longer than the mesh
 
     bool on_duty_ = false;

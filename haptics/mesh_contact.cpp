@@ -34,9 +34,8 @@ MeshContact::MeshContact(std::shared_ptr<const CertifiedMesh> mesh,
                          const MeshContactSettings& settings)
     : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("mesh contact has no mesh")),
       settings_(settings), walk_(*mesh_), tolerance_m_(mesh_->tolerance_m()),
-      skin_m_(mesh_->skin_m()), offered_strength_n_(settings.yielding == Yielding::opens
-                                                        ? std::numeric_limits<double>::infinity()
-                                                        : settings.strength_n) {
+      skin_m_(mesh_->skin_m()) {
+    set_gain({});
     if (!(settings.strength_n > 0.0) || !(settings.free_m > 0.0))
         throw std::invalid_argument("surface: strength and free distance must be above 0");
 }

@@ -42,6 +42,7 @@ public:
 
     /// Always false: a mesh that encloses the proxy is felt from within.
     bool restart(const Vec3& proxy) noexcept override;
+    void set_gain(const Gain& gain) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     /// Takes a query where the proxy is off the mesh, one more at edges and vertices.
     std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
@@ -56,7 +57,7 @@ public:
     double trust_m() const noexcept override;
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
     SurfaceState state() const noexcept override { return state_; }
-    double opens_above_n() const noexcept override;
+    double opens_above_n() const noexcept override { return opens_above_n_; }
     void open() noexcept override;
     QueryCount queries() const noexcept override { return {0, 0, queries_}; }
     bool slides() const noexcept override { return !passed_; }
@@ -107,6 +108,7 @@ private:
     void guard(const Vec3& anchor, const Vec3& normal, std::uint32_t facet,
                const Vec3& at) noexcept;
 
+    void switch_off() noexcept;
     void pass_through(const Vec3& proxy) noexcept;
     void front_follows(const Vec3& proxy) noexcept;
     bool front_reached(const Vec3& proxy) const noexcept;
@@ -148,7 +150,10 @@ private:
     std::size_t touch_count_ = 0;
     std::size_t offered_ = 0;
 
-    double offered_strength_n_; ///< N; a membrane is offered as hard: the loop sees when it opens
+    double offered_strength_n_; ///< N, with the gain; a membrane is offered as hard: the loop sees
+                                ///< when it opens
+    double opens_above_n_;      ///< N
+    bool off_ = false;          ///< gain 0
     bool yielded_ = false;      ///< in the last solution
     SurfaceState state_ = SurfaceState::free;
 
@@ -157,7 +162,8 @@ private:
     bool passed_ = false;
     Vec3 behind_{0.0};           ///< where the proxy is then, m
     Vec3 seen_{0.0};             ///< and where it was at the last frame's end
-    std::int8_t front_side_ = 1; ///< of the facets where it was passed
+    std::int8_t front_side_ = 1; ///< of the facets where it was passed; 0: it was switched off
+                                 ///< before, and will be where it is passed
     Vec3 front_normal_{0.0};     ///< unit, of the facet that was last met
     bool in_front_ = false;      ///< the proxy came out again, there or elsewhere
     double held_depth_m_ = 0.0;  ///< how far from the front the surface holds now

@@ -20,17 +20,37 @@ constexpr double kHeldSlack = 25e-6;
 constexpr double kHeldTrust = 1e-3;
 // Longest chord before the front comes along (m).
 constexpr double kHeldStride = 4e-3;
+// Tolerances in front of a facet from which its side can be seen.
+constexpr double kOffTheFacet = 4.0;
 
 } // namespace
 
-double MeshContact::opens_above_n() const noexcept {
-    return settings_.yielding == Yielding::opens ? settings_.strength_n
-                                                 : std::numeric_limits<double>::infinity();
+void MeshContact::set_gain(const Gain& gain) noexcept {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    const double strength_n = gain.strength_n(settings_.strength_n);
+    const bool opens = settings_.yielding == Yielding::opens && !gain.moving && !gain.off();
+    offered_strength_n_ = opens ? kNever : strength_n;
+    opens_above_n_ = opens ? strength_n : kNever;
+    off_ = gain.off();
+    if (off_) switch_off();
 }
 
 void MeshContact::open() noexcept {
-    pass_through(proxy_);
+    if (!passed_) pass_through(proxy_);
     state_ = SurfaceState::inside;
+}
+
+/// As if open; a proxy that was in front of it still is.
+void MeshContact::switch_off() noexcept {
+    state_ = SurfaceState::inside;
+    if (passed_) return;
+    passed_ = in_front_ = true;
+    front_side_ = 0;
+    seen_ = proxy_;
+    // On a facet no ray would tell the side: looked at from a little off it.
+    if (mode_ == Mode::on_surface)
+        seen_ += kOffTheFacet * tolerance_m_ * walk_.outward(spot_.facet, spot_.side);
+    leg_.kind = Leg::Kind::none;
 }
 
 double MeshContact::trust_m() const noexcept {
@@ -88,7 +108,7 @@ void MeshContact::offer_behind(const Vec3& proxy, ContactSet& contacts) noexcept
                            : guards_.size() > 0        ? guards_[guards_.size() - 1].normal
                                                        : Vec3{0.0};
     contact.plane.anchor = proxy + (depth - held_depth_m_) * contact.plane.normal;
-    contact.plane.strength_n = settings_.strength_n;
+    contact.plane.strength_n = offered_strength_n_;
     contact.gradient_length = 1.0;
     if (contacts.add(contact)) ++offered_;
 }
@@ -113,13 +133,16 @@ void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noex
     look_back(proxy);
     if (state_ != SurfaceState::inside && proxy != behind_) front_follows(proxy);
     const bool reached = front_reached(proxy);
-    bool left = in_front_ || mesh_->has_border(); // nothing is inside a sheet
+    bool left = !off_ && (in_front_ || mesh_->has_border()); // nothing is inside a sheet
     if (left && state_ == SurfaceState::inside) left = !closest_point(proxy, settings_.free_m);
     state_ = next_state(state_, {felt, yielded, in_front_ || reached, left});
     if (state_ == SurfaceState::inside) return;
     if (state_ == SurfaceState::yielded) {
-        // Play: it holds where it was pushed to.
-        if (!felt || yielded) held_depth_m_ = glm::length(proxy_ - proxy);
+        const double depth_m = glm::length(proxy_ - proxy);
+        if (std::isinf(offered_strength_n_) && std::isinf(opens_above_n_))
+            held_depth_m_ = std::min(held_depth_m_, depth_m); // hard again: only outwards
+        else if (!felt || yielded)
+            held_depth_m_ = depth_m; // play: it holds where it was pushed to
         return;
     }
     passed_ = false;
@@ -135,6 +158,12 @@ void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noex
 void MeshContact::look_back(const Vec3& proxy) noexcept {
     leaving_.clear();
     const std::optional<SurfaceHit> hit = first_hit(proxy, seen_);
+    if (hit && front_side_ == 0) {
+        const std::optional<SurfaceHit> first = first_hit(seen_, proxy);
+        const SurfaceHit& passed = first ? *first : *hit;
+        front_side_ =
+            walk_.side_seen_from(walk_.spot_at(passed.triangle, 1, passed.position), seen_);
+    }
     seen_ = proxy;
     if (!hit) return;
     front_normal_ = walk_.outward(hit->triangle, front_side_);

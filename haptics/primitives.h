@@ -6,6 +6,7 @@
 #include <span>
 
 #include <palpate/geometry/vec.h>
+#include <palpate/haptics/gain.h>
 
 namespace palpate {
 
@@ -47,33 +48,45 @@ public:
         spring_ = 0.0;
         spring_moment_ = Vec3{0.0};
         overflowed_ = false;
+        gain_ = {};
     }
+
+    /// What is added from here on is added with this gain: strengths by Gain::strength_n(), forces
+    /// and springs in proportion.                                                        [loop]
+    void set_gain(const Gain& gain) noexcept { gain_ = gain; }
 
     /// Adds a plane; one beyond the capacity is left out and remembered as overflow.       [loop]
     void add(const PlanePrimitive& plane) noexcept {
-        if (has_room()) planes_[plane_count_++] = plane;
+        if (!has_room()) return;
+        planes_[plane_count_] = plane;
+        planes_[plane_count_++].strength_n = gain_.strength_n(plane.strength_n);
     }
     /// Adds a line, as add() does.                                                         [loop]
     void add_line(const LinePrimitive& line) noexcept {
-        if (has_room()) lines_[line_count_++] = line;
+        if (!has_room()) return;
+        lines_[line_count_] = line;
+        lines_[line_count_++].strength_n = gain_.strength_n(line.strength_n);
     }
-    /// Strength of a line that is there, N, >= 0.                                         [loop]
+    /// Strength of a line that is there, N, >= 0, whatever the gain.                      [loop]
     void set_line_strength(std::size_t line, double strength_n) noexcept {
         lines_[line].strength_n = strength_n;
     }
     /// Adds a point, as add() does.                                                        [loop]
     void add_point(const PointPrimitive& point) noexcept {
-        if (has_room()) points_[point_count_++] = point;
+        if (!has_room()) return;
+        points_[point_count_] = point;
+        points_[point_count_++].strength_n = gain_.strength_n(point.strength_n);
     }
 
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
-    void add_force(const Vec3& force) noexcept { force_ += force; }
+    void add_force(const Vec3& force) noexcept { force_ += gain_.value * force; }
 
     /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
     /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. [loop]
     void add_spring(const Vec3& anchor, double stiffness_n_per_m) noexcept {
-        spring_ += stiffness_n_per_m;
-        spring_moment_ += stiffness_n_per_m * anchor;
+        const double scaled = gain_.value * stiffness_n_per_m;
+        spring_ += scaled;
+        spring_moment_ += scaled * anchor;
     }
 
     std::span<const PlanePrimitive> planes() const noexcept {
@@ -118,6 +131,7 @@ private:
     double spring_ = 0.0;     // sum g, N/m
     Vec3 spring_moment_{0.0}; // sum g q, N
     bool overflowed_ = false;
+    Gain gain_;
 };
 
 } // namespace palpate

@@ -55,6 +55,8 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       clock_(clock), estimator_(settings.budget_us),
       friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
       magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
+      surface_gains_(surfaces_.size()), friction_gains_(surfaces_.size()),
+      magnet_gains_(surfaces_.size()), effect_gains_(effects_.size()),
       first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
@@ -81,6 +83,10 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     primitives_.clear();
     for (Effect* effect : effects_)
         effect->restart(proxy);
+    for (std::vector<GainRamp>* gains :
+         {&surface_gains_, &friction_gains_, &magnet_gains_, &effect_gains_})
+        for (GainRamp& gain : *gains)
+            gain.jump();
     path_.clear();
     return flags;
 }
@@ -108,10 +114,7 @@ SubdivisionResult Subdivision::run() noexcept {
     bends_ = 0;
     legs_left_ = kMostLegs;
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
-    for (Effect* effect : effects_)
-        effect->begin(frame_);
-    friction_.begin();
-    magnets_.begin();
+    begin(result);
     note_open(result);
 
     do
@@ -122,6 +125,32 @@ SubdivisionResult Subdivision::run() noexcept {
     proxy = settled(proxy, result);
     commit(proxy, result);
     return result;
+}
+
+/// Gains take their step; what is on anchors what depends on the path.
+void Subdivision::begin(SubdivisionResult& result) noexcept {
+    bool all_one = true;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        GainRamp& gain = surface_gains_[i];
+        if (gain.advance(frame_.period_s)) surfaces_[i]->set_gain(gain.gain(frame_.force_limit_n));
+        GainRamp& friction_gain = friction_gains_[i];
+        if (friction_gain.advance(frame_.period_s)) friction_.set_gain(i, friction_gain.value());
+        GainRamp& magnet_gain = magnet_gains_[i];
+        if (magnet_gain.advance(frame_.period_s)) magnets_.set_gain(i, magnet_gain.value());
+        all_one = all_one && gain.value() == 1.0 && friction_gain.value() == 1.0 &&
+                  magnet_gain.value() == 1.0;
+    }
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
+        const bool was_on = is_on(i);
+        effect_gains_[i].advance(frame_.period_s);
+        all_one = all_one && effect_gains_[i].value() == 1.0;
+        if (!is_on(i)) continue;
+        if (!was_on) effects_[i]->restart(frame_.start);
+        effects_[i]->begin(frame_);
+    }
+    friction_.begin();
+    magnets_.begin();
+    if (!all_one) result.flags |= kLiveGain;
 }
 
 /// Sub-step by sub-step to where the forces balance, or as far as the frame allows.
@@ -213,8 +242,12 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
     magnets_.gather(contacts_);
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
-    for (Effect* effect : effects_)
-        effect->gather(proxy, primitives_);
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
+        if (!is_on(i)) continue;
+        primitives_.set_gain(effect_gains_[i].gain(frame_.force_limit_n));
+        effects_[i]->gather(proxy, primitives_);
+    }
+    primitives_.set_gain({});
     friction_.gather(proxy, contacts_, first_contact_, primitives_);
 }
 
@@ -242,8 +275,8 @@ double Subdivision::depth_not_to_restore(std::size_t surface, const Vec3& proxy)
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
     solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness);
-    for (Effect* effect : effects_)
-        effect->solved(solution_.proxy);
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        if (is_on(i)) effects_[i]->solved(solution_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
         surfaces_[i]->keep_active(solution_, first_contact_[i]);
     result.residual_m = glm::length(solution_.proxy - proxy);
@@ -486,8 +519,8 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     }
     note_open(result);
     friction_.commit();
-    for (Effect* effect : effects_)
-        effect->commit({proxy, result.felt});
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        if (is_on(i)) effects_[i]->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)
         if (solution_.state[i] != MultiplierState::released) ++result.contacts;
     const std::size_t lines = primitives_.lines().size() - friction_.lines();
@@ -496,6 +529,12 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     for (std::size_t i = 0; i < primitives_.points().size(); ++i)
         if (squared_length(solution_.point_force_n[i]) > 0.0) ++result.contacts;
     result.proxy = proxy;
+}
+
+Vec3 Subdivision::with_device_forces(Vec3 force_n) const noexcept {
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        if (is_on(i)) force_n += effect_gains_[i].value() * effects_[i]->device_force_n();
+    return force_n;
 }
 
 bool Subdivision::any_state(std::size_t surface, MultiplierState state) const noexcept {

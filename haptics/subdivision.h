@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <palpate/haptics/effect.h>
+#include <palpate/haptics/gain.h>
 #include <palpate/haptics/level_bank.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/haptics/step_time_estimator.h>
@@ -64,6 +65,22 @@ public:
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                 std::vector<Effect*> effects, Clock& clock, std::vector<SurfaceFinish> finish = {});
 
+    /// Gain of a surface (its strength), of the friction on it (its coefficients) or of an effect,
+    /// by their index: [0, GainRamp::kHighest]; 0 switches off. From any thread while the loop
+    /// runs; followed as GainRamp says. A trial begins with the gains that were set last. [any]
+    void set_surface_gain(std::size_t surface, double gain) noexcept {
+        surface_gains_[surface].set(gain);
+    }
+    void set_friction_gain(std::size_t surface, double gain) noexcept {
+        friction_gains_[surface].set(gain);
+    }
+    void set_magnet_gain(std::size_t surface, double gain) noexcept {
+        magnet_gains_[surface].set(gain);
+    }
+    void set_effect_gain(std::size_t effect, double gain) noexcept {
+        effect_gains_[effect].set(gain);
+    }
+
     /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
     std::uint32_t restart(const Vec3& proxy) noexcept;
 
@@ -81,11 +98,16 @@ public:
     /// N_steps after each evaluation of the last frame: with these, wall-clock runs can be
     /// replayed.  [loop]
     std::span<const std::uint32_t> steps_left() const noexcept { return steps_left_; }
+    /// The coupling's force with what effects put on the device beside it, each with its gain, N:
+    /// Effect::device_force_n().                                                          [loop]
+    Vec3 with_device_forces(Vec3 force_n) const noexcept;
     double estimate_us()
         const noexcept; ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
 
 private:
     SubdivisionResult run() noexcept;
+    void begin(SubdivisionResult& result) noexcept;
+    bool is_on(std::size_t effect) const noexcept { return effect_gains_[effect].value() > 0.0; }
     Vec3 relaxed(Vec3 proxy, SubdivisionResult& result) noexcept;
     bool membrane_opens(SubdivisionResult& result) noexcept;
     bool breaks_away(const SubdivisionResult& result) noexcept;
@@ -119,6 +141,10 @@ private:
     CoulombFriction friction_;
     SurfaceMagnets magnets_;
     std::vector<LevelBank> banks_; // of each surface
+    std::vector<GainRamp> surface_gains_;
+    std::vector<GainRamp> friction_gains_; // of each surface
+    std::vector<GainRamp> magnet_gains_;   // of each surface
+    std::vector<GainRamp> effect_gains_;
 
     // Of one evaluation.
     ContactSet contacts_; // of surfaces, then of magnets

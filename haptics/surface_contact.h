@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include <palpate/haptics/gain.h>
 #include <palpate/haptics/primitives.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/haptics/surface_state.h>
@@ -84,8 +85,8 @@ struct QueryCount {
 /// One loop's contact with one immutable surface. It offers planes at a point, and says how far a
 /// chord may be followed; it knows no forces, the solver knows no geometry, and the loop alone
 /// knows both (composition.md 2.1). State moves in commit() alone, by the table of SurfaceState;
-/// but for a membrane that opens in the midst of a frame. Scene frame, m. Not for two threads at
-/// once.
+/// but for a membrane that opens in the midst of a frame, and set_gain(). Scene frame, m. Not for
+/// two threads at once.
 class SurfaceContact {
 public:
     virtual ~SurfaceContact() = default;
@@ -101,6 +102,12 @@ public:
     /// place: what both need is computed once. [loop]
     virtual std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
                                                 double reach_m) noexcept = 0;
+
+    /// A frame begins with another gain than the one before: its strength is from now on
+    /// Gain::strength_n() of its own. At 0 it is as if open, and inside until the gain has risen
+    /// and the proxy has left it. While the gain moves, a membrane gives way as a surface that
+    /// holds, so that the hand is let in as gently as the gain falls. [loop]
+    virtual void set_gain(const Gain& gain) noexcept = 0;
 
     /// Adds the planes felt at `proxy`: none in free space.                             [loop]
     virtual void offer(const Vec3& proxy, ContactSet& contacts) noexcept = 0;
@@ -135,12 +142,13 @@ public:
     /// multiplier reached its strength in the last solution; `felt`: it was above 0. [loop]
     virtual void commit(const Vec3& proxy, bool yielded, bool felt) noexcept = 0;
 
-    /// Where the proxy stands with the surface, as of the last commit(), restart() or open().
+    /// Where the proxy stands with the surface, as of the last commit(), restart(), set_gain() or
+    /// open().
     /// Inside, the surface is not felt and no certificate of it holds.  [any]
     virtual SurfaceState state() const noexcept = 0;
 
     /// The force at which a membrane opens, N; infinite for surfaces that do not ("holds", or a
-    /// strength that is infinite).  [any]
+    /// strength that is infinite), and while their gain moves.  [any]
     virtual double opens_above_n() const noexcept {
         return std::numeric_limits<double>::infinity();
     }

@@ -30,7 +30,7 @@ ContactPlane from_behind(const ContactPlane& front, double strength_n) noexcept 
 } // namespace
 
 SurfaceMagnets::SurfaceMagnets(std::vector<SurfaceMagnet> of_surfaces)
-    : magnets_(std::move(of_surfaces)), found_(magnets_.size()) {
+    : magnets_(std::move(of_surfaces)), gains_(magnets_.size(), 1.0), found_(magnets_.size()) {
     for (const SurfaceMagnet& magnet : magnets_)
         captures_.push_back(capture_of(magnet));
 }
@@ -44,7 +44,7 @@ void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
                           std::span<SurfaceContact* const> surfaces) noexcept {
     for (std::size_t i = 0; i < magnets_.size(); ++i) {
         found_[i].reset();
-        if (magnets_[i].none()) continue;
+        if (magnets_[i].none() || gains_[i] == 0.0) continue;
         GuideCapture& capture = captures_[i];
         if (!begins_ && !capture.holds()) continue;
         found_[i] = surfaces[i]->nearest(proxy, pull, capture.reach_m());
@@ -55,7 +55,7 @@ void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
 
 void SurfaceMagnets::gather(ContactSet& contacts) const noexcept {
     for (std::size_t i = 0; i < magnets_.size(); ++i)
-        if (found_[i]) contacts.add(from_behind(*found_[i], magnets_[i].strength_n));
+        if (found_[i]) contacts.add(from_behind(*found_[i], gains_[i] * magnets_[i].strength_n));
 }
 
 } // namespace palpate

@@ -40,6 +40,8 @@ public:
 
     /// A new trial: no magnet has the proxy.                                              [loop]
     void restart() noexcept;
+    /// From the next find() on, its strength is `gain` times its own, [0, 10]; 0: off.  [loop]
+    void set_gain(std::size_t surface, double gain) noexcept { gains_[surface] = gain; }
     /// A frame begins: its first find() decides which magnets have the proxy.           [loop]
     void begin() noexcept { begins_ = true; }
     /// Finds the planes of the surfaces that draw the proxy, before these offer theirs. `pull`:
@@ -53,6 +55,7 @@ public:
 
 private:
     std::vector<SurfaceMagnet> magnets_;
+    std::vector<double> gains_;
     std::vector<GuideCapture> captures_;
     std::vector<std::optional<ContactPlane>> found_; // front planes
     bool begins_ = false;

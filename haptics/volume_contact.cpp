@@ -83,8 +83,17 @@ VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
     : field_(std::move(field)), settings_(settings), offered_settings_(settings),
       scale_(LevelScale::of(*field_, settings)), patch_cosine_(field_->patch_cosine()),
       sampler_(field_->make_sampler()), level_(settings.level) {
-    if (settings.yielding == Yielding::opens)
-        offered_settings_.strength_n = std::numeric_limits<double>::infinity();
+    set_gain({});
+}
+
+void VolumeContact::set_gain(const Gain& gain) noexcept {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    const double strength_n = gain.strength_n(settings_.strength_n);
+    const bool opens = settings_.yielding == Yielding::opens && !gain.moving && !gain.off();
+    offered_settings_.strength_n = opens ? kNever : strength_n;
+    opens_above_n_ = opens ? strength_n : kNever;
+    off_ = gain.off();
+    if (off_) open();
 }
 
 bool VolumeContact::restart(const Vec3& proxy) noexcept {
@@ -95,11 +104,6 @@ bool VolumeContact::restart(const Vec3& proxy) noexcept {
     const bool inside = sampler_->value(proxy) >= level_;
     state_ = inside ? SurfaceState::inside : SurfaceState::free;
     return inside;
-}
-
-double VolumeContact::opens_above_n() const noexcept {
-    return settings_.yielding == Yielding::opens ? settings_.strength_n
-                                                 : std::numeric_limits<double>::infinity();
 }
 
 void VolumeContact::open() noexcept {
@@ -210,16 +214,19 @@ std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to,
 }
 
 void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
+    const bool hard = std::isinf(offered_settings_.strength_n) && std::isinf(opens_above_n_);
     // A hard surface is left when it is not felt, and never moves its level (composition.md 4.1).
-    if (std::isinf(settings_.strength_n) && !not_felt()) {
+    if (hard && level_ == settings_.level && !not_felt()) {
         state_ = next_state(state_, {felt, false, true, true});
         return;
     }
     const double value = sampler_->value(proxy);
-    state_ = next_state(
-        state_, {felt, yielded, value < settings_.level, value < settings_.level - scale_.free});
+    state_ = next_state(state_, {felt, yielded, value < settings_.level,
+                                 !off_ && value < settings_.level - scale_.free});
     if (state_ != SurfaceState::yielded)
         level_ = settings_.level;
+    else if (hard)
+        level_ = std::clamp(value, settings_.level, level_); // once it was not: only outwards
     else if (yielded || !felt)
         level_ = std::max(settings_.level, value); // play: it holds where it was pushed to
 }

@@ -56,6 +56,7 @@ public:
     VolumeContact(std::shared_ptr<const ScalarField> field, const LevelSettings& settings);
 
     bool restart(const Vec3& proxy) noexcept override;
+    void set_gain(const Gain& gain) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     /// Its sample is that of offer().
     std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
@@ -69,10 +70,12 @@ public:
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
     SurfaceState state() const noexcept override { return state_; }
-    double opens_above_n() const noexcept override;
+    double opens_above_n() const noexcept override { return opens_above_n_; }
     void open() noexcept override;
     QueryCount queries() const noexcept override;
 
+    /// Of its planes with the present gain, N; infinite for a membrane that may open.    [loop]
+    double offered_strength_n() const noexcept { return offered_settings_.strength_n; }
     const LevelScale& scale() const noexcept { return scale_; }
     double anchored_level() const noexcept {
         return level_;
@@ -84,7 +87,10 @@ private:
 
     std::shared_ptr<const ScalarField> field_;
     LevelSettings settings_;
-    LevelSettings offered_settings_; // a membrane is offered as hard: the loop sees when it opens
+    LevelSettings offered_settings_; // with the gain's strength; a membrane is offered as hard: the
+                                     // loop sees when it opens
+    double opens_above_n_;           // N
+    bool off_ = false;               // gain 0
     LevelScale scale_;
     double patch_cosine_;
     std::unique_ptr<FieldSampler> sampler_;

@@ -88,6 +88,7 @@ std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const Effec
     case EffectKind::surface:
     case EffectKind::friction:
     case EffectKind::stick_slip:
+    case EffectKind::magnet:
         break;
     case EffectKind::gradient_surface:
         return std::make_unique<GradientSurface>(scalar(), effect.strength);

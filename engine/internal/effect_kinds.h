@@ -45,7 +45,7 @@ struct EffectTraits {
 };
 
 /// In the order of EffectKind.
-inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
+inline constexpr std::array<EffectTraits, 17> kEffectTraits{{
     {"surface",
      FieldNeed::none,
      CommonPoint::none,
@@ -172,6 +172,17 @@ inline constexpr std::array<EffectTraits, 16> kEffectTraits{{
      false,
      "a force on the device beside the coupling: needs no query",
      {"mass_kg", "down"}},
+    {"magnet",
+     FieldNeed::none,
+     CommonPoint::none,
+     0.0,
+     false,
+     "a plane at the surface's own level that draws from behind: takes the surface's sample, or "
+     "the "
+     "closest point of its mesh",
+     {"surface", "strength_n", "capture_mm"},
+     EffectTurn::draws,
+     true},
 }};
 
 inline const EffectTraits& traits_of(EffectKind kind) {

@@ -23,7 +23,7 @@ constexpr auto kEffectNames = [] {
 constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "streamline"};
 constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"};
 // What the file format knows beyond this version.
-constexpr std::array<std::string_view, 2> kOtherEffects{"texture", "magnet"};
+constexpr std::array<std::string_view, 1> kOtherEffects{"texture"};
 
 constexpr Range kPlaceMm{-1e6, 1e6};
 constexpr Range kForceN{-1.0e3, 1.0e3}; // as far as limits.force_n goes
@@ -236,6 +236,12 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
     case EffectKind::friction:
     case EffectKind::stick_slip:
         effect.friction = read_friction_on(table, scene, effect);
+        break;
+    case EffectKind::magnet:
+        table.require("strength_n", "give the force in N that it takes to pull the proxy off");
+        effect.magnet.strength_n = table.number("strength_n", {0.0, 1e3}, 0.0);
+        effect.magnet.capture_m =
+            1e-3 * table.number("capture_mm", {0.0, 1e3, Range::Ends::low_open}, 1.0);
         break;
     case EffectKind::constant_force: {
         const Vec3 force = read_triple(table, "force_n", " in N", kForceN);

@@ -24,9 +24,9 @@ set(disabled "")
 foreach(package CGAL embree OpenVDB TBB ITK HDF5 OpenSSL PNG fmt nlohmann_json tomlplusplus CLI11 hidapi)
   list(APPEND disabled -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
 endforeach()
-run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -G ${GENERATOR}
-  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=${prefix}
+set(settings -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=${prefix}
   -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF ${disabled})
+run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build ${settings})
 run("build" ${CMAKE_COMMAND} --build ${WORK}/build --verbose)
 
 # The headers that the compiler opened: ours from the prefix (else the list below would prove nothing), and no library's.
@@ -43,6 +43,13 @@ endif()
 
 run("consumer" ${WORK}/build/consumer)
 message(STATUS "${output}")
+
+set(example ${CMAKE_CURRENT_LIST_DIR}/../../examples/custom_effect)
+run("configure the example" ${CMAKE_COMMAND} -S ${example} -B ${WORK}/example ${settings})
+run("build the example" ${CMAKE_COMMAND} --build ${WORK}/example)
+run("example" ${WORK}/example/custom_effect)
+message(STATUS "${output}")
+
 run("installed command" ${prefix}/bin/palpate --version)
 if(NOT output MATCHES "${VERSION}")
   message(FATAL_ERROR "the installed command does not say version ${VERSION}: ${output}")

@@ -188,7 +188,7 @@ TEST_F(SceneFileMessage, KeysThatExcludeEachOtherAndMissingOnes) {
               "scene.toml:1: key \"type\" is missing in [[effect]]; give one of surface, "
               "gradient_surface, constant_force, gradient_force, viscosity, vector_force, "
               "vector_follow, fibre_follow, front_shape, vortex, friction, stick_slip, guide, "
-              "workspace, vibration, gravity_compensation");
+              "workspace, vibration, gravity_compensation, magnet");
     EXPECT_EQ(complaint(kBone + "[[effect]]\ntype = \"surface\"\n"),
               "scene.toml:6: key \"surface\" is missing in [[effect]]; surfaces: bone");
     EXPECT_TRUE(complaint(kBone + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"head\"\n")
@@ -218,9 +218,9 @@ TEST_F(SceneFileMessage, WhatOtherVersionsHaveIsNamedAsSuch) {
             << message;
         EXPECT_TRUE(message.ends_with(remedy)) << message;
     };
-    for (const char* effect : {"texture", "magnet"})
+    for (const char* effect : {"texture"})
         expect(fmt::format("[[effect]]\ntype = \"{}\"\nanything = 1\n", effect),
-               "scene.toml:2: type = ", "workspace, vibration, gravity_compensation");
+               "scene.toml:2: type = ", "workspace, vibration, gravity_compensation, magnet");
     for (const char* device : {"recording", "hand", "hid:novint"})
         expect(fmt::format("[device]\ntype = \"{}\"\n", device),
                "scene.toml:2: type = ", "; it has path, orbit");

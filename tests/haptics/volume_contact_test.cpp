@@ -83,6 +83,7 @@ class Uncarried final : public SurfaceContact {
 public:
     explicit Uncarried(std::shared_ptr<const ScalarField> field) : contact_(std::move(field), {}) {}
     bool restart(const Vec3& p) noexcept override { return contact_.restart(p); }
+    void set_gain(const Gain& gain) noexcept override { contact_.set_gain(gain); }
     void offer(const Vec3& p, ContactSet& set) noexcept override { contact_.offer(p, set); }
     std::optional<ContactPlane> nearest(const Vec3& p, const Vec3& pull,
                                         double reach_m) noexcept override {

@@ -25,6 +25,7 @@
 #include "tests/support/contact_loop.h"
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/odd_meshes.h"
+#include "tests/support/one_of_each.h"
 #include "tests/support/phantom.h"
 
 namespace {
@@ -211,6 +212,26 @@ TEST(Allocation, FramesOfGuidesAndLimitsMakeNone) {
     allocations = 0;
     counting = true;
     for (int i = 100; i < 2100; ++i)
+        step(i);
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+}
+
+TEST(Allocation, SwitchingEffectsMakesNone) {
+    SteadyClock clock;
+    HapticLoop loop(test::one_of_each_scene(), clock, test::fibres());
+    std::mt19937_64 random(21);
+    const auto step = [&](int i) {
+        test::switch_at_random(loop, i, random);
+        DeviceState state;
+        state.position = test::dipping(i);
+        loop.frame(state);
+    };
+    for (int i = 0; i < 100; ++i)
+        step(i);
+    allocations = 0;
+    counting = true;
+    for (int i = 100; i < 10100; ++i)
         step(i);
     counting = false;
     EXPECT_EQ(allocations, 0);

@@ -78,6 +78,7 @@ class NotCarrying final : public SurfaceContact {
 public:
     explicit NotCarrying(std::unique_ptr<VolumeContact> contact) : contact_(std::move(contact)) {}
     bool restart(const Vec3& p) noexcept override { return contact_->restart(p); }
+    void set_gain(const Gain& gain) noexcept override { contact_->set_gain(gain); }
     void offer(const Vec3& p, ContactSet& c) noexcept override { contact_->offer(p, c); }
     std::optional<ContactPlane> nearest(const Vec3& p, const Vec3& pull,
                                         double reach_m) noexcept override {

@@ -27,6 +27,7 @@ public:
     explicit WithoutYieldFlag(std::unique_ptr<SurfaceContact> contact)
         : contact_(std::move(contact)) {}
     bool restart(const Vec3& proxy) noexcept override { return contact_->restart(proxy); }
+    void set_gain(const Gain& gain) noexcept override { contact_->set_gain(gain); }
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override {
         contact_->offer(proxy, contacts);
     }

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+namespace palpate {
+
+/// What the strengths, forces and damping of an effect are multiplied with in one frame.
+struct Gain {
+    double value = 1.0;         ///< g, [0, GainRamp::kHighest]; 0: off, 1: as the scene says
+    double force_limit_n = 5.0; ///< F: what hard things are measured by below 1, N, > 0
+    bool moving = false;        ///< on its way to another value
+
+    bool off() const noexcept { return value == 0.0; }
+
+    /// A strength in N, >= 0, may be infinite, with this gain.                          [any]
+    ///   s(g) = g s, for g < 1 at most F g / (1 - g)
+    /// What is hard fades, too: as far as the device can show it, s(g) <= F, no faster than with
+    /// 4 F per unit of gain.
+    double strength_n(double own_n) const noexcept {
+        if (off()) return 0.0;
+        const double scaled_n = value * own_n;
+        return value < 1.0 ? std::min(scaled_n, force_limit_n * value / (1.0 - value)) : scaled_n;
+    }
+};
+
+/// A gain that any thread may set while one loop follows it, without a lock. It moves by 1 in
+/// kSecondsPerUnit at most, linearly, and at the beginnings of frames alone: no frame sees it
+/// change, and from one to the next no force steps because of it by more than
+/// period / kSecondsPerUnit of what it is at gain 1.
+class GainRamp {
+public:
+    static constexpr double kHighest = 10.0;
+    static constexpr double kSecondsPerUnit = 0.05; ///< from on to off, s
+
+    static bool in_range(double gain) noexcept {
+        return gain >= 0.0 && gain <= kHighest;
+    } ///< [any]
+
+    /// Where it goes from the next frame on, [0, kHighest].                              [any]
+    void set(double gain) noexcept { wanted_.store(gain, std::memory_order_relaxed); }
+
+    /// A frame of `period_s` > 0 begins: a step of the way. True when anything changed since the
+    /// frame before.  [loop]
+    bool advance(double period_s) noexcept {
+        const double wanted = wanted_.load(std::memory_order_relaxed);
+        const bool changed = std::exchange(jumped_, false) || moving_ || now_ != wanted;
+        const double longest = period_s / kSecondsPerUnit;
+        const double way = wanted - now_;
+        now_ = std::abs(way) <= longest ? wanted : now_ + std::copysign(longest, way);
+        moving_ = now_ != wanted;
+        return changed;
+    }
+    /// A trial begins: it is where it goes at once.                                      [loop]
+    void jump() noexcept {
+        now_ = wanted_.load(std::memory_order_relaxed);
+        moving_ = false;
+        jumped_ = true;
+    }
+
+    /// For strengths on a device that shows `force_limit_n` > 0 at most.                 [loop]
+    Gain gain(double force_limit_n) const noexcept { return {now_, force_limit_n, moving_}; }
+    double value() const noexcept { return now_; } ///< in this frame                      [loop]
+
+private:
+    static_assert(std::atomic<double>::is_always_lock_free);
+    std::atomic<double> wanted_{1.0};
+    double now_ = 1.0;
+    bool moving_ = false;
+    bool jumped_ = false;
+};
+
+} // namespace palpate
