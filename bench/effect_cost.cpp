@@ -78,6 +78,30 @@ const std::string kConstantForce =
 const std::string kFriction =
     "[[effect]]\ntype = \"friction\"\nsurface = \"bone\"\nstatic = 0.4\ndynamic = 0.3\n";
 
+const std::string kMagnet =
+    "[[effect]]\ntype = \"magnet\"\nsurface = \"bone\"\nstrength_n = 0.3\ncapture_mm = 2\n";
+const std::string kVibration = "[[effect]]\ntype = \"vibration\"\n";
+const std::string kGravity =
+    "[[effect]]\ntype = \"gravity_compensation\"\nmass_kg = 0.05\ndown = [0, 0, -1]\n";
+const std::string kPoint =
+    "[[effect]]\ntype = \"guide\"\npoints_mm = [[0, 0, 0]]\nstrength_n = 0.3\n";
+const std::string kBox =
+    "[[effect]]\ntype = \"workspace\"\nbox_mm = [[-20, -20, -20], [20, 20, 20]]\n";
+const std::string kBall =
+    "[[effect]]\ntype = \"workspace\"\nradius_mm = 20\ncenter_mm = [0, 0, 0]\n";
+
+/// A circle of 200 pieces as a guide.
+std::string circle() {
+    std::string text =
+        "[[effect]]\ntype = \"guide\"\nends = \"closed\"\nstrength_n = 0.3\npoints_mm = [";
+    for (int i = 0; i < 200; ++i) {
+        const double angle = 2.0 * std::acos(-1.0) * i / 200.0;
+        text += "[" + std::to_string(40.0 * std::cos(angle)) + ", " +
+                std::to_string(40.0 * std::sin(angle)) + ", 0.0],";
+    }
+    return text + "]\n";
+}
+
 /// The hand: around the CT's bone, 1 to 3 mm deep.
 const std::vector<DeviceState>& hand() {
     static const std::vector<DeviceState> states = [] {
@@ -137,6 +161,13 @@ int main(int argc, char** argv) {
     measure("surface_volume", ct() + bone());
     measure("surface_mesh", ball());
     measure("surface_volume_friction", ct() + bone() + kFriction);
+    measure("surface_volume_magnet", ct() + bone() + kMagnet);
+    measure("surface_volume_vibration", ct() + bone() + kVibration);
+    measure("guide_point", kPoint);
+    measure("guide_polyline", circle());
+    measure("workspace_box", kBox);
+    measure("workspace_ball", kBall);
+    measure("gravity_compensation", kGravity);
     measure("gradient_surface", ct() + kGradientSurface);
     measure("gradient_force", ct() + kGradientForce);
     measure("viscosity_of_volume", ct() + kViscosity);
@@ -145,7 +176,8 @@ int main(int argc, char** argv) {
     for (const char* type : {"vector_force", "vector_follow", "front_shape", "vortex"})
         measure(type, stream() + of_stream(type));
     measure("three_of_one_volume", ct() + kGradientSurface + kGradientForce + kViscosity);
-    measure("all_of_volumes", ct() + stream() + bone() + kFriction + kGradientSurface +
+    measure("all_of_volumes", ct() + stream() + bone() + kFriction + kMagnet + kVibration +
+                                  kGravity + circle() + kPoint + kBox + kBall + kGradientSurface +
                                   kGradientForce + kViscosity + kConstantForce +
                                   of_stream("vector_force") + of_stream("vector_follow") +
                                   of_stream("front_shape") + of_stream("vortex"));

@@ -153,6 +153,44 @@ std::vector<std::size_t> order_of(const SceneDescription& scene, const EffectPla
     return order;
 }
 
+/// Whether a workspace that never yields keeps the proxy away from all of a surface.
+bool is_out_of_reach(const SceneDescription& scene, const EffectPlan& plan,
+                     const SceneSurface& surface) {
+    Box of_surface;
+    if (surface.baked.field)
+        of_surface = surface.baked.field->bounds();
+    else
+        for (const Vec3& vertex : surface.mesh.scene->mesh().vertices)
+            of_surface.add(vertex);
+    for (const PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        if (!planned.on || effect.kind != EffectKind::workspace ||
+            std::isfinite(effect.guide_settings.strength_n))
+            continue;
+        Box workspace = effect.box_m;
+        if (effect.radius_m > 0.0) {
+            workspace.add(effect.center_m - effect.radius_m);
+            workspace.add(effect.center_m + effect.radius_m);
+        }
+        if (Box{glm::max(workspace.lower, of_surface.lower),
+                glm::min(workspace.upper, of_surface.upper)}
+                .empty())
+            return true;
+    }
+    return false;
+}
+
+/// What cannot be reached is off, with all that is felt on it.
+void leave_out(const SceneDescription& scene, const std::string& surface, EffectPlan& plan) {
+    for (PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        if (!planned.on || effect.surface != surface) continue;
+        planned.on = false;
+        planned.reason =
+            "surface " + surface + " is outside of the workspace: it cannot be reached";
+    }
+}
+
 } // namespace
 
 std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& scene,
@@ -182,9 +220,14 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     : description_(std::move(description)),
       plan_(plan_effects(description_, extraction(resources))) {
     VolumeReader reader(description_);
-    for (const auto& [name, surface] : description_.surfaces)
-        if (plan_.uses_surface(description_, name))
-            surfaces_.push_back(build_surface(description_, name, reader, resources));
+    for (const auto& [name, surface] : description_.surfaces) {
+        if (!plan_.uses_surface(description_, name)) continue;
+        SceneSurface built = build_surface(description_, name, reader, resources);
+        if (is_out_of_reach(description_, plan_, built))
+            leave_out(description_, name, plan_);
+        else
+            surfaces_.push_back(std::move(built));
+    }
     const auto fields = std::make_shared<internal::EffectFields>();
     for (const PlannedEffect& planned : plan_.effects)
         if (planned.on)

@@ -155,7 +155,7 @@ ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe
     if (!agreed) solution.status = SolveStatus::capped;
     for (std::size_t j = 0; j < contact_count_; ++j)
         contacts_[j].state = solution.line_state[first_line_ + j];
-    known_ = contacts_;
+    std::copy_n(contacts_.begin(), contact_count_, known_.begin());
     known_count_ = contact_count_;
     return solution;
 }

@@ -176,6 +176,48 @@ TEST(EffectScene, AContactIsHeardThroughItsVibration) {
     EXPECT_LT(most, 1.5);
 }
 
+// k = 500 N/m: 0.2 N hold the proxy on the plate until the hand is 0.4 mm above it.
+TEST(EffectScene, AMagnetHoldsTheProxyOnItsSurface) {
+    const std::string magnet =
+        "[[effect]]\ntype = \"magnet\"\nsurface = \"top\"\nstrength_n = 0.2\ncapture_mm = 2\n";
+    std::vector<DeviceState> inputs;
+    for (int i = 0; i <= 60; ++i) {
+        DeviceState state;
+        state.time_s = 1e-3 * i;
+        state.position = {0, 0, 5.001e-3 + (i < 5 ? 0.0 : 0.02e-3 * (i - 5))};
+        inputs.push_back(state);
+    }
+    const Trace trace = traced(std::string(kPlate) + kTouch + magnet, inputs);
+    for (const FrameReport& frame : trace.frames)
+        EXPECT_NEAR(frame.proxy.z, std::max(5e-3, frame.probe.z - 0.4e-3), 0.2e-6) << frame.frame;
+    for (const FrameReport& frame : trace.frames)
+        EXPECT_LE(frame.field_samples, frame.evaluations + 1) << frame.frame; // the plate's own
+}
+
+TEST(EffectScene, ASurfaceOutsideOfTheWorkspaceIsLeftOut) {
+    const std::string mesh_free =
+        std::string("[volume.a]\nanalytic = \"solid_sphere\"\nradius_mm = 5\n"
+                    "[surface.near]\nvolume = \"a\"\niso_value = 0\n"
+                    "[[effect]]\ntype = \"surface\"\nsurface = \"near\"\n");
+    const std::string friction =
+        "[[effect]]\ntype = \"friction\"\nsurface = \"near\"\nstatic = 0.3\n";
+    const auto scene_with = [&](const std::string& workspace) {
+        return Scene(parse_scene(mesh_free + friction + workspace, "x.toml"));
+    };
+    const Scene beside =
+        scene_with("[[effect]]\ntype = \"workspace\"\nradius_mm = 10\ncenter_mm = [900, 0, 0]\n");
+    const Scene yielding =
+        scene_with("[[effect]]\ntype = \"workspace\"\nradius_mm = 10\ncenter_mm = "
+                   "[900, 0, 0]\nstrength_n = 3\n");
+    EXPECT_EQ(yielding.surfaces().size(), 1u);
+    EXPECT_EQ(beside.surfaces().size(), 0u);
+    for (int i : {0, 1}) {
+        EXPECT_FALSE(beside.plan().effects[i].on);
+        EXPECT_EQ(beside.plan().effects[i].reason,
+                  "surface near is outside of the workspace: it cannot be reached");
+    }
+}
+
 TEST(EffectScene, TheOrderInASceneDoesNotMatter) {
     const std::vector<std::string> effects{
         kTouch,

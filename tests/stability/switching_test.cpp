@@ -20,7 +20,7 @@ TEST(Switching, AtRandomKeepsTheForceWithinItsLimits) {
     const auto scene = test::one_of_each_scene();
     test::ScriptedClock clock;
     HapticLoop loop(scene, clock, test::fibres());
-    ASSERT_EQ(loop.effect_count(), 13u);
+    ASSERT_EQ(loop.effect_count(), 24u);
     std::mt19937_64 random(20);
     const ForceLimits limits;
     Vec3 before_n{0.0};

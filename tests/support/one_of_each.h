@@ -41,8 +41,22 @@ inline std::shared_ptr<const Scene> one_of_each_scene() {
     for (const char* effect : {"vector_force", "vector_follow", "front_shape", "vortex"})
         text += "[[effect]]\ntype = \"" + std::string(effect) +
                 "\"\nvolume = \"stream\"\nstrength_n = 0.3\n";
-    text += "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 1\n"
-            "[[effect]]\ntype = \"constant_force\"\nforce_n = [0.1, 0.2, -0.2]\n";
+    text +=
+        "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 1\n"
+        "[[effect]]\ntype = \"constant_force\"\nforce_n = [0.1, 0.2, -0.2]\n"
+        "[[effect]]\ntype = \"friction\"\nsurface = [\"skin\", \"mesh\"]\nstatic = 0.4\ndynamic "
+        "= 0.3\n"
+        "[[effect]]\ntype = \"stick_slip\"\nsurface = \"level\"\nstatic = 0.5\ndynamic = 0.2\n"
+        "[[effect]]\ntype = \"magnet\"\nsurface = [\"level\", \"mesh\"]\nstrength_n = 0.4\n"
+        "[[effect]]\ntype = \"guide\"\npoints_mm = [[30, 0, 0], [0, 31, 3], [-30, 2, 0]]\n"
+        "strength_n = 0.5\ncapture_mm = 5\n"
+        "[[effect]]\ntype = \"guide\"\npoints_mm = [[0, -30, 0]]\nstrength_n = 0.5\n"
+        "capture_mm = 5\n"
+        "[[effect]]\ntype = \"workspace\"\nradius_mm = 31\ncenter_mm = [0, 0, 0]\n"
+        "[[effect]]\ntype = \"workspace\"\nbox_mm = [[-28, -40, -40], [40, 40, 40]]\n"
+        "strength_n = 1\n"
+        "[[effect]]\ntype = \"vibration\"\n"
+        "[[effect]]\ntype = \"gravity_compensation\"\nmass_kg = 0.05\ndown = [0, -1, 0]\n";
     return std::make_shared<const Scene>(parse_scene(text, folder / "one_of_each.toml"));
 }
 
