@@ -123,11 +123,15 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
 
 ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe,
                                      double stiffness) noexcept {
+    if (contact_count_ == 0) {
+        known_count_ = 0;
+        return solve_round(primitives, probe, stiffness);
+    }
     ProxySolution solution = solve_round(primitives, probe, stiffness);
     int halvings = 0;
     double apart_n = std::numeric_limits<double>::infinity();
     Vec3 proxy_before{std::numeric_limits<double>::infinity()};
-    bool agreed = contact_count_ == 0;
+    bool agreed = false;
     for (int round = 1; round < kMostRounds && !agreed; ++round) {
         double change_n = 0.0, largest_n = 0.0, sum_n = 0.0, sum_change_n = 0.0;
         for (std::size_t j = 0; j < contact_count_; ++j) {

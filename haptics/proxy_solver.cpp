@@ -364,9 +364,7 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, dou
         return solve_mixed(primitives, target, stiffness, pass_cap);
 
     if (!planes.empty()) return solve_planes(primitives, target, stiffness);
-    ProxySolution solution;
-    solution.proxy = target;
-    return solution;
+    return {.proxy = target};
 }
 
 } // namespace palpate
