@@ -105,6 +105,10 @@ public:
         const noexcept; ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
 
 private:
+    /// Bit i where `set`; 0 past the 64th.
+    static std::uint64_t bit_of(std::size_t i, bool set) noexcept {
+        return set && i < 64 ? std::uint64_t{1} << i : 0;
+    }
     SubdivisionResult run() noexcept;
     void begin(SubdivisionResult& result) noexcept;
     bool is_on(std::size_t effect) const noexcept { return effect_gains_[effect].value() > 0.0; }

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -29,10 +31,14 @@ protected:
             GTEST_SKIP() << "PALPATE_REAL_DATA names no folder with aal.nii.gz; get it with "
                          << "scripts/fetch_data.sh FOLDER labels";
         // The scene as it is, but for where its data is.
-        SceneDescription scene =
-            read_scene(std::filesystem::path(PALPATE_EXAMPLES) / "brain_tissues.toml");
-        scene.volumes.at("atlas").file = folder / "aal.nii.gz";
-        scene.volumes.at("atlas").labels = folder / "aal.nii.txt";
+        const auto file = std::filesystem::path(PALPATE_EXAMPLES) / "brain_tissues.toml";
+        std::ostringstream text;
+        text << std::ifstream(file).rdbuf();
+        const std::string there = "../demo-output/data/";
+        std::string scene_text = text.str();
+        for (auto at = scene_text.find(there); at != std::string::npos; at = scene_text.find(there))
+            scene_text.replace(at, there.size(), folder.string() + "/");
+        SceneDescription scene = parse_scene(scene_text, file);
         inputs_ = read_probe_path(scene.device.file, scene.loop.rate_hz);
         scene_ = std::make_shared<const Scene>(std::move(scene));
     }
