@@ -16,6 +16,8 @@ public:
     explicit SequenceDevice(std::shared_ptr<const std::vector<DeviceState>> states)
         : states_(std::move(states)) {}
 
+    DeviceProperties properties() const override { return {"sequence of states"}; }
+
     bool read(DeviceState& state) noexcept override {
         if (next_ >= states_->size()) return false;
         state = (*states_)[next_++];

@@ -6,6 +6,7 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
@@ -14,8 +15,9 @@
 /// right-handed.
 namespace palpate {
 
-using Vec3 = glm::dvec3; ///< column vector; metres when a position
-using Mat3 = glm::dmat3; ///< column-major: m[column][row]
+using Vec3 = glm::dvec3;       ///< column vector; metres when a position
+using Mat3 = glm::dmat3;       ///< column-major: m[column][row]
+using Quaternion = glm::dquat; ///< a rotation, of length 1; constructed as (w, x, y, z)
 
 /// True when no component is NaN or infinite.                                           [any]
 inline bool is_finite(const Vec3& v) noexcept {
