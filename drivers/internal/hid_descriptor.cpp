@@ -121,7 +121,9 @@ private:
             if (item.data > 0xFFFF) refuse("a usage page is above FFFF");
             now_.usage_page = static_cast<std::uint16_t>(item.data);
             break;
-        case kLogicalMin: now_.logical_min = item.signed_data; break;
+        case kLogicalMin:
+            now_.logical_min = item.signed_data;
+            break;
         case kLogicalMax:
             now_.logical_max_signed = item.signed_data;
             now_.logical_max_unsigned = item.data;
@@ -150,7 +152,8 @@ private:
             now_ = pushed_.back();
             pushed_.pop_back();
             break;
-        default: break; // physical range and unit: nothing here needs them
+        default:
+            break; // physical range and unit: nothing here needs them
         }
     }
 
@@ -179,12 +182,23 @@ private:
 
     void take_main(const Item& item) {
         switch (item.tag) {
-        case kInput: take_fields(HidReportKind::input, item.data); break;
-        case kOutput: take_fields(HidReportKind::output, item.data); break;
-        case kFeature: take_fields(HidReportKind::feature, item.data); break;
-        case kCollection: open_collection(); break;
-        case kEndCollection: close_collection(); break;
-        default: break;
+        case kInput:
+            take_fields(HidReportKind::input, item.data);
+            break;
+        case kOutput:
+            take_fields(HidReportKind::output, item.data);
+            break;
+        case kFeature:
+            take_fields(HidReportKind::feature, item.data);
+            break;
+        case kCollection:
+            open_collection();
+            break;
+        case kEndCollection:
+            close_collection();
+            break;
+        default:
+            break;
         }
         usages_.clear();
         usage_min_.reset();

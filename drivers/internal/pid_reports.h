@@ -62,32 +62,30 @@ public:
     std::optional<glm::dvec2> stick(std::span<const std::uint8_t> report) const noexcept;
     /// Input: the first 32 buttons; nothing where the report is another one.
     std::optional<std::uint32_t> buttons(std::span<const std::uint8_t> report) const noexcept;
-    /// Input: false where the device says that it holds its motors back: a safety switch, no power,
-    /// actuators not enabled. Nothing where the report says nothing of it.
-    std::optional<bool> powered(std::span<const std::uint8_t> report) const noexcept;
 
     const HidDescriptor& descriptor() const noexcept { return descriptor_; }
 
 private:
-    const HidField& need(HidReportKind kind, std::uint16_t usage, std::uint16_t collection,
-                         const char* what) const;
-    std::vector<std::uint8_t> blank(const HidField& field) const;
+    HidField need(HidReportKind kind, std::uint16_t usage, std::uint16_t collection,
+                  const char* what) const;
+    std::vector<std::uint8_t> blank(const HidField& of) const;
+    void set(std::vector<std::uint8_t>& report, std::uint16_t usage, std::uint16_t collection,
+             std::int64_t value) const;
 
     HidDescriptor descriptor_;
     std::string name_;
-    // Into descriptor_.fields; optional ones may be null.
-    const HidField* load_effect_;
-    const HidField* load_status_;
-    const HidField* create_type_;
-    const HidField* set_effect_number_;
-    const HidField* set_effect_type_;
-    const HidField* force_number_;
-    const HidField* force_magnitude_;
-    const HidField* operation_number_;
-    const HidField* operation_;
-    const HidField* stick_x_;
-    const HidField* stick_y_;
-    std::vector<const HidField*> buttons_;
+    HidField create_type_;
+    HidField load_effect_;
+    HidField load_status_;
+    HidField effect_number_;
+    HidField effect_type_;
+    HidField force_number_;
+    HidField force_magnitude_;
+    HidField operation_number_;
+    HidField operation_;
+    HidField stick_x_;
+    HidField stick_y_;
+    std::vector<HidField> buttons_;
 };
 
 } // namespace palpate::internal
