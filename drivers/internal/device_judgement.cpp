@@ -14,7 +14,6 @@ namespace {
 using Weight = DeviceFinding::Weight;
 
 constexpr HidUsage kWoodenUsage = hid_usage(0xFFAB, 0x0200);
-constexpr HidUsage kMultiAxis = hid_usage(0x01, 0x08);
 constexpr HidUsage kKeyboard = hid_usage(0x01, 0x06), kMouse = hid_usage(0x01, 0x02);
 constexpr HidUsage kPidSetEffect = hid_usage(0x0F, 0x21);
 constexpr std::array<std::size_t, 3> kWoodenReports{8, 14, 64}; // bytes, both ways
@@ -88,10 +87,11 @@ private:
     /// Sets the kind; how the product is known, null where it is not.
     const char* recognise() {
         if (const KnownProduct* wooden = among(wooden_products())) return wooden_board(*wooden);
-        const bool capped_maker = device_.vendor == kLogitech || device_.vendor == k3Dconnexion;
         const KnownProduct* mouse = among(space_mouse_products());
         const KnownProduct* capless = among(capless_products());
-        if (capped_maker && has_usage(kMultiAxis) && capless == nullptr) return space_mouse(mouse);
+        const auto& collections = evidence_.collections;
+        if (std::any_of(collections.begin(), collections.end(), is_space_mouse))
+            return space_mouse(mouse);
         if (makes_forces()) return force_feedback();
         if (mouse != nullptr)
             note("this interface of the SpaceMouse has no axes (its usage is not 01/08)",

@@ -87,4 +87,11 @@ const KnownProduct* find_product(std::span<const KnownProduct> among, std::uint1
     return found == among.end() ? nullptr : &*found;
 }
 
+bool is_space_mouse(const HidDeviceInfo& info) noexcept {
+    constexpr std::uint16_t generic_desktop = 0x01, multi_axis = 0x08;
+    const bool maker = info.vendor == kLogitech || info.vendor == k3Dconnexion;
+    return maker && info.usage_page == generic_desktop && info.usage == multi_axis &&
+           find_product(kCapless, info.vendor, info.product) == nullptr;
+}
+
 } // namespace palpate::internal

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include <palpate/drivers/internal/hid_port.h>
+
 namespace palpate::internal {
 
 constexpr std::uint16_t kLogitech = 0x046D, k3Dconnexion = 0x256F; ///< sold SpaceMice, sells them
@@ -32,6 +34,10 @@ struct ForeignProduct {
     const char* remedy;
 };
 std::span<const ForeignProduct> foreign_products();
+
+/// Whether a collection is that of a cap with six degrees of freedom: receivers and combined
+/// devices have others beside it.                                                        [any]
+bool is_space_mouse(const HidDeviceInfo& info) noexcept;
 
 /// The product with these ids; null where it is not among them.                          [any]
 const KnownProduct* find_product(std::span<const KnownProduct> among, std::uint16_t vendor,

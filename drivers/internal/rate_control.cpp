@@ -9,8 +9,9 @@
 namespace palpate::internal {
 namespace {
 
-constexpr double kLongestStep = 0.05; // s
-constexpr double kNoTurn = 1e-12;     // rad; below this an axis of rotation is noise
+constexpr double kLongestStep = 0.05;   // s
+constexpr double kLongestWait = 3600.0; // s
+constexpr double kNoTurn = 1e-12;       // rad; below this an axis of rotation is noise
 
 void check(bool right, const char* what, double value) {
     if (!right)
@@ -25,6 +26,10 @@ SpaceMouseSettings checked(const SpaceMouseSettings& settings) {
           "turn_rad_per_s must be at least 0", settings.turn_rad_per_s);
     check(settings.dead_zone >= 0.0 && settings.dead_zone < 1.0,
           "dead_zone must be from 0 to below 1", settings.dead_zone);
+    check(std::isfinite(settings.silence_s) && settings.silence_s > 0.0,
+          "silence_s must be above 0", settings.silence_s);
+    check(settings.reconnect_s > 0.0 && settings.reconnect_s <= kLongestWait,
+          "reconnect_s must be above 0 and at most 3600", settings.reconnect_s);
     const Box& box = settings.workspace_m;
     check(is_finite(box.lower) && is_finite(box.upper) && !box.empty(),
           "workspace_m must be a box; its first side is", box.lower.x);

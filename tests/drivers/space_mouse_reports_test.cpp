@@ -167,6 +167,8 @@ TEST(RateControl, WrongSettingsAreRefusedByName) {
     refused([](auto& s) { s.speed_m_per_s = 0.0; }, "speed_m_per_s");
     refused([](auto& s) { s.turn_rad_per_s = -1.0; }, "turn_rad_per_s");
     refused([](auto& s) { s.dead_zone = 1.0; }, "dead_zone");
+    refused([](auto& s) { s.silence_s = 0.0; }, "silence_s");
+    refused([](auto& s) { s.reconnect_s = 1e9; }, "reconnect_s");
     refused([](auto& s) { s.workspace_m = {}; }, "workspace_m");
 }
 
