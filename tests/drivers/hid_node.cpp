@@ -16,7 +16,6 @@
 
 #include <fcntl.h>
 #include <linux/hidraw.h>
-#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -31,6 +30,9 @@ struct Handle {
     int device_end = -1;
     std::atomic<int> queued{0};
 };
+
+/// How often the firmware is asked for what it sends: a bus of 1 ms.
+constexpr std::chrono::milliseconds kTick{1};
 
 double now_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -55,6 +57,7 @@ struct HidNode::Cable {
     int open();
     void hang_up();
     void serve();
+    bool is_connected(int fd) const;
     ssize_t write(int fd, const void* bytes, std::size_t size);
     int control(unsigned long request, void* argument);
 };
@@ -126,19 +129,32 @@ void HidNode::Cable::hang_up() {
     changed.notify_all();
 }
 
+/// As on USB, the host waits until the device has taken the report.
 ssize_t HidNode::Cable::write(int fd, const void* bytes, std::size_t size) {
     {
         std::unique_lock lock(mutex);
-        changed.wait(lock, [this] { return fault != WriteFault::blocks || !plugged_in || ended; });
-        if (fault == WriteFault::fails && plugged_in) {
+        changed.wait(lock, [&] { return fault != WriteFault::blocks || !is_connected(fd); });
+        if (!is_connected(fd)) {
+            errno = ENODEV;
+            return -1;
+        }
+        if (fault == WriteFault::fails) {
             errno = EIO;
             return -1;
         }
-        if (fault == WriteFault::is_cut && plugged_in) return static_cast<ssize_t>(size / 2);
+        if (fault == WriteFault::is_cut) return static_cast<ssize_t>(size / 2);
     }
-    const ssize_t sent = ::send(fd, bytes, size, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EPIPE) errno = ENODEV; // what the kernel's node says
-    return sent;
+    const std::lock_guard at_work(firmware_mutex);
+    std::span<const std::uint8_t> report(static_cast<const std::uint8_t*>(bytes), size);
+    if (!firmware.numbered() && report[0] == 0) report = report.subspan(1);
+    firmware.receive(report, now_s());
+    return static_cast<ssize_t>(size);
+}
+
+/// The caller holds the mutex.
+bool HidNode::Cable::is_connected(int fd) const {
+    const auto handle = handles.find(fd);
+    return handle != handles.end() && handle->second->device_end >= 0;
 }
 
 int HidNode::Cable::control(unsigned long request, void* argument) {
@@ -176,36 +192,14 @@ int HidNode::Cable::control(unsigned long request, void* argument) {
     return -1;
 }
 
-/// The device's own life: takes what the host has written, sends what is due.
+/// The device's own life: sends what is due.
 void HidNode::Cable::serve() {
     for (;;) {
-        std::vector<std::shared_ptr<Handle>> served;
-        std::vector<pollfd> waits;
-        {
-            const std::lock_guard lock(mutex);
-            if (ended) return;
-            if (plugged_in)
-                for (const auto& [fd, handle] : handles)
-                    served.push_back(handle);
-        }
-        for (const auto& handle : served)
-            waits.push_back({handle->device_end, POLLIN, 0});
-        ::poll(waits.data(), waits.size(), 1);
-
+        std::this_thread::sleep_for(kTick);
         const std::lock_guard at_work(firmware_mutex);
         const std::lock_guard lock(mutex);
+        if (ended) return;
         if (!plugged_in) continue;
-        std::array<std::uint8_t, 4096> buffer{};
-        for (const auto& [fd, handle] : handles) {
-            if (handle->device_end < 0) continue;
-            ssize_t size = 0;
-            while ((size = ::recv(handle->device_end, buffer.data(), buffer.size(), MSG_DONTWAIT)) >
-                   0) {
-                std::span<const std::uint8_t> report(buffer.data(), static_cast<std::size_t>(size));
-                if (!firmware.numbered() && report[0] == 0) report = report.subspan(1);
-                firmware.receive(report, now_s());
-            }
-        }
         while (const auto report = firmware.send(now_s())) {
             for (const auto& [fd, handle] : handles) {
                 if (handle->device_end < 0 || handle->queued.load() >= kQueue) continue;
@@ -234,7 +228,6 @@ HidNode::~HidNode() {
     {
         const std::lock_guard lock(cable_->mutex);
         cable_->ended = true;
-        cable_->changed.notify_all();
     }
     service_.join();
     const std::lock_guard lock(table().mutex);

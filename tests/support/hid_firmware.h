@@ -11,7 +11,7 @@ namespace palpate::test {
 using Bytes = std::vector<std::uint8_t>;
 
 /// What runs on a simulated HID device, without a clock and without a cable: HidNode and others
-/// bring both. Called by one thread at a time.
+/// bring both. Called by one thread at a time, whichever.
 class HidFirmware {
 public:
     virtual ~HidFirmware() = default;
