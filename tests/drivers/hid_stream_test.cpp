@@ -184,10 +184,10 @@ TEST(HidStream, Case10DeviceThatTakesNoReportHoldsTheWriterAlone) {
     ASSERT_TRUE(wait_until([&] { return rig.protocol.published > 10; }));
     EXPECT_EQ(rig.stream.counts().failed_writes, 0u);
     rig.node.set_write_fault(WriteFault::blocks);
-    ASSERT_TRUE(wait_until([&] { return hid_time_s() - rig.stream.writing_since_s() > 0.1; }));
+    ASSERT_TRUE(wait_until([&] { return hid_time_s() - rig.stream.untaken_since_s() > 0.1; }));
     const std::uint32_t published = rig.protocol.published;
     EXPECT_TRUE(wait_until([&] { return rig.protocol.published > published + 50; }));
-    EXPECT_GT(hid_time_s() - rig.stream.writing_since_s(), 0.1);
+    EXPECT_GT(hid_time_s() - rig.stream.untaken_since_s(), 0.1);
     rig.node.set_write_fault(WriteFault::none);
     const std::uint32_t composed = rig.protocol.composed;
     EXPECT_TRUE(wait_until([&] { return rig.protocol.composed > composed + 5; }));
@@ -206,7 +206,7 @@ TEST(HidStream, Case10DeviceThatRefusesReportsIsOpenedAnew) {
 TEST(HidStream, Case9UnplugEndsABlockedWrite) {
     Rig rig;
     rig.node.set_write_fault(WriteFault::blocks);
-    ASSERT_TRUE(wait_until([&] { return hid_time_s() - rig.stream.writing_since_s() > 0.02; }));
+    ASSERT_TRUE(wait_until([&] { return hid_time_s() - rig.stream.untaken_since_s() > 0.02; }));
     rig.node.unplug();
     EXPECT_TRUE(wait_until([&] { return rig.stream.counts().losses == 1; }));
 }
