@@ -242,7 +242,7 @@ DeviceState PidDevice::Stick::newest_state() noexcept {
     states_.take(state_);
     const double now_s = internal::hid_time_s();
     const bool recent = now_s - heard_s_.load() <= settings_.stale_after_s &&
-                        now_s - stream_.writing_since_s() <= settings_.stale_after_s;
+                        now_s - stream_.untaken_since_s() <= settings_.stale_after_s;
     state_.freshness = recent ? Freshness::fresh : Freshness::stale;
     return state_;
 }

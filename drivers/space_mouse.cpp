@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include <palpate/drivers/internal/hid_descriptor.h>
 #include <palpate/drivers/internal/hid_stream.h>
 #include <palpate/drivers/internal/known_devices.h>
 #include <palpate/drivers/internal/newest_value.h>
@@ -17,6 +18,8 @@ namespace palpate {
 namespace {
 
 constexpr std::array<std::uint8_t, 2> kLampOn{0x04, 0x01}, kLampOff{0x04, 0x00};
+
+constexpr internal::HidUsage kMultiAxis = internal::hid_usage(0x01, 0x08);
 
 /// What the reader hands to the servo.
 struct Heard {
@@ -69,18 +72,21 @@ private:
 };
 
 std::string SpaceMouseDevice::Mouse::find() {
+    if (!settings_.path.empty()) return settings_.path;
     for (const internal::HidDeviceInfo& info : internal::attached_hid_devices())
-        if (internal::is_space_mouse(info) &&
-            (settings_.path.empty() || info.path == settings_.path))
-            return info.path;
-    if (settings_.path.empty())
-        throw std::runtime_error("hid: no space mouse is attached; plug it in, `palpate devices "
-                                 "--why` says what is there");
-    throw std::runtime_error(settings_.path + ": no space mouse is attached there; `palpate "
-                                              "devices` lists what is");
+        if (internal::is_space_mouse(info)) return info.path;
+    throw std::runtime_error("hid: no space mouse is attached; plug it in, `palpate devices --why` "
+                             "says what is there");
 }
 
 void SpaceMouseDevice::Mouse::connected(internal::HidPort& port) {
+    const auto descriptor = internal::read_hid_descriptor(port.report_descriptor(), port.path());
+    const bool has_cap =
+        std::any_of(descriptor.collections.begin(), descriptor.collections.end(),
+                    [](const internal::HidCollection& one) { return one.usage == kMultiAxis; });
+    if (!has_cap)
+        throw std::runtime_error(port.path() + ": is no space mouse; `palpate devices` lists what "
+                                               "is attached");
     path_ = port.path();
     port.write(kLampOn); // those without a lamp refuse it, which is no harm
     heard_ = {};

@@ -264,7 +264,7 @@ DeviceState WoodenDevice::Board::newest_state() noexcept {
     if (states_.take(state_)) state_time_s_ = began_s_ + state_.time_s;
     const double now_s = internal::hid_time_s();
     const bool recent = now_s - state_time_s_ <= settings_.stale_after_s &&
-                        now_s - stream_.writing_since_s() <= settings_.stale_after_s;
+                        now_s - stream_.untaken_since_s() <= settings_.stale_after_s;
     state_.freshness = recent ? Freshness::fresh : Freshness::stale;
     return state_;
 }

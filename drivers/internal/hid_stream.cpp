@@ -20,7 +20,7 @@ constexpr int kRefusals = 5;
 /// A device that sends faster than it is read must not keep the reader from looking up.
 constexpr int kLongestBatch = 4096;
 
-constexpr double kNotWriting = std::numeric_limits<double>::infinity();
+constexpr double kAllTaken = std::numeric_limits<double>::infinity();
 
 } // namespace
 
@@ -30,7 +30,7 @@ double hid_time_s() noexcept {
 }
 
 HidStream::HidStream(HidProtocol& protocol, Settings settings)
-    : protocol_(protocol), settings_(settings), writing_since_s_(kNotWriting) {}
+    : protocol_(protocol), settings_(settings), untaken_since_s_(kAllTaken) {}
 
 HidStream::~HidStream() { close(); }
 
@@ -48,6 +48,7 @@ void HidStream::connect() {
 void HidStream::start() {
     if (reader_.joinable()) return;
     stopping_ = false;
+    untaken_since_s_.store(kAllTaken);
     reader_ = std::thread([this] { read_reports(); });
     writer_ = std::thread([this] { write_reports(); });
 }
@@ -146,18 +147,18 @@ void HidStream::write_reports() noexcept {
             report_came_ = false;
         }
         const std::lock_guard alone(port_mutex_);
-        if (port_ == nullptr) {
-            refused = 0;
-            continue;
-        }
+        if (port_ == nullptr) continue;
         const std::size_t size = protocol_.compose(buffer);
         if (size == 0) continue;
-        writing_since_s_.store(hid_time_s());
-        const bool taken = port_->write({buffer.data(), size});
-        writing_since_s_.store(kNotWriting);
-        refused = taken ? 0 : refused + 1;
-        if (!taken) ++counts_.failed_writes;
-        if (refused >= kRefusals) refuses_reports_.store(true);
+        if (refused == 0) untaken_since_s_.store(hid_time_s());
+        if (port_->write({buffer.data(), size})) {
+            refused = 0;
+            untaken_since_s_.store(kAllTaken);
+            continue;
+        }
+        ++refused;
+        ++counts_.failed_writes;
+        if (refused % kRefusals == 0) refuses_reports_.store(true);
     }
 }
 

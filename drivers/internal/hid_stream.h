@@ -80,9 +80,9 @@ public:
     /// Stops, and gives the device back.                                                [setup]
     void close() noexcept;
 
-    /// Since when the device has kept the writer waiting, hid_time_s(); infinity: it does not.
-    ///                                                                                  [loop]
-    double writing_since_s() const noexcept { return writing_since_s_.load(); }
+    /// Since when the device has not taken what it was sent, hid_time_s(): it keeps the writer
+    /// waiting, refuses, or is gone. Infinity: it has taken all.                        [loop]
+    double untaken_since_s() const noexcept { return untaken_since_s_.load(); }
 
     const HidStreamCounts& counts() const noexcept { return counts_; }
 
@@ -99,7 +99,7 @@ private:
     HidProtocol& protocol_;
     const Settings settings_;
     HidStreamCounts counts_;
-    std::atomic<double> writing_since_s_;
+    std::atomic<double> untaken_since_s_;
     std::atomic<bool> refuses_reports_{false};
 
     /// The writer's while it writes, the reader's while it exchanges the port.
