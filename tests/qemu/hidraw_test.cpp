@@ -13,8 +13,12 @@
 
 #include <palpate/drivers/attached_devices.h>
 #include <palpate/drivers/internal/hid_stream.h>
+#include <palpate/drivers/pid_device.h>
+#include <palpate/drivers/space_mouse.h>
 #include <palpate/drivers/wooden_device.h>
 #include <tests/qemu/firmware_cable.h>
+#include <tests/support/pid_firmware.h>
+#include <tests/support/space_mouse_firmware.h>
 #include <tests/support/wooden_firmware.h>
 
 using namespace palpate;
@@ -116,6 +120,17 @@ private:
     int next_ = 0;
 };
 
+bool is_listed(AttachedKind kind) {
+    for (const AttachedDevice& device : attached_devices())
+        if (device.kind == kind && device.usable()) return true;
+    return false;
+}
+
+void connect(FirmwareCable& cable, AttachedKind kind) {
+    cable.plug_in();
+    ASSERT_TRUE(comes_true([&] { return is_listed(kind); })) << "the kernel has made no node of it";
+}
+
 /// How a board is connected.
 struct Wiring {
     const char* name;
@@ -132,16 +147,8 @@ protected:
         return std::make_unique<UhidCable>(firmware, to.vendor, to.product);
     }
 
-    static bool listed() {
-        for (const AttachedDevice& device : attached_devices())
-            if (device.kind == AttachedKind::wooden_haptics && device.usable()) return true;
-        return false;
-    }
-
-    static void plug_in(FirmwareCable& cable) {
-        cable.plug_in();
-        ASSERT_TRUE(comes_true(listed)) << "the kernel has not made a node of it";
-    }
+    static bool listed() { return is_listed(AttachedKind::wooden_haptics); }
+    static void plug_in(FirmwareCable& cable) { connect(cable, AttachedKind::wooden_haptics); }
 };
 
 /// Boards whose counters the host can set, and boards that do not wait for an answer.
@@ -309,6 +316,68 @@ TEST_P(FreeRunningBoard, AQueueThatHadFilledUpIsThrownAway) {
     EXPECT_TRUE(comes_true([&] { return protocol.reports > then + 100; }));
     EXPECT_EQ(protocol.gaps, 1) << "what the kernel had no room for: once";
     stream.stop();
+}
+
+// What has feature reports, and numbered ones.
+
+TEST(HidrawSpaceMouse, MovesTheProbeAndIsFreshAtRestAndStaleUnplugged) {
+    for (const auto kind : {SpaceMouseFirmware::Kind::wired, SpaceMouseFirmware::Kind::wireless}) {
+        SpaceMouseFirmware mouse(kind);
+        UhidCable cable(mouse, 0x256F, 0xC635);
+        connect(cable, AttachedKind::space_mouse);
+        SpaceMouseSettings settings;
+        settings.reconnect_s = 0.1;
+        SpaceMouseDevice device(settings);
+        device.open();
+        device.start();
+        DeviceState state;
+        const auto read = [&] { return device.read(state); };
+        EXPECT_TRUE(comes_true([&] { return cable.look([&] { return mouse.lamp; }); }));
+        cable.look([&] { mouse.axes = {350, 0, 0, 0, 0, 0}; });
+        EXPECT_TRUE(comes_true([&] { return read() && state.position.y > 0.01; }));
+        cable.look([&] { mouse.axes = {}; });
+        EXPECT_TRUE(comes_true([&] { return read() && state.velocity == Vec3(0.0); }));
+        std::this_thread::sleep_for(300ms);
+        EXPECT_TRUE(read() && state.freshness == Freshness::fresh);
+        cable.pull_out();
+        EXPECT_TRUE(comes_true([&] { return read() && state.freshness == Freshness::stale; }));
+        cable.plug_in();
+        EXPECT_TRUE(comes_true([&] { return read() && state.freshness == Freshness::fresh; }));
+    }
+}
+
+TEST(HidrawForceFeedback, EffectsAreLoadedByFeatureReportsAndForcesArrive) {
+    for (const PidLayout& layout : {kAdapterLayout, kBoardLayout}) {
+        PidFirmware stick(layout);
+        UhidCable cable(stick, 0x1209, 0xFFB0);
+        connect(cable, AttachedKind::force_feedback);
+        PidDevice device;
+        device.open();
+        EXPECT_EQ(cable.look([&] { return stick.effects.size(); }), 2u);
+        device.start();
+        DeviceState state;
+        EXPECT_TRUE(comes_true([&] {
+            device.write({1.0, -1.0, 0.0});
+            device.read(state);
+            const auto force = cable.look([&] { return stick.force(); });
+            return state.freshness == Freshness::fresh && std::abs(force[0] + 0.5) < 0.01 &&
+                   std::abs(force[1] - 0.5) < 0.01;
+        }));
+        device.stop();
+        EXPECT_TRUE(comes_true([&] { return !cable.look([&] { return stick.actuators; }); }));
+        EXPECT_EQ(cable.look([&] { return stick.unknown_reports; }), 0);
+    }
+}
+
+TEST(HidrawForceFeedback, AFullStickIsSaid) {
+    PidLayout crowded = kBoardLayout;
+    crowded.effects = 1;
+    PidFirmware stick(crowded);
+    UhidCable cable(stick, 0x1209, 0xFFB0);
+    connect(cable, AttachedKind::force_feedback);
+    PidDevice device;
+    EXPECT_THROW(device.open(), std::runtime_error);
+    EXPECT_TRUE(comes_true([&] { return cable.look([&] { return stick.effects.empty(); }); }));
 }
 
 constexpr Wiring kUhid8{"uhid_8_bytes", 8, 0x1234, 0x0006, false};
