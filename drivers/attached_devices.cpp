@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <span>
+#include <stdexcept>
 
 #include <palpate/drivers/attached_devices.h>
 #include <palpate/drivers/internal/device_judgement.h>
@@ -11,6 +12,9 @@
 
 namespace palpate {
 namespace {
+
+constexpr std::array kOurs{AttachedKind::wooden_haptics, AttachedKind::space_mouse,
+                           AttachedKind::force_feedback};
 
 /// A rule for each product, by the name that the kernel gives HID devices on USB and Bluetooth
 /// alike: BUS:VENDOR:PRODUCT.NUMBER, in capitals.
@@ -59,6 +63,31 @@ std::vector<AttachedDevice> attached_devices() {
     for (const internal::UsbEvidence& evidence : internal::usb_evidence())
         if (const auto foreign = internal::judged(evidence)) devices.push_back(*foreign);
     return devices;
+}
+
+AttachedDevice device_at(const std::string& address, const std::vector<AttachedDevice>& attached) {
+    const bool is_path = address.starts_with('/');
+    if (!is_path && std::none_of(kOurs.begin(), kOurs.end(),
+                                 [&](AttachedKind kind) { return address_of(kind) == address; }))
+        throw std::runtime_error("hid:" + address +
+                                 ": no such kind of device; give wooden, "
+                                 "spacemouse, forcefeedback or a node as "
+                                 "`palpate devices` lists it");
+    const AttachedDevice* found = nullptr;
+    for (const AttachedDevice& device : attached) {
+        const bool meant = is_path ? device.path == address : address_of(device.kind) == address;
+        if (meant && device.usable()) return device;
+        if (meant && found == nullptr) found = &device;
+    }
+    if (found == nullptr)
+        throw std::runtime_error("hid:" + address +
+                                 ": none is attached; plug it in, `palpate "
+                                 "devices` lists what is");
+    // What is not usable has an obstacle; what is none of ours, a note at least.
+    const DeviceFinding& first = found->findings.front();
+    throw std::runtime_error(found->path + ": " + first.what +
+                             (first.remedy.empty() ? "; `palpate devices` lists what is attached"
+                                                   : "; " + first.remedy));
 }
 
 std::string udev_rules() {

@@ -37,13 +37,17 @@ struct AttachedDevice {
     bool usable() const;
 };
 
-/// In scenes "hid:NAME" is the first attached device of a kind; empty where there are none such:
-/// wooden, spacemouse, forcefeedback.                                                     [any]
+/// How scenes call the first device of a kind, behind "hid:": wooden, spacemouse, forcefeedback;
+/// empty for kinds that are not ours.                                                     [any]
 std::string address_of(AttachedKind kind);
 
 /// Everything attached that is a HID device, and the haptic devices that are none. Opens and writes
 /// to no device; takes some ms.                                                         [setup]
 std::vector<AttachedDevice> attached_devices();
+
+/// The device that an address means: a kind's name, of which it is the first that is usable, or the
+/// path of a node. Throws std::runtime_error with what is in the way and the remedy.    [setup]
+AttachedDevice device_at(const std::string& address, const std::vector<AttachedDevice>& attached);
 
 /// The udev rules that let a user who sits at the machine, or is in the group plugdev, use the
 /// devices: the text of 70-palpate.rules.                                               [setup]

@@ -273,6 +273,34 @@ TEST(AttachedDevices, ListingThemDoesNotFailWhateverIsAttachedHere) {
         EXPECT_FALSE(device.path.empty());
 }
 
+TEST(AttachedDevices, AnAddressIsAKindOrANodeAndAnObstacleIsSaid) {
+    HidEvidence denied = attached(k3Dconnexion, 0xC635, kMultiAxis);
+    denied.collections[0].path = "/dev/hidraw1";
+    denied.access = NodeAccess::denied;
+    HidEvidence keyboard = attached(kLogitech, 0xC31C, hid_usage(1, 6));
+    keyboard.collections[0].path = "/dev/hidraw0";
+    const std::vector<AttachedDevice> devices = {
+        judged(keyboard), judged(denied), judged(attached(k3Dconnexion, 0xC635, kMultiAxis))};
+    EXPECT_EQ(device_at("spacemouse", devices).path, "/dev/hidraw4") << "the usable one";
+    EXPECT_EQ(device_at("/dev/hidraw4", devices).kind, AttachedKind::space_mouse);
+    const auto refused = [&](const std::string& address, const std::string& begin,
+                             const std::string& part) {
+        try {
+            device_at(address, devices);
+            ADD_FAILURE() << "taken: " << address;
+        } catch (const std::runtime_error& error) {
+            EXPECT_TRUE(std::string(error.what()).starts_with(begin)) << error.what();
+            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+        }
+    };
+    refused("/dev/hidraw1", "/dev/hidraw1: this user may not", "udev-rules");
+    refused("/dev/hidraw0", "/dev/hidraw0: it is a keyboard", "; `palpate devices` lists");
+    refused("/dev/hidraw9", "hid:/dev/hidraw9: none is attached", "; plug it in");
+    refused("wooden", "hid:wooden: none is attached", "; plug it in");
+    refused("mouse", "hid:mouse: no such kind", "; give wooden, spacemouse");
+    refused("", "hid:: no such kind", "; give wooden");
+}
+
 TEST(UdevRules, TheShippedFileIsWhatTheCommandPrints) {
     EXPECT_EQ(test::content_of(PALPATE_UDEV_RULES), udev_rules());
 }
