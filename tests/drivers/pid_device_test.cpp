@@ -3,13 +3,13 @@
 // two devices whose reports differ in ids, widths and ways of saying things.
 #include <palpate/drivers/pid_device.h>
 
-#include <functional>
 #include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 
 #include "tests/drivers/hid_node.h"
+#include "tests/support/patience.h"
 #include "tests/support/pid_firmware.h"
 #include "tests/support/space_mouse_firmware.h"
 
@@ -49,15 +49,12 @@ struct Rig {
     }
 
     /// Reads and writes as a servo does until something is as wanted.
-    bool pushes(const Vec3& force, const std::function<bool()>& wanted) {
-        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-        while (std::chrono::steady_clock::now() < end) {
-            if (!device.read(state)) return false;
+    template <typename Wanted>
+    bool pushes(const Vec3& force, Wanted wanted) {
+        return test::comes_true([&] {
             device.write(force);
-            if (node.at_rest(wanted)) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        return false;
+            return device.read(state) && node.at_rest(wanted);
+        });
     }
 
     bool fresh() const { return state.freshness == Freshness::fresh; }
@@ -185,6 +182,20 @@ TEST_P(PidSticks, SilentItIsStaleAndItsForceIsTakenAway) {
     rig.node.at_rest([&] { rig.stick.silent = true; });
     EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return rig.force_is(0.0, 0.0); }));
     EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return !rig.fresh(); }));
+}
+
+TEST_P(PidSticks, Case8ReportsOfOtherLengthsAndNumbersChangeNothing) {
+    Rig rig(GetParam());
+    rig.run();
+    rig.node.at_rest([&] { rig.stick.axes = {32767, 0}; });
+    const Vec3 right(0.0, 0.05, 0.0);
+    EXPECT_TRUE(rig.pushes({}, [&] { return rig.state.position == right; }));
+    for (const test::Bytes& odd :
+         {test::Bytes{1}, test::Bytes{1, 0, 0, 0, 0}, test::Bytes{2, 3}, test::Bytes(64, 0x55)}) {
+        rig.node.at_rest([&] { rig.stick.instead = odd; });
+        EXPECT_TRUE(rig.node.wait_until([&] { return !rig.stick.instead; }));
+        EXPECT_TRUE(rig.pushes({}, [&] { return rig.state.position == right && rig.fresh(); }));
+    }
 }
 
 TEST_P(PidSticks, Case9UnpluggedItIsStaleAndBackItHasItsEffectsAgain) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/drivers/internal/pid_reports.h>
 
+#include <cmath>
 #include <limits>
+#include <random>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -95,6 +97,25 @@ TEST(PidReports, StickAndButtonsAreReadFromTheirReportAlone) {
     EXPECT_FALSE(board.stick(Bytes{0x01, 0x81, 0xFF, 0x7F, 0x00}));
     // -32768 is below the logical minimum.
     EXPECT_DOUBLE_EQ(board.stick(Bytes{0x01, 0, 0x00, 0x80, 0, 0})->x, -1.0);
+}
+
+TEST(PidReports, WhateverComesTheStickIsWithinOneAndEffectsHaveNumbers) {
+    std::mt19937 random(1);
+    for (const auto& layout : {kAdapterLayout, kBoardLayout}) {
+        const PidReports device = reports(layout);
+        for (int round = 0; round < 20'000; ++round) {
+            Bytes report(random() % 10);
+            for (std::uint8_t& byte : report)
+                byte = static_cast<std::uint8_t>(random());
+            if (!report.empty()) report[0] %= 32;
+            if (const auto stick = device.stick(report)) {
+                ASSERT_LE(std::abs(stick->x), 1.0);
+                ASSERT_LE(std::abs(stick->y), 1.0);
+            }
+            const PidBlockLoad load = device.block_load(report);
+            ASSERT_EQ(load.status == PidLoadStatus::loaded, load.effect != 0);
+        }
+    }
 }
 
 TEST(PidReports, ADeviceWithoutConstantForcesIsRefusedByName) {

@@ -2,7 +2,9 @@
 #include <palpate/drivers/internal/rate_control.h>
 #include <palpate/drivers/internal/space_mouse_reports.h>
 
+#include <cmath>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -82,6 +84,22 @@ TEST(SpaceMouseReports, ShortAndUnknownReportsChangeNothing) {
         EXPECT_EQ(take_space_mouse_report(report, reading), SpaceMouseNews::nothing);
         EXPECT_EQ(reading.deflection.push, Vec3(0.0));
         EXPECT_EQ(reading.buttons, 0u);
+    }
+}
+
+TEST(SpaceMouseReports, WhateverComesTheDeflectionIsWithinOne) {
+    std::mt19937 random(1);
+    SpaceMouseReading reading;
+    for (int round = 0; round < 100'000; ++round) {
+        Bytes report(random() % 20);
+        for (std::uint8_t& byte : report)
+            byte = static_cast<std::uint8_t>(random());
+        if (!report.empty()) report[0] %= 32; // ids that mean something come often
+        take_space_mouse_report(report, reading);
+        for (int i = 0; i < 3; ++i) {
+            ASSERT_LE(std::abs(reading.deflection.push[i]), 1.0);
+            ASSERT_LE(std::abs(reading.deflection.turn[i]), 1.0);
+        }
     }
 }
 

@@ -3,12 +3,12 @@
 // (space_mouse_firmware.h).
 #include <palpate/drivers/space_mouse.h>
 
-#include <functional>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 
 #include "tests/drivers/hid_node.h"
+#include "tests/support/patience.h"
 #include "tests/support/space_mouse_firmware.h"
 #include "tests/support/wooden_firmware.h"
 
@@ -49,14 +49,9 @@ struct Rig {
     }
 
     /// Reads as a servo does until a state is as wanted.
-    bool reads(const std::function<bool()>& wanted) {
-        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-        while (std::chrono::steady_clock::now() < end) {
-            if (!device.read(state)) return false;
-            if (wanted()) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        return false;
+    template <typename Wanted>
+    bool reads(Wanted wanted) {
+        return test::comes_true([&] { return device.read(state) && wanted(); });
     }
 
     bool fresh() const { return state.freshness == Freshness::fresh; }
@@ -145,6 +140,27 @@ TEST_P(SpaceMouseKinds, ButtonsAreReportedWithoutMotion) {
     rig.node.at_rest([&] { rig.mouse.buttons = 2; });
     EXPECT_TRUE(rig.reads([&] { return rig.state.buttons == 2u; }));
     EXPECT_EQ(rig.state.position, Vec3(0.0));
+}
+
+TEST_P(SpaceMouseKinds, Case8ReportsOfOtherLengthsChangeNothing) {
+    Rig rig(GetParam());
+    rig.push({350, 0, 0, 0, 0, 0});
+    EXPECT_TRUE(rig.reads([&] { return rig.state.velocity.y > 0.0; }));
+    for (const test::Bytes& odd : {test::Bytes{1}, test::Bytes{1, 0, 0, 0, 0, 0},
+                                   test::Bytes{99, 1, 2, 3}, test::Bytes(64, 0xFF)}) {
+        rig.node.at_rest([&] { rig.mouse.instead = odd; });
+        EXPECT_TRUE(rig.node.wait_until([&] { return !rig.mouse.instead; }));
+        EXPECT_TRUE(rig.reads([&] { return rig.fresh(); }));
+        EXPECT_GT(rig.state.velocity.y, 0.0);
+    }
+}
+
+TEST_P(SpaceMouseKinds, Case11ASecondUserIsKeptOut) {
+    Rig rig(GetParam());
+    SpaceMouseDevice second(Rig::settings(1.0));
+    EXPECT_THROW(second.open(), std::runtime_error);
+    rig.device.close();
+    EXPECT_NO_THROW(second.open());
 }
 
 TEST_P(SpaceMouseKinds, Case9UnpluggedAtRestIsStaleAndBackIsFreshWhereItWas) {

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs inside a virtual machine, as scripts/test_hidraw_qemu.sh starts it: our drivers on the real
 // libhidapi, the real hidraw and the real USB stack, with firmware at the other end.
+#include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <functional>
+#include <cstdio>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <thread>
-
-#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -17,6 +18,7 @@
 #include <palpate/drivers/space_mouse.h>
 #include <palpate/drivers/wooden_device.h>
 #include <tests/qemu/firmware_cable.h>
+#include <tests/support/patience.h>
 #include <tests/support/pid_firmware.h>
 #include <tests/support/space_mouse_firmware.h>
 #include <tests/support/wooden_firmware.h>
@@ -26,16 +28,6 @@ using namespace palpate::test;
 using namespace std::chrono_literals;
 
 namespace {
-
-/// Long, since the machine is simulated, and another may be as busy.
-constexpr auto kPatience = 20s;
-
-bool comes_true(const std::function<bool()>& what) {
-    for (const auto until = std::chrono::steady_clock::now() + kPatience;
-         std::chrono::steady_clock::now() < until; std::this_thread::sleep_for(1ms))
-        if (what()) return true;
-    return false;
-}
 
 /// WoodenHaptics of 2015 as its makers publish it.
 WoodenModel model(WoodenZeroing zeroing) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "tests/support/hid_descriptors.h"
 #include "tests/support/hid_firmware.h"
@@ -28,6 +29,7 @@ public:
     std::array<int, 2> axes{}; ///< right, towards the user; of 32767
     int buttons = 0;
     bool silent = false;
+    std::optional<Bytes> instead; ///< sent once in place of the next report
     bool refuses_effects = false;
 
     // What a test looks at.
@@ -109,6 +111,7 @@ public:
     std::optional<Bytes> send(double time_s) override {
         if (silent || time_s < next_s_) return std::nullopt;
         next_s_ = time_s + 0.001;
+        if (instead) return std::exchange(instead, std::nullopt);
         Bytes report{1, static_cast<std::uint8_t>(buttons)};
         for (const int axis : axes) {
             report.push_back(static_cast<std::uint8_t>(axis & 0xFF));

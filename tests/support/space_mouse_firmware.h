@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "tests/support/hid_descriptors.h"
 #include "tests/support/hid_firmware.h"
@@ -21,7 +22,8 @@ public:
     // What a test sets.
     std::array<int, 6> axes{}; ///< X right, Y towards the user, Z down, and about them; of 350
     int buttons = 0;
-    bool silent = false; ///< says nothing, whatever happens to the cap
+    bool silent = false;          ///< says nothing, whatever happens to the cap
+    std::optional<Bytes> instead; ///< sent once in place of the next report
 
     // What a test looks at.
     bool lamp = false;
@@ -43,6 +45,7 @@ public:
 
     std::optional<Bytes> send(double time_s) override {
         if (silent || time_s < next_s_) return std::nullopt;
+        if (instead) return std::exchange(instead, std::nullopt);
         if (buttons != told_buttons_) {
             told_buttons_ = buttons;
             ++reports_sent;
