@@ -56,12 +56,13 @@ std::string address_of(AttachedKind kind) {
 }
 
 std::vector<AttachedDevice> attached_devices() {
+    const std::vector<internal::HidEvidence> nodes =
+        internal::hid_evidence(internal::attached_hid_devices());
     std::vector<AttachedDevice> devices;
-    for (const internal::HidEvidence& evidence :
-         internal::hid_evidence(internal::attached_hid_devices()))
-        devices.push_back(internal::judged(evidence));
+    for (const internal::HidEvidence& node : nodes)
+        devices.push_back(internal::judged(node));
     for (const internal::UsbEvidence& evidence : internal::usb_evidence())
-        if (const auto foreign = internal::judged(evidence)) devices.push_back(*foreign);
+        if (const auto device = internal::judged(evidence, nodes)) devices.push_back(*device);
     return devices;
 }
 

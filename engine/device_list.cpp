@@ -50,7 +50,9 @@ std::string address_in(const std::vector<AttachedDevice>& devices, const Attache
     const auto same = std::count_if(devices.begin(), devices.end(), [&](const AttachedDevice& one) {
         return one.kind == device.kind && one.usable();
     });
-    return "hid:" + (same == 1 ? address_of(device.kind) : device.path);
+    const std::string address = "hid:" + (same == 1 ? address_of(device.kind) : device.path);
+    // Which build it is, only its owner knows.
+    return device.kind == AttachedKind::wooden_haptics ? address + ":MODEL" : address;
 }
 
 std::string line_of(const std::vector<AttachedDevice>& devices, const AttachedDevice& device) {

@@ -22,6 +22,12 @@ skip() { say "SKIPPED: $*"; exit 77; }
 [ "$(uname -m)" = x86_64 ] || skip "the machine that is simulated is an x86-64, this is $(uname -m)"
 command -v apt-get >/dev/null && command -v dpkg-deb >/dev/null || skip "no Debian: its kernel comes as a package of apt-get"
 
+# get COMMAND...: what apt-get says goes to a file; once more with new lists where that may help.
+get() {
+    "$@" >"$work/apt.log" 2>&1 && return
+    [ "$(id -u)" -eq 0 ] && apt-get update -qq >"$work/apt.log" 2>&1 && "$@" >"$work/apt.log" 2>&1
+}
+
 install_packages() {
     local missing=()
     command -v qemu-system-x86_64 >/dev/null || missing+=(qemu-system-x86)
@@ -31,26 +37,30 @@ install_packages() {
     [ ${#missing[@]} -gt 0 ] || return 0
     [ "$(id -u)" -eq 0 ] || skip "${missing[*]} missing; as root: apt-get install --no-install-recommends ${missing[*]}"
     say "installing ${missing[*]}"
-    local env=(env DEBIAN_FRONTEND=noninteractive)
-    "${env[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >"$work/apt.log" 2>&1 ||
-        { "${env[@]}" apt-get update -qq && "${env[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"; } \
-            >"$work/apt.log" 2>&1 || skip "${missing[*]} cannot be installed: $(tail -n 1 "$work/apt.log")"
+    DEBIAN_FRONTEND=noninteractive get apt-get install -y -qq --no-install-recommends "${missing[@]}" ||
+        skip "${missing[*]} cannot be installed: $(tail -n 1 "$work/apt.log")"
 }
 
-# The kernel that Debian would install now; unpacked into WORK, not installed.
+# The package of the kernel that Debian would install now.
+kernel_package() { apt-cache depends linux-image-amd64 | grep -o 'linux-image-[0-9][^ ]*' | head -n 1; }
+
+# Unpacked into WORK, not installed; one that is there serves where there are no lists of packages.
 fetch_kernel() {
     local package
-    package=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -n 's/^ *Depends: //p' | head -n 1)
-    [ -n "$package" ] || skip "apt-get knows no linux-image-amd64; as root: apt-get update"
-    [ -d "$work/$package" ] || {
-        say "getting $package"
-        (cd "$work" && apt-get download -qq "$package" >"$work/apt.log" 2>&1) ||
-            skip "$package cannot be downloaded: $(tail -n 1 "$work/apt.log")"
-        dpkg-deb -x "$work/$package"_*.deb "$work/$package.part"
-        rm "$work/$package"_*.deb
-        mv "$work/$package.part" "$work/$package"
-    }
+    package=$(kernel_package 2>/dev/null || true)
+    [ -n "$package" ] || package=$(cd "$work" && find . -maxdepth 1 -type d -name 'linux-image-*-amd64' -printf '%f\n' | head -n 1)
+    if [ -z "$package" ]; then
+        get kernel_package || skip "apt-get knows no linux-image-amd64; as root: apt-get update"
+        package=$(cat "$work/apt.log")
+    fi
     kernel=$work/$package
+    [ ! -d "$kernel" ] || return 0
+    say "getting $package"
+    get download_kernel "$package" || skip "$package cannot be downloaded: $(tail -n 1 "$work/apt.log")"
+}
+
+download_kernel() {
+    (cd "$work" && rm -rf ./*.deb part && apt-get download -qq "$1" && dpkg-deb -x "$1"_*.deb part && rm ./*.deb && mv part "$1")
 }
 
 # In the order of their needs.
@@ -95,12 +105,15 @@ make_file_system() {
     (cd "$root" && find . | cpio -o -H newc --quiet --owner root:root | gzip -1) >"$work/initrd.gz"
 }
 
-# Its serial line, without what only a terminal understands.
+# Its serial line, without what only a terminal understands, after a line that says what runs in what.
 run_machine() {
+    printf '%s, libhidapi-hidraw %s, %s\n' "$(basename "$kernel")" \
+        "$(dpkg-query -W -f='${Version}' libhidapi-hidraw0 2>/dev/null)" "$(qemu-system-x86_64 --version | head -n 1)" |
+        tee "$log.part"
     timeout "$longest" qemu-system-x86_64 -accel tcg,thread=single -cpu max -m 512 -smp 1 -nodefaults -nographic \
         -serial stdio -no-reboot -kernel "$kernel"/boot/vmlinuz-* -initrd "$work/initrd.gz" \
-        -append "console=ttyS0 quiet panic=-1" </dev/null |
-        tr -d '\r' | sed -u 's/\x1b\[[0-9;?]*[A-Za-z]//g; s/\x1bc//g' | sed -u -n '/^kernel /,/^status /p' | tee "$log.part"
+        -append "console=ttyS0 quiet loglevel=3 panic=-1" </dev/null |
+        tr -d '\r' | sed -u 's/\x1b\[[0-9;?]*[A-Za-z]//g; s/\x1bc//g' | sed -u -n '/^kernel /,/^status /p' | tee -a "$log.part"
 }
 
 install_packages

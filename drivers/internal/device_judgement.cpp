@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <span>
+#include <utility>
 
 #include <palpate/drivers/internal/device_judgement.h>
 #include <palpate/drivers/internal/hid_descriptor.h>
@@ -224,19 +226,40 @@ private:
 
 AttachedDevice judged(const HidEvidence& evidence) { return Judge(evidence).judge(); }
 
-std::optional<AttachedDevice> judged(const UsbEvidence& evidence) {
-    for (const ForeignProduct& foreign : foreign_products()) {
-        if (foreign.id.vendor != evidence.vendor || foreign.id.product != evidence.product)
-            continue;
+std::optional<AttachedDevice> judged(const UsbEvidence& evidence,
+                                     const std::vector<HidEvidence>& nodes) {
+    const auto found = [&](AttachedKind kind, const char* name, const char* what,
+                           const char* remedy) {
         AttachedDevice device;
         device.path = evidence.place;
         device.vendor = evidence.vendor;
         device.product = evidence.product;
-        device.name = evidence.name.empty() ? foreign.id.name : evidence.name;
-        device.kind = AttachedKind::foreign;
-        device.findings.push_back({Weight::obstacle, foreign.speaks, foreign.remedy});
+        device.name = evidence.name.empty() ? name : evidence.name;
+        device.kind = kind;
+        device.findings.push_back({Weight::obstacle, what, remedy});
         return device;
-    }
+    };
+    for (const ForeignProduct& foreign : foreign_products())
+        if (foreign.id.vendor == evidence.vendor && foreign.id.product == evidence.product)
+            return found(AttachedKind::foreign, foreign.id.name, foreign.speaks, foreign.remedy);
+
+    const bool has_node = std::any_of(nodes.begin(), nodes.end(), [&](const HidEvidence& node) {
+        const HidDeviceInfo& info = node.collections.front();
+        return info.vendor == evidence.vendor && info.product == evidence.product;
+    });
+    if (has_node) return std::nullopt;
+    const std::pair<AttachedKind, std::span<const KnownProduct>> ours[] = {
+        {AttachedKind::wooden_haptics, wooden_products()},
+        {AttachedKind::space_mouse, space_mouse_products()},
+        {AttachedKind::force_feedback, force_feedback_products()}};
+    for (const auto& [kind, products] : ours)
+        if (const auto* product = find_product(products, evidence.vendor, evidence.product))
+            return found(
+                kind, product->name,
+                "it is on the USB, but the kernel has no hidraw node for it: its driver is "
+                "missing, or a program has taken it through libusb",
+                "stop such a program, or: sudo modprobe usbhid hid-generic; the kernel "
+                "needs CONFIG_HIDRAW");
     return std::nullopt;
 }
 

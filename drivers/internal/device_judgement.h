@@ -36,7 +36,9 @@ struct UsbEvidence {
     std::string name; ///< as the device says, may be empty
 };
 
-/// A haptic device that is known and cannot be used; nothing where it is not one.         [any]
-std::optional<AttachedDevice> judged(const UsbEvidence& evidence);
+/// A haptic device that is known and cannot be used, since it does not speak HID or is not among
+/// the kernel's `nodes`; nothing where it is neither.                                     [any]
+std::optional<AttachedDevice> judged(const UsbEvidence& evidence,
+                                     const std::vector<HidEvidence>& nodes);
 
 } // namespace palpate::internal

@@ -169,15 +169,27 @@ TEST(DeviceJudgement, HoldersAreObstaclesOnlyWhereTheyWouldSendForces) {
 }
 
 TEST(DeviceJudgement, SerialSuccessorsAndOtherMakersAreForeign) {
-    const auto teensy = judged(UsbEvidence{"usb 1-4", 0x16C0, 0x0483, "Teensyduino USB Serial"});
+    const auto teensy =
+        judged(UsbEvidence{"usb 1-4", 0x16C0, 0x0483, "Teensyduino USB Serial"}, {});
     ASSERT_TRUE(teensy);
     EXPECT_EQ(teensy->kind, AttachedKind::foreign);
     EXPECT_FALSE(teensy->usable());
     EXPECT_TRUE(finding(*teensy, Weight::obstacle, "serial port and not over HID"));
-    const auto falcon = judged(UsbEvidence{"usb 2-1", 0x0403, 0xCB48, ""});
+    const auto falcon = judged(UsbEvidence{"usb 2-1", 0x0403, 0xCB48, ""}, {});
     ASSERT_TRUE(falcon);
     EXPECT_EQ(falcon->name, "Novint Falcon");
-    EXPECT_FALSE(judged(UsbEvidence{"usb 1-1", 0x1D6B, 0x0002, "hub"}));
+    EXPECT_FALSE(judged(UsbEvidence{"usb 1-1", 0x1D6B, 0x0002, "hub"}, {}));
+}
+
+TEST(DeviceJudgement, OnTheUsbWithoutANodeTheKernelsDriverIsMissing) {
+    const UsbEvidence usb{"usb 1-2", k3Dconnexion, 0xC635, "3Dconnexion SpaceMouse Compact"};
+    const auto without = judged(usb, {});
+    ASSERT_TRUE(without);
+    EXPECT_EQ(without->kind, AttachedKind::space_mouse);
+    EXPECT_FALSE(without->usable());
+    EXPECT_EQ(without->path, "usb 1-2");
+    EXPECT_TRUE(finding(*without, Weight::obstacle, "sudo modprobe usbhid"));
+    EXPECT_FALSE(judged(usb, {attached(k3Dconnexion, 0xC635, kMultiAxis)})) << "it is listed there";
 }
 
 // ------------------------------------------------------------------------- what the system tells

@@ -71,6 +71,13 @@ TEST(DeviceList, TwoOfAKindAreToldApartByTheirNodes) {
     EXPECT_TRUE(json["devices"][2]["address"].is_null());
 }
 
+TEST(DeviceList, OfABoardTheOwnerSaysTheModel) {
+    AttachedDevice board = denied_board();
+    board.findings.clear();
+    const auto json = nlohmann::json::parse(device_list_json({board}));
+    EXPECT_EQ(json["devices"][0]["address"], "hid:wooden:MODEL");
+}
+
 TEST(DeviceList, JsonHasIdsAsTheyAreWrittenAndEveryFinding) {
     const auto json = nlohmann::json::parse(device_list_json({denied_board()}))["devices"][0];
     EXPECT_EQ(json["path"], "/dev/hidraw5");

@@ -10,6 +10,9 @@
 #include <string>
 #include <thread>
 
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 
 #include <palpate/drivers/attached_devices.h>
@@ -308,6 +311,25 @@ TEST_P(FreeRunningBoard, AQueueThatHadFilledUpIsThrownAway) {
     EXPECT_TRUE(comes_true([&] { return protocol.reports > then + 100; }));
     EXPECT_EQ(protocol.gaps, 1) << "what the kernel had no room for: once";
     stream.stop();
+}
+
+TEST(HidrawAccess, AUserWithoutPermissionIsToldOfTheRules) {
+    WoodenFirmware board(14);
+    UhidCable cable(board, 0x1234, 0x0006);
+    connect(cable, AttachedKind::wooden_haptics);
+    std::thread([] {
+        // The call itself, not the C library's, changes this thread alone.
+        constexpr int nobody = 65534;
+        ASSERT_EQ(::syscall(SYS_setresuid, nobody, nobody, nobody), 0);
+        const std::vector<AttachedDevice> devices = attached_devices();
+        ASSERT_EQ(devices.size(), 1u);
+        ASSERT_FALSE(devices[0].usable());
+        const DeviceFinding& finding = devices[0].findings.front();
+        EXPECT_EQ(finding.what, "this user may not read and write " + devices[0].path +
+                                    " (0:0, mode 0600)"); // there are no names in here
+        EXPECT_NE(finding.remedy.find("palpate devices --udev-rules"), std::string::npos);
+        EXPECT_THROW(internal::HidPort port(devices[0].path), std::runtime_error);
+    }).join();
 }
 
 // What has feature reports, and numbered ones.
