@@ -22,7 +22,7 @@ using test::HidNode;
 using test::WoodenFirmware;
 using test::WriteFault;
 
-const std::string kPath = "/dev/hidrawSIMwooden";
+const std::string kPath = test::node_path("wooden");
 /// Of v2015: body B upright, C level.
 const Vec3 kHome(0.025, 0.0, 0.205);
 
