@@ -241,9 +241,9 @@ TEST(HidPort, Case16SignalsDoNotEndTheWaitAndAreNoUnplug) {
 }
 
 TEST(HidPort, WhatIsNotThereIsSaidInWords) {
-    EXPECT_EQ(message_of([] { HidPort("/dev/hidrawSIMabsent"); }),
-              "/dev/hidrawSIMabsent: there is no such device; plug it in, `palpate devices` lists "
-              "what is attached");
+    EXPECT_EQ(message_of([] { HidPort{kPath}; }),
+              kPath + ": there is no such device; plug it in, `palpate devices` lists what is "
+                      "attached");
 }
 
 TEST(HidPort, AttachedDevicesHaveNodesAndCanBeAskedForAgain) {
