@@ -19,11 +19,12 @@ enum class WoodenStart : std::uint8_t {
 /// A WoodenHaptics, AluHaptics, Vintage or Polhem device on USB HID (docs/devices.md): position and
 /// force, on some builds orientation and a button. Device frame: x towards the user, y right, z up.
 ///
-/// Two threads of its own talk to the board; read() and write() only exchange numbers with them. A
-/// state is stale when the board has not said anything, or has not taken a force, for
-/// `stale_after_s`. An unplugged device is looked for; when it is back its states are fresh again,
-/// of a new trial, after it has been zeroed as at open(). Motors are without current unless state
-/// and force are recent; also after stop(), close() and destruction.
+/// Two threads of its own, with the scheduling of the thread that calls start(), talk to the board;
+/// read() and write() only exchange numbers with them. A state is stale when the board has not said
+/// anything, or has not taken a force, for `stale_after_s`. An unplugged device is looked for; when
+/// it is back its states are fresh again, of a new trial, after it has been zeroed as at open().
+/// Motors are without current unless state and force are recent; also after stop(), close() and
+/// destruction.
 class WoodenDevice final : public HapticDevice {
 public:
     struct Settings {

@@ -13,6 +13,7 @@
 #include <linux/hidraw.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <hidapi/hidapi.h>
@@ -63,25 +64,35 @@ struct OpenFile {
     OpenFile& operator=(const OpenFile&) = delete;
 };
 
-std::string lock_name(const std::string& path) {
-    std::string name = path;
-    std::replace(name.begin(), name.end(), '/', '-');
-    return "palpate" + name + ".lock";
-}
+/// A file that keeps others from a device as long as it is open.
+struct LockFile {
+    std::string name;
+    int opened = -1;
+};
 
 /// The lock's file is only ever locked, never written: another user's will do. Kernels refuse to
 /// create over another user's file in such folders, so creating comes second.
-int open_lock_file(const std::string& path) {
+LockFile open_lock_file(const std::string& path) {
+    std::string name = "palpate" + path + ".lock";
+    std::replace(name.begin(), name.end(), '/', '-');
     for (const char* folder : {"/run/lock/", "/tmp/"}) {
-        const std::string file = folder + lock_name(path);
+        const std::string file = folder + name;
         for (const int create : {0, O_CREAT | O_EXCL, 0}) {
             const int opened = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | create,
                                       S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
-            if (opened >= 0) return opened;
+            if (opened >= 0) return {file, opened};
         }
     }
     throw std::runtime_error(path + ": no lock file can be made for it; let this user write to "
                                     "/run/lock or /tmp");
+}
+
+/// Whether the file of that name is still the one that was opened: its last holder removed it.
+bool is_current(const LockFile& file) {
+    struct stat of_opened {
+    }, of_name{};
+    return ::fstat(file.opened, &of_opened) == 0 && ::stat(file.name.c_str(), &of_name) == 0 &&
+           of_opened.st_ino == of_name.st_ino && of_opened.st_dev == of_name.st_dev;
 }
 
 /// Why `path` did not open, and what helps; `said` is hidapi's own reason.
@@ -99,30 +110,43 @@ std::string why_not_open(const std::string& path, const std::string& said) {
 } // namespace
 
 struct HidPort::Lock {
-    OpenFile file;
+    LockFile file;
 
-    explicit Lock(const std::string& path) : file(open_lock_file(path)) {
-        if (::flock(file.number, LOCK_EX | LOCK_NB) != 0)
-            throw std::runtime_error(path + ": another program of Palpate uses this device; stop "
-                                            "it first");
+    explicit Lock(const std::string& path) {
+        for (;;) {
+            file = open_lock_file(path);
+            if (::flock(file.opened, LOCK_EX | LOCK_NB) != 0) {
+                ::close(file.opened);
+                throw std::runtime_error(path + ": another program of Palpate uses this device; "
+                                                "stop it first");
+            }
+            if (is_current(file)) return;
+            ::close(file.opened);
+        }
     }
+    ~Lock() {
+        ::unlink(file.name.c_str());
+        ::close(file.opened);
+    }
+    Lock(const Lock&) = delete;
+    Lock& operator=(const Lock&) = delete;
 };
 
-struct HidPort::Device {
-    hid_device* handle = nullptr;
+struct HidPort::Handle {
+    hid_device* device = nullptr;
 
-    explicit Device(const std::string& path) {
+    explicit Handle(const std::string& path) {
         const std::lock_guard alone(hidapi_mutex());
-        handle = hid_open_path(path.c_str());
-        if (handle == nullptr)
+        device = hid_open_path(path.c_str());
+        if (device == nullptr)
             throw std::runtime_error(why_not_open(path, utf8(hid_error(nullptr))));
     }
-    ~Device() {
+    ~Handle() {
         const std::lock_guard alone(hidapi_mutex());
-        hid_close(handle);
+        hid_close(device);
     }
-    Device(const Device&) = delete;
-    Device& operator=(const Device&) = delete;
+    Handle(const Handle&) = delete;
+    Handle& operator=(const Handle&) = delete;
 };
 
 std::vector<HidDeviceInfo> attached_hid_devices() {
@@ -154,7 +178,8 @@ std::vector<std::uint8_t> hid_report_descriptor(const std::string& path) {
 }
 
 HidPort::HidPort(const std::string& path)
-    : path_(path), lock_(std::make_unique<Lock>(path)), device_(std::make_unique<Device>(path)) {}
+    : path_(path), lock_(std::make_unique<Lock>(path)), reading_(std::make_unique<Handle>(path)),
+      writing_(std::make_unique<Handle>(path)) {}
 
 HidPort::~HidPort() = default;
 
@@ -163,7 +188,7 @@ HidRead HidPort::read(std::span<std::uint8_t> buffer, std::size_t& size,
     const auto until = Clock::now() + wait;
     for (;;) {
         errno = 0;
-        const int length = hid_read_timeout(device_->handle, buffer.data(), buffer.size(),
+        const int length = hid_read_timeout(reading_->device, buffer.data(), buffer.size(),
                                             static_cast<int>(wait.count()));
         if (length > 0) {
             size = static_cast<std::size_t>(length);
@@ -182,18 +207,18 @@ bool HidPort::write(std::span<const std::uint8_t> report_with_id) noexcept {
     int written = -1;
     do {
         errno = 0;
-        written = hid_write(device_->handle, report_with_id.data(), report_with_id.size());
+        written = hid_write(writing_->device, report_with_id.data(), report_with_id.size());
     } while (written < 0 && errno == EINTR);
     return written == static_cast<int>(report_with_id.size());
 }
 
 bool HidPort::send_feature(std::span<const std::uint8_t> report_with_id) noexcept {
-    return hid_send_feature_report(device_->handle, report_with_id.data(), report_with_id.size()) >=
-           0;
+    return hid_send_feature_report(writing_->device, report_with_id.data(),
+                                   report_with_id.size()) >= 0;
 }
 
 std::optional<std::size_t> HidPort::get_feature(std::span<std::uint8_t> buffer) noexcept {
-    const int length = hid_get_feature_report(device_->handle, buffer.data(), buffer.size());
+    const int length = hid_get_feature_report(writing_->device, buffer.data(), buffer.size());
     if (length < 0) return std::nullopt;
     return static_cast<std::size_t>(length);
 }

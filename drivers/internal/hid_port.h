@@ -42,8 +42,10 @@ enum class HidRead : std::uint8_t {
 /// An open HID device: the one place that knows hidapi (its hidraw side).
 ///
 /// A second port to the same path is refused while this one is open, in whatever process: two that
-/// send forces would each undo what the other does. One thread may read while another writes;
-/// feature reports belong to the writing one. Opened and closed while neither runs.
+/// send forces would each undo what the other does. One thread may read while another writes (each
+/// has a handle of hidapi's to itself, as a handle's error text is exchanged without a lock; the
+/// writer's gets all reports, too, and its queue overflows without harm). Feature reports belong to
+/// the writing thread. Opened and closed while neither runs.
 class HidPort {
 public:
     /// Opens the node `path`. Throws std::runtime_error with path, reason and remedy.   [setup]
@@ -76,11 +78,12 @@ public:
 
 private:
     struct Lock;   ///< keeps others out
-    struct Device; ///< hidapi's handle
+    struct Handle; ///< hidapi's
 
     std::string path_;
     std::unique_ptr<Lock> lock_;
-    std::unique_ptr<Device> device_;
+    std::unique_ptr<Handle> reading_;
+    std::unique_ptr<Handle> writing_;
 };
 
 } // namespace palpate::internal

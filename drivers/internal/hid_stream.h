@@ -72,7 +72,7 @@ public:
 
     /// Finds, opens and prepares the device. Throws what the protocol and HidPort do.    [setup]
     void open();
-    /// Starts the threads; the stream must be open.                                     [setup]
+    /// Starts the threads, scheduled as the caller is; the stream must be open.         [setup]
     void start();
     /// Ends the threads and takes the force from the device. Waits for a report that the device
     /// is being sent (on USB up to 5 s). More than once does no harm.                    [setup]

@@ -41,6 +41,10 @@ double now_s() {
 
 } // namespace
 
+std::string node_path(const std::string& name) {
+    return "/dev/hidrawSIM-" + name + "-" + std::to_string(::getpid());
+}
+
 struct HidNode::Cable {
     explicit Cable(HidFirmware& f) : firmware(f) {}
 

@@ -14,6 +14,9 @@ namespace palpate::test {
 /// What happens to a report that the host writes.
 enum class WriteFault { none, fails, is_cut, blocks };
 
+/// A path for a node that no other process has, as tests run side by side.
+std::string node_path(const std::string& name);
+
 /// A device node, /dev/hidrawSIM*, for this process: the real libhidapi-hidraw opens it, and has at
 /// the other end of a socket (which keeps reports apart and hangs up as a hidraw node does) a
 /// firmware, served by a thread of its own. As with the kernel, every handle gets every report, and

@@ -20,7 +20,7 @@ using test::Bytes;
 using test::HidNode;
 using test::WriteFault;
 
-const std::string kPath = "/dev/hidrawSIMport";
+const std::string kPath = test::node_path("port");
 constexpr milliseconds kLong{20000}; ///< no machine that runs this needs as much
 
 /// Sends what it is told to, and keeps what it is sent.
@@ -204,8 +204,9 @@ TEST(HidPort, Case11SecondPortIsKeptOutUntilTheFirstIsClosed) {
         const HidPort port(kPath);
         EXPECT_EQ(message_of([] { HidPort second(kPath); }),
                   kPath + ": another program of Palpate uses this device; stop it first");
-        test::HidNode other_node("/dev/hidrawSIMother", firmware);
-        EXPECT_NO_THROW(HidPort("/dev/hidrawSIMother"));
+        const std::string other = test::node_path("other");
+        HidNode other_node(other, firmware);
+        EXPECT_NO_THROW(HidPort{other});
     }
     EXPECT_NO_THROW(HidPort{kPath});
 }
@@ -240,9 +241,9 @@ TEST(HidPort, Case16SignalsDoNotEndTheWaitAndAreNoUnplug) {
 }
 
 TEST(HidPort, WhatIsNotThereIsSaidInWords) {
-    EXPECT_EQ(message_of([] { HidPort("/dev/hidrawSIMabsent"); }),
-              "/dev/hidrawSIMabsent: there is no such device; plug it in, `palpate devices` lists "
-              "what is attached");
+    EXPECT_EQ(message_of([] { HidPort{kPath}; }),
+              kPath + ": there is no such device; plug it in, `palpate devices` lists what is "
+                      "attached");
 }
 
 TEST(HidPort, AttachedDevicesHaveNodesAndCanBeAskedForAgain) {

@@ -16,7 +16,7 @@ using test::Bytes;
 using test::HidNode;
 using test::WriteFault;
 
-const std::string kPath = "/dev/hidrawSIMstream";
+const std::string kPath = test::node_path("stream");
 
 /// Sends, every ms, how many reports it has sent before; 32 bits.
 class CountingFirmware final : public test::HidFirmware {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,13 @@
 #include <palpate/engine/wooden_models.h>
 
 #include "tests/drivers/hid_node.h"
+#include "tests/support/system_call_filter.h"
 #include "tests/support/wooden_firmware.h"
+
+#ifdef PALPATE_HAS_SYSTEM_CALL_FILTER
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
 
 namespace palpate {
 namespace {
@@ -22,7 +29,7 @@ using test::HidNode;
 using test::WoodenFirmware;
 using test::WriteFault;
 
-const std::string kPath = "/dev/hidrawSIMwooden";
+const std::string kPath = test::node_path("wooden");
 /// Of v2015: body B upright, C level.
 const Vec3 kHome(0.025, 0.0, 0.205);
 
@@ -527,6 +534,104 @@ TEST(WoodenDevice, DevicesOfOtherKindsAreRefused) {
     EXPECT_THROW(device.open(), std::runtime_error);
     EXPECT_EQ(node.at_rest([&] { return keyboard.received; }), 0) << "it was written to";
 }
+
+/// Everything that a cable, a board and a system do, in any order, while a servo reads and writes.
+TEST_P(WoodenLayouts, FaultsAtRandomLeaveItAliveAndWithinItsLimits) {
+    const std::uint32_t seed = 16;
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const auto chosen_from = [&](int n) {
+        return std::uniform_int_distribution<int>(0, n - 1)(random);
+    };
+    WoodenDevice::Settings settings = watchful();
+    settings.reconnect_s = 0.001;
+    Rig rig(GetParam(), settings);
+    rig.device.open();
+    rig.device.start();
+
+    std::atomic<bool> ended{false};
+    std::atomic<int> not_finite{0};
+    std::thread servo([&] {
+        constexpr double odd[] = {0.0, 1.0, -1e300, std::numeric_limits<double>::quiet_NaN(),
+                                  std::numeric_limits<double>::infinity()};
+        for (std::size_t i = 0; !ended; ++i) {
+            DeviceState state;
+            if (!rig.device.read(state) || !is_finite(state.position) || !is_finite(state.velocity))
+                ++not_finite;
+            rig.device.write({odd[i % 5], odd[i / 5 % 5], 1.0});
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+    });
+    for (int i = 0; i < 300; ++i) {
+        switch (chosen_from(8)) {
+        case 0:
+            rig.node.unplug();
+            break;
+        case 1:
+        case 2:
+            rig.node.plug_in();
+            break;
+        case 3:
+            rig.node.set_write_fault(WriteFault(chosen_from(4)));
+            break;
+        case 4:
+            rig.node.set_write_fault(WriteFault::none);
+            break;
+        case 5:
+            rig.board_says([&] {
+                rig.board.instead = test::Bytes(static_cast<std::size_t>(chosen_from(70)), 0x7F);
+            });
+            break;
+        case 6:
+            rig.board_says([&] {
+                for (int& counter : rig.board.counters)
+                    counter += chosen_from(4001) - 2000;
+                rig.board.calibration_button = chosen_from(4) == 0;
+            });
+            break;
+        default:
+            rig.board_says([&] { rig.board.silent = chosen_from(2) == 0; });
+            break;
+        }
+        std::this_thread::sleep_for(milliseconds(chosen_from(5)));
+    }
+    rig.board_says([&] { rig.board.silent = false; });
+    rig.node.set_write_fault(WriteFault::none);
+    rig.node.plug_in();
+    EXPECT_TRUE(rig.node.wait_until([&] { return rig.board.milliamps[2] != 0; }));
+    ended = true;
+    servo.join();
+    EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    EXPECT_EQ(not_finite, 0);
+    EXPECT_LE(rig.board_says([&] { return rig.board.largest_milliamps; }), 1999);
+    rig.device.stop();
+    EXPECT_TRUE(rig.board_says([&] { return rig.board.last_was_zero; }));
+}
+
+#ifdef PALPATE_HAS_SYSTEM_CALL_FILTER
+TEST(WoodenDevice, ReadingAndWritingMakeNoSystemCall) {
+    Rig rig(14);
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    constexpr int kUnavailable = 77;
+    const pid_t child = fork();
+    if (child == 0) {
+        DeviceState state;
+        // On some machines reading the time is a system call.
+        if (!test::forbid_system_calls(SYS_clock_gettime)) _exit(kUnavailable);
+        for (int i = 0; i < 1000; ++i) {
+            rig.device.read(state);
+            rig.device.write(state.position);
+        }
+        _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status)) << "it was killed";
+    if (WEXITSTATUS(status) == kUnavailable) GTEST_SKIP() << "this kernel has no such filter";
+}
+#endif
 
 TEST(WoodenDevice, DeclaresWhatItHolds) {
     const WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());

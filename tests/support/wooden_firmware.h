@@ -36,7 +36,7 @@ public:
     int counters_set = 0;       ///< times
     int watchdog_trips = 0;     ///< times
     bool last_was_zero = false; ///< the last valid report had no current
-    int reports_sent = 0;
+    int reports_sent = 0;       ///< since power_on()
 
     Bytes descriptor() const override {
         const auto n = static_cast<std::uint8_t>(size_);
@@ -49,6 +49,7 @@ public:
         owes_report_ = !spent_first_report;
         motors_on = false;
         milliamps = {};
+        reports_sent = 0;
         next_s_ = time_s;
         heard_s_ = time_s;
     }
