@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/drivers/hid_node.h"
+#include "tests/support/device_calls.h"
 #include "tests/support/patience.h"
 #include "tests/support/pid_firmware.h"
 #include "tests/support/space_mouse_firmware.h"
@@ -21,7 +22,7 @@ using test::PidFirmware;
 using test::PidLayout;
 using test::WriteFault;
 
-const std::string kPath = "/dev/hidrawSIMstick";
+const std::string kPath = test::node_path("stick");
 
 struct Rig {
     PidFirmware stick;
@@ -247,6 +248,15 @@ TEST(PidDevice, AnotherDeviceAndWrongSettingsAreSaid) {
     refused([](auto& s) { s.damping_n_s_per_m = -1.0; }, "damping_n_s_per_m");
     refused([](auto& s) { s.reconnect_s = 0.0; }, "reconnect_s");
 }
+
+#ifdef PALPATE_HAS_SYSTEM_CALL_FILTER
+TEST(PidDevice, ReadingAndWritingMakeNoSystemCall) {
+    Rig rig(test::kBoardLayout);
+    rig.run();
+    ASSERT_TRUE(rig.pushes({1.0, 0.0, 0.0}, [&] { return rig.fresh(); }));
+    test::expect_no_system_calls(rig.device);
+}
+#endif
 
 } // namespace
 } // namespace palpate

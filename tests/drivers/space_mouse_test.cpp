@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/drivers/hid_node.h"
+#include "tests/support/device_calls.h"
 #include "tests/support/patience.h"
 #include "tests/support/space_mouse_firmware.h"
 #include "tests/support/wooden_firmware.h"
@@ -19,7 +20,7 @@ using test::HidNode;
 using test::SpaceMouseFirmware;
 using Kind = SpaceMouseFirmware::Kind;
 
-const std::string kPath = "/dev/hidrawSIMmouse";
+const std::string kPath = test::node_path("mouse");
 
 /// A cap with a driver whose probe has room to move for as long as a test may take.
 struct Rig {
@@ -198,11 +199,20 @@ TEST(SpaceMouseDevice, NoneAttachedAndAnotherDeviceAreSaid) {
             EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
         }
     };
-    refused("/dev/hidrawSIMnothing", "there is no such device; plug it in");
+    refused(test::node_path("nothing"), "there is no such device; plug it in");
     test::WoodenFirmware board(14);
-    HidNode node("/dev/hidrawSIMother", board);
-    refused("/dev/hidrawSIMother", "is no space mouse; `palpate devices` lists");
+    HidNode node(test::node_path("other"), board);
+    refused(test::node_path("other"), "is no space mouse; `palpate devices` lists");
 }
+
+#ifdef PALPATE_HAS_SYSTEM_CALL_FILTER
+TEST(SpaceMouseDevice, ReadingAndWritingMakeNoSystemCall) {
+    Rig rig(Kind::wired);
+    rig.push({350, 0, 0, 350, 0, 0});
+    ASSERT_TRUE(rig.reads([&] { return rig.state.velocity.y > 0.0; }));
+    test::expect_no_system_calls(rig.device);
+}
+#endif
 
 } // namespace
 } // namespace palpate

@@ -13,13 +13,8 @@
 #include <palpate/engine/wooden_models.h>
 
 #include "tests/drivers/hid_node.h"
-#include "tests/support/system_call_filter.h"
+#include "tests/support/device_calls.h"
 #include "tests/support/wooden_firmware.h"
-
-#ifdef PALPATE_HAS_SYSTEM_CALL_FILTER
-#include <sys/wait.h>
-#include <unistd.h>
-#endif
 
 namespace palpate {
 namespace {
@@ -614,22 +609,7 @@ TEST(WoodenDevice, ReadingAndWritingMakeNoSystemCall) {
     rig.device.open();
     rig.device.start();
     ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
-    constexpr int kUnavailable = 77;
-    const pid_t child = fork();
-    if (child == 0) {
-        DeviceState state;
-        // On some machines reading the time is a system call.
-        if (!test::forbid_system_calls(SYS_clock_gettime)) _exit(kUnavailable);
-        for (int i = 0; i < 1000; ++i) {
-            rig.device.read(state);
-            rig.device.write(state.position);
-        }
-        _exit(0);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    ASSERT_TRUE(WIFEXITED(status)) << "it was killed";
-    if (WEXITSTATUS(status) == kUnavailable) GTEST_SKIP() << "this kernel has no such filter";
+    test::expect_no_system_calls(rig.device);
 }
 #endif
 
