@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <fstream>
 #include <iterator>
@@ -45,8 +46,8 @@ std::optional<std::uint16_t> id_of(const fs::path& file) {
 }
 
 NodeAccess access_to(const std::string& path) {
-    if (::access(path.c_str(), F_OK) != 0) return NodeAccess::missing;
-    return ::access(path.c_str(), R_OK | W_OK) == 0 ? NodeAccess::granted : NodeAccess::denied;
+    if (::access(path.c_str(), R_OK | W_OK) == 0) return NodeAccess::granted;
+    return errno == ENOENT ? NodeAccess::missing : NodeAccess::denied;
 }
 
 /// "root:plugdev, mode 0660".
