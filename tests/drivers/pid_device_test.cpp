@@ -21,7 +21,7 @@ using test::PidFirmware;
 using test::PidLayout;
 using test::WriteFault;
 
-const std::string kPath = "/dev/hidrawSIMstick";
+const std::string kPath = test::node_path("stick");
 
 struct Rig {
     PidFirmware stick;

@@ -19,7 +19,7 @@ using test::HidNode;
 using test::SpaceMouseFirmware;
 using Kind = SpaceMouseFirmware::Kind;
 
-const std::string kPath = "/dev/hidrawSIMmouse";
+const std::string kPath = test::node_path("mouse");
 
 /// A cap with a driver whose probe has room to move for as long as a test may take.
 struct Rig {
@@ -198,10 +198,11 @@ TEST(SpaceMouseDevice, NoneAttachedAndAnotherDeviceAreSaid) {
             EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
         }
     };
-    refused("/dev/hidrawSIMnothing", "there is no such device; plug it in");
+    refused(test::node_path("nothing"), "there is no such device; plug it in");
     test::WoodenFirmware board(14);
-    HidNode node("/dev/hidrawSIMother", board);
-    refused("/dev/hidrawSIMother", "is no space mouse; `palpate devices` lists");
+    const std::string other = test::node_path("other");
+    HidNode node(other, board);
+    refused(other, "is no space mouse; `palpate devices` lists");
 }
 
 } // namespace
