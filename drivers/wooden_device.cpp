@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <palpate/drivers/internal/hid_stream.h>
+#include <palpate/drivers/internal/known_devices.h>
 #include <palpate/drivers/internal/newest_value.h>
 #include <palpate/drivers/internal/wooden_codec.h>
 
@@ -125,11 +126,8 @@ void WoodenDevice::Board::open() {
 
 std::string WoodenDevice::Board::find() {
     const auto attached = internal::attached_hid_devices();
-    const auto ours = [](const internal::HidDeviceInfo& info) {
-        return internal::is_wooden(info.vendor, info.product, info.usage_page);
-    };
     if (settings_.path.empty()) {
-        const auto first = std::find_if(attached.begin(), attached.end(), ours);
+        const auto first = std::find_if(attached.begin(), attached.end(), internal::is_wooden);
         if (first == attached.end())
             throw std::runtime_error("hid: no device of the WoodenHaptics family is attached; plug "
                                      "it in, `palpate devices --why` says what is there");
@@ -137,7 +135,7 @@ std::string WoodenDevice::Board::find() {
     }
     // A number that was the device's may be a keyboard's after it was plugged in again.
     for (const auto& info : attached)
-        if (info.path == settings_.path && !ours(info))
+        if (info.path == settings_.path && !internal::is_wooden(info))
             throw std::runtime_error(settings_.path + ": " + info.model +
                                      " is not of the WoodenHaptics family; `palpate devices` lists "
                                      "what is attached");
@@ -164,8 +162,8 @@ std::size_t WoodenDevice::Board::first_report(HidPort& port, std::span<std::uint
 }
 
 void WoodenDevice::Board::connected(HidPort& port) {
-    const auto declared =
-        internal::wooden_layout(std::span<const std::uint8_t>(port.report_descriptor()));
+    const auto declared = internal::wooden_layout(
+        internal::read_hid_descriptor(port.report_descriptor(), port.path()));
     if (!declared)
         throw std::runtime_error(port.path() + ": its reports are not those of the WoodenHaptics "
                                                "family; `palpate devices --why` says what it is");

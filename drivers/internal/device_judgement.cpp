@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <span>
 #include <utility>
@@ -9,6 +8,7 @@
 #include <palpate/drivers/internal/hid_descriptor.h>
 #include <palpate/drivers/internal/known_devices.h>
 #include <palpate/drivers/internal/pid_reports.h>
+#include <palpate/drivers/internal/wooden_codec.h>
 
 namespace palpate::internal {
 namespace {
@@ -18,8 +18,7 @@ using Weight = DeviceFinding::Weight;
 constexpr HidUsage kWoodenUsage = hid_usage(0xFFAB, 0x0200);
 constexpr HidUsage kKeyboard = hid_usage(0x01, 0x06), kMouse = hid_usage(0x01, 0x02);
 constexpr HidUsage kPidSetEffect = hid_usage(0x0F, 0x21);
-constexpr std::array<std::size_t, 3> kWoodenReports{8, 14, 64}; // bytes, both ways
-constexpr std::size_t kShortMotion = 7, kLongMotion = 13;       // bytes of a SpaceMouse's report 1
+constexpr std::size_t kShortMotion = 7, kLongMotion = 13; // bytes of a SpaceMouse's report 1
 
 std::string bytes(std::size_t count) {
     return std::to_string(count) + (count == 1 ? " byte" : " bytes");
@@ -117,8 +116,7 @@ private:
         if (!judge_descriptor("the layout is found by its first report")) return product.name;
         const std::size_t in = descriptor_->longest_report(HidReportKind::input);
         const std::size_t out = descriptor_->longest_report(HidReportKind::output);
-        if (in != out ||
-            std::find(kWoodenReports.begin(), kWoodenReports.end(), in) == kWoodenReports.end())
+        if (!wooden_layout(*descriptor_))
             obstacle("its reports have " + bytes(in) + " in and " + bytes(out) +
                          " out; 8, 14 and 64 both ways are known",
                      "put one of the public firmwares on the board");

@@ -87,6 +87,12 @@ const KnownProduct* find_product(std::span<const KnownProduct> among, std::uint1
     return found == among.end() ? nullptr : &*found;
 }
 
+bool is_wooden(const HidDeviceInfo& info) noexcept {
+    constexpr std::uint16_t vendors_page = 0xFFAB;
+    return info.usage_page == vendors_page &&
+           find_product(kWooden, info.vendor, info.product) != nullptr;
+}
+
 bool is_space_mouse(const HidDeviceInfo& info) noexcept {
     constexpr std::uint16_t generic_desktop = 0x01, multi_axis = 0x08;
     const bool maker = info.vendor == kLogitech || info.vendor == k3Dconnexion;

@@ -35,6 +35,9 @@ struct ForeignProduct {
 };
 std::span<const ForeignProduct> foreign_products();
 
+/// Whether a collection is that of a WoodenHaptics board by ids and usage page.           [any]
+bool is_wooden(const HidDeviceInfo& info) noexcept;
+
 /// Whether a collection is that of a cap with six degrees of freedom: receivers and combined
 /// devices have others beside it.                                                        [any]
 bool is_space_mouse(const HidDeviceInfo& info) noexcept;

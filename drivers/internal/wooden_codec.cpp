@@ -43,44 +43,13 @@ std::optional<WoodenLayout> wooden_layout(std::size_t report_length) noexcept {
     return std::nullopt;
 }
 
-std::optional<WoodenLayout> wooden_layout(std::span<const std::uint8_t> descriptor) noexcept {
-    // The items of HID 1.11, 6.2.2: the low two bits of a prefix are the length of its value.
-    constexpr std::uint8_t kUsagePage = 0x04, kReportSize = 0x74, kReportCount = 0x94,
-                           kReportId = 0x84, kInput = 0x80, kOutput = 0x90;
-    constexpr std::uint32_t kVendorPage = 0xFFAB;
-    std::uint32_t page = 0, bits = 0, count = 0, input = 0, output = 0;
-    for (std::size_t at = 0; at < descriptor.size();) {
-        const std::uint8_t prefix = descriptor[at++];
-        const std::size_t size = (prefix & 3) == 3 ? 4 : (prefix & 3);
-        if (size > descriptor.size() - at) return std::nullopt;
-        std::uint32_t value = 0;
-        for (std::size_t i = 0; i < size; ++i)
-            value |= static_cast<std::uint32_t>(descriptor[at + i]) << (8 * i);
-        at += size;
-        switch (prefix & 0xFC) {
-        case kUsagePage:
-            page = value;
-            break;
-        case kReportSize:
-            bits = value;
-            break;
-        case kReportCount:
-            count = value;
-            break;
-        case kReportId:
-            return std::nullopt;
-        case kInput:
-            input = count;
-            break;
-        case kOutput:
-            output = count;
-            break;
-        default:
-            break;
-        }
-    }
-    if (page != kVendorPage || bits != 8 || input != output) return std::nullopt;
-    return wooden_layout(std::size_t{input});
+std::optional<WoodenLayout> wooden_layout(const HidDescriptor& descriptor) {
+    constexpr HidUsage kUsage = hid_usage(0xFFAB, 0x0200);
+    const bool ours = !descriptor.collections.empty() &&
+                      descriptor.collections.front().usage == kUsage && !descriptor.numbered;
+    const std::size_t length = descriptor.report_bytes(HidReportKind::input, 0);
+    if (!ours || length != descriptor.report_bytes(HidReportKind::output, 0)) return std::nullopt;
+    return wooden_layout(length);
 }
 
 std::optional<WoodenReport> decode_wooden(WoodenLayout layout,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include <palpate/drivers/internal/hid_descriptor.h>
 #include <palpate/drivers/wooden_model.h>
 
 /// The reports of the WoodenHaptics family: bytes to numbers and back, nothing else. Numbers are
@@ -22,18 +23,9 @@ constexpr std::size_t kWoodenBuffer = 65;
 /// Which layout has reports of that length; nothing: none has.
 std::optional<WoodenLayout> wooden_layout(std::size_t report_length) noexcept;
 
-/// The USB identity of the boards. Others share the numbers of V3, and V3 has a second collection:
-/// the usage page tells.
-constexpr bool is_wooden(std::uint16_t vendor, std::uint16_t product,
-                         std::uint16_t usage_page) noexcept {
-    const bool mbed = vendor == 0x1234 && product == 0x0006;
-    const bool teensy = vendor == 0x16C0 && product == 0x0486;
-    return (mbed || teensy) && usage_page == 0xFFAB;
-}
-
-/// Which layout a report descriptor declares; nothing where it is not of a device of this family
-/// (usage page FFAB, unnumbered, equally long reports both ways).
-std::optional<WoodenLayout> wooden_layout(std::span<const std::uint8_t> descriptor) noexcept;
+/// Which layout a descriptor declares; nothing where it is not of a device of this family: usage
+/// FFAB/0200, unnumbered reports, equally long both ways.
+std::optional<WoodenLayout> wooden_layout(const HidDescriptor& descriptor);
 
 /// What the device says. Counters 0 to 2 of the base, 3 to 5 of the gimbal's joints D, E, F: the
 /// board has those in reverse order.

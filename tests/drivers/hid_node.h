@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
 
 #include "tests/support/hid_firmware.h"
+#include "tests/support/patience.h"
 
 namespace palpate::test {
 
@@ -46,16 +46,10 @@ public:
         return f();
     }
 
-    /// Waits until `condition()`, looked at while the firmware stands still, holds; false after 20
-    /// seconds, which no machine that runs these tests needs.
+    /// comes_true() of `condition()`, looked at while the firmware stands still.
     template <typename F>
     bool wait_until(F condition) {
-        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-        while (!at_rest(condition)) {
-            if (std::chrono::steady_clock::now() > end) return false;
-            std::this_thread::sleep_for(std::chrono::microseconds(500));
-        }
-        return true;
+        return comes_true([&] { return at_rest(condition); });
     }
 
     struct Cable; ///< shared with what stands before the C library's functions

@@ -7,6 +7,7 @@
 #include <palpate/drivers/internal/newest_value.h>
 
 #include "tests/drivers/hid_node.h"
+#include "tests/support/patience.h"
 
 namespace palpate::internal {
 namespace {
@@ -85,16 +86,6 @@ private:
     std::uint32_t last_ = 0;
 };
 
-template <typename F>
-bool wait_until(F condition) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (!condition()) {
-        if (std::chrono::steady_clock::now() > end) return false;
-        std::this_thread::sleep_for(milliseconds(1));
-    }
-    return true;
-}
-
 struct Rig {
     CountingFirmware firmware;
     HidNode node{kPath, firmware};
@@ -112,7 +103,7 @@ struct Rig {
 
 TEST(HidStream, ReportsAreGivenInOrderAndAnswered) {
     Rig rig;
-    EXPECT_TRUE(wait_until([&] { return rig.protocol.newest > 200; }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.protocol.newest > 200; }));
     EXPECT_TRUE(rig.node.wait_until([&] { return rig.firmware.received > 50; }));
     EXPECT_EQ(rig.protocol.out_of_order, 0u);
     EXPECT_EQ(rig.stream.counts().connections, 1u);
@@ -121,9 +112,9 @@ TEST(HidStream, ReportsAreGivenInOrderAndAnswered) {
 /// The queue's first report is the oldest and its last one is old, too, if it had filled up.
 void expect_no_old_report_after_a_stall(int reports) {
     Rig rig;
-    ASSERT_TRUE(wait_until([&] { return rig.protocol.published > 10; }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.published > 10; }));
     rig.protocol.hold = true;
-    ASSERT_TRUE(wait_until([&] { return rig.protocol.holding.load(); }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.holding.load(); }));
     const std::uint32_t from = rig.sent();
     ASSERT_TRUE(rig.node.wait_until(
         [&] { return rig.firmware.sent >= from + static_cast<std::uint32_t>(reports); }));
@@ -131,7 +122,7 @@ void expect_no_old_report_after_a_stall(int reports) {
     const std::uint32_t published = rig.protocol.published;
     const std::uint32_t sent = rig.sent();
     rig.protocol.hold = false;
-    ASSERT_TRUE(wait_until([&] { return rig.protocol.published != published; }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.published != published; }));
     EXPECT_GE(rig.protocol.newest, sent) << "a report of the time of the stall was published";
     EXPECT_GT(rig.stream.counts().overruns, overruns);
 }
@@ -154,7 +145,7 @@ TEST(HidStream, StoppedItHasTakenTheForceAway) {
     EXPECT_EQ(rig.protocol.composed, composed);
     rig.stream.stop();
     rig.stream.start();
-    EXPECT_TRUE(wait_until([&] { return rig.protocol.composed > composed + 5; }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.protocol.composed > composed + 5; }));
     rig.stream.close();
     rig.stream.close();
     EXPECT_TRUE(rig.node.wait_until([&] { return rig.firmware.released; }));
@@ -163,52 +154,54 @@ TEST(HidStream, StoppedItHasTakenTheForceAway) {
 TEST(HidStream, Case9ComesBackWhenPluggedInAgain) {
     Rig rig;
     for (std::uint32_t i = 1; i <= 5; ++i) {
-        ASSERT_TRUE(wait_until([&] { return rig.protocol.published > 20 * i; }));
+        ASSERT_TRUE(test::comes_true([&] { return rig.protocol.published > 20 * i; }));
         rig.node.unplug();
-        ASSERT_TRUE(wait_until([&] { return rig.stream.counts().losses == i; }));
+        ASSERT_TRUE(test::comes_true([&] { return rig.stream.counts().losses == i; }));
         rig.node.plug_in();
-        ASSERT_TRUE(wait_until([&] { return rig.stream.counts().connections == i + 1; }));
+        ASSERT_TRUE(test::comes_true([&] { return rig.stream.counts().connections == i + 1; }));
     }
 }
 
 TEST(HidStream, Case9StoppedWhileTheDeviceIsAway) {
     Rig rig;
     rig.node.unplug();
-    ASSERT_TRUE(wait_until([&] { return rig.stream.counts().losses == 1; }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.stream.counts().losses == 1; }));
     rig.stream.close();
     EXPECT_EQ(rig.stream.counts().connections, 1u);
 }
 
 TEST(HidStream, Case10DeviceThatTakesNoReportHoldsTheWriterAlone) {
     Rig rig;
-    ASSERT_TRUE(wait_until([&] { return rig.protocol.published > 10; }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.published > 10; }));
     EXPECT_EQ(rig.stream.counts().failed_writes, 0u);
     rig.node.set_write_fault(WriteFault::blocks);
-    ASSERT_TRUE(wait_until([&] { return hid_time_s() - rig.stream.untaken_since_s() > 0.1; }));
+    ASSERT_TRUE(
+        test::comes_true([&] { return hid_time_s() - rig.stream.untaken_since_s() > 0.1; }));
     const std::uint32_t published = rig.protocol.published;
-    EXPECT_TRUE(wait_until([&] { return rig.protocol.published > published + 50; }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.protocol.published > published + 50; }));
     EXPECT_GT(hid_time_s() - rig.stream.untaken_since_s(), 0.1);
     rig.node.set_write_fault(WriteFault::none);
     const std::uint32_t composed = rig.protocol.composed;
-    EXPECT_TRUE(wait_until([&] { return rig.protocol.composed > composed + 5; }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.protocol.composed > composed + 5; }));
 }
 
 TEST(HidStream, Case10DeviceThatRefusesReportsIsOpenedAnew) {
     Rig rig;
     rig.node.set_write_fault(WriteFault::fails);
-    ASSERT_TRUE(wait_until([&] { return rig.stream.counts().losses > 0; }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.stream.counts().losses > 0; }));
     EXPECT_GE(rig.stream.counts().failed_writes, 5u);
     rig.node.set_write_fault(WriteFault::none);
     const std::uint32_t published = rig.protocol.published;
-    EXPECT_TRUE(wait_until([&] { return rig.protocol.published > published + 50; }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.protocol.published > published + 50; }));
 }
 
 TEST(HidStream, Case9UnplugEndsABlockedWrite) {
     Rig rig;
     rig.node.set_write_fault(WriteFault::blocks);
-    ASSERT_TRUE(wait_until([&] { return hid_time_s() - rig.stream.untaken_since_s() > 0.02; }));
+    ASSERT_TRUE(
+        test::comes_true([&] { return hid_time_s() - rig.stream.untaken_since_s() > 0.02; }));
     rig.node.unplug();
-    EXPECT_TRUE(wait_until([&] { return rig.stream.counts().losses == 1; }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.stream.counts().losses == 1; }));
 }
 
 TEST(NewestValue, TakerSeesWholeValuesInOrderAndTheLastOne) {

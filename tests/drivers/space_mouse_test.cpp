@@ -201,8 +201,9 @@ TEST(SpaceMouseDevice, NoneAttachedAndAnotherDeviceAreSaid) {
     };
     refused(test::node_path("nothing"), "there is no such device; plug it in");
     test::WoodenFirmware board(14);
-    HidNode node(test::node_path("other"), board);
-    refused(test::node_path("other"), "is no space mouse; `palpate devices` lists");
+    const std::string other = test::node_path("other");
+    HidNode node(other, board);
+    refused(other, "is no space mouse; `palpate devices` lists");
 }
 
 #ifdef PALPATE_HAS_SYSTEM_CALL_FILTER

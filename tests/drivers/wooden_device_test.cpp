@@ -14,6 +14,7 @@
 
 #include "tests/drivers/hid_node.h"
 #include "tests/support/device_calls.h"
+#include "tests/support/patience.h"
 #include "tests/support/wooden_firmware.h"
 
 namespace palpate {
@@ -53,16 +54,6 @@ DeviceState state_of(WoodenDevice& device) {
     return state;
 }
 
-template <typename F>
-bool wait_until(F condition) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (!condition()) {
-        if (std::chrono::steady_clock::now() > end) return false;
-        std::this_thread::sleep_for(milliseconds(1));
-    }
-    return true;
-}
-
 bool is_fresh(WoodenDevice& device) { return state_of(device).freshness == Freshness::fresh; }
 
 /// A board with a driver.
@@ -83,7 +74,7 @@ struct Rig {
     /// Writes the force as a servo does until the board says what is wanted.
     template <typename F>
     bool push_until(const Vec3& force, F condition) {
-        return wait_until([&] {
+        return test::comes_true([&] {
             device.write(force);
             return node.at_rest(condition);
         });
@@ -113,8 +104,8 @@ TEST_P(WoodenLayouts, PositionFollowsTheCounters) {
     // backwards.
     rig.board_says([&] { rig.board.counters = {123 - 500, -77 - 1000, 4000, 0, 0, 0}; });
     const Vec3 expected(0.076623, 0.029215, 0.198015);
-    EXPECT_TRUE(
-        wait_until([&] { return glm::length(state_of(rig.device).position - expected) < 1e-6; }));
+    EXPECT_TRUE(test::comes_true(
+        [&] { return glm::length(state_of(rig.device).position - expected) < 1e-6; }));
     EXPECT_EQ(state_of(rig.device).freshness, Freshness::fresh);
     EXPECT_EQ(rig.device.counts().rejected_reports, 0u);
 }
@@ -180,7 +171,7 @@ TEST_P(WoodenLayouts, Case5ZeroIsSentWhenAnExceptionDestroysTheDevice) {
         WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());
         device.open();
         device.start();
-        ASSERT_TRUE(wait_until([&] {
+        ASSERT_TRUE(test::comes_true([&] {
             device.write({0.0, 0.0, 1.0});
             return node.at_rest([&] { return board.milliamps[2] != 0; });
         }));
@@ -209,7 +200,8 @@ TEST_P(WoodenLayouts, Case8OddReportsChangeNothing) {
     for (const std::size_t length : {1, 3, 7, 9, 13, 15, 63, 65}) {
         rig.board_says([&] { rig.board.instead = test::Bytes(length, 0x55); });
         ++rejected;
-        ASSERT_TRUE(wait_until([&] { return rig.device.counts().rejected_reports == rejected; }));
+        ASSERT_TRUE(
+            test::comes_true([&] { return rig.device.counts().rejected_reports == rejected; }));
     }
     rig.board_says([&] { rig.board.instead = test::Bytes(); });
     const int sent = rig.board_says([&] { return rig.board.reports_sent; });
@@ -226,17 +218,17 @@ TEST_P(WoodenLayouts, Case9UnpluggedIsStaleAndBackItIsFreshAndOfANewTrial) {
     rig.device.start();
     for (std::uint32_t i = 1; i <= 3; ++i) {
         ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
-        ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
         const std::uint32_t trial = state_of(rig.device).trial;
         rig.node.unplug();
-        ASSERT_TRUE(wait_until([&] { return !is_fresh(rig.device); }));
-        ASSERT_TRUE(wait_until([&] { return rig.device.counts().losses == i; }));
+        ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
+        ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses == i; }));
         EXPECT_FALSE(is_fresh(rig.device));
 
         rig.board_says([&] { rig.board.power_on_counters = {int(i) * 100, 0, 0, 0, 0, 0}; });
         // Nobody writes a force until the state is fresh again: none may reach the motors.
         rig.node.plug_in();
-        ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
         EXPECT_EQ(rig.board_says([&] { return rig.board.milliamps; }), (std::array<int, 3>{}));
         const DeviceState state = state_of(rig.device);
         EXPECT_GT(state.trial, trial);
@@ -250,12 +242,12 @@ TEST_P(WoodenLayouts, Case9UnpluggedDuringAWriteIsNoticed) {
     rig.device.start();
     rig.node.set_write_fault(WriteFault::blocks);
     // Nothing moves the servo's calls: the board takes no force, so what it says is not fresh.
-    ASSERT_TRUE(wait_until([&] { return !is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
     rig.node.unplug();
-    ASSERT_TRUE(wait_until([&] { return rig.device.counts().losses == 1; }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses == 1; }));
     rig.node.set_write_fault(WriteFault::none);
     rig.node.plug_in();
-    EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
 }
 
 TEST_P(WoodenLayouts, Case10ServoDoesNotWaitForABoardThatTakesNoForce) {
@@ -264,14 +256,14 @@ TEST_P(WoodenLayouts, Case10ServoDoesNotWaitForABoardThatTakesNoForce) {
     rig.device.start();
     ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
     rig.node.set_write_fault(WriteFault::blocks);
-    ASSERT_TRUE(wait_until([&] { return !is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
     // These would not return if one of them waited: the fault ends only below.
     for (int i = 0; i < 100000; ++i) {
         rig.device.write({0.0, 0.0, 1.0});
         ASSERT_FALSE(is_fresh(rig.device));
     }
     rig.node.set_write_fault(WriteFault::none);
-    EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
 }
 
 TEST_P(WoodenLayouts, Case10BoardThatRefusesForcesIsOpenedAnew) {
@@ -279,13 +271,13 @@ TEST_P(WoodenLayouts, Case10BoardThatRefusesForcesIsOpenedAnew) {
         Rig rig(GetParam(), watchful());
         rig.device.open();
         rig.device.start();
-        ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
         rig.node.set_write_fault(fault);
-        ASSERT_TRUE(wait_until([&] { return rig.device.counts().losses > 0; }));
-        ASSERT_TRUE(wait_until([&] { return !is_fresh(rig.device); }));
+        ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses > 0; }));
+        ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
         EXPECT_GE(rig.device.counts().failed_writes, 5u);
         rig.node.set_write_fault(WriteFault::none);
-        EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+        EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     }
 }
 
@@ -305,7 +297,7 @@ TEST(WoodenDevice, Case2BoardThatWasSilentIsAnsweredAgain) {
     Rig rig(14, watchful());
     rig.device.open();
     rig.device.start();
-    ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     // One of its reports is lost: both sides would wait for each other for ever.
     rig.board_says([&] { rig.board.instead = test::Bytes(); });
     const int sent = rig.board_says([&] { return rig.board.reports_sent; });
@@ -373,7 +365,7 @@ TEST(WoodenDevice, Case4PositionIsContinuousOverTheEndOf16Bits) {
         rig.board_says([&] { rig.board.counters = {32700 + 800, -32700 - 2000, 32767 + 1500}; });
         // The third vector of wooden_model_test.cpp: counts -800, 2000, 4500.
         const Vec3 expected(0.104802, -0.051444, 0.083778);
-        EXPECT_TRUE(wait_until(
+        EXPECT_TRUE(test::comes_true(
             [&] { return glm::length(state_of(rig.device).position - expected) < 1e-6; }));
     }
 }
@@ -406,9 +398,9 @@ TEST(WoodenDevice, Case6HostNoticesABoardThatStallsAndSendsNoForceMeanwhile) {
     rig.board_says([&] { rig.board.silent = true; });
     // The servo goes on writing the same force: without a recent pose it is not sent.
     EXPECT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.last_was_zero; }));
-    EXPECT_TRUE(wait_until([&] { return !is_fresh(rig.device); }));
+    EXPECT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
     rig.board_says([&] { rig.board.silent = false; });
-    EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     EXPECT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
 }
 
@@ -431,7 +423,7 @@ TEST(WoodenDevice, Case12CountersOfAPolhemAreSetAtHome) {
         // What the counters read before means nothing.
         EXPECT_EQ(state_of(rig.device).freshness, Freshness::stale);
         rig.device.start();
-        ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
         EXPECT_EQ(rig.device.counts().zeroings, 1u);
         EXPECT_EQ(rig.board_says([&] { return rig.board.counters_set; }), 1);
         EXPECT_EQ(rig.board_says([&] { return rig.board.counters; }),
@@ -454,16 +446,16 @@ TEST(WoodenDevice, Case12CalibrationButtonSetsTheCountersAgain) {
     rig.device.open();
     rig.device.start();
     // As the device has kept them.
-    ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     EXPECT_LT(glm::length(state_of(rig.device).position - at({8000, -11000, 27000, 0, 30, 0})),
               1e-15);
     EXPECT_EQ(rig.device.counts().zeroings, 0u);
 
     const std::uint32_t trial = state_of(rig.device).trial;
     rig.board_says([&] { rig.board.calibration_button = true; });
-    ASSERT_TRUE(wait_until([&] { return rig.device.counts().zeroings == 1; }));
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().zeroings == 1; }));
     EXPECT_FALSE(rig.board_says([&] { return rig.board.calibration_button; }));
-    ASSERT_TRUE(wait_until([&] { return state_of(rig.device).trial == trial + 1; }));
+    ASSERT_TRUE(test::comes_true([&] { return state_of(rig.device).trial == trial + 1; }));
     EXPECT_LT(glm::length(state_of(rig.device).position - at(model.home_counts)), 1e-15);
 }
 
@@ -477,8 +469,8 @@ TEST(WoodenDevice, Case12NoForceWhileCountersAreSet) {
         rig.board.milliamps = {1, 1, 1};
     });
     ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.counters_set == 1; }));
-    EXPECT_TRUE(wait_until([&] { return rig.device.counts().zeroings == 1; }));
-    EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.device.counts().zeroings == 1; }));
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     EXPECT_LT(glm::length(state_of(rig.device).position - kHome), 1e-15);
 }
 
@@ -486,12 +478,12 @@ TEST(WoodenDevice, ButtonOfTheHandleIsReported) {
     Rig rig(14, patient(), "polhem_v1");
     rig.device.open();
     rig.device.start();
-    ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     EXPECT_EQ(state_of(rig.device).buttons, 0u);
     rig.board_says([&] { rig.board.counters[3] += 10000; });
-    EXPECT_TRUE(wait_until([&] { return state_of(rig.device).buttons == 1; }));
+    EXPECT_TRUE(test::comes_true([&] { return state_of(rig.device).buttons == 1; }));
     rig.board_says([&] { rig.board.counters[3] -= 10000; });
-    EXPECT_TRUE(wait_until([&] { return state_of(rig.device).buttons == 0; }));
+    EXPECT_TRUE(test::comes_true([&] { return state_of(rig.device).buttons == 0; }));
 }
 
 TEST(WoodenDevice, PoseOutOfReachIsNotPublished) {
@@ -502,15 +494,15 @@ TEST(WoodenDevice, PoseOutOfReachIsNotPublished) {
     rig.node.plug_in();
     rig.device.open();
     rig.device.start();
-    ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     const Vec3 before = state_of(rig.device).position;
     // Link 1 back over the base and the crank towards it: links 3 and 4 are too short.
     rig.board_says([&] { rig.board.counters = {8327, -15754, 20481, 0, 30, 0}; });
-    ASSERT_TRUE(wait_until([&] { return !is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
     EXPECT_EQ(state_of(rig.device).position, before);
     EXPECT_GT(rig.device.counts().rejected_reports, 0u);
     rig.board_says([&] { rig.board.counters = {8327, -10926, 27140, 0, 30, 0}; });
-    EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
 }
 
 TEST(WoodenDevice, DevicesOfOtherKindsAreRefused) {
@@ -596,7 +588,7 @@ TEST_P(WoodenLayouts, FaultsAtRandomLeaveItAliveAndWithinItsLimits) {
     EXPECT_TRUE(rig.node.wait_until([&] { return rig.board.milliamps[2] != 0; }));
     ended = true;
     servo.join();
-    EXPECT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     EXPECT_EQ(not_finite, 0);
     EXPECT_LE(rig.board_says([&] { return rig.board.largest_milliamps; }), 1999);
     rig.device.stop();
@@ -608,7 +600,7 @@ TEST(WoodenDevice, ReadingAndWritingMakeNoSystemCall) {
     Rig rig(14);
     rig.device.open();
     rig.device.start();
-    ASSERT_TRUE(wait_until([&] { return is_fresh(rig.device); }));
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     test::expect_no_system_calls(rig.device);
 }
 #endif
