@@ -101,6 +101,11 @@ struct Rig {
         stream.open();
         stream.start();
     }
+    /// A test that fails must not leave the stream waiting.
+    ~Rig() {
+        protocol.hold = false;
+        node.set_write_fault(WriteFault::none);
+    }
     std::uint32_t sent() {
         return node.at_rest([&] { return firmware.sent; });
     }
