@@ -16,16 +16,21 @@ namespace palpate {
 namespace {
 
 constexpr const char* kFormat = "palpate recording";
-constexpr std::uint64_t kFormatVersion = 1;
+// 1: inputs without buttons, freshness and orientation, no device.
+constexpr std::uint64_t kFormatVersion = 2;
 
 /// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and
-/// reader.
+/// reader, of what a version of the format has.
 template <typename Columns>
-void for_each_input_column(Columns&& column) {
+void for_each_input_column(std::uint64_t version, Columns&& column) {
     column("time_s", "s", &DeviceState::time_s);
     column("position_m", "m", &DeviceState::position);
     column("velocity_m_per_s", "m/s", &DeviceState::velocity);
     column("trial", "1", &DeviceState::trial);
+    if (version < 2) return;
+    column("buttons", "bits", &DeviceState::buttons);
+    column("freshness", "0 fresh, 1 stale", &DeviceState::freshness);
+    column("orientation_wxyz", "1", &DeviceState::orientation);
 }
 
 /// The same for the frames.
@@ -83,12 +88,40 @@ auto column_reader(const internal::RecordingReader& reader, const std::string& g
         };
 }
 
-void check_format(const internal::RecordingReader& reader) {
+/// The version of the format, which is known.
+std::uint64_t check_format(const internal::RecordingReader& reader) {
     if (reader.read_text("format") != kFormat) reader.fail("is HDF5 but not a recording");
     std::vector<std::uint64_t> version;
     reader.read_column("format_version", version);
-    if (version.size() != 1 || version.front() != kFormatVersion)
-        reader.fail(fmt::format("has another version of the format than {}", kFormatVersion));
+    if (version.size() != 1 || version.front() < 1 || version.front() > kFormatVersion)
+        reader.fail(fmt::format("has another version of the format than 1 to {}", kFormatVersion));
+    return version.front();
+}
+
+void write_device(internal::RecordingWriter& writer, const DeviceProperties& device) {
+    writer.make_group("device");
+    writer.write_texts("device/name", {device.name});
+    writer.write_column("device/force_n", "N", std::vector<double>{device.force_n});
+    writer.write_column("device/stiffness_n_per_m", "N/m",
+                        std::vector<double>{device.stiffness_n_per_m});
+    writer.write_column("device/damping_n_s_per_m", "N s/m",
+                        std::vector<double>{device.damping_n_s_per_m});
+}
+
+DeviceProperties read_device(const internal::RecordingReader& reader) {
+    const auto number = [&](const char* name) {
+        std::vector<double> values;
+        reader.read_column(name, values);
+        if (values.size() != 1)
+            reader.fail(fmt::format("is damaged: data set {} is not one number", name));
+        return values.front();
+    };
+    DeviceProperties device;
+    device.name = reader.read_text("device/name");
+    device.force_n = number("device/force_n");
+    device.stiffness_n_per_m = number("device/stiffness_n_per_m");
+    device.damping_n_s_per_m = number("device/damping_n_s_per_m");
+    return device;
 }
 
 std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader) {
@@ -123,8 +156,9 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
     writer.write_texts("sources/file", source_files);
     writer.write_texts("sources/sha256", source_hashes);
 
+    write_device(writer, recording.device);
     writer.make_group("inputs");
-    for_each_input_column(column_writer(writer, "inputs", recording.inputs));
+    for_each_input_column(kFormatVersion, column_writer(writer, "inputs", recording.inputs));
     writer.make_group("frames");
     for_each_frame_column(column_writer(writer, "frames", recording.frames));
     writer.make_group("clock");
@@ -134,7 +168,7 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
 
 Recording read_recording(const std::filesystem::path& file) {
     const internal::RecordingReader reader(file);
-    check_format(reader);
+    const std::uint64_t format_version = check_format(reader);
 
     Recording recording;
     recording.version = reader.read_text("version");
@@ -142,7 +176,8 @@ Recording read_recording(const std::filesystem::path& file) {
     recording.scene_text = reader.read_text("scene/text");
     recording.overrides = reader.read_text("scene/overrides");
     recording.sources = read_sources(reader);
-    for_each_input_column(column_reader(reader, "inputs", recording.inputs));
+    if (format_version >= 2) recording.device = read_device(reader);
+    for_each_input_column(format_version, column_reader(reader, "inputs", recording.inputs));
     for_each_frame_column(column_reader(reader, "frames", recording.frames));
     reader.read_column("clock/steps_left", recording.steps_left);
     return recording;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/engine/device_placement.h>
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/haptics/contact_vibration.h>
 #include <palpate/haptics/coulomb_friction.h>
@@ -151,15 +152,17 @@ struct LoopDescription {
 
 /// What moves the probe.
 struct DeviceDescription {
-    enum class Kind { none, path, orbit };
+    enum class Kind { none, path, orbit, recording, hand, hid };
     Kind kind = Kind::none;
-    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m
-    std::string surface;        ///< orbit: key of surfaces; empty = the only one
-    double speed_m_per_s = 0.2; ///< orbit, (0, 100]
-    double depth_min_mm = 1.0;  ///< orbit: pressed at least this deep, [0, 50]
-    double depth_max_mm = 5.0;  ///< orbit: and at most this deep, [depth_min_mm, 50]
-    double duration_s = 20.0;   ///< orbit, (0, 3600]
-    int turns = 12;             ///< orbit: turns of the spiral from pole to pole, [1, 500]
+    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`
+    std::string address;        ///< hid: what stands behind "hid:", as `palpate devices` lists it
+    DevicePlacementSettings placement; ///< hand and hid; the others are in the scene frame
+    std::string surface;               ///< orbit: key of surfaces; empty = the only one
+    double speed_m_per_s = 0.2;        ///< orbit, (0, 100]
+    double depth_min_mm = 1.0;         ///< orbit: pressed at least this deep, [0, 50]
+    double depth_max_mm = 5.0;         ///< orbit: and at most this deep, [depth_min_mm, 50]
+    double duration_s = 20.0;          ///< orbit, (0, 3600]
+    int turns = 12;                    ///< orbit: turns of the spiral from pole to pole, [1, 500]
     int line = 0;
 };
 

@@ -49,8 +49,9 @@ int replay(const std::filesystem::path& file, const std::string& out, bool check
     require_consistent(recording, file);
     const auto scene = recorded_scene(recording, file, resources());
     SteadyClock clock;
-    const Trace trace = run_trace(scene, recording.inputs, clock, progress_bar(),
-                                  recording.steps_left, recording.frames);
+    Trace trace = run_trace(scene, recording.inputs, clock, progress_bar(), recording.steps_left,
+                            recording.frames);
+    trace.device = recording.device;
     if (!out.empty()) {
         const ResultFolder folder(out);
         write_frames_csv(folder / "frames.csv", trace.frames);

@@ -25,26 +25,8 @@ constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"
 // What the file format knows beyond this version.
 constexpr std::array<std::string_view, 1> kOtherEffects{"texture"};
 
-constexpr Range kPlaceMm{-1e6, 1e6};
 constexpr Range kForceN{-1.0e3, 1.0e3}; // as far as limits.force_n goes
 constexpr Range kAbove0{0.0, kInfinity, Range::Ends::open};
-
-/// Three numbers under a key.
-Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
-                 const Range& range) {
-    const std::string expected = fmt::format("three numbers [x, y, z]{}, scene frame (LPS)", unit);
-    table.require(key, "give " + expected);
-    const toml::array& numbers = table.array(key, expected);
-    if (numbers.size() != 3)
-        table.fail(table.line_of(key),
-                   fmt::format("{} {} has {} elements", key, table.where(), numbers.size()),
-                   "give " + expected);
-    Vec3 triple;
-    for (int i = 0; i < 3; ++i)
-        triple[i] = table.number_in(numbers[static_cast<std::size_t>(i)],
-                                    fmt::format("{}[{}]", key, i), range);
-    return triple;
-}
 
 /// [[x, y, z], ...] in mm; m.
 std::vector<Vec3> read_points(const TomlTable& table, std::string_view key, std::size_t fewest,
@@ -289,6 +271,22 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
 }
 
 } // namespace
+
+Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
+                 const Range& range) {
+    const std::string expected = fmt::format("three numbers [x, y, z]{}, scene frame (LPS)", unit);
+    table.require(key, "give " + expected);
+    const toml::array& numbers = table.array(key, expected);
+    if (numbers.size() != 3)
+        table.fail(table.line_of(key),
+                   fmt::format("{} {} has {} elements", key, table.where(), numbers.size()),
+                   "give " + expected);
+    Vec3 triple;
+    for (int i = 0; i < 3; ++i)
+        triple[i] = table.number_in(numbers[static_cast<std::size_t>(i)],
+                                    fmt::format("{}[{}]", key, i), range);
+    return triple;
+}
 
 FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
     constexpr Range coefficient{0.0, 10.0};

@@ -40,6 +40,13 @@ std::string name_in(const TomlTable& table, std::string_view key, const Map& map
 std::filesystem::path existing_file(const TomlTable& table, std::string_view key,
                                     const std::filesystem::path& scene_file);
 
+/// Three numbers under a key that must exist; `unit` as messages say it: " in mm".
+Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
+                 const Range& range);
+
+/// Places of a scene, mm.
+inline constexpr Range kPlaceMm{-1e6, 1e6};
+
 /// A strength in N under a key: a number or [[value, N], ...]; infinite where there is none.
 TransferFunction read_strength(const TomlTable& table, std::string_view key);
 
@@ -63,6 +70,9 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
 /// it names.
 std::vector<EffectDescription> read_effect_table(const TomlTable& table,
                                                  const SceneDescription& scene);
+
+/// [device]; the scene has its surfaces already.
+DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene);
 
 /// Refuses effects that do not go with the loop, which the scene has already.
 void check_effects(const TomlTable& top, const SceneDescription& scene);
