@@ -19,9 +19,10 @@ enum class Overrun : std::uint8_t {
 /// clock. A pure account: it neither waits nor reads a clock.
 class FrameSchedule {
 public:
-    /// Of a period, what is left to others: a frame that ends later waits for the next tick but
-    /// one. So a loop whose frames are all too long stays below 94 % of a processor; the kernel
-    /// stops SCHED_FIFO for a twentieth of a second at 95 %.
+    /// Of the time between two frames' beginnings, what is left to others: a frame that leaves less
+    /// until the next tick goes on to the one after it. So a loop whose frames are all too long
+    /// takes 94 % of a processor at most; at 95 % the kernel stops SCHED_FIFO for a twentieth of a
+    /// second.
     static constexpr double kRest = 0.06;
 
     /// The first deadline is a period after `start_us`.                                 [setup]
@@ -53,7 +54,7 @@ public:
     };
     /// Once for each begin().                                                            [loop]
     End end(double now_us) noexcept {
-        const double rest_us = kRest * period_us_;
+        const double rest_us = (now_us - began_us_) * (kRest / (1.0 - kRest));
         const auto soonest = static_cast<std::uint64_t>(
             std::ceil(std::max(0.0, now_us + rest_us - start_us_) / period_us_));
         next_ = std::max(current_ + 1, soonest);

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/device_factory.h>
+
+#include <gtest/gtest.h>
+
+#include <palpate/engine/recorded_run.h>
+#include <palpate/engine/trace.h>
+
+#include "scene_file_fixture.h"
+#include "tests/support/scripted_clock.h"
+#include "tests/support/scripted_device.h"
+
+namespace palpate {
+namespace {
+
+using Kind = DeviceDescription::Kind;
+
+class DeviceTable : public test::SceneFolder {};
+
+TEST_F(DeviceTable, APlacementIsReadKeyByKey) {
+    const DeviceDescription device =
+        parse("[device]\ntype = \"hand\"\nright = \"patient_posterior\"\nup = \"patient_left\"\n"
+              "origin_mm = [1, 2.5, -3]\nscale = 2\n")
+            .device;
+    EXPECT_EQ(device.kind, Kind::hand);
+    EXPECT_EQ(device.placement.right, PatientSide::posterior);
+    EXPECT_EQ(device.placement.up, PatientSide::left);
+    EXPECT_EQ(device.placement.origin_m, Vec3(1e-3, 2.5e-3, -3e-3));
+    EXPECT_EQ(device.placement.scale, 2.0);
+
+    const DeviceDescription bare = parse("[device]\ntype = \"hid:/dev/hidraw3\"\n").device;
+    EXPECT_EQ(bare.kind, Kind::hid);
+    EXPECT_EQ(bare.address, "/dev/hidraw3");
+    EXPECT_EQ(bare.placement.right, PatientSide::left);
+    EXPECT_EQ(bare.placement.up, PatientSide::superior);
+    EXPECT_EQ(bare.placement.scale, 1.0);
+}
+
+TEST_F(DeviceTable, WrongPlacementsAreRefusedWithLineAndRemedy) {
+    EXPECT_EQ(complaint("[device]\ntype = \"hand\"\nright = \"patient_left\"\nup = "
+                        "\"patient_right\"\n"),
+              "scene.toml:4: right is \"patient_left\" and up \"patient_right\" in [device], which "
+              "is one line; let up be a direction across right");
+    EXPECT_EQ(complaint("[device]\ntype = \"hand\"\nright = \"patient_superior\"\n").substr(0, 13),
+              "scene.toml:3:")
+        << "up is superior by default";
+    EXPECT_NE(complaint("[device]\ntype = \"hand\"\nright = \"patient_lft\"\n")
+                  .find("did you mean \"patient_left\"?"),
+              std::string::npos);
+    EXPECT_NE(complaint("[device]\ntype = \"hand\"\nscale = 0\n").find("[0.01, 100]"),
+              std::string::npos);
+    EXPECT_NE(complaint("[device]\ntype = \"hand\"\norigin_mm = [1, 2]\n").find("2 elements"),
+              std::string::npos);
+    EXPECT_EQ(complaint("[device]\ntype = \"hid:\"\n"),
+              "scene.toml:2: type = \"hid:\" in [device] names no device; add what `palpate "
+              "devices` lists");
+    EXPECT_NE(complaint("[device]\ntype = \"path\"\nfile = \"probe.csv\"\nscale = 2\n")
+                  .find("unknown key \"scale\""),
+              std::string::npos)
+        << "a path is where it says";
+}
+
+TEST_F(DeviceTable, OptionsNameEveryDevice) {
+    SceneDescription scene;
+    const auto with = [&](const std::string& device) {
+        SceneOverrides overrides;
+        overrides.device = device;
+        apply(overrides, scene);
+        return scene.device;
+    };
+    EXPECT_EQ(with("orbit").kind, Kind::orbit);
+    EXPECT_EQ(with("hand").kind, Kind::hand);
+    EXPECT_EQ(with("path:a.csv").file, std::filesystem::absolute("a.csv"));
+    EXPECT_EQ(with("recording:r.h5").kind, Kind::recording);
+    EXPECT_EQ(scene.device.file, std::filesystem::absolute("r.h5"));
+    EXPECT_EQ(with("hid:spacemouse").address, "spacemouse");
+    for (const char* wrong : {"", "path:", "hid:", "recording:", "novint"})
+        EXPECT_THROW(with(wrong), std::invalid_argument) << wrong;
+}
+
+std::string cavity(const std::string& device) {
+    return "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[surface.s]\nvolume = \"v\"\n"
+           "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n" +
+           device;
+}
+
+std::shared_ptr<const Scene> scene_of(const std::string& device = "",
+                                      const std::filesystem::path& file = "x.toml") {
+    return std::make_shared<const Scene>(parse_scene(cavity(device), file));
+}
+
+TEST(DeviceFactory, WhatThisVersionDoesNotHaveIsNamed) {
+    const auto message_of = [](const std::string& device) -> std::string {
+        try {
+            make_device(*scene_of(device));
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(message_of(""),
+              "x.toml: the scene has no device; add [device] with type = \"path\" or \"orbit\"");
+    // Kinds without a maker say which ones there are; kinds with one are the scene's to open.
+    for (const char* kind : {"hand", "hid:x"}) {
+        const std::string message = message_of(std::string("[device]\ntype = \"") + kind + "\"\n");
+        EXPECT_TRUE(message.empty() ||
+                    message.find("is not in this version of palpate; it has path") !=
+                        std::string::npos)
+            << message;
+    }
+    EXPECT_THROW(device_states(*scene_of("[device]\ntype = \"hand\"\n")), std::runtime_error);
+}
+
+TEST(DeviceFactory, AnOrbitIsASequenceInTheScenesFrame) {
+    const auto scene = scene_of("[device]\ntype = \"orbit\"\nduration_s = 0.5\n");
+    const SceneDevice device = make_device(*scene);
+    const std::vector<DeviceState> states = device_states(*scene);
+    EXPECT_EQ(device.states, states.size());
+    EXPECT_EQ(device.placement.in_words(), "device frame = scene frame");
+    DeviceState state;
+    for (const DeviceState& expected : states) {
+        ASSERT_TRUE(device.device->read(state));
+        EXPECT_EQ(state.position, expected.position);
+    }
+    EXPECT_FALSE(device.device->read(state));
+}
+
+/// A hand that comes down on the ball from where its own frame has it.
+void come_down(std::size_t read, DeviceState& state) {
+    state.position = {0.0, 0.0, 0.03 - 1e-4 * static_cast<double>(read)};
+    state.velocity = {0.0, 0.0, -0.1};
+    state.buttons = static_cast<std::uint32_t>(read);
+    state.orientation = {0.0, 1.0, 0.0, 0.0};
+}
+
+TEST(ClosedLoop, TheDeviceIsReadPlacedAndPushedBackInItsOwnFrame) {
+    test::ScriptedDevice device;
+    device.on_read = come_down;
+    // Right is the patient's left, up anterior: from its origin 40 mm in front of the ball's middle
+    // the device comes down on the patient's front.
+    const DevicePlacement placement(
+        {PatientSide::left, PatientSide::anterior, Vec3{0.0, -0.04, 0.0}, 1.0});
+    test::ScriptedClock clock;
+    const Trace trace = run_trace(scene_of(), {device, placement}, clock, 300);
+    ASSERT_EQ(trace.frames.size(), 300u);
+    EXPECT_LT(glm::length(trace.inputs[100].position - Vec3(0.0, -0.06, 0.0)), 1e-15);
+    EXPECT_EQ(trace.inputs[100].velocity, Vec3(0.0, 0.1, 0.0));
+    EXPECT_EQ(trace.inputs[100].buttons, 100u);
+    // 10 mm deep: k_s of 500 N/m, to a tenth of a micrometre of the solver's tolerance.
+    EXPECT_NEAR(trace.frames[299].force.y, -500.0 * 0.0099, 500.0 * 1e-7);
+    ASSERT_EQ(device.forces.size(), 301u);
+    EXPECT_EQ(device.forces[299].z, -trace.frames[299].force.y) << "up, in the device's frame";
+    EXPECT_EQ(device.forces[300], Vec3(0.0)) << "and then it is let go";
+    EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
+    EXPECT_EQ(trace.device.name, "scripted");
+}
+
+TEST(ClosedLoop, AnExceptionLeavesAStoppedDeviceWithoutForce) {
+    test::ScriptedDevice device;
+    test::ScriptedClock clock;
+    RunWatch watch;
+    watch.progress = [](double, std::string_view) { return false; };
+    EXPECT_THROW(run_trace(scene_of(), {device, {}}, clock, 5000, watch), std::runtime_error);
+    EXPECT_EQ(device.forces.back(), Vec3(0.0));
+    EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
+}
+
+TEST(ClosedLoop, WhatAHandDidCanBePlayedAgain) {
+    test::TemporaryFolder folder;
+    test::ScriptedDevice device;
+    device.on_read = come_down;
+    const DevicePlacement placement(
+        {PatientSide::left, PatientSide::superior, Vec3{0.0, 0.0, 0.03}, 1.0});
+    test::ScriptedClock clock;
+    const auto scene = scene_of();
+    const Trace first = run_trace(scene, {device, placement}, clock, 200);
+    write_recording(folder / "r.h5", recorded(*scene, {}, first));
+
+    const auto again =
+        scene_of("[device]\ntype = \"recording\"\nfile = \"r.h5\"\n", folder / "scene.toml");
+    const SceneDevice recording = make_device(*again);
+    EXPECT_EQ(recording.states, 200u);
+    const Trace second = run_trace(again, recording.placed(), clock, recording.states);
+    ASSERT_EQ(second.frames.size(), first.frames.size());
+    for (std::size_t i = 0; i < first.frames.size(); ++i) {
+        EXPECT_EQ(second.frames[i].proxy, first.frames[i].proxy);
+        EXPECT_EQ(second.inputs[i].buttons, first.inputs[i].buttons);
+        EXPECT_EQ(second.inputs[i].orientation, first.inputs[i].orientation);
+    }
+
+    const auto slower = scene_of("[device]\ntype = \"recording\"\nfile = \"r.h5\"\n[loop]\nrate_hz "
+                                 "= 500\n",
+                                 folder / "scene.toml");
+    try {
+        make_device(*slower);
+        FAIL() << "it was accepted";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("was recorded at 1000 frames a second"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+} // namespace
+} // namespace palpate
