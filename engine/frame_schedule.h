@@ -19,10 +19,10 @@ enum class Overrun : std::uint8_t {
 /// clock. A pure account: it neither waits nor reads a clock.
 class FrameSchedule {
 public:
-    /// Of the time between two frames' beginnings, what is left to others: a frame that leaves less
-    /// until the next tick goes on to the one after it. So a loop whose frames are all too long
-    /// takes 94 % of a processor at most; at 95 % the kernel stops SCHED_FIFO for a twentieth of a
-    /// second.
+    /// Of the periods that a frame takes, what is left to others. A frame that takes more than the
+    /// rest of its period is followed by a pause of this share, and then by the next tick: so a
+    /// loop whose frames are all too long takes 94 % of a processor at most. At 95 % the kernel
+    /// stops SCHED_FIFO for a twentieth of a second.
     static constexpr double kRest = 0.06;
 
     /// The first deadline is a period after `start_us`.                                 [setup]
@@ -54,14 +54,16 @@ public:
     };
     /// Once for each begin().                                                            [loop]
     End end(double now_us) noexcept {
-        const double rest_us = (now_us - began_us_) * (kRest / (1.0 - kRest));
+        const double busy_us = now_us - began_us_;
+        const bool is_too_long = busy_us > (1.0 - kRest) * period_us_;
+        const double pause_us = is_too_long ? busy_us * (kRest / (1.0 - kRest)) : 0.0;
         const auto soonest = static_cast<std::uint64_t>(
-            std::ceil(std::max(0.0, now_us + rest_us - start_us_) / period_us_));
+            std::ceil(std::max(0.0, now_us + pause_us - start_us_) / period_us_));
         next_ = std::max(current_ + 1, soonest);
         const std::uint64_t after = next_ - current_ - 1;
         End ended;
         ended.missed = woken_late_ + after;
-        if (after > 0 && now_us - began_us_ + rest_us > period_us_)
+        if (after > 0 && is_too_long)
             ended.overrun = Overrun::own_work;
         else if (ended.missed > 0)
             ended.overrun = Overrun::woken_late;

@@ -30,7 +30,8 @@ struct LoopThreadGrants {
 };
 
 /// Asks for all of it, in the calling thread: scheduler, processor, every page that the process has
-/// now kept in memory, and a stack that is there already. What is refused stays as it was.
+/// now kept in memory, a stack that is there already, and to be woken when it is time. What is
+/// refused stays as it was.
 LoopThreadGrants prepare_loop_thread(const LoopThreadSettings& settings) noexcept;
 
 /// Gives back what concerns the whole process: its memory may be paged out again.

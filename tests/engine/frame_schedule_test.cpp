@@ -67,7 +67,7 @@ TEST(FrameSchedule, LateAndTooLongIsOneOverrunOfItsOwnWork) {
     EXPECT_EQ(schedule.deadline_us(), tick(5));
 }
 
-TEST(FrameSchedule, AFrameLeavesTheSystemItsRest) {
+TEST(FrameSchedule, FramesThatAreTooLongLeaveTheSystemItsRest) {
     FrameSchedule schedule(kPeriod, kStart);
     schedule.begin(tick(1));
     EXPECT_EQ(schedule.end(tick(2) - 61.0).missed, 0u) << "just more than 6 % for others";

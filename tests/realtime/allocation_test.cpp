@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/internal/servo_loop.h>
 #include <palpate/haptics/contact_vibration.h>
 #include <palpate/haptics/curve_guide.h>
 #include <palpate/haptics/gravity_compensation.h>
@@ -235,6 +236,46 @@ TEST(Allocation, SwitchingEffectsMakesNone) {
         step(i);
     counting = false;
     EXPECT_EQ(allocations, 0);
+}
+
+/// Waiting for the clock, reading and writing the device and handing over to the recorder included;
+/// frames that find no room as well.
+TEST(Allocation, AServoLoopMakesNone) {
+    class Circling final : public HapticDevice {
+    public:
+        DeviceProperties properties() const override { return {}; }
+        bool read(DeviceState& state) noexcept override {
+            if (reads_ == 100) {
+                allocations = 0;
+                counting = true;
+            }
+            if (reads_ == 4100) {
+                counting = false;
+                return false;
+            }
+            const double angle = 0.004 * reads_++;
+            state.time_s = 0.25 * angle;
+            state.position = 0.03 * Vec3{std::cos(angle), std::sin(angle), 0.1};
+            return true;
+        }
+        void write(const Vec3&) noexcept override {}
+
+    private:
+        int reads_ = 0;
+    } device;
+    const auto scene = test::phantom_scene("volume", "paper", "budget_us = 50\n");
+    SteadyPacedClock clock;
+    HapticLoop loop(scene, clock);
+    internal::SpscRing<RunFrame> frames(2048);
+    internal::SpscRing<std::uint32_t> decisions(1u << 20);
+    internal::ServoSettings settings;
+    settings.period_us = 100.0;
+    const DevicePlacement placement(DevicePlacementSettings{});
+    internal::ServoLoop servo(loop, device, placement, clock, settings, frames, &decisions);
+    servo.run();
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+    EXPECT_GT(servo.dropped(), 0u);
 }
 
 TEST(Allocation, FramesOfVolumeEffectsMakeNone) {
