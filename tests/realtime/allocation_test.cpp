@@ -266,7 +266,7 @@ TEST(Allocation, AServoLoopMakesNone) {
     const auto scene = test::phantom_scene("volume", "paper", "budget_us = 50\n");
     SteadyPacedClock clock;
     HapticLoop loop(scene, clock);
-    internal::SpscRing<RunFrame> frames(2048);
+    internal::SpscRing<RunFrame> frames(16);
     internal::SpscRing<std::uint32_t> decisions(1u << 20);
     internal::ServoSettings settings;
     settings.period_us = 100.0;
