@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/drivers/internal/hand_mechanics.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -19,16 +20,16 @@ Vec3 motor(double t) {
 Vec3 tremor(double t) { return {0.1 * std::sin(63.0 * t), 0.1 * std::cos(50.0 * t), 0}; }
 Vec3 intent(double t) { return {t < 0.3 ? 0.02 * t : 0.006, 0, -0.01 * t}; }
 
-struct Run {
+struct Balance {
     double missing_j = 0.0; ///< in - out - what is in it
     double moved_j = 0.0;   ///< in and out together: the scale
     double travel_m = 0.0;  ///< of the grip's stretch, per axis, summed
     double largest_stretch_m = 0.0;
 };
 
-Run run(const HandSettings& settings) {
+Balance balance_of(const HandSettings& settings) {
     HandMechanics hand(settings, Vec3{0.0});
-    Run result;
+    Balance result;
     double t = 0.0;
     Vec3 stretch{0.0};
     for (int i = 0; i < 50000; ++i, t += kStep_s) {
@@ -52,7 +53,7 @@ Run run(const HandSettings& settings) {
 TEST(HandMechanics, WithoutFrictionEnergyIsKeptToRounding) {
     HandSettings settings;
     settings.mechanism.friction_n = 0.0;
-    const Run balance = run(settings);
+    const Balance balance = balance_of(settings);
     EXPECT_GT(balance.moved_j, 0.01);
     EXPECT_LE(balance.missing_j, 50000 * 1e-16 * balance.moved_j);
 }
@@ -63,7 +64,7 @@ TEST(HandMechanics, WithoutFrictionEnergyIsKeptToRounding) {
 TEST(HandMechanics, FrictionIsOffByNoMoreThanItsImpulseOnTheGrip) {
     HandSettings settings;
     settings.mechanism.friction_n = 0.3;
-    const Run balance = run(settings);
+    const Balance balance = balance_of(settings);
     const double per_metre = kStep_s * kStep_s * settings.grip.stiffness_n_per_m * 0.3 /
                              (4.0 * settings.mechanism.mass_kg);
     EXPECT_LE(balance.missing_j, per_metre * balance.travel_m + 50000 * 1e-16 * balance.moved_j);
@@ -77,7 +78,7 @@ TEST(HandMechanics, PlayIsOffByAStepsWayAtEachSide) {
     HandSettings settings;
     settings.mechanism.friction_n = 0.0;
     settings.grip.backlash_m = 50e-6;
-    const Run balance = run(settings);
+    const Balance balance = balance_of(settings);
     const double per_step =
         settings.grip.stiffness_n_per_m * balance.largest_stretch_m * balance.largest_stretch_m;
     EXPECT_LE(balance.missing_j, per_step * 50000);
