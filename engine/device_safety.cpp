@@ -31,6 +31,11 @@ double own_force_n(const EffectDescription& effect) {
     }
 }
 
+/// Whether an effect may pull a hand that has not pressed before, or shakes it.
+bool draws(EffectKind kind) {
+    return kind == EffectKind::vibration || kind == EffectKind::magnet || kind == EffectKind::guide;
+}
+
 } // namespace
 
 SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
@@ -74,7 +79,7 @@ SafetySettings safety_settings(const SceneDescription& scene, double rate_hz,
     bool active = false;
     for (const EffectDescription& effect : scene.effects) {
         own_n += std::min(own_force_n(effect), settings.force_n);
-        active = active || effect.kind == EffectKind::vibration;
+        active = active || draws(effect.kind);
     }
     settings.small_force_n = std::max(settings.small_force_n, kOwnForceMargin * own_n);
     if (active || own_n > 0.0) settings.passivity.active_w = kActivePower_w;

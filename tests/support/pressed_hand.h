@@ -31,15 +31,18 @@ struct PressedPoint {
     Vec3 outward{0.0, 0.0, 1.0};
 };
 
-/// Where a ray from outside along -outward first meets a scene's first surface. Throws
-/// std::runtime_error where it meets none.
-inline PressedPoint pressed_point(const Scene& scene, const Vec3& outward) {
-    const OrbitTarget target = orbit_target(scene.surfaces().front());
+/// Where a ray from outside along -toward first meets a scene's first surface, and the direction
+/// out of it there. Throws std::runtime_error where it meets none, or has no field.
+inline PressedPoint pressed_point(const Scene& scene, const Vec3& toward) {
+    const SceneSurface& surface = scene.surfaces().front();
+    const OrbitTarget target = orbit_target(surface);
     const Vec3 center = target.bounds.center();
-    const Vec3 from = center + glm::length(target.bounds.extent()) * outward;
+    const Vec3 from = center + glm::length(target.bounds.extent()) * toward;
     const auto share = target.first_crossing(from, center);
-    if (!share) throw std::runtime_error("the ray to the middle of the surface does not meet it");
-    return {from + *share * (center - from), outward};
+    if (!share || !surface.baked.field)
+        throw std::runtime_error("the ray to the middle of the surface meets no level of a field");
+    const Vec3 point = from + *share * (center - from);
+    return {point, -glm::normalize(surface.baked.field->make_sampler()->sample(point).slope)};
 }
 
 /// What a press came to.
@@ -47,7 +50,7 @@ struct Press {
     double stiffness_n_per_m = 0.0;   ///< of the coupling, as used
     double oscillation_m_per_s = 0.0; ///< rms of the handle's velocity, 20-400 Hz, in the last
                                       ///< second of holding
-    double tremor_m_per_s = 0.0;      ///< the same of 5-20 Hz
+    double slow_m_per_s = 0.0;        ///< the same of 5-20 Hz, where the tremor is
     double hand_work_j = 0.0;  ///< most that the hand had been given beyond what it had put in
     double motor_work_j = 0.0; ///< the same of the motors' work, before the device's own losses
     double force_n = 0.0;      ///< longest force that was sent
@@ -132,8 +135,24 @@ inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint
     }
     result.pressed_n /= static_cast<double>(velocities.size());
     result.oscillation_m_per_s = rms_between(velocities, settings.rate_hz, 20.0, 400.0);
-    result.tremor_m_per_s = rms_between(velocities, settings.rate_hz, 5.0, 20.0);
+    result.slow_m_per_s = rms_between(velocities, settings.rate_hz, 5.0, 20.0);
     return result;
+}
+
+/// The tremor of a hand that touches nothing, rms of the handle's velocity in 5-20 Hz, m/s.
+inline double free_tremor(const HandSettings& settings) {
+    SimulatedHand hand(settings, {{0.0, Vec3{0.0}}});
+    std::vector<Vec3> velocities;
+    DeviceState state;
+    while (hand.read(state) && state.time_s < 3.0)
+        if (state.time_s >= 2.0) velocities.push_back(hand.truth().handle_velocity);
+    return rms_between(velocities, settings.rate_hz, 5.0, 20.0);
+}
+
+/// Whether the loop shakes the hand more than the hand itself does: above 20 Hz as much as its
+/// tremor, or where the tremor is twice as much.
+inline bool oscillates(const Press& press, double tremor_m_per_s) {
+    return press.oscillation_m_per_s > tremor_m_per_s || press.slow_m_per_s > 2.0 * tremor_m_per_s;
 }
 
 } // namespace palpate::test
