@@ -47,18 +47,17 @@ SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
     coupling.stiffness = std::min(coupling.stiffness, device.stiffness_n_per_m);
     if (b > 0.0) {
         coupling.damping = std::min(coupling.damping, 0.5 * b);
-        const double held_s = 0.5 / rate_hz + device.delay_s;
+        const double held_s = 0.5 / rate_hz; // on average, of a frame's force
         coupling.stiffness = std::min(coupling.stiffness, (b - coupling.damping) / held_s);
     }
     if (coupling.stiffness < wanted.stiffness_n_per_m ||
         coupling.damping < wanted.damping_n_s_per_m)
         safe.warning = fmt::format(
             "coupling lowered from {:.6g} N/m and {:.6g} N s/m to {:.6g} N/m and {:.6g} N s/m: {} "
-            "declares a damping of {:.6g} N s/m, a delay of {:.3g} ms and at most {:.6g} N/m, and "
-            "k (T/2 + delay) + k_d above its damping would give the hand energy; write these into "
-            "[coupling], or raise rate_hz",
+            "declares a damping of {:.6g} N s/m and at most {:.6g} N/m, and k T/2 + k_d above its "
+            "damping would give the hand energy; write these into [coupling], or raise rate_hz",
             wanted.stiffness_n_per_m, wanted.damping_n_s_per_m, coupling.stiffness,
-            coupling.damping, device.name, b, 1e3 * device.delay_s, device.stiffness_n_per_m);
+            coupling.damping, device.name, b, device.stiffness_n_per_m);
     return safe;
 }
 

@@ -18,9 +18,11 @@ struct SafeCoupling {
 };
 
 /// The coupling of a scene as far as the device's own damping b pays for it:                [setup]
-///   k (T/2 + delay) + k_d <= b         (Colgate & Schenkel 1997; the delay as Gil et al. 2009)
+///   k T/2 + k_d <= b                                            (Colgate & Schenkel 1997)
 /// k_d gets half of b at most, k what is left, and no more than the device says it is made for. A
-/// device that declares no damping has that alone checked; one that takes no force nothing.
+/// device that declares no damping has that alone checked, one that takes no force nothing. What
+/// the hand damps is not counted on, and what a delay takes is the safety chain's matter, which
+/// softens what proves to give energy.
 SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
                            const DeviceProperties& device);
 

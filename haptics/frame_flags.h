@@ -25,6 +25,7 @@ enum FrameFlag : std::uint32_t {
     kRampsIn = 1u << 13,
     kEnergyBounded = 1u << 14,
     kEnergyExceeded = 1u << 15,
+    kSoftened = 1u << 16,
 };
 
 /// A flag with its name in files, what it means and what to do about it.
@@ -34,7 +35,7 @@ struct FrameFlagText {
     const char* meaning;
 };
 
-inline constexpr std::array<FrameFlagText, 16> kFrameFlagTexts{{
+inline constexpr std::array<FrameFlagText, 17> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
      "the device gave a position that is not a number: proxy held, force to zero; check the device "
      "or path"},
@@ -77,6 +78,9 @@ inline constexpr std::array<FrameFlagText, 16> kFrameFlagTexts{{
     {kEnergyExceeded, "energy_exceeded",
      "the hand got more energy than the bound and its reserve: force to zero; lower the stiffness, "
      "or declare the device's delay"},
+    {kSoftened, "softened",
+     "the coupling was softer than the scene says, as it had given too much energy; lower the "
+     "stiffness, or declare the device's damping and delay"},
 }};
 
 } // namespace palpate

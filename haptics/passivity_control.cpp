@@ -28,8 +28,8 @@ void PassivityControl::restart() noexcept {
     spring_.fill(0.0);
 }
 
-void PassivityControl::observe(const Vec3& position, const Vec3& velocity,
-                               const Vec3& wanted) noexcept {
+void PassivityControl::observe(const Vec3& position, const Vec3& velocity, const Vec3& wanted,
+                               double share) noexcept {
     if (placed_) {
         // At work between the two positions: one force, and the one before it for a share of it.
         const Vec3 at_work = (1.0 - delay_rest_) * sent_before(delay_frames_) +
@@ -40,7 +40,7 @@ void PassivityControl::observe(const Vec3& position, const Vec3& velocity,
     }
     placed_ = true;
     position_ = position;
-    spring_[(frame_ + 1) % kHistory] = spring_energy(wanted);
+    spring_[(frame_ + 1) % kHistory] = share * spring_energy(wanted);
     account_j_ = std::min(account_j_, settings_.bank_j + highest_spring_energy());
 }
 

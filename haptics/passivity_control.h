@@ -30,9 +30,9 @@ struct PassivitySettings {
 /// The account S begins with the bank B. With the force f that was at work while the probe moved
 /// from x_(n-1) to x_n (a delayed one was sent earlier),
 ///   S_n = min(S_(n-1) - f.(x_n - x_(n-1)) + b v^2 T + P T,  B + U)
-/// where U = |f|^2 / 2k is the energy of a coupling that wants f: more than that and the bank
-/// cannot be asked back by what is passive, so an hour of friction does not pay for a blow. The
-/// force that is sent next has
+/// where U = |f|^2 / 2k is the energy of a coupling that wants f (times its share): more than that
+/// and the bank cannot be asked back by what is passive, so an hour of friction does not pay for a
+/// blow. The force that is sent next has
 ///   f.v <= S / 5 ms,  or where S < 0 what is left of S after -b v^2
 class PassivityControl {
 public:
@@ -42,8 +42,10 @@ public:
     void restart() noexcept;
 
     /// The probe is at `position` (m), moving at `velocity` (m/s), and `wanted` (N) is what the
-    /// coupling would send: books what the force at work did since the frame before.     [loop]
-    void observe(const Vec3& position, const Vec3& velocity, const Vec3& wanted) noexcept;
+    /// coupling asks for, of which `share` in [0, 1] is to be sent: books what the force at work
+    /// did since the frame before.                                                       [loop]
+    void observe(const Vec3& position, const Vec3& velocity, const Vec3& wanted,
+                 double share = 1.0) noexcept;
 
     /// The account is below -reserve: what moves the probe outruns the controller.       [loop]
     bool exceeded() const noexcept { return account_j_ < -settings_.reserve_j; }

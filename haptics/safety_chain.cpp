@@ -36,14 +36,18 @@ Vec3 SafetyChain::send(const Vec3& wanted, const Vec3& probe, const Vec3& veloci
         flags |= kWaitsForSmallForce;
         return faded();
     }
-    passivity_.observe(probe, velocity, wanted);
+    const double share = next_share(flags);
+    passivity_.observe(probe, velocity, wanted, share);
     if (passivity_.exceeded()) {
         flags |= kEnergyExceeded;
         return fade(flags);
     }
-    const Vec3 ramped = next_share(flags) * shortened(wanted, flags);
+    const Vec3 ramped = share * shortened(wanted, flags);
     const Vec3 passive = passivity_.control(ramped, velocity);
-    if (passive != ramped) flags |= kEnergyBounded;
+    if (passive != ramped) {
+        flags |= kEnergyBounded;
+        stiffness_share_ *= 1.0 - settings_.period_s / settings_.soften_s;
+    }
     const Vec3 force = slewed(shortened(passive, flags), flags);
     passivity_.sent(force);
     return force;
@@ -80,17 +84,22 @@ bool SafetyChain::waits(double wanted_n) noexcept {
     calm_s_ = calm ? calm_s_ + settings_.period_s : 0.0;
     if (calm_s_ <= settings_.calm_s) return true;
     waiting_ = false;
-    share_ = 0.0;
+    ramp_ = 0.0;
     passivity_.restart();
     return false;
 }
 
 double SafetyChain::next_share(std::uint32_t& flags) noexcept {
-    if (share_ < 1.0) {
-        share_ = std::min(1.0, share_ + settings_.period_s / settings_.ramp_s);
+    if (ramp_ < 1.0) {
+        ramp_ = std::min(1.0, ramp_ + settings_.period_s / settings_.ramp_s);
         flags |= kRampsIn;
     }
-    return share_;
+    if (stiffness_share_ < 1.0) {
+        stiffness_share_ =
+            std::min(1.0, stiffness_share_ + settings_.period_s / settings_.stiffen_s);
+        flags |= kSoftened;
+    }
+    return ramp_ * stiffness_share_;
 }
 
 Vec3 SafetyChain::limited(Vec3 wanted, std::uint32_t& flags) noexcept {

@@ -22,9 +22,12 @@ struct SafetySettings {
     double period_s = 1e-3;       ///< nominal frame period, s, > 0
 
     // With motors:
-    double small_force_n = 0.2;    ///< what is wanted must be this small before any is sent, N, > 0
-    double calm_s = 0.01;          ///< for this long, s, >= 0
-    double ramp_s = 0.25;          ///< then it takes this long to the whole force, s, > 0
+    double small_force_n = 0.2; ///< what is wanted must be this small before any is sent, N, > 0
+    double calm_s = 0.01;       ///< for this long, s, >= 0
+    double ramp_s = 0.25;       ///< then it takes this long to the whole force, s, > 0
+    double soften_s =
+        0.02; ///< time constant of the stiffness while energy has to be bounded, s, > T
+    double stiffen_s = 5.0;        ///< then it takes this long from none to the whole one, s, > 0
     double fade_s = 4e-3;          ///< from the longest force to none after a fault, s, > 0
     double fastest_m_per_s = 10.0; ///< a probe that is faster has jumped, m/s, > 0
     PassivitySettings passivity;   ///< its period and force are taken from here
@@ -34,7 +37,9 @@ struct SafetySettings {
 ///   1 finite; a force that is no number, a probe that jumps and an account of energy that is
 ///     overdrawn are faults: the force fades to zero and everything begins with 2;
 ///   2 zero until what is wanted has been small, then ramped in;
-///   3 bounded in the energy that the hand gets back (PassivityControl);
+///   3 bounded in the energy that the hand gets back (PassivityControl); while that takes force
+///     away the coupling becomes softer, c' = c (1 - T / soften_s) of its stiffness, and slowly
+///     stiff again afterwards: a loop that shakes finds the stiffness that it can hold;
 ///   4 no longer than the limit, and no further from what left before than the slew limit allows
 ///     in one period.
 /// Without motors: finite and 4 alone.
@@ -70,10 +75,11 @@ private:
     PassivityControl passivity_;
     Vec3 sent_{0.0};
     Vec3 probe_{0.0};
-    bool placed_ = false; // probe_ is one
-    bool waiting_ = true; // for a small force
-    double calm_s_ = 0.0; // since when what is wanted has been small, while waiting
-    double share_ = 0.0;  // of the force that is sent, [0, 1]
+    bool placed_ = false;          // probe_ is one
+    bool waiting_ = true;          // for a small force
+    double calm_s_ = 0.0;          // since when what is wanted has been small, while waiting
+    double ramp_ = 0.0;            // share of the force that is sent, [0, 1]
+    double stiffness_share_ = 1.0; // of the coupling's, (0, 1]
 };
 
 } // namespace palpate

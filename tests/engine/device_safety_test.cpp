@@ -36,14 +36,14 @@ TEST(SafeCoupling, IsWhatTheDevicesDampingPaysFor) {
         << "faster, stiffer";
 }
 
-TEST(SafeCoupling, ADelayCountsAsMuchAsTheHeldFrameAndDampingIsPaidForFirst) {
-    DeviceProperties device = motors(0.3);
-    device.delay_s = 1e-3;
-    EXPECT_DOUBLE_EQ(safe_coupling({1000.0, 0.0}, 1000.0, device).coupling.stiffness, 200.0);
-    const SafeCoupling both = safe_coupling({1000.0, 0.05}, 1000.0, device);
-    EXPECT_DOUBLE_EQ(both.coupling.stiffness, 0.25 / 1.5e-3);
+TEST(SafeCoupling, DampingIsPaidForFirst) {
+    const SafeCoupling both = safe_coupling({1000.0, 0.05}, 1000.0, motors(0.3));
+    EXPECT_DOUBLE_EQ(both.coupling.stiffness, 500.0);
     EXPECT_DOUBLE_EQ(both.coupling.damping, 0.05);
-    EXPECT_DOUBLE_EQ(safe_coupling({10.0, 5.0}, 1000.0, device).coupling.damping, 0.15);
+    const SafeCoupling damped = safe_coupling({10.0, 5.0}, 1000.0, motors(0.3));
+    EXPECT_DOUBLE_EQ(damped.coupling.damping, 0.15) << "half of it at most";
+    EXPECT_DOUBLE_EQ(damped.coupling.stiffness, 10.0);
+    EXPECT_NE(damped.warning, "");
 }
 
 TEST(SafeCoupling, IsLeftAloneWhereNothingIsDeclaredOrEnoughIs) {

@@ -46,6 +46,13 @@ TEST(PassivityControl, WhatWasPutInCountsOnlyAsFarAsTheSpringHoldsIt) {
         fresh.sent({5, 0, 0});
     }
     EXPECT_NEAR(fresh.account_j(), 2e-3 + 0.055, 1e-15);
+    // Of a coupling that is ramped in, its share.
+    PassivityControl ramped({});
+    for (int i = 0; i < 100; ++i) {
+        ramped.observe({-5e-3 * i, 0, 0}, {-0.5, 0, 0}, {8, 0, 0}, 0.5);
+        ramped.sent({2.5, 0, 0});
+    }
+    EXPECT_NEAR(ramped.account_j(), 2e-3 + 0.5 * 0.055, 1e-15);
 }
 
 // A hand that moves at constant speed against forces that come a delay later than they are sent:

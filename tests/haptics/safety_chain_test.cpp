@@ -160,6 +160,32 @@ TEST(SafetyChain, AProbeThatJumpsOrRacesIsAFault) {
     }
 }
 
+// A wall that is answered 40 ms late: a hand that swings in it would be pushed along in each
+// stroke.
+TEST(SafetyChain, WhatGivesEnergyBecomesSofterAndComesBackSlowly) {
+    SafetyChain chain = engaged();
+    std::uint32_t flags = 0;
+    const auto late = [](int i) { return Vec3{4.0 * std::sin(0.1 * (i + 15)), 0, 0}; };
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3 probe{4e-3 * std::sin(0.1 * i), 0, 0};
+        chain.send(late(i), probe, {0.4 * std::cos(0.1 * i), 0, 0}, flags);
+    }
+    EXPECT_TRUE(flags & kEnergyBounded);
+    EXPECT_TRUE(flags & kSoftened);
+    const double softened = send(chain, {2, 0, 0}, {4e-3 * std::sin(200.0), 0, 0}).force.x / 2.0;
+    EXPECT_LT(softened, 0.5);
+    double before = softened;
+    for (int i = 0; i < 12000; ++i) { // at rest
+        const Sent sent = send(chain, {2, 0, 0}, {4e-3 * std::sin(200.0), 0, 0});
+        const double share = sent.force.x / 2.0;
+        // 5 s from none to the whole: 2e-4 a frame, after the first that the slew limit shortens.
+        ASSERT_LE(share, before + 2e-4 * (1.0 + 1e-9)) << i;
+        ASSERT_GE(share, before) << i;
+        before = share;
+    }
+    EXPECT_DOUBLE_EQ(before, 1.0);
+}
+
 /// Wanted forces of every size and kind, one after the other without any connection.
 Vec3 any_force(std::mt19937_64& random) {
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
