@@ -15,7 +15,9 @@ constexpr double kSpread_s = 5e-3;
 PassivityControl::PassivityControl(const PassivitySettings& settings) noexcept
     : settings_(settings) {
     constexpr double kMostFrames = static_cast<double>(kHistory) - 2.0;
-    const double frames = std::clamp(settings.delay_s / settings.period_s, 0.0, kMostFrames);
+    // A driver that declares no number declares nothing.
+    const double frames =
+        settings.delay_s > 0.0 ? std::min(settings.delay_s / settings.period_s, kMostFrames) : 0.0;
     delay_frames_ = static_cast<std::size_t>(frames);
     delay_rest_ = frames - static_cast<double>(delay_frames_);
     restart();

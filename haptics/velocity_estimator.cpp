@@ -14,8 +14,9 @@ constexpr double kSlack = 1e-6; // of a step
 } // namespace
 
 const Vec3& VelocityEstimator::update(double time_s, const Vec3& position) noexcept {
-    if (!std::isfinite(time_s) || !is_finite(position)) return velocity_;
-    if (count_ > 0 && !(time_s > newest(0).time_s)) return velocity_;
+    if (!std::isfinite(time_s) || !is_finite(position)) return without_news();
+    if (count_ > 0 && !(time_s > newest(0).time_s)) return without_news();
+    repeats_ = 0;
     samples_[next_] = {time_s, position};
     next_ = (next_ + 1) % kCapacity;
     count_ = std::min(count_ + 1, kCapacity);
@@ -25,7 +26,16 @@ const Vec3& VelocityEstimator::update(double time_s, const Vec3& position) noexc
     return velocity_;
 }
 
+const Vec3& VelocityEstimator::without_news() noexcept {
+    if (repeats_ < kMostRepeats)
+        ++repeats_;
+    else
+        velocity_ = Vec3{0.0};
+    return velocity_;
+}
+
 void VelocityEstimator::restart() noexcept {
+    repeats_ = 0;
     next_ = 0;
     count_ = 0;
     velocity_ = Vec3{0.0};

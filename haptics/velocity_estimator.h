@@ -23,11 +23,13 @@ struct VelocitySettings {
 class VelocityEstimator {
 public:
     static constexpr std::size_t kCapacity = 64; ///< samples
+    static constexpr int kMostRepeats = 5; ///< samples that say nothing new, before it is at rest
 
     explicit VelocityEstimator(const VelocitySettings& settings) noexcept : settings_(settings) {}
 
     /// A sample at its own time, s, m; returns the velocity, m/s. One that is not newer than the
-    /// last, or not finite, changes nothing.                                             [loop]
+    /// last, or not finite, changes nothing, until there have been more than kMostRepeats: a device
+    /// that reports changes alone says by that that it rests.                            [loop]
     const Vec3& update(double time_s, const Vec3& position) noexcept;
 
     /// Forgets every sample: what comes next is somewhere else.                          [loop]
@@ -43,12 +45,14 @@ private:
     const Sample& newest(std::size_t back) const noexcept {
         return samples_[(next_ + kCapacity - 1 - back) % kCapacity];
     }
+    const Vec3& without_news() noexcept;
     double along(int axis) const noexcept;
 
     VelocitySettings settings_;
     std::array<Sample, kCapacity> samples_{};
     std::size_t next_ = 0;
     std::size_t count_ = 0;
+    int repeats_ = 0; // since the newest sample
     Vec3 velocity_{0.0};
 };
 

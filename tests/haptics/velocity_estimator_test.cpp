@@ -144,6 +144,16 @@ TEST(VelocityEstimator, StaleAndUnusableSamplesChangeNothing) {
     EXPECT_NEAR(estimator.velocity().x, 0.1, 2.0 * kStep / (kWindow - kPeriod));
 }
 
+TEST(VelocityEstimator, ADeviceThatSaysNothingNewRests) {
+    VelocityEstimator estimator({kStep, kWindow});
+    for (int i = 0; i < 50; ++i)
+        estimator.update(kPeriod * i, {1e-4 * i, 0, 0});
+    for (int i = 0; i < VelocityEstimator::kMostRepeats; ++i)
+        EXPECT_GT(estimator.update(kPeriod * 49, {49e-4, 0, 0}).x, 0.09);
+    EXPECT_EQ(estimator.update(kPeriod * 49, {49e-4, 0, 0}), Vec3(0.0));
+    EXPECT_GT(estimator.update(kPeriod * 60, {60e-4, 0, 0}).x, 0.09) << "and moves again";
+}
+
 TEST(VelocityEstimator, IsFiniteForEveryFiniteInput) {
     VelocityEstimator estimator({kStep, kWindow});
     for (int i = 0; i < 100; ++i)
