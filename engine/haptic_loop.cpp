@@ -9,6 +9,7 @@
 #include <xmmintrin.h>
 #endif
 
+#include <palpate/engine/device_safety.h>
 #include <palpate/engine/internal/effect_kinds.h>
 
 namespace palpate {
@@ -66,13 +67,18 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(std::move(scene), clock, loop, DeviceProperties{}, std::move(custom)) {}
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       const LoopDescription& loop, const DeviceProperties& device,
+                       std::vector<std::unique_ptr<Effect>> custom)
     : scene_(std::move(scene)), clock_(clock), parts_(scene_->make_parts()),
       gained_(gained_by_effects(custom.size())),
-      coupling_{scene_->description().coupling.stiffness_n_per_m,
-                scene_->description().coupling.damping_n_s_per_m},
-      limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
-                1.0 / loop.rate_hz}),
-      period_s_(1.0 / loop.rate_hz) {
+      coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
+      safety_(safety_settings(scene_->description(), loop.rate_hz, coupling_.stiffness, device)),
+      estimates_velocity_(device.force_n > 0.0 &&
+                          device.velocity_source == VelocitySource::positions),
+      velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
     std::move(custom.begin(), custom.end(), std::back_inserter(parts_.effects));
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
@@ -137,19 +143,18 @@ FrameReport HapticLoop::frame(const DeviceState& device,
     report.time_s = device.time_s;
     report.probe = device.position;
 
-    Vec3 wanted{0.0};
-    if (in_range(device.position)) {
-        const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
-        move_proxy(device, steps_left, report);
-        const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
-        wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
-                                proxy_velocity); // (3)
-        wanted = subdivision_->with_device_forces(wanted);
-    } else {
+    if (!in_range(device.position)) {
         report.flags |= kProbeNotFinite;
+        report.force = release(report.flags);
+    } else if (device.freshness == Freshness::stale) {
+        report.flags |= kDeviceStale;
+        report.force = release(report.flags);
+    } else {
+        const Vec3 probe_velocity = velocity(device);
+        const Vec3 wanted = wanted_force(device, probe_velocity, steps_left, report);
+        report.force = safety_.send(wanted, device.position, probe_velocity, report.flags);
     }
     report.proxy = proxy_;
-    report.force = limiter_.limit(wanted, report.flags);
 
     const QueryCount after = queries();
     report.field_samples = static_cast<std::uint32_t>(after.field_samples - before.field_samples);
@@ -161,6 +166,32 @@ FrameReport HapticLoop::frame(const DeviceState& device,
     return report;
 }
 
+Vec3 HapticLoop::release() noexcept {
+    std::uint32_t flags = 0;
+    return release(flags);
+}
+
+Vec3 HapticLoop::release(std::uint32_t& flags) noexcept {
+    velocity_estimator_.restart();
+    return safety_.fade(flags);
+}
+
+Vec3 HapticLoop::velocity(const DeviceState& device) noexcept {
+    return estimates_velocity_ ? velocity_estimator_.update(device.time_s, device.position)
+                               : device.velocity;
+}
+
+Vec3 HapticLoop::wanted_force(const DeviceState& device, const Vec3& velocity,
+                              std::span<const std::uint32_t> steps_left,
+                              FrameReport& report) noexcept {
+    const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
+    move_proxy(device, steps_left, report);
+    const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
+    const Vec3 force =
+        coupling_force(coupling_, device.position, proxy_, velocity, proxy_velocity); // (3)
+    return subdivision_->with_device_forces(force);
+}
+
 void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                             FrameReport& report) noexcept {
     if (!started_ || device.trial != trial_) {
@@ -170,7 +201,7 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
         report.flags |= subdivision_->restart(proxy_);
     }
     const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_,
-                               scene_->description().limits.force_n};
+                               safety_.force_n()};
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/drivers/simulated_hand.h>
 #include <palpate/engine/haptic_loop.h>
 #include <palpate/engine/internal/servo_loop.h>
 #include <palpate/haptics/contact_vibration.h>
@@ -116,6 +117,33 @@ TEST(Allocation, FramesOfContactVolumeMakeNone) {
     for (const char* method : {"adaptive", "fixed", "paper", "single"})
         EXPECT_EQ(allocations_of(test::phantom_scene("volume", method, "budget_us = 50\n")), 0)
             << method;
+}
+
+/// The whole safety chain, with faults, and the simulated hand itself.
+TEST(Allocation, FramesOnADeviceWithMotorsMakeNone) {
+    const auto scene = test::phantom_scene("volume", "adaptive");
+    SteadyClock clock;
+    SimulatedHand hand({}, {{0.0, {0.05, 0, 0}}, {5.0, {0.01, 0, 0}}, {10.0, {0.05, 0.01, 0}}});
+    HapticLoop loop(scene, clock, scene->description().loop, hand.properties());
+    long pressed = 0;
+    const auto step = [&](int i) {
+        DeviceState state;
+        hand.read(state);
+        if (i % 3000 == 0) state.freshness = Freshness::stale;
+        const FrameReport report = loop.frame(state);
+        hand.write(report.force);
+        pressed += report.force != Vec3{0.0} ? 1 : 0;
+    };
+    for (int i = 1; i < 100; ++i)
+        step(i);
+    allocations = 0;
+    counting = true;
+    for (int i = 100; i < 10100; ++i)
+        step(i);
+    loop.release();
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+    EXPECT_GT(pressed, 1000);
 }
 
 TEST(Allocation, FramesOfContactDirectMakeNone) {

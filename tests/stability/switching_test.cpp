@@ -22,7 +22,7 @@ TEST(Switching, AtRandomKeepsTheForceWithinItsLimits) {
     HapticLoop loop(scene, clock, test::fibres());
     ASSERT_EQ(loop.effect_count(), 24u);
     std::mt19937_64 random(20);
-    const ForceLimits limits;
+    const SafetySettings limits;
     Vec3 before_n{0.0};
     long touched = 0, free = 0, inside = 0;
     for (int frame = 0; frame < test::fuzz_frames(100000); ++frame) {
