@@ -54,7 +54,7 @@ public:
     /// A force of the scene, N, in the device's frame.                                   [loop]
     Vec3 to_device(const Vec3& force) const noexcept;
 
-    /// What a device declares, as the scene meets it: stiffness and damping / s.        [setup]
+    /// What a device declares, as the scene meets it: stiffness and damping / s, lengths s. [setup]
     DeviceProperties to_scene(const DeviceProperties& properties) const;
 
     /// "device right = patient left, up = patient superior, towards the user = ...".    [setup]

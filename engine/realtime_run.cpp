@@ -88,7 +88,8 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     Trace trace;
     const RunningDevice running(placed.device);
     trace.device = placed.placement.to_scene(placed.device.properties());
-    HapticLoop loop(scene, clock);
+    warn_of_coupling(*scene, trace.device, watch);
+    HapticLoop loop(scene, clock, description, trace.device);
     internal::SpscRing<RunFrame> frames(static_cast<std::size_t>(kReserve_s * description.rate_hz) +
                                         1);
     internal::SpscRing<std::uint32_t> decisions(keeps_steps ? kMostDecisions : 1);

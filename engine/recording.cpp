@@ -98,29 +98,46 @@ std::uint64_t check_format(const internal::RecordingReader& reader) {
     return version.front();
 }
 
+/// The same for the device: numbers of which there is one each.
+template <typename Columns>
+void for_each_device_number(Columns&& column) {
+    column("device/force_n", "N", &DeviceProperties::force_n);
+    column("device/stiffness_n_per_m", "N/m", &DeviceProperties::stiffness_n_per_m);
+    column("device/damping_n_s_per_m", "N s/m", &DeviceProperties::damping_n_s_per_m);
+    column("device/position_step_m", "m", &DeviceProperties::position_step_m);
+    column("device/delay_s", "s", &DeviceProperties::delay_s);
+}
+constexpr const char* kVelocitySource = "device/velocity_source";
+
 void write_device(internal::RecordingWriter& writer, const DeviceProperties& device) {
     writer.make_group("device");
     writer.write_texts("device/name", {device.name});
-    writer.write_column("device/force_n", "N", std::vector<double>{device.force_n});
-    writer.write_column("device/stiffness_n_per_m", "N/m",
-                        std::vector<double>{device.stiffness_n_per_m});
-    writer.write_column("device/damping_n_s_per_m", "N s/m",
-                        std::vector<double>{device.damping_n_s_per_m});
+    for_each_device_number([&](const char* name, const char* unit, auto member) {
+        writer.write_column(name, unit, std::vector<double>{device.*member});
+    });
+    writer.write_column(
+        kVelocitySource, "enumeration",
+        std::vector<std::uint32_t>{static_cast<std::uint32_t>(device.velocity_source)});
 }
 
 DeviceProperties read_device(const internal::RecordingReader& reader) {
-    const auto number = [&](const char* name) {
-        std::vector<double> values;
-        reader.read_column(name, values);
+    DeviceProperties device;
+    device.name = reader.read_text("device/name");
+    const auto only = [&](const char* name, const auto& values) {
         if (values.size() != 1)
             reader.fail(fmt::format("is damaged: data set {} is not one number", name));
         return values.front();
     };
-    DeviceProperties device;
-    device.name = reader.read_text("device/name");
-    device.force_n = number("device/force_n");
-    device.stiffness_n_per_m = number("device/stiffness_n_per_m");
-    device.damping_n_s_per_m = number("device/damping_n_s_per_m");
+    for_each_device_number([&](const char* name, const char*, auto member) {
+        std::vector<double> values;
+        reader.read_column(name, values);
+        device.*member = only(name, values);
+    });
+    std::vector<std::uint32_t> source;
+    reader.read_column(kVelocitySource, source);
+    if (only(kVelocitySource, source) > static_cast<std::uint32_t>(VelocitySource::device))
+        reader.fail(fmt::format("is damaged: data set {} means nothing", kVelocitySource));
+    device.velocity_source = static_cast<VelocitySource>(source.front());
     return device;
 }
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/sequence_device.h>
+#include <palpate/engine/device_safety.h>
 #include <palpate/engine/haptic_loop.h>
 
 namespace palpate {
@@ -34,17 +35,19 @@ private:
     std::size_t at_ = 0;
 };
 
-/// Frames back to back; `expected` of them, or nobody knows how many.
-Trace trace_device(std::shared_ptr<const Scene> scene, const PlacedDevice& placed, Clock& clock,
-                   std::uint64_t most_frames, std::uint64_t expected, const RunWatch& watch,
-                   Decisions decisions) {
+/// Frames back to back, of a device that is started and is what `properties` say, scene frame;
+/// `expected` of them, or nobody knows how many.
+Trace trace_device(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
+                   const DeviceProperties& properties, Clock& clock, std::uint64_t most_frames,
+                   std::uint64_t expected, const RunWatch& watch, Decisions decisions) {
     Trace trace;
-    trace.device = placed.placement.to_scene(placed.device.properties());
+    trace.device = properties;
     for (const SceneSurface& surface : scene->surfaces())
         trace.audits.emplace_back(*scene, surface);
-    const bool keeps_steps = scene->description().loop.method == SteppingMethod::paper;
+    const LoopDescription& description = scene->description().loop;
+    const bool keeps_steps = description.method == SteppingMethod::paper;
 
-    HapticLoop loop(scene, clock);
+    HapticLoop loop(scene, clock, description, properties);
     DeviceState state;
     while (trace.frames.size() < most_frames && placed.device.read(state)) {
         RunFrame run;
@@ -72,33 +75,54 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     return trace;
 }
 
-} // namespace
-
-Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& device, Clock& clock,
-                std::uint64_t most_frames, const RunWatch& watch) {
-    const RunningDevice running(device.device);
-    const bool is_bounded = most_frames < std::numeric_limits<std::uint64_t>::max();
-    return trace_device(std::move(scene), device, clock, most_frames, is_bounded ? most_frames : 0,
-                        watch, Decisions({}, {}));
-}
-
-Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                Clock& clock, const Progress& progress, std::span<const std::uint32_t> steps_left,
-                std::span<const FrameReport> recorded) {
+/// The frames of given inputs.
+Trace trace_inputs(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                   const DeviceProperties& properties, Clock& clock, const Progress& progress,
+                   Decisions decisions) {
     SequenceDevice sequence(
         std::make_shared<const std::vector<DeviceState>>(inputs.begin(), inputs.end()));
     RunWatch watch;
     watch.progress = progress;
-    return trace_device(std::move(scene), {sequence, {}}, clock, inputs.size(), inputs.size(),
-                        watch, Decisions(steps_left, recorded));
+    return trace_device(std::move(scene), {sequence, {}}, properties, clock, inputs.size(),
+                        inputs.size(), watch, decisions);
+}
+
+} // namespace
+
+Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& placed, Clock& clock,
+                std::uint64_t most_frames, const RunWatch& watch) {
+    const RunningDevice running(placed.device);
+    const DeviceProperties properties = placed.placement.to_scene(placed.device.properties());
+    warn_of_coupling(*scene, properties, watch);
+    const bool is_bounded = most_frames < std::numeric_limits<std::uint64_t>::max();
+    return trace_device(std::move(scene), placed, properties, clock, most_frames,
+                        is_bounded ? most_frames : 0, watch, Decisions({}, {}));
+}
+
+Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                Clock& clock, const Progress& progress) {
+    return trace_inputs(std::move(scene), inputs, {}, clock, progress, Decisions({}, {}));
+}
+
+Trace run_again(std::shared_ptr<const Scene> scene, const EarlierRun& run,
+                const Progress& progress) {
+    SteadyClock clock;
+    return trace_inputs(std::move(scene), run.inputs, run.device, clock, progress,
+                        Decisions(run.steps_left, run.frames));
 }
 
 void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress) {
     if (trace.realtime && trace.realtime->dropped > 0) return;
-    SteadyClock clock;
-    trace.audits =
-        run_trace(std::move(scene), trace.inputs, clock, progress, trace.steps_left, trace.frames)
-            .audits;
+    trace.audits = run_again(std::move(scene),
+                             {trace.inputs, trace.frames, trace.steps_left, trace.device}, progress)
+                       .audits;
+}
+
+void warn_of_coupling(const Scene& scene, const DeviceProperties& device, const RunWatch& watch) {
+    const SceneDescription& description = scene.description();
+    const std::string warning =
+        safe_coupling(description.coupling, description.loop.rate_hz, device).warning;
+    if (!warning.empty() && watch.warning) watch.warning(warning);
 }
 
 } // namespace palpate

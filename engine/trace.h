@@ -50,18 +50,32 @@ struct Trace {
 Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& device, Clock& clock,
                 std::uint64_t most_frames, const RunWatch& watch = {});
 
-/// Computes the frames of given inputs, scene frame, back to back and audits each outside the
-/// clock.   [setup] With `steps_left` of an earlier trace the clock decides nothing. Throws
-/// std::runtime_error when cancelled.
+/// Computes the frames of given inputs, scene frame, back to back, and audits each outside the
+/// clock; nobody takes the forces.                                                      [setup]
+/// Throws std::runtime_error when cancelled.
 Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                Clock& clock, const Progress& progress = {},
-                std::span<const std::uint32_t> steps_left = {},
-                std::span<const FrameReport> recorded = {});
+                Clock& clock, const Progress& progress = {});
+
+/// What it takes to compute a run's frames again.
+struct EarlierRun {
+    std::span<const DeviceState> inputs;
+    std::span<const FrameReport> frames;
+    std::span<const std::uint32_t> steps_left; ///< where a clock decided
+    DeviceProperties device;
+};
+
+/// The same frames again, bit for bit: the clock decides nothing, and nobody takes the forces.
+/// [setup] Throws std::runtime_error when cancelled.
+Trace run_again(std::shared_ptr<const Scene> scene, const EarlierRun& run,
+                const Progress& progress = {});
 
 /// Fills in the audits of a run that had no time for them, by computing its frames again; leaves a
 /// run of which frames are missing without.                                             [setup]
 /// Throws std::runtime_error when cancelled.
 void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress = {});
+
+/// Tells `watch` where a device, scene frame, does not hold a scene's coupling.           [setup]
+void warn_of_coupling(const Scene& scene, const DeviceProperties& device, const RunWatch& watch);
 
 /// summary.json of a trace: counts, percentiles, truth, flags with their meaning, effects with
 /// their price.   [setup]

@@ -111,6 +111,7 @@ TEST(DevicePlacement, WhatADeviceDeclaresIsMetInTheScene) {
     device.force_n = 8.0;
     device.stiffness_n_per_m = 2000.0;
     device.damping_n_s_per_m = 0.4;
+    device.position_step_m = 30e-6;
     device.workspace_m = Box{{-0.1, -0.2, -0.3}, {0.1, 0.2, 0.3}};
     const DevicePlacement placement(
         {PatientSide::left, PatientSide::superior, Vec3{0.0, 0.0, 1.0}, 2.0});
@@ -118,6 +119,7 @@ TEST(DevicePlacement, WhatADeviceDeclaresIsMetInTheScene) {
     EXPECT_EQ(placed.force_n, 8.0);
     EXPECT_EQ(placed.stiffness_n_per_m, 1000.0) << "1000 N/m of the scene are 2000 at the hand";
     EXPECT_EQ(placed.damping_n_s_per_m, 0.2);
+    EXPECT_EQ(placed.position_step_m, 60e-6);
     EXPECT_EQ(placed.workspace_m.lower, Vec3(-0.4, -0.2, 0.4));
     EXPECT_EQ(placed.workspace_m.upper, Vec3(0.4, 0.2, 1.6));
     device.workspace_m = Box{};

@@ -46,6 +46,9 @@ Recording random_recording(std::size_t frames, std::uint64_t seed) {
     recording.device.force_n = 7.5;
     recording.device.stiffness_n_per_m = 1234.5;
     recording.device.damping_n_s_per_m = 0.25;
+    recording.device.position_step_m = 3e-5;
+    recording.device.delay_s = 2e-3;
+    recording.device.velocity_source = VelocitySource::device;
     recording.sources = {{"/data/skull.nhdr", std::string(64, 'a')}, {"/d", std::string(64, '0')}};
     for (std::size_t i = 0; i < frames; ++i) {
         DeviceState input;
@@ -120,7 +123,10 @@ bool same_bits(const Recording& a, const Recording& b) {
         same = a.sources[i].file == b.sources[i].file && a.sources[i].sha256 == b.sources[i].sha256;
     same = same && a.device.name == b.device.name && a.device.force_n == b.device.force_n &&
            a.device.stiffness_n_per_m == b.device.stiffness_n_per_m &&
-           a.device.damping_n_s_per_m == b.device.damping_n_s_per_m;
+           a.device.damping_n_s_per_m == b.device.damping_n_s_per_m &&
+           a.device.position_step_m == b.device.position_step_m &&
+           a.device.delay_s == b.device.delay_s &&
+           a.device.velocity_source == b.device.velocity_source;
     return same && same_bits(a.inputs, b.inputs) && same_bits(a.frames, b.frames);
 }
 
