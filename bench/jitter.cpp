@@ -202,7 +202,7 @@ std::string chart(const std::vector<Result>& results, const std::string& method,
     for (const Result& result : results) {
         if (result.method != method) continue;
         internal::ChartSeries series;
-        series.name = result.scheduler + " " + result.load;
+        series.name = (result.scheduler == "SCHED_FIFO" ? "FIFO, " : "ordinary, ") + result.load;
         for (double later = 1.0; later * static_cast<double>(result.late.size()) >= 1.0;
              later *= 0.7)
             series.points.push_back({std::max(1.0, result.late.at(1.0 - later)), later});

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/sequence_device.h>
+#include <palpate/drivers/simulated_hand.h>
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/probe_path.h>
 #include <palpate/engine/recording.h>
@@ -91,6 +92,37 @@ SceneDevice make_sequence(const Scene& scene, int every) {
     return {std::make_unique<SequenceDevice>(std::move(states)), {}, count};
 }
 
+/// An arm that wants the probe to go along a path of the scene, and a device in its hand.
+SceneDevice make_hand(const Scene& scene, int every) {
+    const DeviceDescription& description = scene.description().device;
+    const HandDescription& hand = description.hand;
+    const double rate_hz = scene.description().loop.rate_hz;
+    const std::vector<DeviceState> wanted = read_probe_path(description.file, rate_hz, every);
+    if (wanted.back().trial != 0)
+        throw std::runtime_error(description.file.string() +
+                                 ": has several trials, and a hand only goes on from where it is; "
+                                 "give a path with one");
+    const DevicePlacement placement(description.placement);
+    std::vector<HandIntent> intents;
+    for (const DeviceState& state : wanted)
+        intents.push_back({state.time_s, placement.place_in_device(state.position)});
+    HandSettings settings;
+    settings.arm.stiffness_n_per_m = hand.stiffness_n_per_m;
+    settings.arm.tremor_m = 1e-6 * hand.tremor_um;
+    settings.mechanism.damping_n_s_per_m = hand.damping_n_s_per_m;
+    settings.mechanism.step_m = 1e-6 * hand.step_um;
+    settings.transport.read_delay_s = settings.transport.write_delay_s = 1e-3 * hand.delay_ms;
+    settings.rate_hz = rate_hz;
+    settings.duration_s = static_cast<double>(wanted.size()) / rate_hz;
+    settings.seed = static_cast<std::uint64_t>(hand.seed);
+    try {
+        return {std::make_unique<SimulatedHand>(settings, std::move(intents)), {}, wanted.size()};
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}; give the hand another path or other settings",
+                                             place_of(scene), error.what()));
+    }
+}
+
 /// What makes the devices of a kind; null where this version has none. Where they stand is
 /// make_device()'s.
 struct DeviceMaker {
@@ -102,7 +134,7 @@ constexpr std::array<DeviceMaker, 5> kMakers{{
     {Kind::path, "path", make_sequence},
     {Kind::orbit, "orbit", make_sequence},
     {Kind::recording, "recording", make_sequence},
-    {Kind::hand, "hand", nullptr},
+    {Kind::hand, "hand", make_hand},
     {Kind::hid, "hid", nullptr},
 }};
 

@@ -71,6 +71,11 @@ Vec3 DevicePlacement::to_device(const Vec3& force) const noexcept {
     return is_identity_ ? force : glm::transpose(rotation_) * force;
 }
 
+Vec3 DevicePlacement::place_in_device(const Vec3& place) const {
+    if (is_identity_) return place;
+    return glm::transpose(rotation_) * ((place - settings_.origin_m) / settings_.scale);
+}
+
 DeviceProperties DevicePlacement::to_scene(const DeviceProperties& properties) const {
     DeviceProperties placed = properties;
     if (is_identity_) return placed;

@@ -54,6 +54,9 @@ public:
     /// A force of the scene, N, in the device's frame.                                   [loop]
     Vec3 to_device(const Vec3& force) const noexcept;
 
+    /// A place of the scene in the device's frame, m: to_scene() leads back to it.      [setup]
+    Vec3 place_in_device(const Vec3& place) const;
+
     /// What a device declares, as the scene meets it: stiffness and damping / s, lengths s. [setup]
     DeviceProperties to_scene(const DeviceProperties& properties) const;
 

@@ -150,11 +150,23 @@ struct LoopDescription {
     int evaluation_cap = 8;    ///< method adaptive, [1, 256]
 };
 
+/// A simulated hand on a simulated device (SimulatedHand), as far as scenes set it.
+struct HandDescription {
+    int seed = 1;                   ///< of tremor and jitter, [0, 1e9]
+    double stiffness_n_per_m = 300; ///< of the arm, towards where it wants to be, (0, 1e5]
+    double tremor_um = 100;         ///< rms, [0, 1e4]
+    double damping_n_s_per_m = 0.3; ///< of the device, [0, 1e3]
+    double step_um = 30;            ///< of the device's encoders, [0, 1e4]
+    double delay_ms = 0.5;          ///< each way, [0, 20]
+};
+
 /// What moves the probe.
 struct DeviceDescription {
     enum class Kind { none, path, orbit, recording, hand, hid };
     Kind kind = Kind::none;
-    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`
+    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
+                                ///< hand: CSV of where the arm wants the probe, scene frame
+    HandDescription hand;       ///< hand
     std::string address;        ///< hid: what stands behind "hid:", as `palpate devices` lists it
     DevicePlacementSettings placement; ///< hand and hid; the others are in the scene frame
     std::string surface;               ///< orbit: key of surfaces; empty = the only one

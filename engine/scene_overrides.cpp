@@ -42,8 +42,9 @@ void set_device(const std::string& text, DeviceDescription& device) {
     };
     if (text == "orbit") {
         device.kind = Kind::orbit;
-    } else if (text == "hand") {
+    } else if (const auto intent = behind("hand:")) {
         device.kind = Kind::hand;
+        device.file = std::filesystem::absolute(*intent);
     } else if (const auto path = behind("path:")) {
         device.kind = Kind::path;
         device.file = std::filesystem::absolute(*path);
@@ -55,7 +56,8 @@ void set_device(const std::string& text, DeviceDescription& device) {
         device.address = *address;
     } else {
         throw std::invalid_argument(fmt::format(
-            "--device {}: must be orbit, path:FILE, recording:FILE, hand or hid:ADDRESS", text));
+            "--device {}: must be orbit, path:FILE, recording:FILE, hand:FILE or hid:ADDRESS",
+            text));
     }
 }
 

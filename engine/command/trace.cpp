@@ -36,11 +36,9 @@ struct Options {
     bool is_realtime() const { return pace == "realtime"; }
 };
 
-/// Refuses runs that would not end, and devices that do not go with the pace.
+/// Refuses what does not go with the pace.
 void check(const Options& options, const SceneDescription& scene) {
     using Kind = DeviceDescription::Kind;
-    const bool is_bounded = options.frames < std::numeric_limits<std::uint64_t>::max() ||
-                            std::isfinite(options.seconds);
     if (options.cpu && !options.is_realtime())
         throw UsageError("--cpu: goes with --pace realtime; add that or leave it out");
     if (options.is_realtime()) {
@@ -51,8 +49,6 @@ void check(const Options& options, const SceneDescription& scene) {
         }
     } else if (scene.device.kind == Kind::hid) {
         throw UsageError("--pace asap: a hid device moves by the clock; use --pace realtime");
-    } else if (scene.device.kind == Kind::hand && !is_bounded) {
-        throw UsageError("--pace asap: a hand never ends; give --frames or --seconds");
     }
 }
 
@@ -141,9 +137,10 @@ void add_trace(CLI::App& app, Run& run) {
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();
     command->add_option("--out", options->out,
                         "folder for the results (default: the scene's name with -trace)");
-    command->add_option("--device", options->overrides.device,
-                        "orbit, path:FILE, recording:FILE, hand or hid:ADDRESS, instead of the "
-                        "scene's");
+    command->add_option(
+        "--device", options->overrides.device,
+        "orbit, path:FILE, recording:FILE, hand:FILE or hid:ADDRESS, instead of the "
+        "scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
                         "mesh, volume, guarded or direct, for every surface");

@@ -70,11 +70,35 @@ DevicePlacementSettings read_placement(const TomlTable& table) {
     return placement;
 }
 
+HandDescription read_hand(const TomlTable& table) {
+    HandDescription hand;
+    hand.seed = table.integer("seed", 0, 1000000000, hand.seed);
+    hand.stiffness_n_per_m = table.number(
+        "arm_stiffness_n_per_m", {0.0, 1e5, Range::Ends::low_open}, hand.stiffness_n_per_m);
+    hand.tremor_um = table.number("tremor_um", {0.0, 1e4}, hand.tremor_um);
+    hand.damping_n_s_per_m = table.number("damping_n_s_per_m", {0.0, 1e3}, hand.damping_n_s_per_m);
+    hand.step_um = table.number("step_um", {0.0, 1e4}, hand.step_um);
+    hand.delay_ms = table.number("delay_ms", {0.0, 20.0}, hand.delay_ms);
+    return hand;
+}
+
 } // namespace
 
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
     constexpr std::array<std::string_view, 5> placed_keys{"type", "right", "up", "origin_mm",
                                                           "scale"};
+    constexpr std::array<std::string_view, 12> hand_keys{"type",
+                                                         "right",
+                                                         "up",
+                                                         "origin_mm",
+                                                         "scale",
+                                                         "file",
+                                                         "seed",
+                                                         "step_um",
+                                                         "delay_ms",
+                                                         "tremor_um",
+                                                         "damping_n_s_per_m",
+                                                         "arm_stiffness_n_per_m"};
     DeviceDescription device;
     device.line = table.line();
     table.require("type", fmt::format("give one of {}, hid:ADDRESS", joined(kNames)));
@@ -102,7 +126,11 @@ DeviceDescription read_device_table(const TomlTable& table, const SceneDescripti
         read_file(table, scene, "name a recording.h5 of `palpate trace`", device);
         break;
     default:
-        table.allow_only(placed_keys, "with type = \"hand\"");
+        table.allow_only(hand_keys, "with type = \"hand\"");
+        table.require("file", "name a CSV file with the columns t_s,x_m,y_m,z_m: where the arm "
+                              "wants the probe");
+        device.file = existing_file(table, "file", scene.file);
+        device.hand = read_hand(table);
         device.placement = read_placement(table);
     }
     return device;

@@ -89,6 +89,9 @@ TEST(DevicePlacement, MovingAStateMovesPositionVelocityAndOrientationAlike) {
             return placement.to_scene(state).position;
         };
         EXPECT_EQ(placed(Vec3{0.0}), settings.origin_m);
+        EXPECT_LT(
+            glm::length(placed(placement.place_in_device({0.1, 0.2, 0.3})) - Vec3(0.1, 0.2, 0.3)),
+            1e-15);
         const Vec3 from{0.01, -0.02, 0.03};
         const Vec3 velocity{0.5, 0.25, -0.125};
         DeviceState state;

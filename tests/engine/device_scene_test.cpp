@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/device_factory.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <palpate/engine/recorded_run.h>
@@ -19,14 +23,23 @@ class DeviceTable : public test::SceneFolder {};
 
 TEST_F(DeviceTable, APlacementIsReadKeyByKey) {
     const DeviceDescription device =
-        parse("[device]\ntype = \"hand\"\nright = \"patient_posterior\"\nup = \"patient_left\"\n"
-              "origin_mm = [1, 2.5, -3]\nscale = 2\n")
+        parse("[device]\ntype = \"hand\"\nfile = \"probe.csv\"\nright = "
+              "\"patient_posterior\"\nup = \"patient_left\"\norigin_mm = [1, 2.5, -3]\nscale = "
+              "2\nseed = 7\ndelay_ms = 1.5\nstep_um = 40\ntremor_um = 0\narm_stiffness_n_per_m = "
+              "200\ndamping_n_s_per_m = 0.5\n")
             .device;
     EXPECT_EQ(device.kind, Kind::hand);
     EXPECT_EQ(device.placement.right, PatientSide::posterior);
     EXPECT_EQ(device.placement.up, PatientSide::left);
     EXPECT_EQ(device.placement.origin_m, Vec3(1e-3, 2.5e-3, -3e-3));
     EXPECT_EQ(device.placement.scale, 2.0);
+    EXPECT_EQ(device.file, scene_file().parent_path() / "probe.csv");
+    EXPECT_EQ(device.hand.seed, 7);
+    EXPECT_EQ(device.hand.delay_ms, 1.5);
+    EXPECT_EQ(device.hand.step_um, 40.0);
+    EXPECT_EQ(device.hand.tremor_um, 0.0);
+    EXPECT_EQ(device.hand.stiffness_n_per_m, 200.0);
+    EXPECT_EQ(device.hand.damping_n_s_per_m, 0.5);
 
     const DeviceDescription bare = parse("[device]\ntype = \"hid:/dev/hidraw3\"\n").device;
     EXPECT_EQ(bare.kind, Kind::hid);
@@ -37,19 +50,19 @@ TEST_F(DeviceTable, APlacementIsReadKeyByKey) {
 }
 
 TEST_F(DeviceTable, WrongPlacementsAreRefusedWithLineAndRemedy) {
-    EXPECT_EQ(complaint("[device]\ntype = \"hand\"\nright = \"patient_left\"\nup = "
+    EXPECT_EQ(complaint("[device]\ntype = \"hid:x\"\nright = \"patient_left\"\nup = "
                         "\"patient_right\"\n"),
               "scene.toml:4: right is \"patient_left\" and up \"patient_right\" in [device], which "
               "is one line; let up be a direction across right");
-    EXPECT_EQ(complaint("[device]\ntype = \"hand\"\nright = \"patient_superior\"\n").substr(0, 13),
+    EXPECT_EQ(complaint("[device]\ntype = \"hid:x\"\nright = \"patient_superior\"\n").substr(0, 13),
               "scene.toml:3:")
         << "up is superior by default";
-    EXPECT_NE(complaint("[device]\ntype = \"hand\"\nright = \"patient_lft\"\n")
+    EXPECT_NE(complaint("[device]\ntype = \"hid:x\"\nright = \"patient_lft\"\n")
                   .find("did you mean \"patient_left\"?"),
               std::string::npos);
-    EXPECT_NE(complaint("[device]\ntype = \"hand\"\nscale = 0\n").find("[0.01, 100]"),
+    EXPECT_NE(complaint("[device]\ntype = \"hid:x\"\nscale = 0\n").find("[0.01, 100]"),
               std::string::npos);
-    EXPECT_NE(complaint("[device]\ntype = \"hand\"\norigin_mm = [1, 2]\n").find("2 elements"),
+    EXPECT_NE(complaint("[device]\ntype = \"hid:x\"\norigin_mm = [1, 2]\n").find("2 elements"),
               std::string::npos);
     EXPECT_EQ(complaint("[device]\ntype = \"hid:\"\n"),
               "scene.toml:2: type = \"hid:\" in [device] names no device; add what `palpate "
@@ -69,12 +82,13 @@ TEST_F(DeviceTable, OptionsNameEveryDevice) {
         return scene.device;
     };
     EXPECT_EQ(with("orbit").kind, Kind::orbit);
-    EXPECT_EQ(with("hand").kind, Kind::hand);
+    EXPECT_EQ(with("hand:h.csv").kind, Kind::hand);
+    EXPECT_EQ(scene.device.file, std::filesystem::absolute("h.csv"));
     EXPECT_EQ(with("path:a.csv").file, std::filesystem::absolute("a.csv"));
     EXPECT_EQ(with("recording:r.h5").kind, Kind::recording);
     EXPECT_EQ(scene.device.file, std::filesystem::absolute("r.h5"));
     EXPECT_EQ(with("hid:spacemouse").address, "spacemouse");
-    for (const char* wrong : {"", "path:", "hid:", "recording:", "novint"})
+    for (const char* wrong : {"", "path:", "hid:", "recording:", "hand", "hand:", "novint"})
         EXPECT_THROW(with(wrong), std::invalid_argument) << wrong;
 }
 
@@ -101,14 +115,11 @@ TEST(DeviceFactory, WhatThisVersionDoesNotHaveIsNamed) {
     EXPECT_EQ(message_of(""),
               "x.toml: the scene has no device; add [device] with type = \"path\" or \"orbit\"");
     // Kinds without a maker say which ones there are; kinds with one are the scene's to open.
-    for (const char* kind : {"hand", "hid:x"}) {
-        const std::string message = message_of(std::string("[device]\ntype = \"") + kind + "\"\n");
-        EXPECT_TRUE(message.empty() ||
-                    message.find("is not in this version of palpate; it has path") !=
-                        std::string::npos)
-            << message;
-    }
-    EXPECT_THROW(device_states(*scene_of("[device]\ntype = \"hand\"\n")), std::runtime_error);
+    const std::string message = message_of("[device]\ntype = \"hid:x\"\n");
+    EXPECT_TRUE(message.empty() ||
+                message.find("is not in this version of palpate; it has path") != std::string::npos)
+        << message;
+    EXPECT_THROW(device_states(*scene_of("[device]\ntype = \"hid:x\"\n")), std::runtime_error);
 }
 
 TEST(DeviceFactory, AnOrbitIsASequenceInTheScenesFrame) {
@@ -153,6 +164,52 @@ TEST(ClosedLoop, TheDeviceIsReadPlacedAndPushedBackInItsOwnFrame) {
     EXPECT_EQ(device.forces[300], Vec3(0.0)) << "and then it is let go";
     EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
     EXPECT_EQ(trace.device.name, "scripted");
+}
+
+/// A second outside, half a second 6 mm into the ball, along z.
+std::string press_path(double seconds) {
+    std::string csv = "t_s,x_m,y_m,z_m\n";
+    for (int i = 0; i < static_cast<int>(1e3 * seconds); ++i)
+        csv += fmt::format("{:.3f},0,0,{:.6f}\n", 1e-3 * i,
+                           0.055 - 0.011 * std::clamp(1e-3 * i - 0.5, 0.0, 1.0));
+    return csv;
+}
+
+TEST(ClosedLoop, ASimulatedHandPressesWhereverItsDeviceStands) {
+    test::TemporaryFolder folder;
+    test::make_file(folder / "press.csv", press_path(2.5));
+    for (const char* placement :
+         {"", "right = \"patient_superior\"\nup = \"patient_anterior\"\norigin_mm = [3, 40, -7]\n"
+              "scale = 1.5\n"}) {
+        SCOPED_TRACE(placement);
+        const auto scene =
+            scene_of(std::string("[device]\ntype = \"hand\"\nfile = \"press.csv\"\n") + placement,
+                     folder / "scene.toml");
+        const SceneDevice hand = make_device(*scene);
+        EXPECT_EQ(hand.states, 2500u);
+        test::ScriptedClock clock;
+        std::vector<std::string> warnings;
+        RunWatch watch;
+        watch.warning = [&](const std::string& warning) { warnings.push_back(warning); };
+        const Trace trace = run_trace(scene, hand.placed(), clock, hand.states, watch);
+        ASSERT_EQ(trace.frames.size(), 2500u);
+        EXPECT_LT(glm::length(trace.frames[400].force), 1e-9) << "in front of the ball";
+        const FrameReport& pressed = trace.frames[2400];
+        EXPECT_GT(pressed.force.z, 0.3) << "pushed out, along the scene's z";
+        EXPECT_LT(std::hypot(pressed.force.x, pressed.force.y), 0.2 * pressed.force.z);
+        EXPECT_LT(pressed.probe.z, 0.05);
+        EXPECT_EQ(warnings.size(), 1u) << "500 N/m is more than a damping of 0.3 N s/m pays for";
+
+        // The hand is gone; what it did gives the same bits.
+        write_recording(folder / "r.h5", recorded(*scene, {}, trace));
+        const Recording recording = read_recording(folder / "r.h5");
+        const Trace again = run_again(
+            scene, {recording.inputs, recording.frames, recording.steps_left, recording.device});
+        for (std::size_t i = 0; i < trace.frames.size(); ++i) {
+            ASSERT_EQ(again.frames[i].force, trace.frames[i].force) << i;
+            ASSERT_EQ(again.frames[i].flags, trace.frames[i].flags) << i;
+        }
+    }
 }
 
 TEST(ClosedLoop, AnExceptionLeavesAStoppedDeviceWithoutForce) {

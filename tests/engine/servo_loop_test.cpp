@@ -31,7 +31,7 @@ protected:
     /// The frames of a run; `during` the reading of a state the test may let time pass.
     std::vector<RunFrame> run(std::size_t capacity = 4096) {
         const std::shared_ptr<const Scene> scene = ball(loop_text_);
-        HapticLoop loop(scene, clock_);
+        HapticLoop loop(scene, clock_, scene->description().loop, device_.properties());
         SpscRing<RunFrame> ring(capacity);
         SpscRing<std::uint32_t> decisions(decision_capacity_);
         settings_.takes_force = device_.force_n > 0.0;
@@ -158,6 +158,20 @@ TEST_F(Servo, ASilentDeviceIsStale) {
         EXPECT_EQ(frames[i].silence, i >= 20 && i < 30 ? Silence::device : Silence::none) << i;
 }
 
+TEST_F(Servo, ASilentDeviceIsSentNoForceWithinTenMilliseconds) {
+    settings_.most_frames = 500;
+    press(0.005);
+    const auto press_it = device_.on_read;
+    device_.on_read = [&](std::size_t read, DeviceState& state) {
+        press_it(read, state);
+        if (read >= 400) state.freshness = Freshness::stale;
+    };
+    const std::vector<RunFrame> frames = run();
+    EXPECT_GT(glm::length(frames[399].frame.force), 1.0);
+    for (std::size_t i = 404; i < frames.size(); ++i)
+        EXPECT_EQ(frames[i].frame.force, Vec3(0.0)) << i;
+}
+
 TEST_F(Servo, StopsWhereItIsAskedToAndLeavesNoForce) {
     press(0.005);
     const auto press_it = device_.on_read;
@@ -166,14 +180,15 @@ TEST_F(Servo, StopsWhereItIsAskedToAndLeavesNoForce) {
         if (read == 300) servo_->ask_to_stop();
     };
     const std::vector<RunFrame> frames = run();
-    ASSERT_GE(frames.size(), 301u);
+    ASSERT_GE(frames.size(), 302u);
     EXPECT_EQ(frames[300].silence, Silence::none);
     EXPECT_GT(glm::length(frames[300].frame.force), 1.0);
     for (std::size_t i = 301; i < frames.size(); ++i) {
         EXPECT_EQ(frames[i].silence, Silence::ending);
         EXPECT_EQ(frames[i].input.freshness, Freshness::stale);
+        EXPECT_EQ(frames[i].frame.force == Vec3(0.0), i + 1 == frames.size());
     }
-    EXPECT_LE(frames.size(), 301u + 50u) << "whatever the force does: 50 ms";
+    EXPECT_LE(frames.size(), 301u + 4u) << "SafetySettings::fade_s";
     EXPECT_EQ(device_.forces.back(), Vec3(0.0));
 }
 
@@ -183,7 +198,7 @@ TEST_F(Servo, ALimitEndsARunAsARequestDoes) {
     std::vector<RunFrame> frames = run();
     ASSERT_GE(frames.size(), 200u);
     EXPECT_EQ(frames[199].silence, Silence::none);
-    EXPECT_LE(frames.size(), 250u);
+    EXPECT_LE(frames.size(), 204u);
     EXPECT_EQ(device_.forces.back(), Vec3(0.0));
 
     // A device that takes no force has none to be taken away.
