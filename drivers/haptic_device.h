@@ -42,7 +42,7 @@ struct DeviceProperties {
         std::numeric_limits<double>::infinity(); ///< stiffest coupling that it is made for, N/m
     double damping_n_s_per_m = 0.0; ///< its own, mechanical one, N s/m: what pays for the energy
                                     ///< that a sampled spring gives (k T / 2 <= b)
-    Box workspace_m;                ///< where its handle gets, device frame, m; empty: anywhere
+    Box workspace_m{};              ///< where its handle gets, device frame, m; empty: anywhere
     double position_step_m = 0.0;   ///< what its positions are rounded to, m; 0: they are exact
     double delay_s = 0.0; ///< from a movement until the force that answers it is at work, beyond
                           ///< the frame itself: reading, writing, transport, s

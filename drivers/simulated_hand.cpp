@@ -45,7 +45,7 @@ void check(const HandSettings& s) {
     check("transport write_delay_s", s.transport.write_delay_s, 0.0, 0.02);
     check("transport jitter_s", s.transport.jitter_s, 0.0, 0.005);
     check("rate_hz", s.rate_hz, 50.0, 20000.0);
-    check("duration_s", s.duration_s, 0.0, std::numeric_limits<double>::infinity());
+    check("duration_s", s.duration_s, kPositive, std::numeric_limits<double>::infinity());
 }
 
 void check(const std::vector<HandIntent>& intents) {

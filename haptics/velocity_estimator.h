@@ -46,7 +46,7 @@ private:
         return samples_[(next_ + kCapacity - 1 - back) % kCapacity];
     }
     const Vec3& without_news() noexcept;
-    double along(int axis) const noexcept;
+    Vec3 of_windows() const noexcept;
 
     VelocitySettings settings_;
     std::array<Sample, kCapacity> samples_{};

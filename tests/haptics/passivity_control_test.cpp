@@ -95,6 +95,21 @@ TEST(PassivityControl, WhatPushesAlongIsLimitedToTheAccountsPower) {
     EXPECT_EQ(kept.y, 2.0) << "across the movement nothing is taken";
 }
 
+// Two forces of 1 N that are under way will do 0.4 mJ before what is sent now is at work.
+TEST(PassivityControl, WhatIsUnderWayIsSpent) {
+    PassivitySettings settings;
+    settings.delay_s = 2.0 * kPeriod;
+    PassivityControl control(settings);
+    control.observe({0, 0, 0}, Vec3{0.0}, {5, 0, 0});
+    control.sent({1, 0, 0});
+    control.sent({1, 0, 0});
+    const Vec3 velocity{0.2, 0, 0};
+    EXPECT_NEAR(glm::dot(control.control({5, 0, 0}, velocity), velocity), (2e-3 - 0.4e-3) / 5e-3,
+                1e-12);
+    const double against = glm::dot(control.control({-5, 0, 0}, -velocity), -velocity);
+    EXPECT_NEAR(against, 2e-3 / 5e-3, 1e-12) << "what resists is not counted on";
+}
+
 TEST(PassivityControl, WhenItIsOverdrawnItBrakesNoHarderThanTheDeviceItself) {
     PassivitySettings settings;
     settings.damping_n_s_per_m = 0.5;

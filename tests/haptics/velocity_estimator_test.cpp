@@ -31,9 +31,9 @@ double brute_force(const std::vector<std::pair<double, double>>& samples, double
         for (std::size_t back = 1; back <= window; ++back) {
             const auto [t, y] = samples[samples.size() - 1 - back];
             if (t0 - t > longest) return best;
-            low = std::max(low, (y0 - y - step) / (t0 - t));
-            high = std::min(high, (y0 - y + step) / (t0 - t));
-            slope = (y0 - y) / (t0 - t);
+            low = std::max(low, (y0 - y - step) * (1.0 / (t0 - t)));
+            high = std::min(high, (y0 - y + step) * (1.0 / (t0 - t)));
+            slope = (y0 - y) * (1.0 / (t0 - t));
         }
         if (low > high) return best;
         best = low <= 0.0 && high >= 0.0 ? 0.0 : std::clamp(slope, low, high);

@@ -129,7 +129,7 @@ TEST(Allocation, FramesOnADeviceWithMotorsMakeNone) {
     const auto step = [&](int i) {
         DeviceState state;
         hand.read(state);
-        if (i % 3000 == 0) state.freshness = Freshness::stale;
+        if (i % 5500 == 500) state.freshness = Freshness::stale;
         const FrameReport report = loop.frame(state);
         hand.write(report.force);
         pressed += report.force != Vec3{0.0} ? 1 : 0;

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A few cells of the map that bench_stability_map draws: a hand that presses a ball, in closed
 // loop.
+#include <algorithm>
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include <palpate/engine/scene_file.h>
@@ -69,14 +73,51 @@ TEST(StabilityMap, SoftWallsAreTheSameWithAndWithoutTheChain) {
     EXPECT_DOUBLE_EQ(safe.pressed_n, bare.pressed_n);
 }
 
-// The controller alone, without the lowered stiffness: what the hand is given stays below bank and
-// reserve and what is under way, though the loop need not be calm.
-TEST(StabilityMap, TheControllerAloneBoundsTheEnergy) {
+// A device that declares no damping: the stiffness stays, and softens as it proves to give energy.
+TEST(StabilityMap, TheControllerAloneCalmsAndBoundsTheEnergy) {
     const Press bounded = pressed(5000.0, 3e-3, 60e-6, Protection::controller);
-    const PassivitySettings settings;
-    EXPECT_LE(bounded.hand_work_j, settings.bank_j + settings.reserve_j);
+    EXPECT_EQ(bounded.stiffness_n_per_m, 5000.0);
+    EXPECT_FALSE(oscillates(bounded, tremor()));
+    EXPECT_LE(bounded.hand_work_j, PassivitySettings{}.bank_j);
     EXPECT_TRUE(bounded.flags & kEnergyBounded);
+    EXPECT_TRUE(bounded.flags & kSoftened);
     expect_limits(bounded);
+}
+
+/// Ten seconds of taps, 10 mm in front of the ball to 10 mm in it.
+std::vector<HandIntent> taps(double rate_hz) {
+    std::vector<HandIntent> intents;
+    for (int i = 0; i < 10.0 * rate_hz; ++i)
+        for (const auto& [share, z] : {std::pair{0.0, 0.06}, {0.4, 0.04}, {0.5, 0.04}, {0.8, 0.06}})
+            intents.push_back({(i + share) / rate_hz, {0, 0, z}});
+    return intents;
+}
+
+TEST(StabilityMap, OrdinaryTapsAreLeftAlone) {
+    const auto scene = ball(600.0);
+    for (const double rate_hz : {1.0, 3.0})
+        for (const double delay_s : {0.0, 1e-3}) {
+            HandSettings settings = test::pressing_hand(delay_s, 30e-6);
+            settings.grip = GripSettings{};
+            settings.arm.stiffness_n_per_m = 600.0;
+            SimulatedHand hand(settings, taps(rate_hz));
+            test::ScriptedClock clock;
+            HapticLoop loop(scene, clock, scene->description().loop, hand.properties());
+            EXPECT_DOUBLE_EQ(loop.coupling().stiffness, 600.0);
+            double most_n = 0.0;
+            std::uint32_t flags = 0;
+            for (int frame = 0; frame < 10000; ++frame) {
+                DeviceState state;
+                hand.read(state);
+                const FrameReport report = loop.frame(state);
+                hand.write(report.force);
+                most_n = std::max(most_n, report.force.z);
+                flags |= report.flags;
+            }
+            EXPECT_GT(most_n, 2.5) << "they are felt";
+            EXPECT_EQ(flags & (kEnergyBounded | kEnergyExceeded | kSoftened), 0u)
+                << rate_hz << " Hz, " << delay_s;
+        }
 }
 
 } // namespace
