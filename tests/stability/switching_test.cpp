@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// The limiter's own roundings: lengths of a few N, 1e-16 each.
+// The chain's own roundings: lengths of a few N, 1e-16 each.
 constexpr double kRounding_n = 1e-12;
 
 TEST(Switching, AtRandomKeepsTheForceWithinItsLimits) {
