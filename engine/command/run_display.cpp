@@ -2,6 +2,7 @@
 #include <palpate/engine/command/run_display.h>
 
 #include <cstdio>
+#include <utility>
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -58,6 +59,8 @@ RunWatch RunDisplay::watch() {
 }
 
 void RunDisplay::add(const RunFrame& run) {
+    // The time before the first frame is not the loop's.
+    if (!std::exchange(has_begun_, true)) drawn_at_ = std::chrono::steady_clock::now();
     if (line_) line_->add(run);
     if (events_)
         for (const std::string& line : events_->add(run))
@@ -66,7 +69,7 @@ void RunDisplay::add(const RunFrame& run) {
 
 void RunDisplay::draw() {
     const auto now = std::chrono::steady_clock::now();
-    if (now - drawn_at_ < kBetweenLines) return;
+    if (!has_begun_ || now - drawn_at_ < kBetweenLines) return;
     const double seconds = std::chrono::duration<double>(now - drawn_at_).count();
     drawn_at_ = now;
     is_drawn_ = true;

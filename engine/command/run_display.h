@@ -36,7 +36,8 @@ private:
     LabelProbe labels_;
     std::optional<RunEvents> events_;
     std::optional<LiveLine> line_;
-    std::chrono::steady_clock::time_point drawn_at_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point drawn_at_{};
+    bool has_begun_ = false;
     bool is_drawn_ = false;
 };
 
