@@ -110,7 +110,8 @@ private:
 
 WoodenDevice::Board::Board(const WoodenModel& model, Settings settings)
     : model_(model), settings_(std::move(settings)),
-      stream_(*this, {std::chrono::milliseconds(10), milliseconds(settings_.reconnect_s)}) {
+      stream_(*this, {std::chrono::milliseconds(10), milliseconds(settings_.reconnect_s),
+                      0.01 + settings_.stale_after_s}) {
     properties_.name = model_.name;
     properties_.force_n = wooden_home_force_n(model_);
     properties_.stiffness_n_per_m = model_.stiffness_n_per_m;

@@ -21,6 +21,7 @@ constexpr int kRefusals = 5;
 constexpr int kLongestBatch = 4096;
 
 constexpr double kAllTaken = std::numeric_limits<double>::infinity();
+constexpr double kNever = -std::numeric_limits<double>::infinity();
 
 } // namespace
 
@@ -30,7 +31,8 @@ double hid_time_s() noexcept {
 }
 
 HidStream::HidStream(HidProtocol& protocol, Settings settings)
-    : protocol_(protocol), settings_(settings), untaken_since_s_(kAllTaken) {}
+    : protocol_(protocol), settings_(settings), untaken_since_s_(kAllTaken), seen_empty_s_(kNever) {
+}
 
 HidStream::~HidStream() { close(); }
 
@@ -42,6 +44,7 @@ void HidStream::connect() {
     auto port = std::make_unique<HidPort>(protocol_.find());
     protocol_.connected(*port);
     port_ = std::move(port);
+    seen_empty_s_ = hid_time_s();
     ++counts_.connections;
 }
 
@@ -49,6 +52,7 @@ void HidStream::start() {
     if (reader_.joinable()) return;
     stopping_ = false;
     untaken_since_s_.store(kAllTaken);
+    seen_empty_s_ = kNever; // what came before is as old as that
     reader_ = std::thread([this] { read_reports(); });
     writer_ = std::thread([this] { write_reports(); });
 }
@@ -99,8 +103,11 @@ void HidStream::read_batch() noexcept {
         lose();
         return;
     }
+    const double now_s = hid_time_s();
+    const bool too_old = batch >= kOverrunBatch || now_s - seen_empty_s_ > settings_.trusted_s;
+    seen_empty_s_ = now_s;
     if (batch == 0) return;
-    if (batch >= kOverrunBatch)
+    if (too_old)
         ++counts_.overruns;
     else
         protocol_.caught_up();

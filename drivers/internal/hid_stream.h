@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -54,13 +55,16 @@ struct HidStreamCounts {
 /// it: one reads, one writes. A device that is lost is looked for until it is back.
 ///
 /// The kernel queues 63 reports for a slow reader and then drops the *new* ones, so the queue is
-/// emptied at each turn; one that had filled up is old to its end, and the next report is waited
-/// for. A device that takes no report holds only the writer.
+/// emptied at each turn; one that had filled up, or that was not looked at for too long, is old to
+/// its end, and the next report is waited for. A device that takes no report holds only the writer.
 class HidStream {
 public:
     struct Settings {
         std::chrono::milliseconds write_period{10}; ///< > 0, of writing where no report comes
         std::chrono::milliseconds retry{1000};      ///< > 0, between two looks for a lost device
+        /// How old a report may be, s, more than 0.01; for devices that never fall silent. A report
+        /// is as old as the time since its queue was last seen empty, at most.
+        double trusted_s = std::numeric_limits<double>::infinity();
     };
 
     /// `protocol` must outlive the stream.                                              [setup]
@@ -101,6 +105,7 @@ private:
     HidStreamCounts counts_;
     std::atomic<double> untaken_since_s_;
     std::atomic<bool> refuses_reports_{false};
+    double seen_empty_s_; ///< the reader's: when no report waited
 
     /// The writer's while it writes, the reader's while it exchanges the port.
     std::mutex port_mutex_;

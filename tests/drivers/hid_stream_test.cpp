@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -25,6 +26,8 @@ public:
     std::uint32_t sent = 0;
     int received = 0;
     bool released = false;
+    bool waits = false; ///< sends `wanted` reports, and no more
+    int wanted = 0;
 
     Bytes descriptor() const override { return {0xC0}; }
     void power_on(double time_s) override { next_s_ = time_s; }
@@ -33,7 +36,8 @@ public:
         released = report[0] == 0xFF;
     }
     std::optional<Bytes> send(double time_s) override {
-        if (time_s < next_s_) return std::nullopt;
+        if (time_s < next_s_ || (waits && wanted == 0)) return std::nullopt;
+        if (waits) --wanted;
         next_s_ += 0.001;
         Bytes report(8, 0);
         for (std::size_t i = 0; i < 4; ++i)
@@ -90,9 +94,10 @@ struct Rig {
     CountingFirmware firmware;
     HidNode node{kPath, firmware};
     NotingProtocol protocol;
-    HidStream stream{protocol, {milliseconds(10), milliseconds(20)}};
+    HidStream stream;
 
-    Rig() {
+    explicit Rig(double trusted_s = std::numeric_limits<double>::infinity())
+        : stream(protocol, {milliseconds(10), milliseconds(20), trusted_s}) {
         stream.open();
         stream.start();
     }
@@ -133,6 +138,41 @@ TEST(HidStream, Case7NothingOldIsPublishedAfterAStallOf70ms) {
 
 TEST(HidStream, Case7NothingOldIsPublishedAfterAStallOf500ms) {
     expect_no_old_report_after_a_stall(500);
+}
+
+TEST(HidStream, Case7OneOldReportOfABoardThatWaitsIsNotPublishedAfterAStall) {
+    constexpr double kTrusted = 0.2;
+    Rig rig(kTrusted);
+    const auto send_one = [&] { ++rig.firmware.wanted; };
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.published > 10; }));
+    rig.node.at_rest([&] { rig.firmware.waits = true; });
+    // The reader stalls over one report; another one comes early in the stall and grows old.
+    rig.protocol.hold = true;
+    rig.node.at_rest(send_one);
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.holding.load(); }));
+    rig.node.at_rest(send_one);
+    ASSERT_TRUE(rig.node.wait_until([&] { return rig.firmware.wanted == 0; }));
+    std::this_thread::sleep_for(std::chrono::duration<double>(kTrusted + 0.01));
+    const std::uint32_t published = rig.protocol.published;
+    const std::uint32_t overruns = rig.stream.counts().overruns;
+    rig.protocol.hold = false;
+    ASSERT_TRUE(test::comes_true([&] { return rig.stream.counts().overruns > overruns; }));
+    EXPECT_EQ(rig.protocol.published, published);
+    rig.node.at_rest([&] { rig.firmware.waits = false; });
+    EXPECT_TRUE(test::comes_true([&] { return rig.protocol.published > published; }));
+}
+
+TEST(HidStream, StartedAgainItDoesNotPublishWhatCameWhileItWasStopped) {
+    Rig rig(0.2);
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.published > 10; }));
+    rig.stream.stop();
+    const std::uint32_t sent = rig.sent();
+    ASSERT_TRUE(rig.node.wait_until([&] { return rig.firmware.sent > sent + 20; }));
+    const std::uint32_t published = rig.protocol.published;
+    const std::uint32_t until = rig.sent();
+    rig.stream.start();
+    ASSERT_TRUE(test::comes_true([&] { return rig.protocol.published > published; }));
+    EXPECT_GE(rig.protocol.newest, until);
 }
 
 TEST(HidStream, StoppedItHasTakenTheForceAway) {
