@@ -19,3 +19,4 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/palpate-config-version.cmak
 install(FILES ${CMAKE_BINARY_DIR}/palpate-config.cmake ${CMAKE_BINARY_DIR}/palpate-config-version.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/palpate)
+install(FILES ${CMAKE_SOURCE_DIR}/drivers/70-palpate.rules DESTINATION ${CMAKE_INSTALL_DATADIR}/palpate)

@@ -53,6 +53,13 @@ find_package(PNG REQUIRED)
 add_library(palpate_png INTERFACE)
 target_link_libraries(palpate_png INTERFACE PNG::PNG)
 
+# Its hidraw side alone: the libusb side takes devices away from the kernel and drops the wrong reports.
+find_path(HIDAPI_INCLUDE hidapi/hidapi.h REQUIRED)
+find_library(HIDAPI_LIBRARY hidapi-hidraw REQUIRED)
+add_library(palpate_hidapi INTERFACE)
+target_include_directories(palpate_hidapi SYSTEM INTERFACE ${HIDAPI_INCLUDE})
+target_link_libraries(palpate_hidapi INTERFACE ${HIDAPI_LIBRARY})
+
 if(PALPATE_WITH_CGAL)
   find_package(CGAL REQUIRED)
   add_library(palpate_cgal INTERFACE)

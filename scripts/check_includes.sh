@@ -40,7 +40,7 @@ check_includes() {
         if (header ~ /^itk/) return "^volume/.*\\.cpp$"
         if (header ~ /^gdcm/) return "^volume/internal/dicom_pixels\\.cpp$"
         if (header ~ /^zlib\.h$/) return "^volume/.*\\.cpp$"
-        if (header ~ /^hidapi/) return "^drivers/.*\\.cpp$"
+        if (header ~ /^hidapi/) return "^drivers/internal/hid_port\\.cpp$"
         if (header ~ /^hdf5/) return "^engine/(recording|internal/recording_store)\\.cpp$"
         if (header ~ /^openssl\//) return "^engine/internal/sha256\\.cpp$"
         if (header ~ /^toml/) return "^engine/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"

@@ -32,6 +32,7 @@ struct UsageError : std::runtime_error {
 /// `run`.
 using Run = std::function<int()>;
 void add_info(CLI::App& app, Run& run);
+void add_devices(CLI::App& app, Run& run);
 void add_extract(CLI::App& app, Run& run);
 void add_explain(CLI::App& app, Run& run);
 void add_trace(CLI::App& app, Run& run);

@@ -96,6 +96,7 @@ int run(int argc, char** argv) {
     app.require_subcommand(1);
     Run chosen;
     add_info(app, chosen);
+    add_devices(app, chosen);
     add_extract(app, chosen);
     add_explain(app, chosen);
     add_trace(app, chosen);

@@ -11,15 +11,9 @@
 #include "tests/support/odd_meshes.h"
 #include "tests/support/phantom.h"
 #include "tests/support/scripted_clock.h"
+#include "tests/support/system_call_filter.h"
 
-#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#include <cstddef>
-#include <iterator>
-
-#include <linux/filter.h>
-#include <linux/seccomp.h>
-#include <sys/prctl.h>
-#include <sys/syscall.h>
+#ifdef PALPATE_HAS_SYSTEM_CALL_FILTER
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -28,20 +22,6 @@ namespace {
 
 enum class Outcome { finished, killed, unavailable };
 constexpr int kUnavailable = 77;
-
-/// From here on this process may only end; anything else kills it, other libraries' threads
-/// included.
-bool forbid_system_calls() {
-    sock_filter rules[] = {
-        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_exit_group, 1, 0),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
-    };
-    const sock_fprog program{static_cast<unsigned short>(std::size(rules)), rules};
-    return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
-           prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
-}
 
 /// What becomes of a child that moves a probe (and, if asked, makes one forbidden call) with system
 /// calls forbidden.
@@ -55,7 +35,7 @@ Outcome without_system_calls(const Move& move, bool forbidden_call) {
     const pid_t child = fork();
     if (child == 0) {
         frames(0, 100);
-        if (!forbid_system_calls()) _exit(kUnavailable);
+        if (!test::forbid_system_calls()) _exit(kUnavailable);
         frames(100, 2000);
         if (forbidden_call) getppid();
         _exit(0);

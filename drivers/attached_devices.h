@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+/// What Palpate makes of something that is attached.
+enum class AttachedKind : std::uint8_t {
+    wooden_haptics, ///< WoodenHaptics and its kin: three degrees of freedom with force
+    space_mouse,    ///< 3Dconnexion: a rate-controlled probe without force
+    force_feedback, ///< a stick with constant forces (USB PID): two degrees of freedom
+    foreign,        ///< a haptic device, but not one that Palpate can talk to
+    other           ///< a keyboard, a mouse: none of our business
+};
+
+/// Something that is in the way of a device, or good to know about it.
+struct DeviceFinding {
+    enum class Weight : std::uint8_t { note, obstacle };
+    Weight weight = Weight::note;
+    std::string what;   ///< in plain words
+    std::string remedy; ///< what to do; empty where there is nothing
+};
+
+/// A device that is attached.
+struct AttachedDevice {
+    std::string path;         ///< its node, /dev/hidraw0; or its place on the bus
+    std::uint16_t vendor = 0; ///< USB ids
+    std::uint16_t product = 0;
+    std::string name; ///< maker and model as it says itself, else as it is known
+    AttachedKind kind = AttachedKind::other;
+    std::vector<DeviceFinding> findings; ///< obstacles first
+
+    /// True when nothing is in the way of using it.                                      [any]
+    bool usable() const;
+};
+
+/// How scenes call the first device of a kind, behind "hid:": wooden, spacemouse, forcefeedback;
+/// empty for kinds that are not ours.                                                     [any]
+std::string address_of(AttachedKind kind);
+
+/// Everything attached that is a HID device, and the haptic devices that are none. Opens and writes
+/// to no device; takes some ms.                                                         [setup]
+std::vector<AttachedDevice> attached_devices();
+
+/// The device that an address means: a kind's name, of which it is the first that is usable, or the
+/// path of a node. Throws std::runtime_error with what is in the way and the remedy.    [setup]
+AttachedDevice device_at(const std::string& address, const std::vector<AttachedDevice>& attached);
+
+/// The udev rules that let a user who sits at the machine, or is in the group plugdev, use the
+/// devices: the text of 70-palpate.rules.                                               [setup]
+std::string udev_rules();
+
+} // namespace palpate

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/drivers/internal/hid_stream.h>
+
+#include <array>
+#include <exception>
+#include <limits>
+
+namespace palpate::internal {
+
+namespace {
+
+/// Longest wait for a report: how late a stop may be noticed.
+constexpr std::chrono::milliseconds kReadWait{10};
+/// Longest report, its number included, that a full-speed or high-speed device of ours has.
+constexpr std::size_t kLongestReport = 1025;
+/// The kernel's queue holds 63: a batch this long may have lost the newest reports.
+constexpr int kOverrunBatch = 60;
+/// So many reports refused in a row: the device does not listen any more.
+constexpr int kRefusals = 5;
+/// A device that sends faster than it is read must not keep the reader from looking up.
+constexpr int kLongestBatch = 4096;
+
+constexpr double kAllTaken = std::numeric_limits<double>::infinity();
+constexpr double kNever = -std::numeric_limits<double>::infinity();
+
+} // namespace
+
+double hid_time_s() noexcept {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+HidStream::HidStream(HidProtocol& protocol, Settings settings)
+    : protocol_(protocol), settings_(settings), untaken_since_s_(kAllTaken), seen_empty_s_(kNever) {
+}
+
+HidStream::~HidStream() { close(); }
+
+void HidStream::open() {
+    if (port_ == nullptr) connect();
+}
+
+void HidStream::connect() {
+    auto port = std::make_unique<HidPort>(protocol_.find());
+    protocol_.connected(*port);
+    port_ = std::move(port);
+    seen_empty_s_ = hid_time_s();
+    ++counts_.connections;
+}
+
+void HidStream::start() {
+    if (reader_.joinable()) return;
+    stopping_ = false;
+    untaken_since_s_.store(kAllTaken);
+    seen_empty_s_ = kNever; // what came before is as old as that
+    reader_ = std::thread([this] { read_reports(); });
+    writer_ = std::thread([this] { write_reports(); });
+}
+
+void HidStream::stop() noexcept {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    wake_.notify_all();
+    if (writer_.joinable()) writer_.join();
+    if (reader_.joinable()) reader_.join();
+    if (port_ != nullptr) protocol_.release(*port_);
+}
+
+void HidStream::close() noexcept {
+    stop();
+    port_.reset();
+}
+
+bool HidStream::sleep_until_stopped(std::chrono::milliseconds time) {
+    std::unique_lock lock(mutex_);
+    return wake_.wait_for(lock, time, [this] { return stopping_; });
+}
+
+void HidStream::read_reports() noexcept {
+    while (!sleep_until_stopped(std::chrono::milliseconds(0))) {
+        if (port_ == nullptr)
+            try_again();
+        else if (refuses_reports_.exchange(false))
+            lose();
+        else
+            read_batch();
+    }
+}
+
+void HidStream::read_batch() noexcept {
+    std::array<std::uint8_t, kLongestReport> buffer{};
+    std::size_t size = 0;
+    int batch = 0;
+    HidRead read = port_->read(buffer, size, kReadWait);
+    while (read == HidRead::report && batch < kLongestBatch) {
+        ++batch;
+        protocol_.received({buffer.data(), size}, hid_time_s());
+        read = port_->read(buffer, size, std::chrono::milliseconds(0));
+    }
+    if (read == HidRead::gone) {
+        lose();
+        return;
+    }
+    const double now_s = hid_time_s();
+    const bool too_old = batch >= kOverrunBatch || now_s - seen_empty_s_ > settings_.trusted_s;
+    seen_empty_s_ = now_s;
+    if (batch == 0) return;
+    if (too_old)
+        ++counts_.overruns;
+    else
+        protocol_.caught_up();
+    let_write();
+}
+
+void HidStream::let_write() noexcept {
+    {
+        const std::lock_guard lock(mutex_);
+        report_came_ = true;
+    }
+    wake_.notify_all();
+}
+
+void HidStream::lose() noexcept {
+    // The writer's report fails at once where the device is gone; hidapi's handle must not be
+    // closed before that.
+    const std::lock_guard alone(port_mutex_);
+    protocol_.release(*port_);
+    port_.reset();
+    refuses_reports_.store(false);
+    ++counts_.losses;
+}
+
+void HidStream::try_again() noexcept {
+    if (sleep_until_stopped(settings_.retry)) return;
+    const std::lock_guard alone(port_mutex_);
+    try {
+        connect();
+    } catch (const std::exception&) {
+        // Not there yet: whoever asks sees states that are stale.
+    }
+}
+
+void HidStream::write_reports() noexcept {
+    std::array<std::uint8_t, kLongestReport> buffer{};
+    int refused = 0;
+    for (;;) {
+        {
+            std::unique_lock lock(mutex_);
+            wake_.wait_for(lock, settings_.write_period,
+                           [this] { return stopping_ || report_came_; });
+            if (stopping_) return;
+            report_came_ = false;
+        }
+        const std::lock_guard alone(port_mutex_);
+        if (port_ == nullptr) continue;
+        const std::size_t size = protocol_.compose(buffer);
+        if (size == 0) continue;
+        if (refused == 0) untaken_since_s_.store(hid_time_s());
+        if (port_->write({buffer.data(), size})) {
+            refused = 0;
+            untaken_since_s_.store(kAllTaken);
+            continue;
+        }
+        ++refused;
+        ++counts_.failed_writes;
+        if (refused % kRefusals == 0) refuses_reports_.store(true);
+    }
+}
+
+} // namespace palpate::internal

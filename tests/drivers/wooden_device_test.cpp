@@ -1,0 +1,644 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole driver over the real libhidapi-hidraw, against the boards' firmware
+// (wooden_firmware.h).
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <palpate/drivers/internal/hid_port.h>
+#include <palpate/drivers/wooden_device.h>
+#include <palpate/engine/wooden_models.h>
+
+#include "tests/drivers/hid_node.h"
+#include "tests/support/device_calls.h"
+#include "tests/support/patience.h"
+#include "tests/support/wooden_firmware.h"
+
+namespace palpate {
+namespace {
+
+using std::chrono::milliseconds;
+using test::HidNode;
+using test::WoodenFirmware;
+using test::WriteFault;
+
+const std::string kPath = test::node_path("wooden");
+/// Of v2015: body B upright, C level.
+const Vec3 kHome(0.025, 0.0, 0.205);
+
+/// A machine that runs tests may keep a thread waiting for long: nothing is stale before that,
+/// where a test is not about it.
+WoodenDevice::Settings patient() {
+    WoodenDevice::Settings settings;
+    settings.path = kPath;
+    settings.stale_after_s = 2.0;
+    settings.force_hold_s = 2.0;
+    settings.reconnect_s = 0.02;
+    return settings;
+}
+
+/// Settings that notice silence, though not a thread that waits for its turn.
+WoodenDevice::Settings watchful() {
+    WoodenDevice::Settings settings = patient();
+    settings.stale_after_s = 0.1;
+    settings.force_hold_s = 0.1;
+    return settings;
+}
+
+DeviceState state_of(WoodenDevice& device) {
+    DeviceState state;
+    EXPECT_TRUE(device.read(state));
+    return state;
+}
+
+bool is_fresh(WoodenDevice& device) { return state_of(device).freshness == Freshness::fresh; }
+
+/// A board with a driver.
+struct Rig {
+    WoodenFirmware board;
+    HidNode node{kPath, board};
+    WoodenDevice device;
+
+    explicit Rig(std::size_t report_size, WoodenDevice::Settings settings = patient(),
+                 const std::string& model = "woodenhaptics_v2015")
+        : board(report_size), device(wooden_model(model), std::move(settings)) {}
+
+    template <typename F>
+    auto board_says(F f) {
+        return node.at_rest(f);
+    }
+
+    /// Writes the force as a servo does until the board says what is wanted.
+    template <typename F>
+    bool push_until(const Vec3& force, F condition) {
+        return test::comes_true([&] {
+            device.write(force);
+            return node.at_rest(condition);
+        });
+    }
+};
+
+class WoodenLayouts : public testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(Bytes, WoodenLayouts, testing::Values(8, 14, 64));
+
+TEST_P(WoodenLayouts, Case1LayoutIsFoundByTheFirstReport) {
+    Rig rig(GetParam());
+    rig.device.open();
+    EXPECT_EQ(rig.device.properties().name, "woodenhaptics_v2015 at " + kPath + ", reports of " +
+                                                std::to_string(GetParam()) + " bytes");
+}
+
+TEST_P(WoodenLayouts, PositionFollowsTheCounters) {
+    Rig rig(GetParam());
+    rig.board_says([&] { rig.board.power_on_counters = {123, -77, 4000, 0, 0, 0}; });
+    rig.node.plug_in();
+    rig.device.open();
+    // Home is where the handle was when it was opened, whatever the counters read.
+    EXPECT_LT(glm::length(state_of(rig.device).position - kHome), 1e-15);
+    rig.device.start();
+
+    // The second vector of wooden_model_test.cpp: counts 500, 1000, 6000. The base's counters run
+    // backwards.
+    rig.board_says([&] { rig.board.counters = {123 - 500, -77 - 1000, 4000, 0, 0, 0}; });
+    const Vec3 expected(0.076623, 0.029215, 0.198015);
+    EXPECT_TRUE(test::comes_true(
+        [&] { return glm::length(state_of(rig.device).position - expected) < 1e-6; }));
+    EXPECT_EQ(state_of(rig.device).freshness, Freshness::fresh);
+    EXPECT_EQ(rig.device.counts().rejected_reports, 0u);
+}
+
+TEST_P(WoodenLayouts, ForceBecomesTheCurrentsOfThePose) {
+    Rig rig(GetParam());
+    rig.device.open();
+    rig.device.start();
+    const std::array<int, 3> expected{1182, 659, -1182};
+    EXPECT_TRUE(rig.push_until({1.0, 2.0, -1.5}, [&] { return rig.board.milliamps == expected; }));
+    EXPECT_EQ(rig.board_says([&] { return rig.board.reports_ignored; }), 0);
+}
+
+TEST_P(WoodenLayouts, Case5CurrentsAreLimitedInTheirDirection) {
+    Rig rig(GetParam());
+    rig.device.open();
+    rig.device.start();
+    // 100 times the force above: the same direction at the limit, cut to whole mA.
+    EXPECT_TRUE(rig.push_until({100.0, 200.0, -150.0}, [&] {
+        const auto [a, b, c] = rig.board.milliamps;
+        return a >= 1998 && std::abs(b - 1115) <= 1 && c <= -1998;
+    }));
+    EXPECT_LE(rig.board_says([&] { return rig.board.largest_milliamps; }), 1999);
+}
+
+TEST_P(WoodenLayouts, Case5ForceThatIsNoNumberIsNoCurrent) {
+    Rig rig(GetParam());
+    rig.device.open();
+    rig.device.start();
+    const double odd[] = {std::numeric_limits<double>::quiet_NaN(),
+                          std::numeric_limits<double>::infinity()};
+    for (const double value : odd) {
+        ASSERT_TRUE(rig.push_until({1.0, 0.0, 0.0}, [&] { return rig.board.milliamps[1] != 0; }));
+        EXPECT_TRUE(rig.push_until({0.0, value, 1.0}, [&] { return rig.board.last_was_zero; }));
+    }
+}
+
+/// The board has been sent a force, then `end()` takes it away.
+template <typename F>
+void expect_zero_after(std::size_t report_size, F end) {
+    auto rig = std::make_unique<Rig>(report_size);
+    rig->device.open();
+    rig->device.start();
+    ASSERT_TRUE(rig->push_until({0.0, 0.0, 1.0}, [&] { return rig->board.milliamps[2] != 0; }));
+    end(rig->device);
+    // No waiting: the zero has been sent when that returns.
+    EXPECT_TRUE(rig->board_says([&] { return rig->board.last_was_zero; }));
+    EXPECT_EQ(rig->board_says([&] { return rig->board.milliamps; }), (std::array<int, 3>{}));
+}
+
+TEST_P(WoodenLayouts, Case5ZeroIsSentWhenStopped) {
+    expect_zero_after(GetParam(), [](WoodenDevice& device) { device.stop(); });
+}
+
+TEST_P(WoodenLayouts, Case5ZeroIsSentWhenClosed) {
+    expect_zero_after(GetParam(), [](WoodenDevice& device) { device.close(); });
+}
+
+TEST_P(WoodenLayouts, Case5ZeroIsSentWhenAnExceptionDestroysTheDevice) {
+    WoodenFirmware board(GetParam());
+    HidNode node(kPath, board);
+    try {
+        WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());
+        device.open();
+        device.start();
+        ASSERT_TRUE(test::comes_true([&] {
+            device.write({0.0, 0.0, 1.0});
+            return node.at_rest([&] { return board.milliamps[2] != 0; });
+        }));
+        throw std::runtime_error("something else");
+    } catch (const std::runtime_error&) {
+        EXPECT_TRUE(node.at_rest([&] { return board.last_was_zero; }));
+    }
+}
+
+TEST_P(WoodenLayouts, Case6ForceIsTakenAwayWhenTheServoFallsSilent) {
+    Rig rig(GetParam(), watchful());
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
+    // Reports go on; only nobody writes a force any more.
+    EXPECT_TRUE(rig.node.wait_until([&] { return rig.board.last_was_zero; }));
+    EXPECT_TRUE(rig.board_says([&] { return rig.board.motors_on; }));
+}
+
+TEST_P(WoodenLayouts, Case8OddReportsChangeNothing) {
+    Rig rig(GetParam());
+    rig.device.open();
+    rig.device.start();
+    const std::uint32_t trial = state_of(rig.device).trial;
+    std::uint32_t rejected = 0;
+    for (const std::size_t length : {1, 3, 7, 9, 13, 15, 63, 65}) {
+        rig.board_says([&] { rig.board.instead = test::Bytes(length, 0x55); });
+        ++rejected;
+        ASSERT_TRUE(
+            test::comes_true([&] { return rig.device.counts().rejected_reports == rejected; }));
+    }
+    rig.board_says([&] { rig.board.instead = test::Bytes(); });
+    const int sent = rig.board_says([&] { return rig.board.reports_sent; });
+    ASSERT_TRUE(rig.node.wait_until([&] { return rig.board.reports_sent > sent + 5; }));
+    const DeviceState state = state_of(rig.device);
+    EXPECT_LT(glm::length(state.position - kHome), 1e-15);
+    EXPECT_EQ(state.trial, trial);
+    EXPECT_EQ(rig.device.counts().losses, 0u);
+}
+
+TEST_P(WoodenLayouts, Case9UnpluggedIsStaleAndBackItIsFreshAndOfANewTrial) {
+    Rig rig(GetParam(), watchful());
+    rig.device.open();
+    rig.device.start();
+    for (std::uint32_t i = 1; i <= 3; ++i) {
+        ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+        const std::uint32_t trial = state_of(rig.device).trial;
+        rig.node.unplug();
+        ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
+        ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses == i; }));
+        EXPECT_FALSE(is_fresh(rig.device));
+
+        rig.board_says([&] { rig.board.power_on_counters = {int(i) * 100, 0, 0, 0, 0, 0}; });
+        // Nobody writes a force until the state is fresh again: none may reach the motors.
+        rig.node.plug_in();
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+        EXPECT_EQ(rig.board_says([&] { return rig.board.milliamps; }), (std::array<int, 3>{}));
+        const DeviceState state = state_of(rig.device);
+        EXPECT_GT(state.trial, trial);
+        EXPECT_LT(glm::length(state.position - kHome), 1e-15);
+    }
+}
+
+TEST_P(WoodenLayouts, Case9UnpluggedDuringAWriteIsNoticed) {
+    Rig rig(GetParam(), watchful());
+    rig.device.open();
+    rig.device.start();
+    rig.node.set_write_fault(WriteFault::blocks);
+    // Nothing moves the servo's calls: the board takes no force, so what it says is not fresh.
+    ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
+    rig.node.unplug();
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses == 1; }));
+    rig.node.set_write_fault(WriteFault::none);
+    rig.node.plug_in();
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+}
+
+TEST_P(WoodenLayouts, Case10ServoDoesNotWaitForABoardThatTakesNoForce) {
+    Rig rig(GetParam(), watchful());
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
+    rig.node.set_write_fault(WriteFault::blocks);
+    ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
+    // These would not return if one of them waited: the fault ends only below.
+    for (int i = 0; i < 100000; ++i) {
+        rig.device.write({0.0, 0.0, 1.0});
+        ASSERT_FALSE(is_fresh(rig.device));
+    }
+    rig.node.set_write_fault(WriteFault::none);
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+}
+
+TEST_P(WoodenLayouts, Case10BoardThatRefusesForcesIsOpenedAnew) {
+    for (const WriteFault fault : {WriteFault::fails, WriteFault::is_cut}) {
+        Rig rig(GetParam(), watchful());
+        rig.device.open();
+        rig.device.start();
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+        rig.node.set_write_fault(fault);
+        ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses > 0; }));
+        ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
+        EXPECT_GE(rig.device.counts().failed_writes, 5u);
+        rig.node.set_write_fault(WriteFault::none);
+        EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    }
+}
+
+TEST(WoodenDevice, Case2BoardThatWaitsForAnAnswerIsGivenOne) {
+    for (const std::size_t size : {14, 64}) {
+        Rig rig(size);
+        rig.board_says([&] { rig.board.spent_first_report = true; });
+        rig.node.plug_in();
+        EXPECT_EQ(rig.board_says([&] { return rig.board.reports_sent; }), 0);
+        rig.device.open();
+        EXPECT_GT(rig.board_says([&] { return rig.board.reports_received; }), 0);
+        EXPECT_EQ(rig.board_says([&] { return rig.board.largest_milliamps; }), 0);
+    }
+}
+
+TEST(WoodenDevice, Case2BoardThatWasSilentIsAnsweredAgain) {
+    Rig rig(14, watchful());
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    // One of its reports is lost: both sides would wait for each other for ever.
+    rig.board_says([&] { rig.board.instead = test::Bytes(); });
+    const int sent = rig.board_says([&] { return rig.board.reports_sent; });
+    EXPECT_TRUE(rig.node.wait_until([&] { return rig.board.reports_sent > sent + 20; }));
+}
+
+TEST(WoodenDevice, Case2BoardThatSaysNothingIsNoDevice) {
+    Rig rig(14);
+    rig.board_says([&] { rig.board.silent = true; });
+    try {
+        rig.device.open();
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_EQ(error.what(), kPath + ": says nothing; check the power of its board and plug it "
+                                        "in again");
+    }
+    // It is not kept from others, and opens once it speaks.
+    rig.board_says([&] { rig.board.silent = false; });
+    EXPECT_NO_THROW(rig.device.open());
+}
+
+TEST(WoodenDevice, Case3EachReportIsAnsweredOnce) {
+    Rig rig(14);
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(rig.node.wait_until([&] { return rig.board.reports_sent > 200; }));
+    const auto [sent, received] = rig.board_says(
+        [&] { return std::pair(rig.board.reports_sent, rig.board.reports_received); });
+    // One may be on its way. A thread that waits for its turn for 10 ms makes an answer too many.
+    EXPECT_GE(received, sent - 1);
+    EXPECT_LE(received, sent + sent / 4);
+}
+
+TEST(WoodenDevice, Case3BoardAnswersOnceHoweverOftenItIsWrittenTo) {
+    // The firmware itself, with a host that writes twice, once and never per report.
+    WoodenFirmware board(14);
+    board.power_on(0.0);
+    const test::Bytes zero(14, 0);
+    double time_s = 0.0;
+    const auto reports = [&] {
+        int count = 0;
+        while (board.send(time_s += 0.001))
+            ++count;
+        return count;
+    };
+    EXPECT_EQ(reports(), 1);
+    EXPECT_EQ(reports(), 0);
+    board.receive(zero, time_s);
+    EXPECT_EQ(reports(), 1);
+    board.receive(zero, time_s);
+    board.receive(zero, time_s);
+    EXPECT_EQ(reports(), 1);
+    board.receive(test::Bytes(13, 0), time_s);
+    EXPECT_EQ(reports(), 0);
+    EXPECT_EQ(board.reports_ignored, 1);
+}
+
+TEST(WoodenDevice, Case4PositionIsContinuousOverTheEndOf16Bits) {
+    for (const std::size_t size : {8, 14, 64}) {
+        Rig rig(size);
+        rig.board_says([&] { rig.board.power_on_counters = {32700, -32700, 32767, 0, 0, 0}; });
+        rig.node.plug_in();
+        rig.device.open();
+        rig.device.start();
+        rig.board_says([&] { rig.board.counters = {32700 + 800, -32700 - 2000, 32767 + 1500}; });
+        // The third vector of wooden_model_test.cpp: counts -800, 2000, 4500.
+        const Vec3 expected(0.104802, -0.051444, 0.083778);
+        EXPECT_TRUE(test::comes_true(
+            [&] { return glm::length(state_of(rig.device).position - expected) < 1e-6; }));
+    }
+}
+
+TEST(WoodenDevice, Case6BoardsWatchdogTripsOnAHostThatStallsAndItStartsAgainWithoutForce) {
+    WoodenFirmware board(14);
+    HidNode node(kPath, board);
+    {
+        // A host that stalls with a force on.
+        internal::HidPort port(kPath);
+        test::Bytes force(15, 0);
+        force[1] = 100;
+        ASSERT_TRUE(port.write(force));
+        EXPECT_TRUE(node.at_rest([&] { return board.motors_on && board.milliamps[0] == 100; }));
+        ASSERT_TRUE(node.wait_until([&] { return board.watchdog_trips == 1; }));
+        EXPECT_FALSE(node.at_rest([&] { return board.motors_on; }));
+    }
+    WoodenDevice device(wooden_model("woodenhaptics_v2015"), watchful());
+    device.open();
+    device.start();
+    ASSERT_TRUE(node.wait_until([&] { return board.motors_on; }));
+    EXPECT_EQ(node.at_rest([&] { return board.milliamps; }), (std::array<int, 3>{}));
+}
+
+TEST(WoodenDevice, Case6HostNoticesABoardThatStallsAndSendsNoForceMeanwhile) {
+    Rig rig(14, watchful());
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
+    rig.board_says([&] { rig.board.silent = true; });
+    // The servo goes on writing the same force: without a recent pose it is not sent.
+    EXPECT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.last_was_zero; }));
+    EXPECT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
+    rig.board_says([&] { rig.board.silent = false; });
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    EXPECT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
+}
+
+TEST(WoodenDevice, Case11SecondDeviceIsKeptOut) {
+    Rig rig(14);
+    rig.device.open();
+    WoodenDevice second(wooden_model("woodenhaptics_v2015"), patient());
+    EXPECT_THROW(second.open(), std::runtime_error);
+    rig.device.close();
+    EXPECT_NO_THROW(second.open());
+}
+
+TEST(WoodenDevice, Case12CountersOfAPolhemAreSetAtHome) {
+    for (const std::size_t size : {14, 64}) {
+        Rig rig(size, patient(), "polhem_v3");
+        const WoodenModel model = wooden_model("polhem_v3");
+        rig.board_says([&] { rig.board.power_on_counters = {5, -9, 31000, 0, 7, 2}; });
+        rig.node.plug_in();
+        rig.device.open();
+        // What the counters read before means nothing.
+        EXPECT_EQ(state_of(rig.device).freshness, Freshness::stale);
+        rig.device.start();
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+        EXPECT_EQ(rig.device.counts().zeroings, 1u);
+        EXPECT_GE(rig.board_says([&] { return rig.board.counters_set; }), 1)
+            << "once more where its answer takes long";
+        EXPECT_EQ(rig.board_says([&] { return rig.board.counters; }),
+                  (std::array<int, 6>{8327, -10926, 27140, 0, 30, 0}));
+        const auto home = wooden_pose(model, wooden_angles(model, model.home_counts));
+        EXPECT_LT(glm::length(state_of(rig.device).position - home->position), 1e-15);
+    }
+}
+
+TEST(WoodenDevice, Case12CalibrationButtonSetsTheCountersAgain) {
+    WoodenDevice::Settings settings = patient();
+    settings.start = WoodenStart::as_kept;
+    Rig rig(14, settings, "polhem_v3");
+    const WoodenModel model = wooden_model("polhem_v3");
+    const auto at = [&](std::array<double, 6> counts) {
+        return wooden_pose(model, wooden_angles(model, counts))->position;
+    };
+    rig.board_says([&] { rig.board.power_on_counters = {8000, -11000, 27000, 0, 30, 0}; });
+    rig.node.plug_in();
+    rig.device.open();
+    rig.device.start();
+    // As the device has kept them.
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    EXPECT_LT(glm::length(state_of(rig.device).position - at({8000, -11000, 27000, 0, 30, 0})),
+              1e-15);
+    EXPECT_EQ(rig.device.counts().zeroings, 0u);
+
+    const std::uint32_t trial = state_of(rig.device).trial;
+    rig.board_says([&] { rig.board.calibration_button = true; });
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().zeroings == 1; }));
+    EXPECT_FALSE(rig.board_says([&] { return rig.board.calibration_button; }));
+    ASSERT_TRUE(test::comes_true([&] { return state_of(rig.device).trial == trial + 1; }));
+    EXPECT_LT(glm::length(state_of(rig.device).position - at(model.home_counts)), 1e-15);
+}
+
+TEST(WoodenDevice, Case12NoForceWhileCountersAreSet) {
+    Rig rig(14);
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.milliamps[2] != 0; }));
+    rig.board_says([&] {
+        rig.board.calibration_button = true;
+        rig.board.milliamps = {1, 1, 1};
+    });
+    ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.counters_set == 1; }));
+    EXPECT_TRUE(test::comes_true([&] { return rig.device.counts().zeroings == 1; }));
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    EXPECT_LT(glm::length(state_of(rig.device).position - kHome), 1e-15);
+}
+
+TEST(WoodenDevice, ButtonOfTheHandleIsReported) {
+    Rig rig(14, patient(), "polhem_v1");
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    EXPECT_EQ(state_of(rig.device).buttons, 0u);
+    rig.board_says([&] { rig.board.counters[3] += 10000; });
+    EXPECT_TRUE(test::comes_true([&] { return state_of(rig.device).buttons == 1; }));
+    rig.board_says([&] { rig.board.counters[3] -= 10000; });
+    EXPECT_TRUE(test::comes_true([&] { return state_of(rig.device).buttons == 0; }));
+}
+
+TEST(WoodenDevice, PoseOutOfReachIsNotPublished) {
+    WoodenDevice::Settings settings = watchful();
+    settings.start = WoodenStart::as_kept;
+    Rig rig(14, settings, "polhem_v3");
+    rig.board_says([&] { rig.board.power_on_counters = {8327, -10926, 27140, 0, 30, 0}; });
+    rig.node.plug_in();
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    const Vec3 before = state_of(rig.device).position;
+    // Link 1 back over the base and the crank towards it: links 3 and 4 are too short.
+    rig.board_says([&] { rig.board.counters = {8327, -15754, 20481, 0, 30, 0}; });
+    ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
+    EXPECT_EQ(state_of(rig.device).position, before);
+    EXPECT_GT(rig.device.counts().rejected_reports, 0u);
+    rig.board_says([&] { rig.board.counters = {8327, -10926, 27140, 0, 30, 0}; });
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+}
+
+TEST(WoodenDevice, DevicesOfOtherKindsAreRefused) {
+    class Keyboard final : public test::HidFirmware {
+    public:
+        int received = 0;
+        test::Bytes descriptor() const override { return {0x05, 0x01, 0x09, 0x06, 0xC0}; }
+        void power_on(double) override {}
+        void receive(std::span<const std::uint8_t>, double) override { ++received; }
+        std::optional<test::Bytes> send(double) override { return test::Bytes(14, 0); }
+    };
+    WoodenFirmware board(14);
+    Keyboard keyboard;
+    HidNode node(kPath, keyboard);
+    WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());
+    EXPECT_THROW(device.open(), std::runtime_error);
+    EXPECT_EQ(node.at_rest([&] { return keyboard.received; }), 0) << "it was written to";
+}
+
+/// Everything that a cable, a board and a system do, in any order, while a servo reads and writes.
+TEST_P(WoodenLayouts, FaultsAtRandomLeaveItAliveAndWithinItsLimits) {
+    const std::uint32_t seed = 16;
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const auto chosen_from = [&](int n) {
+        return std::uniform_int_distribution<int>(0, n - 1)(random);
+    };
+    WoodenDevice::Settings settings = watchful();
+    settings.reconnect_s = 0.001;
+    Rig rig(GetParam(), settings);
+    rig.device.open();
+    rig.device.start();
+
+    std::atomic<bool> ended{false};
+    std::atomic<int> not_finite{0};
+    std::thread servo([&] {
+        constexpr double odd[] = {0.0, 1.0, -1e300, std::numeric_limits<double>::quiet_NaN(),
+                                  std::numeric_limits<double>::infinity()};
+        for (std::size_t i = 0; !ended; ++i) {
+            DeviceState state;
+            if (!rig.device.read(state) || !is_finite(state.position) || !is_finite(state.velocity))
+                ++not_finite;
+            rig.device.write({odd[i % 5], odd[i / 5 % 5], 1.0});
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+    });
+    for (int i = 0; i < 300; ++i) {
+        switch (chosen_from(8)) {
+        case 0:
+            rig.node.unplug();
+            break;
+        case 1:
+        case 2:
+            rig.node.plug_in();
+            break;
+        case 3:
+            rig.node.set_write_fault(WriteFault(chosen_from(4)));
+            break;
+        case 4:
+            rig.node.set_write_fault(WriteFault::none);
+            break;
+        case 5:
+            rig.board_says([&] {
+                rig.board.instead = test::Bytes(static_cast<std::size_t>(chosen_from(70)), 0x7F);
+            });
+            break;
+        case 6:
+            rig.board_says([&] {
+                for (int& counter : rig.board.counters)
+                    counter += chosen_from(4001) - 2000;
+                rig.board.calibration_button = chosen_from(4) == 0;
+            });
+            break;
+        default:
+            rig.board_says([&] { rig.board.silent = chosen_from(2) == 0; });
+            break;
+        }
+        std::this_thread::sleep_for(milliseconds(chosen_from(5)));
+    }
+    rig.board_says([&] { rig.board.silent = false; });
+    rig.node.set_write_fault(WriteFault::none);
+    rig.node.plug_in();
+    EXPECT_TRUE(rig.node.wait_until([&] { return rig.board.milliamps[2] != 0; }));
+    ended = true;
+    servo.join();
+    EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    EXPECT_EQ(not_finite, 0);
+    EXPECT_LE(rig.board_says([&] { return rig.board.largest_milliamps; }), 1999);
+    rig.device.stop();
+    EXPECT_TRUE(rig.board_says([&] { return rig.board.last_was_zero; }));
+}
+
+#ifdef PALPATE_HAS_SYSTEM_CALL_FILTER
+TEST(WoodenDevice, ReadingAndWritingMakeNoSystemCall) {
+    Rig rig(14);
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    test::expect_no_system_calls(rig.device);
+}
+#endif
+
+TEST(WoodenDevice, DeclaresWhatItHolds) {
+    const WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());
+    const DeviceProperties properties = device.properties();
+    EXPECT_NEAR(properties.force_n, 2.536, 5e-4);
+    EXPECT_EQ(properties.stiffness_n_per_m, 1000.0);
+    EXPECT_EQ(properties.damping_n_s_per_m, 0.5);
+    EXPECT_EQ(properties.workspace_m.upper, Vec3(0.1));
+}
+
+TEST(WoodenDevice, NotOpenedItIsStaleAndTakesForcesWithoutHarm) {
+    WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());
+    EXPECT_EQ(state_of(device).freshness, Freshness::stale);
+    device.write({1.0, 0.0, 0.0});
+    device.stop();
+    device.close();
+    EXPECT_THROW(device.open(), std::runtime_error);
+    EXPECT_EQ(state_of(device).freshness, Freshness::stale);
+}
+
+TEST(WoodenDevice, SettingsThatCannotBeAreRefused) {
+    const WoodenModel model = wooden_model("woodenhaptics_v2015");
+    for (const double odd : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+        WoodenDevice::Settings settings = patient();
+        settings.stale_after_s = odd;
+        EXPECT_THROW(WoodenDevice(model, settings), std::invalid_argument);
+        settings = patient();
+        settings.force_hold_s = odd;
+        EXPECT_THROW(WoodenDevice(model, settings), std::invalid_argument);
+        settings = patient();
+        settings.reconnect_s = odd;
+        EXPECT_THROW(WoodenDevice(model, settings), std::invalid_argument);
+    }
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/device_list.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+using namespace palpate;
+
+namespace {
+
+AttachedDevice mouse(const std::string& path) {
+    return {path, 0x256F, 0xC635, "3Dconnexion SpaceMouse Compact", AttachedKind::space_mouse, {}};
+}
+
+AttachedDevice denied_board() {
+    return {"/dev/hidraw5",
+            0x1234,
+            0x0006,
+            "WoodenHaptics board (mbed)",
+            AttachedKind::wooden_haptics,
+            {{DeviceFinding::Weight::obstacle, "no permission", "install the rules"},
+             {DeviceFinding::Weight::note, "it is blue", ""}}};
+}
+
+AttachedDevice keyboard() {
+    return {"/dev/hidraw0",
+            0x046D,
+            0xC31C,
+            "Logitech Keyboard",
+            AttachedKind::other,
+            {{DeviceFinding::Weight::note, "it is a keyboard or a mouse", ""}}};
+}
+
+TEST(DeviceList, NothingAttachedSaysSoAndWhatServesAsWell) {
+    for (const auto detail : {DeviceListDetail::brief, DeviceListDetail::why}) {
+        const std::string text = device_list_text({}, detail);
+        EXPECT_TRUE(text.starts_with("no haptic device is attached; a path, an orbit")) << text;
+        EXPECT_EQ(text.back(), '\n');
+    }
+    EXPECT_EQ(nlohmann::json::parse(device_list_json({})),
+              nlohmann::json::parse(R"({"devices": []})"));
+}
+
+TEST(DeviceList, BriefNamesWhatToPutIntoTheSceneAndPointsToWhy) {
+    EXPECT_EQ(device_list_text({keyboard(), mouse("/dev/hidraw4"), denied_board()},
+                               DeviceListDetail::brief),
+              "/dev/hidraw4  256f:c635  3Dconnexion SpaceMouse Compact: moves the probe by its "
+              "deflection, no force  hid:spacemouse\n"
+              "/dev/hidraw5  1234:0006  WoodenHaptics board (mbed): three-dimensional force  NOT "
+              "USABLE\n"
+              "`palpate devices --why` says why something is not usable, and what helps\n"
+              "and 1 other HID device (`--why` lists it)\n");
+}
+
+TEST(DeviceList, WhyTellsEveryFindingAndRemedyAndTheOthers) {
+    EXPECT_EQ(device_list_text({keyboard(), denied_board()}, DeviceListDetail::why),
+              "/dev/hidraw0  046d:c31c  Logitech Keyboard: not a haptic device  -\n"
+              "    note: it is a keyboard or a mouse\n"
+              "/dev/hidraw5  1234:0006  WoodenHaptics board (mbed): three-dimensional force  NOT "
+              "USABLE\n"
+              "    in the way: no permission\n"
+              "    remedy: install the rules\n"
+              "    note: it is blue\n");
+}
+
+TEST(DeviceList, TwoOfAKindAreToldApartByTheirNodes) {
+    const auto json = nlohmann::json::parse(
+        device_list_json({mouse("/dev/hidraw4"), mouse("/dev/hidraw6"), denied_board()}));
+    EXPECT_EQ(json["devices"][0]["address"], "hid:/dev/hidraw4");
+    EXPECT_EQ(json["devices"][1]["address"], "hid:/dev/hidraw6");
+    EXPECT_TRUE(json["devices"][2]["address"].is_null());
+}
+
+TEST(DeviceList, OfABoardTheOwnerSaysTheModel) {
+    AttachedDevice board = denied_board();
+    board.findings.clear();
+    const auto json = nlohmann::json::parse(device_list_json({board}));
+    EXPECT_EQ(json["devices"][0]["address"], "hid:wooden:MODEL");
+}
+
+TEST(DeviceList, JsonHasIdsAsTheyAreWrittenAndEveryFinding) {
+    const auto json = nlohmann::json::parse(device_list_json({denied_board()}))["devices"][0];
+    EXPECT_EQ(json["path"], "/dev/hidraw5");
+    EXPECT_EQ(json["vendor"], "1234");
+    EXPECT_EQ(json["product"], "0006");
+    EXPECT_EQ(json["kind"], "wooden_haptics");
+    EXPECT_EQ(json["usable"], false);
+    EXPECT_EQ(json["findings"][0]["weight"], "obstacle");
+    EXPECT_EQ(json["findings"][0]["remedy"], "install the rules");
+    EXPECT_EQ(json["findings"][1]["weight"], "note");
+}
+
+} // namespace
