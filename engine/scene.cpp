@@ -78,9 +78,11 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     return surface;
 }
 
-/// A contact with a surface through `field`: its own, or the same with shared samples.
+/// A contact with a surface through `field` and with a texture: its own, or the same with shared
+/// samples.
 std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
-                                                  const std::shared_ptr<const ScalarField>& field) {
+                                                  const std::shared_ptr<const ScalarField>& field,
+                                                  const TextureSettings& texture) {
     switch (surface.contact) {
     case ContactKind::mesh: {
         MeshContactSettings settings;
@@ -90,13 +92,13 @@ std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
     }
     case ContactKind::guarded:
         return std::make_unique<GuardedContact>(field, surface.level, surface.mesh.certified,
-                                                surface.leash_m);
+                                                surface.leash_m, texture);
     case ContactKind::direct:
         return std::make_unique<DirectContact>(surface.mesh.scene, field, surface.level);
     case ContactKind::volume:
         break;
     }
-    return std::make_unique<VolumeContact>(field, surface.level);
+    return std::make_unique<VolumeContact>(field, surface.level, texture);
 }
 
 /// Behind a surface, from where its certificate allows nobody who has not gone through.
@@ -235,10 +237,26 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
                                     *fields);
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
+    give_textures();
+}
+
+void Scene::give_textures() {
+    for (const PlannedEffect& planned : plan_.effects) {
+        const EffectDescription& effect = description_.effects[planned.effect];
+        if (!planned.on || effect.kind != EffectKind::texture) continue;
+        for (SceneSurface& surface : surfaces_) {
+            if (surface.name != effect.surface) continue;
+            surface.texture = effect.texture;
+            surface.texture.field = effect_field(effect.volume);
+            at_place(
+                fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
+                [&] { SurfaceTexture(surface.texture, surface.baked.field->feature_size_m()); });
+        }
+    }
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
-    return make_contact_with(surface, surface.baked.field);
+    return make_contact_with(surface, surface.baked.field, surface.texture);
 }
 
 std::shared_ptr<const ScalarField> Scene::effect_field(const std::string& volume) const {
@@ -276,8 +294,11 @@ LoopParts Scene::make_parts() const {
         return one;
     };
     LoopParts parts;
-    for (const SceneSurface& surface : surfaces_)
-        parts.contacts.push_back(make_contact_with(surface, shared(surface.baked.field)));
+    for (const SceneSurface& surface : surfaces_) {
+        TextureSettings texture = surface.texture;
+        texture.field = shared(texture.field);
+        parts.contacts.push_back(make_contact_with(surface, shared(surface.baked.field), texture));
+    }
     internal::EffectFields fields = *effect_fields_;
     for (auto& [volume, field] : fields.scalars)
         field = shared(field);

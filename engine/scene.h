@@ -26,10 +26,11 @@ struct EffectFields;
 struct SceneSurface {
     std::string name;
     ContactKind contact = ContactKind::volume;
-    LevelSettings level;  ///< strength and yielding are a mesh's, too
-    BakedSurface baked;   ///< without a field where the surface is a mesh alone
-    SurfaceMesh mesh;     ///< empty where the contact needs none
-    double leash_m = 0.0; ///< contact guarded
+    LevelSettings level;     ///< strength and yielding are a mesh's, too
+    BakedSurface baked;      ///< without a field where the surface is a mesh alone
+    SurfaceMesh mesh;        ///< empty where the contact needs none
+    double leash_m = 0.0;    ///< contact guarded
+    TextureSettings texture; ///< in front of the level, where an effect says so
 
     /// True where the mesh decides what is felt, and no field is sampled.                [any]
     bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
@@ -74,6 +75,8 @@ public:
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
 private:
+    void give_textures();
+
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;

@@ -17,6 +17,7 @@
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/surface_magnets.h>
 #include <palpate/haptics/surface_state.h>
+#include <palpate/haptics/surface_texture.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/haptics/vector_follow.h>
 #include <palpate/volume/volume_file.h>
@@ -43,6 +44,7 @@ struct MaterialDescription {
     Yielding yielding = Yielding::holds;                         ///< above its strength
     FrictionCoefficients friction;  ///< of effects `friction` and `stick_slip` on it
     double damping_n_s_per_m = 0.0; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
+    TextureSettings texture;        ///< of effects `texture` on it: wavelength and height
 };
 
 enum class ContactKind { mesh, volume, guarded, direct };
@@ -100,6 +102,7 @@ enum class EffectKind {
     vibration,
     gravity_compensation,
     magnet,
+    texture,
 };
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
@@ -110,10 +113,11 @@ struct EffectDescription {
     std::string surface; ///< kinds of surfaces, vibration, viscosity in a surface: key of
                          ///< SceneDescription::surfaces
     std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; viscosity may be
-                         ///< in a surface or the same everywhere, then empty
+                        ///< in a surface or the same everywhere, a texture be a pattern, then empty
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
     ///< kinds of volumes (key strength_n): N over the volume's value, of vectors their length;
     ///< viscosity (key damping_n_s_per_m): N s/m
+    TextureSettings texture;       ///< texture: all but the field, which is of `volume`
     SurfaceMagnet magnet;          ///< magnet (keys strength_n, capture_mm)
     FrictionCoefficients friction; ///< friction (keys static, dynamic) and stick_slip, no unit
     FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow

@@ -49,8 +49,9 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
       magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
       surface_gains_(surfaces_.size()), friction_gains_(surfaces_.size()),
-      magnet_gains_(surfaces_.size()), effect_gains_(effects_.size()),
-      first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
+      magnet_gains_(surfaces_.size()), texture_gains_(surfaces_.size()),
+      effect_gains_(effects_.size()), first_contact_(surfaces_.size() + 1, 0),
+      sunk_m_(surfaces_.size(), 0.0) {
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
         throw std::invalid_argument(
@@ -77,7 +78,7 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     for (Effect* effect : effects_)
         effect->restart(proxy);
     for (std::vector<GainRamp>* gains :
-         {&surface_gains_, &friction_gains_, &magnet_gains_, &effect_gains_})
+         {&surface_gains_, &friction_gains_, &magnet_gains_, &texture_gains_, &effect_gains_})
         for (GainRamp& gain : *gains)
             gain.jump();
     path_.clear();
@@ -130,8 +131,11 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
         if (friction_gain.advance(frame_.period_s)) friction_.set_gain(i, friction_gain.value());
         GainRamp& magnet_gain = magnet_gains_[i];
         if (magnet_gain.advance(frame_.period_s)) magnets_.set_gain(i, magnet_gain.value());
+        GainRamp& texture_gain = texture_gains_[i];
+        if (texture_gain.advance(frame_.period_s))
+            surfaces_[i]->set_texture_gain(texture_gain.value());
         all_one = all_one && gain.value() == 1.0 && friction_gain.value() == 1.0 &&
-                  magnet_gain.value() == 1.0;
+                  magnet_gain.value() == 1.0 && texture_gain.value() == 1.0;
     }
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         const bool was_on = is_on(i);

@@ -65,9 +65,10 @@ public:
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                 std::vector<Effect*> effects, Clock& clock, std::vector<SurfaceFinish> finish = {});
 
-    /// Gain of a surface (its strength), of the friction on it (its coefficients) or of an effect,
-    /// by their index: [0, GainRamp::kHighest]; 0 switches off. From any thread while the loop
-    /// runs; followed as GainRamp says. A trial begins with the gains that were set last. [any]
+    /// Gain of a surface (its strength), of the friction on it (its coefficients), of its texture
+    /// (its heights), of its magnet or of an effect, by their index: [0, GainRamp::kHighest]; 0
+    /// switches off. From any thread while the loop runs; followed as GainRamp says. A trial begins
+    /// with the gains that were set last. [any]
     void set_surface_gain(std::size_t surface, double gain) noexcept {
         surface_gains_[surface].set(gain);
     }
@@ -76,6 +77,9 @@ public:
     }
     void set_magnet_gain(std::size_t surface, double gain) noexcept {
         magnet_gains_[surface].set(gain);
+    }
+    void set_texture_gain(std::size_t surface, double gain) noexcept {
+        texture_gains_[surface].set(gain);
     }
     void set_effect_gain(std::size_t effect, double gain) noexcept {
         effect_gains_[effect].set(gain);
@@ -148,6 +152,7 @@ private:
     std::vector<GainRamp> surface_gains_;
     std::vector<GainRamp> friction_gains_; // of each surface
     std::vector<GainRamp> magnet_gains_;   // of each surface
+    std::vector<GainRamp> texture_gains_;  // of each surface
     std::vector<GainRamp> effect_gains_;
 
     // Of one evaluation.

@@ -41,6 +41,18 @@ struct TransferFunction {
         return nodes[count - 1].strength_n;
     }
 
+    /// Its derivative there: strength per unit of the field; 0 outside of the nodes, and at a node
+    /// that of the piece before it.                                                      [loop]
+    double slope(double value) const noexcept {
+        for (std::size_t i = 1; i < count; ++i) {
+            const Node& low = nodes[i - 1];
+            const Node& high = nodes[i];
+            if (value > low.value && value <= high.value)
+                return (high.strength_n - low.strength_n) / (high.value - low.value);
+        }
+        return 0.0;
+    }
+
     /// Strength 0 for every value: an effect with it can never be felt.                 [any]
     bool is_zero() const noexcept {
         for (std::size_t i = 0; i < count; ++i)

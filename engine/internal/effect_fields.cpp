@@ -89,6 +89,7 @@ std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const Effec
     case EffectKind::friction:
     case EffectKind::stick_slip:
     case EffectKind::magnet:
+    case EffectKind::texture:
         break;
     case EffectKind::gradient_surface:
         return std::make_unique<GradientSurface>(scalar(), effect.strength);

@@ -39,13 +39,13 @@ struct EffectTraits {
     double further_samples = 0.0;           ///< at points of its own, per evaluation
     bool may_be_hard = false;               ///< its strength may be infinite
     std::string_view how = "";              ///< in what way it enters a frame, in words
-    std::array<std::string_view, 5> keys{}; ///< in scenes, besides `type`
+    std::array<std::string_view, 6> keys{}; ///< in scenes, besides `type`
     EffectTurn turn = EffectTurn::draws;
     bool of_surface = false; ///< felt where a surface is, and only with it: no Effect
 };
 
 /// In the order of EffectKind.
-inline constexpr std::array<EffectTraits, 17> kEffectTraits{{
+inline constexpr std::array<EffectTraits, 18> kEffectTraits{{
     {"surface",
      FieldNeed::none,
      CommonPoint::none,
@@ -181,6 +181,15 @@ inline constexpr std::array<EffectTraits, 17> kEffectTraits{{
      "the "
      "closest point of its mesh",
      {"surface", "strength_n", "capture_mm"},
+     EffectTurn::draws,
+     true},
+    {"texture",
+     FieldNeed::scalar,
+     CommonPoint::proxy,
+     0.0,
+     false,
+     "heights in front of the surface's level, at its own sample",
+     {"surface", "pattern", "wavelength_mm", "height_mm", "direction", "volume"},
      EffectTurn::draws,
      true},
 }};

@@ -8,7 +8,9 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/contact_choice.h>
 #include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/scene_file.h>
 
 namespace palpate::internal {
 namespace {
@@ -22,8 +24,7 @@ constexpr auto kEffectNames = [] {
 }();
 constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "streamline"};
 constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"};
-// What the file format knows beyond this version.
-constexpr std::array<std::string_view, 1> kOtherEffects{"texture"};
+constexpr std::array<std::string_view, 2> kPatternNames{"bumps", "grating"};
 
 constexpr Range kPlaceMm{-1e6, 1e6};
 constexpr Range kForceN{-1.0e3, 1.0e3}; // as far as limits.force_n goes
@@ -140,6 +141,61 @@ void read_viscosity(const TomlTable& table, const SceneDescription& scene,
     const double of_material =
         surface.material.empty() ? 0.0 : scene.materials.at(surface.material).damping_n_s_per_m;
     effect.strength = TransferFunction::constant(table.number(key, kDamping, of_material));
+}
+
+/// The contact that feels a surface must be one that a texture is felt with.
+void check_textured(const TomlTable& table, const SceneDescription& scene,
+                    const std::string& surface) {
+    const ContactKind contact =
+        choose_contact(scene, scene.surfaces.at(surface), Extraction::possible).kind;
+    if (feels_texture(contact)) return;
+    table.fail(table.line_of("surface"),
+               fmt::format("surface \"{}\" {} is felt with contact \"{}\", which has no texture",
+                           surface, table.where(), name(contact)),
+               "give the surface a volume, and contact = \"volume\" or \"guarded\"");
+}
+
+/// A pattern, or a height over the value of a volume.
+void read_texture(const TomlTable& table, const SceneDescription& scene,
+                  EffectDescription& effect) {
+    check_textured(table, scene, effect.surface);
+    TextureSettings& texture = effect.texture;
+    if (table.has("volume")) {
+        for (const std::string_view key : {"pattern", "wavelength_mm", "direction"})
+            if (table.has(key))
+                table.fail(table.line_of(key),
+                           fmt::format("{} {} is of a pattern, and height_mm a function of the "
+                                       "volume's value",
+                                       key, table.where()),
+                           fmt::format("remove {}, or volume", key));
+        effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
+        texture.height_over_value = read_effect_strength(table, "height_mm", "mm", false);
+        for (std::size_t i = 0; i < texture.height_over_value.count; ++i)
+            texture.height_over_value.nodes[i].strength_n *= 1e-3; // m
+        return;
+    }
+    const std::string& material = scene.surfaces.at(effect.surface).material;
+    if (!material.empty()) texture = scene.materials.at(material).texture;
+    if (texture.none()) {
+        table.require("height_mm", "give the height of the crests, as height_mm = 0.1, or give the "
+                                   "surface a material with texture_height_mm");
+        table.require("wavelength_mm", "give the distance of the crests, as wavelength_mm = 2");
+    }
+    texture = read_texture_waves(table, "wavelength_mm", "height_mm", texture);
+    if (table.has("pattern"))
+        texture.pattern = static_cast<TexturePattern>(table.choice("pattern", kPatternNames));
+    if (texture.pattern != TexturePattern::grating) {
+        if (table.has("direction"))
+            table.fail(table.line_of("direction"),
+                       fmt::format("direction {} is of a grating", table.where()),
+                       "remove it, or give pattern = \"grating\"");
+        return;
+    }
+    texture.direction = read_triple(table, "direction", ", across the grooves", kAnyFinite);
+    if (!(glm::length(texture.direction) > 0.0))
+        table.fail(table.line_of("direction"),
+                   fmt::format("direction {} has no length", table.where()),
+                   "give the direction across the grooves, as direction = [1, 0, 0]");
 }
 
 /// A strength that is the same everywhere, as there is no volume to take a value from.
@@ -285,6 +341,9 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
     case EffectKind::vibration:
         read_vibration(table, effect);
         break;
+    case EffectKind::texture:
+        read_texture(table, scene, effect);
+        break;
     }
 }
 
@@ -305,12 +364,31 @@ FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
     return friction;
 }
 
+TextureSettings read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
+                                   std::string_view height_key, TextureSettings fallback) {
+    constexpr double longest_mm = 1e3;
+    TextureSettings texture = fallback;
+    texture.wavelength_m =
+        1e-3 * table.number(wavelength_key, {0.0, longest_mm, Range::Ends::low_open},
+                            1e3 * fallback.wavelength_m);
+    texture.height_m = 1e-3 * table.number(height_key, {0.0, longest_mm}, 1e3 * fallback.height_m);
+    const double highest_m = SurfaceTexture::kHighestOfWave * texture.wavelength_m;
+    if (texture.height_m > highest_m)
+        table.fail(table.line_of(table.has(height_key) ? height_key : wavelength_key),
+                   fmt::format("{} = {} {} is above {} / (2 pi) = {:.4g}", height_key,
+                               1e3 * texture.height_m, table.where(), wavelength_key,
+                               1e3 * highest_m),
+                   "lower the height, or take a longer wavelength: flanks would be too steep to be "
+                   "felt as heights");
+    return texture;
+}
+
 std::vector<EffectDescription> read_effect_table(const TomlTable& table,
                                                  const SceneDescription& scene) {
     table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
     EffectDescription effect;
     effect.line = table.line();
-    effect.kind = static_cast<EffectKind>(table.choice("type", kEffectNames, kOtherEffects));
+    effect.kind = static_cast<EffectKind>(table.choice("type", kEffectNames));
     const EffectTraits& traits = traits_of(effect.kind);
     std::vector<std::string_view> keys{"type"};
     for (const std::string_view key : traits.keys)

@@ -313,8 +313,13 @@ TransferFunction read_strength(const TomlTable& table, std::string_view key) {
 }
 
 MaterialDescription read_material_table(const TomlTable& table) {
-    constexpr std::array<std::string_view, 5> keys{"strength_n", "yield", "static", "dynamic",
-                                                   "damping_n_s_per_m"};
+    constexpr std::array<std::string_view, 7> keys{"strength_n",
+                                                   "yield",
+                                                   "static",
+                                                   "dynamic",
+                                                   "damping_n_s_per_m",
+                                                   "texture_wavelength_mm",
+                                                   "texture_height_mm"};
     table.allow_only(keys);
     MaterialDescription material;
     material.strength_n = table.number("strength_n", kStrength, material.strength_n);
@@ -323,6 +328,7 @@ MaterialDescription read_material_table(const TomlTable& table) {
     if (table.has("static") || table.has("dynamic"))
         material.friction = read_friction(table, false);
     material.damping_n_s_per_m = table.number("damping_n_s_per_m", kDamping, 0.0);
+    material.texture = read_texture_waves(table, "texture_wavelength_mm", "texture_height_mm", {});
     return material;
 }
 

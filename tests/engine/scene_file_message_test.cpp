@@ -218,9 +218,6 @@ TEST_F(SceneFileMessage, WhatOtherVersionsHaveIsNamedAsSuch) {
             << message;
         EXPECT_TRUE(message.ends_with(remedy)) << message;
     };
-    for (const char* effect : {"texture"})
-        expect(fmt::format("[[effect]]\ntype = \"{}\"\nanything = 1\n", effect),
-               "scene.toml:2: type = ", "workspace, vibration, gravity_compensation, magnet");
     for (const char* device : {"recording", "hand", "hid:novint"})
         expect(fmt::format("[device]\ntype = \"{}\"\n", device),
                "scene.toml:2: type = ", "; it has path, orbit");
