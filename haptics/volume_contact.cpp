@@ -26,7 +26,9 @@ constexpr double kRestoreShare = 0.7;
 constexpr double kTexturePatch = 0.9;
 // The layer in which crests may be, in heights times the typical slope: slopes differ.
 constexpr double kLayer = 2.0;
-// Steps in that layer, of SurfaceTexture::trust_m(), after which a free flight takes a rest.
+// Steps in that layer, of this share of SurfaceTexture::trust_m(): what is grazed between two of
+// them is cut by at most 4 % of its height. After so many a free flight takes a rest.
+constexpr double kLayerStep = 0.5;
 constexpr int kMostLayerSteps = 64;
 // A root of the textured level is found when its value is within this share of LevelScale::free.
 constexpr double kRootShare = 1e-3;
@@ -136,7 +138,8 @@ std::optional<double> VolumeContact::felt_root(const Vec3& from, const Vec3& to)
     if (!entry) return std::nullopt;
     const std::optional<double> of_field = sampler_->first_root(from, to, level_);
     const double end = of_field.value_or(1.0);
-    const double step = scale_.trust_m / glm::length(to - from); // it has an entry: not 0
+    const double step =
+        kLayerStep * scale_.trust_m / glm::length(to - from); // it has an entry: not 0
     double low = *entry;
     if (felt_value(between(from, to, low)) >= level_) return refined_root(from, to, 0.0, low);
     for (int i = 0; i < kMostLayerSteps; ++i) {
@@ -155,24 +158,24 @@ std::optional<double> VolumeContact::felt_root(const Vec3& from, const Vec3& to)
     return low;
 }
 
-/// The front side of a root between two shares of a chord, by regula falsi.
+/// Just in front of a root between two shares of a chord, by regula falsi.
 double VolumeContact::refined_root(const Vec3& from, const Vec3& to, double low,
                                    double high) noexcept {
-    double below = felt_value(between(from, to, low)) - level_;
-    double above = felt_value(between(from, to, high)) - level_;
-    if (!(below < 0.0)) return low;
-    const double near = -kRootShare * scale_.free;
+    const double near = 0.5 * kRootShare * scale_.free;
+    const auto beyond = [&](double t) { return felt_value(between(from, to, t)) - level_ + near; };
+    double below = beyond(low);
+    double above = beyond(high);
     int side = 0; // of the last value
-    for (int i = 0; i < kMostRefinements; ++i) {
-        const double t = low + (high - low) * below / (below - above); // < 0 - >= 0
-        const double value = felt_value(between(from, to, t)) - level_;
+    for (int i = 0; i < kMostRefinements && below < -near; ++i) {
+        const double t = low + (high - low) * below / (below - above); // < 0 - > 0
+        const double value = beyond(t);
         if (value < 0.0) {
             low = t;
             below = value;
-            if (value > near) break;
             if (side < 0) above *= 0.5; // Illinois: no end may stay for ever
             side = -1;
         } else {
+            if (value <= near) return t;
             high = t;
             above = value;
             if (side > 0) below *= 0.5;
