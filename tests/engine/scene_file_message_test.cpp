@@ -188,7 +188,7 @@ TEST_F(SceneFileMessage, KeysThatExcludeEachOtherAndMissingOnes) {
               "scene.toml:1: key \"type\" is missing in [[effect]]; give one of surface, "
               "gradient_surface, constant_force, gradient_force, viscosity, vector_force, "
               "vector_follow, fibre_follow, front_shape, vortex, friction, stick_slip, guide, "
-              "workspace, vibration, gravity_compensation, magnet");
+              "workspace, vibration, gravity_compensation, magnet, texture");
     EXPECT_EQ(complaint(kBone + "[[effect]]\ntype = \"surface\"\n"),
               "scene.toml:6: key \"surface\" is missing in [[effect]]; surfaces: bone");
     EXPECT_TRUE(complaint(kBone + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"head\"\n")
