@@ -35,8 +35,9 @@ PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescripti
 
 /// Where an effect other than a surface samples as others may, too.
 internal::CommonPoint common_point(const EffectDescription& effect) {
-    if (effect.volume.empty() && effect.surface.empty())
-        return internal::CommonPoint::none; // viscosity that is the same everywhere
+    const bool in_surface = effect.kind == EffectKind::viscosity && !effect.surface.empty();
+    if (effect.volume.empty() && !in_surface)
+        return internal::CommonPoint::none; // the same everywhere
     const bool follows =
         effect.kind == EffectKind::vector_follow || effect.kind == EffectKind::fibre_follow;
     if (follows && effect.guide == FollowGuide::tangent) return internal::CommonPoint::proxy;
@@ -71,7 +72,9 @@ PlannedEffect plan_magnet(const EffectDescription& effect, std::set<std::string>
     if (effect.magnet.none()) return {0, false, "strength_n is 0: it cannot be felt", ""};
     if (!drawing.insert(effect.surface).second)
         return {0, false, "the same surface has a magnet already", ""};
-    return {0, true, std::string(internal::traits_of(effect.kind).how), ""};
+    PlannedEffect planned{0, true, std::string(internal::traits_of(effect.kind).how), ""};
+    planned.start_samples = effect.volume.empty() ? 0.0 : 1.0;
+    return planned;
 }
 
 /// Surfaces that effects of one kind have already.
@@ -151,7 +154,8 @@ private:
     CommonPoint common_point(const PlannedEffect& planned) const {
         if (!planned.on) return CommonPoint::none;
         const EffectDescription& effect = effect_of(planned);
-        if (!internal::traits_of(effect.kind).of_surface) return palpate::common_point(effect);
+        const bool of_surface = internal::traits_of(effect.kind).of_surface;
+        if (!of_surface || effect.kind == EffectKind::magnet) return palpate::common_point(effect);
         return planned.samples > 0.0 ? CommonPoint::proxy : CommonPoint::none;
     }
 
@@ -248,6 +252,7 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
             continue;
         }
         used_volumes.insert(description.volume);
+        used_volumes.insert(description.strength_volume);
         if (!description.mesh.empty() &&
             !needs_mesh(choose_contact(scene, description, extraction).kind))
             plan.left_out.push_back("mesh of surface " + surface +

@@ -76,7 +76,7 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
     std::move(custom.begin(), custom.end(), std::back_inserter(parts_.effects));
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
-                                      pointers(parts_.effects), clock_, scene_->finish());
+                                      pointers(parts_.effects), clock_, std::move(parts_.finish));
 }
 
 HapticLoop::~HapticLoop() = default;
@@ -200,6 +200,7 @@ QueryCount HapticLoop::queries() const noexcept {
         add(contact->queries());
     for (const auto& effect : parts_.effects)
         add(effect->queries());
+    add(subdivision_->queries());
     return total;
 }
 

@@ -235,6 +235,9 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
         if (planned.on)
             internal::load_field_of(description_, description_.effects[planned.effect], reader,
                                     *fields);
+    for (const SceneSurface& surface : surfaces_)
+        internal::load_scalar_field(
+            description_, description_.surfaces.at(surface.name).strength_volume, reader, *fields);
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
     give_textures();
@@ -272,14 +275,23 @@ std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
     return std::nullopt;
 }
 
-std::vector<SurfaceFinish> Scene::finish() const {
+std::vector<SurfaceFinish> Scene::finish_with(const internal::EffectFields& fields) const {
     std::vector<SurfaceFinish> finish(surfaces_.size());
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        const SurfaceDescription& surface = description_.surfaces.at(surfaces_[i].name);
+        if (!surface.strength_volume.empty())
+            finish[i].strength = {fields.scalars.at(surface.strength_volume),
+                                  surface.strength_over_value};
+    }
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
         if (!planned.on) continue;
         for (std::size_t i = 0; i < surfaces_.size(); ++i) {
             if (surfaces_[i].name != effect.surface) continue;
-            if (effect.kind == EffectKind::magnet) finish[i].magnet = effect.magnet;
+            if (effect.kind == EffectKind::magnet) {
+                finish[i].magnet = effect.magnet;
+                finish[i].magnet.over = internal::strength_over(effect, fields);
+            }
             if (!effect.friction.none()) finish[i].friction = effect.friction;
         }
     }
@@ -305,6 +317,7 @@ LoopParts Scene::make_parts() const {
     for (auto* vectors : {&fields.directed, &fields.axial})
         for (auto& [volume, field] : *vectors)
             field = share_samples(field);
+    parts.finish = finish_with(fields);
     for (const std::size_t index : effect_order_) {
         EffectDescription effect = description_.effects[index];
         const auto surface =

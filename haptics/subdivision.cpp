@@ -52,6 +52,9 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       magnet_gains_(surfaces_.size()), texture_gains_(surfaces_.size()),
       effect_gains_(effects_.size()), first_contact_(surfaces_.size() + 1, 0),
       sunk_m_(surfaces_.size(), 0.0) {
+    for (const StrengthOverField& over :
+         of_each(&SurfaceFinish::strength, finish, surfaces_.size()))
+        strengths_.push_back(LocalStrength::holding(0.0, over));
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
         throw std::invalid_argument(
@@ -60,6 +63,14 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
         throw std::invalid_argument("subdivision: budget_us and tolerance must be above 0");
     path_.reserve(2 * kMostEvaluations + 2 + kMostLegs);
     steps_left_.reserve(kMostEvaluations);
+}
+
+QueryCount Subdivision::queries() const noexcept {
+    QueryCount count;
+    count.field_samples = magnets_.samples();
+    for (const LocalStrength& strength : strengths_)
+        count.field_samples += strength.samples();
+    return count;
 }
 
 double Subdivision::estimate_us() const noexcept {
@@ -126,7 +137,11 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
     bool all_one = true;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         GainRamp& gain = surface_gains_[i];
-        if (gain.advance(frame_.period_s)) surfaces_[i]->set_gain(gain.gain(frame_.force_limit_n));
+        if (gain.advance(frame_.period_s) || strengths_[i].depends_on_place()) {
+            Gain now = gain.gain(frame_.force_limit_n);
+            if (strengths_[i].depends_on_place()) now.place_n = strengths_[i].at(frame_.start);
+            surfaces_[i]->set_gain(now);
+        }
         GainRamp& friction_gain = friction_gains_[i];
         if (friction_gain.advance(frame_.period_s)) friction_.set_gain(i, friction_gain.value());
         GainRamp& magnet_gain = magnet_gains_[i];
@@ -146,7 +161,7 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
         effects_[i]->begin(frame_);
     }
     friction_.begin();
-    magnets_.begin();
+    magnets_.begin(frame_.start);
     if (!all_one) result.flags |= kLiveGain;
 }
 

@@ -9,6 +9,7 @@
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/gain.h>
 #include <palpate/haptics/level_bank.h>
+#include <palpate/haptics/local_strength.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/haptics/step_time_estimator.h>
 #include <palpate/haptics/surface_contact.h>
@@ -105,6 +106,8 @@ public:
     /// The coupling's force with what effects put on the device beside it, each with its gain, N:
     /// Effect::device_force_n().                                                          [loop]
     Vec3 with_device_forces(Vec3 force_n) const noexcept;
+    /// Of the fields that strengths of surfaces and magnets depend on.                   [any]
+    QueryCount queries() const noexcept;
     double estimate_us()
         const noexcept; ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
 
@@ -148,7 +151,8 @@ private:
 
     CoulombFriction friction_;
     SurfaceMagnets magnets_;
-    std::vector<LevelBank> banks_; // of each surface
+    std::vector<LocalStrength> strengths_; // of each surface, where they depend on the place
+    std::vector<LevelBank> banks_;         // of each surface
     std::vector<GainRamp> surface_gains_;
     std::vector<GainRamp> friction_gains_; // of each surface
     std::vector<GainRamp> magnet_gains_;   // of each surface

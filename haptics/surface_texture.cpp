@@ -17,11 +17,7 @@ constexpr double kTrustOfVoxel = 1.0 / 2.0;
 } // namespace
 
 double TextureSettings::highest_m() const noexcept {
-    if (height_over_value.count == 0) return height_m;
-    double highest = 0.0;
-    for (std::size_t i = 0; i < height_over_value.count; ++i)
-        highest = std::max(highest, height_over_value.nodes[i].strength_n);
-    return highest;
+    return height_over_value.count > 0 ? height_over_value.strongest() : height_m;
 }
 
 SurfaceTexture::SurfaceTexture(const TextureSettings& settings, double limit_m)

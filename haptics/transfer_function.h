@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -53,12 +54,15 @@ struct TransferFunction {
         return 0.0;
     }
 
-    /// Strength 0 for every value: an effect with it can never be felt.                 [any]
-    bool is_zero() const noexcept {
+    /// The greatest of its strengths; 0 for a function without nodes.                   [any]
+    double strongest() const noexcept {
+        double most = 0.0;
         for (std::size_t i = 0; i < count; ++i)
-            if (nodes[i].strength_n != 0.0) return false;
-        return true;
+            most = std::max(most, nodes[i].strength_n);
+        return most;
     }
+    /// Strength 0 for every value: an effect with it can never be felt.                 [any]
+    bool is_zero() const noexcept { return strongest() == 0.0; }
 };
 
 } // namespace palpate

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/contact_choice.h>
+#include <palpate/engine/internal/csv_rows.h>
 #include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/scene_file.h>
 
@@ -71,6 +72,23 @@ std::vector<Vec3> read_points(const TomlTable& table, std::string_view key, std:
                 1e-3 * table.number_in((*numbers)[static_cast<std::size_t>(i)], key, kPlaceMm);
         points.push_back(point);
     }
+    return points;
+}
+
+/// A CSV file of points under the key `file`; m, scene frame.
+std::vector<Vec3> read_points_file(const std::filesystem::path& file, std::size_t most) {
+    CsvRows rows(file, "x_m,y_m,z_m");
+    std::vector<Vec3> points;
+    for (std::array<double, 3> numbers; rows.next(numbers);) {
+        for (const double number : numbers)
+            if (!kPlaceMm.contains(1e3 * number))
+                rows.fail(fmt::format("{} is not a place in a scene", number),
+                          "give metres, scene frame (LPS), finite");
+        if (points.size() == most)
+            rows.fail(fmt::format("more than {} points", most), "give fewer, farther apart");
+        points.emplace_back(numbers[0], numbers[1], numbers[2]);
+    }
+    if (points.empty()) rows.fail("no rows after the header", "give a row per point");
     return points;
 }
 
@@ -198,9 +216,26 @@ void read_texture(const TomlTable& table, const SceneDescription& scene,
                    "give the direction across the grooves, as direction = [1, 0, 0]");
 }
 
-/// A strength that is the same everywhere, as there is no volume to take a value from.
-double read_plain_strength(const TomlTable& table, double fallback) {
-    return table.number("strength_n", {0.0, kInfinity}, fallback);
+/// strength_n of what need not have a volume: a number or, with one, a function of its value.
+/// Returns the number, or the greatest of the function.
+double read_strength_by_place(const TomlTable& table, const SceneDescription& scene,
+                              EffectDescription& effect, const Range& range, double fallback) {
+    if (!table.has("strength_n") || !table.node("strength_n").is_array()) {
+        if (table.has("volume"))
+            table.fail(table.line_of("volume"),
+                       fmt::format("volume {} is for a strength_n that is a function of its value",
+                                   table.where()),
+                       "give strength_n = [[value, N], ...], or remove volume");
+        return table.number("strength_n", range, fallback);
+    }
+    if (!table.has("volume"))
+        table.fail(
+            table.line_of("strength_n"),
+            fmt::format("strength_n {} is a function, and no volume says of what", table.where()),
+            "name the volume with volume = \"...\", or give a number of N");
+    effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
+    effect.strength = read_strength(table, "strength_n");
+    return effect.strength.strongest();
 }
 
 /// Refuses points of which no polyline can be made.
@@ -209,16 +244,26 @@ void check_polyline(const TomlTable& table, const EffectDescription& effect) {
     try {
         const Polyline curve(effect.points_m, effect.ends);
     } catch (const std::invalid_argument& error) {
-        table.fail(table.line_of("points_mm"),
-                   fmt::format("points_mm {}: {}", table.where(), error.what()),
+        const std::string_view key = effect.points_file.empty() ? "points_mm" : "file";
+        table.fail(table.line_of(key), fmt::format("{} {}: {}", key, table.where(), error.what()),
                    "give different points");
     }
 }
 
-void read_guide(const TomlTable& table, EffectDescription& effect) {
-    effect.points_m = read_points(table, "points_mm", 1, Polyline::kMostPoints);
+void read_guide(const TomlTable& table, const SceneDescription& scene, EffectDescription& effect) {
+    if (table.has("file") && table.has("points_mm"))
+        table.fail(table.line_of("file"),
+                   fmt::format("file and points_mm {} exclude each other", table.where()),
+                   "keep one of them");
+    if (table.has("file")) {
+        effect.points_file = existing_file(table, "file", scene.file);
+        effect.points_m = read_points_file(effect.points_file, Polyline::kMostPoints);
+    } else {
+        effect.points_m = read_points(table, "points_mm", 1, Polyline::kMostPoints);
+    }
     table.require("strength_n", "give the force in N above which the guide lets the proxy slip");
-    effect.guide_settings.strength_n = read_plain_strength(table, 0.0);
+    effect.guide_settings.strength_n =
+        read_strength_by_place(table, scene, effect, {0.0, kInfinity}, 0.0);
     effect.guide_settings.capture_m =
         1e-3 * table.number("capture_mm", {0.0, kInfinity, Range::Ends::low_open}, kInfinity);
     if (table.has("ends"))
@@ -228,12 +273,14 @@ void read_guide(const TomlTable& table, EffectDescription& effect) {
         table.fail(table.line_of("ends"),
                    fmt::format("ends = \"{}\" {} needs {} points", table.text("ends"),
                                table.where(), needed),
-                   "give more points_mm, or leave ends out");
+                   "give more points, or leave ends out");
     check_polyline(table, effect);
 }
 
-void read_workspace(const TomlTable& table, EffectDescription& effect) {
-    effect.guide_settings.strength_n = read_plain_strength(table, kInfinity);
+void read_workspace(const TomlTable& table, const SceneDescription& scene,
+                    EffectDescription& effect) {
+    effect.guide_settings.strength_n =
+        read_strength_by_place(table, scene, effect, {0.0, kInfinity}, kInfinity);
     if (table.has("radius_mm") == table.has("box_mm"))
         table.fail(table.line(),
                    fmt::format("a workspace {} is either a ball or a box", table.where()),
@@ -295,7 +342,7 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         break;
     case EffectKind::magnet:
         table.require("strength_n", "give the force in N that it takes to pull the proxy off");
-        effect.magnet.strength_n = table.number("strength_n", {0.0, 1e3}, 0.0);
+        effect.magnet.strength_n = read_strength_by_place(table, scene, effect, {0.0, 1e3}, 0.0);
         effect.magnet.capture_m =
             1e-3 * table.number("capture_mm", {0.0, 1e3, Range::Ends::low_open}, 1.0);
         break;
@@ -333,10 +380,10 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         effect.strength = read_effect_strength(table, "strength_n", "N", traits.may_be_hard);
         break;
     case EffectKind::guide:
-        read_guide(table, effect);
+        read_guide(table, scene, effect);
         break;
     case EffectKind::workspace:
-        read_workspace(table, effect);
+        read_workspace(table, scene, effect);
         break;
     case EffectKind::vibration:
         read_vibration(table, effect);
