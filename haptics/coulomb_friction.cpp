@@ -7,21 +7,22 @@
 #include <stdexcept>
 #include <utility>
 
+#include <palpate/haptics/internal/fixed_point.h>
+
 namespace palpate {
 namespace {
 
-// Contacts that do not agree on their multipliers by then keep the last ones (composition.md 4.8).
+// Contacts that do not obey the law together by then keep the last solution.
 constexpr int kMostRounds = 12;
-// Multipliers agree when they differ by this share of the largest.
+// What slips rubs with mu times its multiplier, to this share of the largest.
 constexpr double kAgree = 1e-10;
-// Or when their sum does, and the proxy does not move any more: facets that are nearly one plane
-// may share what presses in many ways.
+// What holds bears no more than that, to this share: there the proxy stays where it was, and the
+// solver shares the load among held contacts no better.
+constexpr double kHolds = 1e-5;
+// Or the multipliers' sum is the same and the proxy does not move any more: facets that are nearly
+// one plane may share what presses in many ways.
 constexpr double kSettled = 1e-12; // m
 constexpr double kSameSum = 1e-8;  // of the sum
-// Where a round brings them together by less than this they go half the way, and always after some
-// such rounds, as in a crease that friction locks.
-constexpr double kConverging = 0.5;
-constexpr int kSomeHalvings = 2;
 // A contact is the one of before where its normal has turned by less than 8 degrees.
 constexpr double kSameContact = 0.99;
 constexpr double kHighestCoefficient = 10.0;
@@ -128,35 +129,25 @@ ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe
         return solve_round(primitives, probe, stiffness);
     }
     ProxySolution solution = solve_round(primitives, probe, stiffness);
-    int halvings = 0;
-    double apart_n = std::numeric_limits<double>::infinity();
+    internal::FixedPoint<PrimitiveSet::kCapacity> fixed_point(contact_count_);
+    std::array<double, PrimitiveSet::kCapacity> guess{}, found{};
     Vec3 proxy_before{std::numeric_limits<double>::infinity()};
-    bool agreed = false;
-    for (int round = 1; round < kMostRounds && !agreed; ++round) {
-        double change_n = 0.0, largest_n = 0.0, sum_n = 0.0, sum_change_n = 0.0;
-        for (std::size_t j = 0; j < contact_count_; ++j) {
-            const double found_n = solution.multiplier_n[contacts_[j].plane];
-            change_n = std::max(change_n, std::abs(found_n - contacts_[j].multiplier_n));
-            largest_n = std::max(largest_n, found_n);
-            sum_n += found_n;
-            sum_change_n += found_n - contacts_[j].multiplier_n;
+    for (int round = 1; !obeys_the_law(solution); ++round) {
+        if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees(solution)) break;
+        if (round == kMostRounds) {
+            solution.status = SolveStatus::capped;
+            break;
         }
-        agreed = change_n <= kAgree * largest_n ||
-                 (std::abs(sum_change_n) <= kSameSum * sum_n &&
-                  glm::length(solution.proxy - proxy_before) <= kSettled);
-        if (agreed) break;
         proxy_before = solution.proxy;
-        if (change_n > kConverging * apart_n) ++halvings;
-        const bool halve = change_n > kConverging * apart_n || halvings > kSomeHalvings;
-        apart_n = change_n;
         for (std::size_t j = 0; j < contact_count_; ++j) {
-            double& multiplier_n = contacts_[j].multiplier_n;
-            multiplier_n +=
-                (halve ? 0.5 : 1.0) * (solution.multiplier_n[contacts_[j].plane] - multiplier_n);
+            guess[j] = contacts_[j].multiplier_n;
+            found[j] = solution.multiplier_n[contacts_[j].plane];
         }
+        guess = fixed_point.next(guess, found);
+        for (std::size_t j = 0; j < contact_count_; ++j)
+            contacts_[j].multiplier_n = std::max(0.0, guess[j]);
         solution = solve_round(primitives, probe, stiffness);
     }
-    if (!agreed) solution.status = SolveStatus::capped;
     for (std::size_t j = 0; j < contact_count_; ++j)
         contacts_[j].state = solution.line_state[first_line_ + j];
     std::copy_n(contacts_.begin(), contact_count_, known_.begin());
@@ -172,6 +163,34 @@ ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3&
     ProxySolution solution = solve_proxy(primitives, probe, stiffness);
     share_where_planes_coincide(primitives.planes(), solution);
     return solution;
+}
+
+/// What holds is no stronger than mu times the multiplier that came out, what slips is as strong.
+bool CoulombFriction::obeys_the_law(const ProxySolution& solution) const noexcept {
+    double largest_n = 0.0;
+    for (std::size_t j = 0; j < contact_count_; ++j)
+        largest_n = std::max(largest_n, solution.multiplier_n[contacts_[j].plane]);
+    for (std::size_t j = 0; j < contact_count_; ++j) {
+        const Contact& contact = contacts_[j];
+        const double mu = surfaces_[contact.surface].mu;
+        const double limit_n = mu * solution.multiplier_n[contact.plane];
+        if (solution.line_state[first_line_ + j] == TetherState::held) {
+            const double bears_n = glm::length(solution.line_force_n[first_line_ + j]);
+            if (bears_n > limit_n + kHolds * mu * largest_n) return false;
+        } else if (std::abs(mu * contact.multiplier_n - limit_n) > kAgree * mu * largest_n) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool CoulombFriction::sum_agrees(const ProxySolution& solution) const noexcept {
+    double guessed_n = 0.0, found_n = 0.0;
+    for (std::size_t j = 0; j < contact_count_; ++j) {
+        guessed_n += contacts_[j].multiplier_n;
+        found_n += solution.multiplier_n[contacts_[j].plane];
+    }
+    return std::abs(found_n - guessed_n) <= kSameSum * found_n;
 }
 
 bool CoulombFriction::holds() const noexcept {

@@ -25,11 +25,12 @@ struct FrictionCoefficients {
 /// Coulomb friction on the surfaces of one loop:
 ///   sum over contacts  mu lambda |(1 - n n^T)(x - q)|                          composition.md 1
 /// a line primitive along each contact's normal n, whose strength is mu times the contact's own
-/// multiplier lambda at the solution: a fixed point, found by solving again with the multipliers
-/// that came out. q is where the frame found the proxy on the surface: its start, or where it met
-/// the surface in this frame. So friction is a part of the frame's one problem, not of its
-/// sub-steps. Multipliers are remembered from one solution to the next; begun from nothing, a
-/// proxy held in a crease would creep (composition.md 4.5). Not for two threads at once.
+/// multiplier lambda at the solution: a fixed point, found by solving again (internal::FixedPoint)
+/// until what slips rubs with mu lambda and what holds bears no more. q is where the frame found
+/// the proxy on the surface: its start, or where it met the surface in this frame. So friction is a
+/// part of the frame's one problem, not of its sub-steps. Multipliers are remembered from one
+/// solution to the next; begun from nothing, a proxy held in a crease would creep
+/// (composition.md 4.5). Not for two threads at once.
 class CoulombFriction {
 public:
     /// Of each surface, in canonical order; throws std::invalid_argument on coefficients out of
@@ -83,6 +84,8 @@ private:
 
     ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe,
                               double stiffness) const noexcept;
+    bool obeys_the_law(const ProxySolution& solution) const noexcept;
+    bool sum_agrees(const ProxySolution& solution) const noexcept;
     double remembered_n(std::size_t surface, const Vec3& normal) const noexcept;
 
     std::vector<Surface> surfaces_;

@@ -52,12 +52,13 @@ TEST(MeshFriction, OnAFacetTheForceIsOnTheCone) {
             return radius * glm::normalize(Vec3{std::cos(angle), std::sin(angle), 0.21});
         };
         loop.start(at(inside ? kRadius - 2e-3 : kRadius + 2e-3, 0.0));
-        int slid = 0, on_cone = 0;
+        int slid = 0, on_cone = 0, capped = 0;
         for (int i = 0; i < 600; ++i) {
             const Vec3 before = loop.proxy();
             const Vec3 hand = at(probe, 1e-3 * i);
             const SubdivisionResult frame = loop.move(hand);
             ASSERT_EQ(frame.flags & ~kSolverCap, 0u) << i;
+            if (frame.flags & kSolverCap) ++capped;
             if (i < 100 || loop.proxy() == before || frame.contacts != 1) continue;
             // contacts == 1: a single facet; its normal is the force's cone's axis
             const auto closest = test::brute_closest_point(mesh, loop.proxy());
@@ -73,6 +74,7 @@ TEST(MeshFriction, OnAFacetTheForceIsOnTheCone) {
         }
         EXPECT_GT(slid, 100) << inside;
         EXPECT_EQ(on_cone, slid) << inside;
+        EXPECT_LE(capped, 3) << inside; // of 600; halved steps alone left one in six at edges
     }
 }
 

@@ -59,6 +59,31 @@ TEST(Cavity, FortySixSubStepsDriftAFortySixthOfOne) {
     EXPECT_NEAR(one / many, 46.0, 0.05 * 46.0);
 }
 
+// numerics 2.1: a hand 2 mm behind the wall goes around for a second at 0.2 m/s; the proxy starts
+// on the wall, moves h = v R / R_p T in a frame, and each of N steps lifts it off by (h / N)^2 / (2
+// R).
+TEST(Cavity, DriftTimesTheNumberOfSubStepsIsConstant) {
+    constexpr double kSpeed = 0.2, kHand = 0.052, kPeriod = 1e-3, kDuration = 1.0;
+    std::vector<DeviceState> states(1);
+    states.front().position = {kRadius, 0, 0};
+    for (int i = 1; i <= std::lround(kDuration / kPeriod); ++i) {
+        const double angle = kSpeed * kPeriod * i / kHand;
+        DeviceState state;
+        state.position = kHand * Vec3{std::cos(angle), std::sin(angle), 0};
+        states.push_back(state);
+    }
+    const double speed = kSpeed * kRadius / kHand;
+    const double law_m = speed * speed * kPeriod * kDuration / (2.0 * kRadius);
+    for (int n = 1; n <= 1024; n *= 2) {
+        test::ScriptedClock clock;
+        const Trace trace = run_trace(
+            scene(kGradientSurface, "method = \"fixed\"\nsub_steps = " + std::to_string(n) + "\n"),
+            states, clock);
+        const double drift_m = glm::length(trace.frames.back().proxy) - kRadius;
+        EXPECT_NEAR(n * drift_m, law_m, 0.02 * law_m) << n << " sub-steps";
+    }
+}
+
 double rms(const std::vector<double>& values) {
     double squares = 0.0;
     for (const double value : values)

@@ -73,10 +73,17 @@ TEST(CompositionControl, ViscosityAnchoredAtTheSubStepFades) {
     EXPECT_LT(lag_in_medium(medium(), 46), 0.5 * 0.1e-3); // composition.md: 0.0129 mm
 }
 
-/// A surface whose certificate is not asked.
-class NotCarrying final : public SurfaceContact {
+enum class Fault {
+    none,
+    carries_nothing, ///< its certificate is not asked
+    level_moves      ///< it holds where it was pushed to, as if it yielded
+};
+
+/// A surface with a fault.
+class Tampered final : public SurfaceContact {
 public:
-    explicit NotCarrying(std::unique_ptr<VolumeContact> contact) : contact_(std::move(contact)) {}
+    Tampered(std::unique_ptr<VolumeContact> contact, Fault fault)
+        : contact_(std::move(contact)), fault_(fault) {}
     bool restart(const Vec3& p) noexcept override { return contact_->restart(p); }
     void set_gain(const Gain& gain) noexcept override { contact_->set_gain(gain); }
     void offer(const Vec3& p, ContactSet& c) noexcept override { contact_->offer(p, c); }
@@ -89,29 +96,39 @@ public:
     }
     std::optional<Vec3> restore(const Vec3& p) noexcept override { return contact_->restore(p); }
     std::optional<Vec3> settle(const Vec3& p) noexcept override { return contact_->settle(p); }
-    Chord carry(const Vec3&, const Vec3&) noexcept override { return {}; }
+    Chord carry(const Vec3& from, const Vec3& to) noexcept override {
+        return fault_ == Fault::carries_nothing ? Chord{} : contact_->carry(from, to);
+    }
     std::optional<Vec3> obstructed(const Vec3& a, const Vec3& b, double f) noexcept override {
         return contact_->obstructed(a, b, f);
     }
     double trust_m() const noexcept override { return contact_->trust_m(); }
-    void commit(const Vec3& p, bool y, bool f) noexcept override { contact_->commit(p, y, f); }
+    void commit(const Vec3& p, bool yielded, bool felt) noexcept override {
+        contact_->commit(p, yielded || (felt && fault_ == Fault::level_moves), felt);
+    }
     SurfaceState state() const noexcept override { return contact_->state(); }
     QueryCount queries() const noexcept override { return contact_->queries(); }
 
 private:
     std::unique_ptr<VolumeContact> contact_;
+    Fault fault_;
 };
 
-/// Deepest sample of any chord in a ball of 10 mm while the hand jumps by up to 40 mm, m.
-double deepest_in_ball(bool carries) {
-    const std::shared_ptr<const ScalarField> ball = make_solid_sphere(10e-3);
-    auto contact = std::make_unique<VolumeContact>(ball, LevelSettings{});
+std::vector<std::unique_ptr<SurfaceContact>> tampered(std::shared_ptr<const ScalarField> field,
+                                                      Fault fault) {
+    LevelSettings level;
+    // A hard one refuses to move its level.
+    if (fault == Fault::level_moves) level.strength_n = 1e6;
     std::vector<std::unique_ptr<SurfaceContact>> surfaces;
-    if (carries)
-        surfaces.push_back(std::move(contact));
-    else
-        surfaces.push_back(std::make_unique<NotCarrying>(std::move(contact)));
-    test::ContactLoop loop({}, std::move(surfaces));
+    surfaces.push_back(std::make_unique<Tampered>(
+        std::make_unique<VolumeContact>(std::move(field), level), fault));
+    return surfaces;
+}
+
+/// Deepest sample of any chord in a ball of 10 mm while the hand jumps by up to 40 mm, m.
+double deepest_in_ball(Fault fault) {
+    const std::shared_ptr<const ScalarField> ball = make_solid_sphere(10e-3);
+    test::ContactLoop loop({}, tampered(ball, fault));
     loop.start({15e-3, 0, 0});
     std::mt19937 random(1);
     std::uniform_real_distribution<double> place(-20e-3, 20e-3);
@@ -130,11 +147,32 @@ double deepest_in_ball(bool carries) {
 }
 
 TEST(Composition, CarriedChordsHoldTheCertificate) {
-    EXPECT_LE(deepest_in_ball(true), LevelSettings{}.certificate_m * (1.0 + 1e-9));
+    EXPECT_LE(deepest_in_ball(Fault::none), LevelSettings{}.certificate_m * (1.0 + 1e-9));
 }
 
 TEST(CompositionControl, WithoutCarryingChordsGoThrough) {
-    EXPECT_GT(deepest_in_ball(false), 1e-3);
+    EXPECT_GT(deepest_in_ball(Fault::carries_nothing), 1e-3);
+}
+
+/// How far the proxy is behind the wall of a cavity of 10 mm after a hand 2.9 mm deep has gone
+/// around for 600 frames of 10 mrad, with four sub-steps each, m.
+double drift_in_cavity(Fault fault) {
+    constexpr double kRadius = 10e-3, kDepth = 2.9e-3;
+    test::ContactLoop loop(fixed(4), tampered(make_sphere_cavity(kRadius), fault));
+    loop.start({kRadius - 1e-6, 0, 0});
+    for (int i = 0; i < 600; ++i)
+        loop.move((kRadius + kDepth) * Vec3{std::cos(10e-3 * i), std::sin(10e-3 * i), 0.0});
+    return glm::length(loop.proxy()) - kRadius;
+}
+
+// The last sub-step of a frame, a fourth of its h = 0.1 mm, leaves up to (h / 4)^2 / (2 R) = 0.031
+// um, which the next frame restores; where the level moves they add up.
+TEST(Composition, AHardSurfacesLevelStaysWhereItIs) {
+    EXPECT_LE(drift_in_cavity(Fault::none), 0.031e-6);
+}
+
+TEST(CompositionControl, AHardSurfaceWhoseLevelMovesIsLeft) {
+    EXPECT_GT(drift_in_cavity(Fault::level_moves), 100 * 0.031e-6);
 }
 
 /// Angle by which the proxy lags in a cavity of 10 mm behind a hand 2.9 mm deep that goes around
@@ -164,6 +202,31 @@ TEST(Composition, FrictionAnchoredAtTheFramesStartHasTheClosedFormsLag) {
     const double lag = phi - std::asin(10.0 * std::sin(phi) / 12.9);
     EXPECT_NEAR(lag_in_cavity(fixed(46)), lag, 1e-3 * lag);
 }
+
+/// A proxy pressed into the edge of a notch of 90 degrees and held there for 2000 frames with a
+/// pull along the edge that friction bears; how many of them move a bit. `cold`: each begins as a
+/// new trial does, without the multipliers of the one before.
+int frames_that_move_in_notch(bool cold) {
+    std::vector<SurfaceFinish> finish{{{0.4, 0.4}, {}}};
+    test::ContactLoop loop({}, test::one_surface(make_wedge(270.0)), {}, 0.0, finish);
+    loop.start({0, 0, 1e-9});
+    for (int i = 0; i < 20; ++i)
+        loop.move({0.1e-3, 0.3e-3, -2e-3});
+    int moved = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3 before = loop.proxy();
+        if (cold) loop.start(before);
+        loop.move({0.1e-3, 0.3e-3, -2e-3});
+        if (loop.proxy() != before) ++moved;
+    }
+    return moved;
+}
+
+TEST(Composition, WarmMultipliersHoldAProxyInANotch) {
+    EXPECT_EQ(frames_that_move_in_notch(false), 0);
+}
+
+TEST(CompositionControl, ColdMultipliers) { EXPECT_EQ(frames_that_move_in_notch(true), -1); }
 
 } // namespace
 } // namespace palpate
