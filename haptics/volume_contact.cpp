@@ -138,8 +138,9 @@ std::optional<double> VolumeContact::felt_root(const Vec3& from, const Vec3& to)
     if (!entry) return std::nullopt;
     const std::optional<double> of_field = sampler_->first_root(from, to, level_);
     const double end = of_field.value_or(1.0);
-    const double step =
-        kLayerStep * scale_.trust_m / glm::length(to - from); // it has an entry: not 0
+    if (end <= *entry) return of_field; // a chord that is not finite
+    // A chord with an entry before its end has a length.
+    const double step = kLayerStep * scale_.trust_m / glm::length(to - from);
     double low = *entry;
     if (felt_value(between(from, to, low)) >= level_) return refined_root(from, to, 0.0, low);
     for (int i = 0; i < kMostLayerSteps; ++i) {
