@@ -2,14 +2,15 @@
 #include <palpate/engine/device_factory.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <string_view>
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/attached_devices.h>
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
+#include <palpate/engine/hid_device.h>
+#include <palpate/engine/internal/hand_press.h>
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/probe_path.h>
 #include <palpate/engine/recording.h>
@@ -92,20 +93,33 @@ SceneDevice make_sequence(const Scene& scene, int every) {
     return {std::make_unique<SequenceDevice>(std::move(states)), {}, count};
 }
 
-/// An arm that wants the probe to go along a path of the scene, and a device in its hand.
+/// Where a path of the scene leads an arm.
+std::vector<HandIntent> intents_along(const std::filesystem::path& file, double rate_hz,
+                                      int every) {
+    const std::vector<DeviceState> wanted = read_probe_path(file, rate_hz, every);
+    if (wanted.back().trial != 0)
+        throw std::runtime_error(file.string() +
+                                 ": has several trials, and a hand only goes on from where it is; "
+                                 "give a path with one");
+    std::vector<HandIntent> intents;
+    for (const DeviceState& state : wanted)
+        intents.push_back({state.time_s, state.position});
+    return intents;
+}
+
+/// An arm that wants the probe somewhere, and a device in its hand.
 SceneDevice make_hand(const Scene& scene, int every) {
     const DeviceDescription& description = scene.description().device;
     const HandDescription& hand = description.hand;
     const double rate_hz = scene.description().loop.rate_hz;
-    const std::vector<DeviceState> wanted = read_probe_path(description.file, rate_hz, every);
-    if (wanted.back().trial != 0)
-        throw std::runtime_error(description.file.string() +
-                                 ": has several trials, and a hand only goes on from where it is; "
-                                 "give a path with one");
+    std::vector<HandIntent> intents = description.file.empty()
+                                          ? internal::press_of(scene)
+                                          : intents_along(description.file, rate_hz, every);
+    const auto frames =
+        static_cast<std::uint64_t>(std::llround(intents.back().time_s * rate_hz)) + 1;
     const DevicePlacement placement(description.placement);
-    std::vector<HandIntent> intents;
-    for (const DeviceState& state : wanted)
-        intents.push_back({state.time_s, placement.place_in_device(state.position)});
+    for (HandIntent& intent : intents)
+        intent.position = placement.place_in_device(intent.position);
     HandSettings settings;
     settings.arm.stiffness_n_per_m = hand.stiffness_n_per_m;
     settings.arm.tremor_m = 1e-6 * hand.tremor_um;
@@ -113,36 +127,23 @@ SceneDevice make_hand(const Scene& scene, int every) {
     settings.mechanism.step_m = 1e-6 * hand.step_um;
     settings.transport.read_delay_s = settings.transport.write_delay_s = 1e-3 * hand.delay_ms;
     settings.rate_hz = rate_hz;
-    settings.duration_s = static_cast<double>(wanted.size()) / rate_hz;
+    settings.duration_s = static_cast<double>(frames) / rate_hz;
     settings.seed = static_cast<std::uint64_t>(hand.seed);
     try {
-        return {std::make_unique<SimulatedHand>(settings, std::move(intents)), {}, wanted.size()};
+        return {std::make_unique<SimulatedHand>(settings, std::move(intents)), {}, frames};
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(fmt::format("{}: {}; give the hand another path or other settings",
                                              place_of(scene), error.what()));
     }
 }
 
-/// What makes the devices of a kind; null where this version has none. Where they stand is
-/// make_device()'s.
-struct DeviceMaker {
-    Kind kind;
-    std::string_view name;
-    SceneDevice (*make)(const Scene& scene, int every);
-};
-constexpr std::array<DeviceMaker, 5> kMakers{{
-    {Kind::path, "path", make_sequence},
-    {Kind::orbit, "orbit", make_sequence},
-    {Kind::recording, "recording", make_sequence},
-    {Kind::hand, "hand", make_hand},
-    {Kind::hid, "hid", nullptr},
-}};
-
-std::string names_of_makers() {
-    std::string names;
-    for (const DeviceMaker& maker : kMakers)
-        if (maker.make) names += fmt::format("{}{}", names.empty() ? "" : ", ", maker.name);
-    return names;
+SceneDevice make_attached(const Scene& scene) {
+    const DeviceDescription& device = scene.description().device;
+    try {
+        return {make_hid_device(device.address, attached_devices()), {}};
+    } catch (const std::runtime_error& error) {
+        throw DeviceError(error.what());
+    }
 }
 
 [[noreturn]] void refuse_no_device(const Scene& scene) {
@@ -182,15 +183,10 @@ std::vector<DeviceState> device_states(const Scene& scene, int every) {
 SceneDevice make_device(const Scene& scene, int every) {
     const DeviceDescription& description = scene.description().device;
     if (description.kind == Kind::none) refuse_no_device(scene);
-    const auto maker = std::find_if(kMakers.begin(), kMakers.end(), [&](const DeviceMaker& one) {
-        return one.kind == description.kind;
-    });
-    if (!maker->make) // every kind has its row
-        throw std::runtime_error(
-            fmt::format("{}: type = \"{}\" is not in this version of palpate; it has {}",
-                        place_of(scene), maker->name, names_of_makers()));
-    SceneDevice made = maker->make(scene, every);
-    if (!is_sequence(description)) made.placement = DevicePlacement(description.placement);
+    if (is_sequence(description)) return make_sequence(scene, every);
+    SceneDevice made =
+        description.kind == Kind::hand ? make_hand(scene, every) : make_attached(scene);
+    made.placement = DevicePlacement(description.placement);
     return made;
 }
 

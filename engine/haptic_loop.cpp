@@ -82,7 +82,7 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
     std::move(custom.begin(), custom.end(), std::back_inserter(parts_.effects));
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
-                                      pointers(parts_.effects), clock_, scene_->finish());
+                                      pointers(parts_.effects), clock_, std::move(parts_.finish));
 }
 
 HapticLoop::~HapticLoop() = default;
@@ -93,9 +93,10 @@ std::vector<HapticLoop::Gained> HapticLoop::gained_by_effects(std::size_t custom
     for (const PlannedEffect& planned : scene_->plan().effects) {
         const EffectDescription& effect = effects[planned.effect];
         if (!planned.on || !internal::traits_of(effect.kind).of_surface) continue;
-        const Gained::Kind kind = effect.kind == EffectKind::surface  ? Gained::Kind::surface
-                                  : effect.kind == EffectKind::magnet ? Gained::Kind::magnet
-                                                                      : Gained::Kind::friction;
+        const Gained::Kind kind = effect.kind == EffectKind::surface   ? Gained::Kind::surface
+                                  : effect.kind == EffectKind::magnet  ? Gained::Kind::magnet
+                                  : effect.kind == EffectKind::texture ? Gained::Kind::texture
+                                                                       : Gained::Kind::friction;
         for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
             if (scene_->surfaces()[i].name == effect.surface) gained[planned.effect] = {kind, i};
     }
@@ -121,6 +122,9 @@ bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
         break;
     case Gained::Kind::magnet:
         subdivision_->set_magnet_gain(gained.index, gain);
+        break;
+    case Gained::Kind::texture:
+        subdivision_->set_texture_gain(gained.index, gain);
         break;
     case Gained::Kind::effect:
         subdivision_->set_effect_gain(gained.index, gain);
@@ -227,6 +231,7 @@ QueryCount HapticLoop::queries() const noexcept {
         add(contact->queries());
     for (const auto& effect : parts_.effects)
         add(effect->queries());
+    add(subdivision_->queries());
     return total;
 }
 

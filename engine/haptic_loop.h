@@ -66,18 +66,25 @@ public:
     std::size_t effect_count() const noexcept { return gained_.size(); }
 
     /// Scales what an effect does while the loop runs, from any thread, also while frame() runs:
-    /// strengths, forces, damping, a membrane's opening strength. `effect` counts the scene's
-    /// effects from 0 in their order (SceneDescription::effects), and then the custom ones; `gain`
-    /// in [0, 10]: 0 switches it off, 1 is as the scene says. Frames follow within 50 ms per unit,
-    /// linearly, the first of a trial at once (GainRamp). False, and nothing changes, where there
-    /// is no such effect, the plan left it out, or the gain is out of range.            [any]
+    /// strengths, forces, damping, heights, a membrane's opening strength. `effect` counts the
+    /// scene's effects from 0 in their order (SceneDescription::effects), and then the custom ones;
+    /// `gain` in [0, 10]: 0 switches it off, 1 is as the scene says. Frames follow within 50 ms per
+    /// unit, linearly, the first of a trial at once (GainRamp). False, and nothing changes, where
+    /// there is no such effect, the plan left it out, or the gain is out of range.            [any]
     bool set_gain(std::size_t effect, double gain) noexcept;
 
 private:
     /// What an effect's gain acts on.
     struct Gained {
-        enum class Kind { nothing, surface, friction, magnet, effect } kind = Kind::nothing;
-        std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, magnets) or effects
+        enum class Kind {
+            nothing,
+            surface,
+            friction,
+            magnet,
+            texture,
+            effect
+        } kind = Kind::nothing;
+        std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, ..) or effects
     };
     std::vector<Gained> gained_by_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,

@@ -37,6 +37,11 @@ std::vector<RecordedSource> sources(const Scene& scene) {
         if (!volume.file.empty() && scene.effect_bounds(name))
             for (const std::filesystem::path& file : source_files(volume.file))
                 result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const std::filesystem::path& file = scene.description().effects[planned.effect].points_file;
+        if (planned.on && !file.empty())
+            result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
+    }
     for (const SceneSurface& surface : scene.surfaces())
         if (surface.mesh.scene)
             result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh.scene->mesh())});

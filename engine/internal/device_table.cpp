@@ -82,12 +82,30 @@ HandDescription read_hand(const TomlTable& table) {
     return hand;
 }
 
+/// A hand without a path presses into a surface.
+void read_press(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
+    if (table.has("surface"))
+        device.surface = name_in(table, "surface", scene.surfaces, "surfaces");
+    else if (scene.surfaces.empty())
+        table.fail(table.line(),
+                   fmt::format("the hand {} has no surface to press into", table.where()),
+                   "add a [surface.NAME], or file = \"PATH.csv\": where the arm wants the probe");
+    if (table.has("from"))
+        device.from = static_cast<PatientSide>(table.choice("from", kPatientSideNames));
+    device.depth_mm = table.number("depth_mm", {0.0, 100.0}, device.depth_mm);
+    device.duration_s = table.number("duration_s", {3.0, 3600.0}, device.duration_s);
+}
+
 } // namespace
 
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
     constexpr std::array<std::string_view, 5> placed_keys{"type", "right", "up", "origin_mm",
                                                           "scale"};
-    constexpr std::array<std::string_view, 12> hand_keys{"type",
+    constexpr std::array<std::string_view, 16> hand_keys{"type",
+                                                         "surface",
+                                                         "from",
+                                                         "depth_mm",
+                                                         "duration_s",
                                                          "right",
                                                          "up",
                                                          "origin_mm",
@@ -127,10 +145,17 @@ DeviceDescription read_device_table(const TomlTable& table, const SceneDescripti
         break;
     default:
         table.allow_only(hand_keys, "with type = \"hand\"");
-        table.require("file", "name a CSV file with the columns t_s,x_m,y_m,z_m: where the arm "
-                              "wants the probe");
-        device.file = existing_file(table, "file", scene.file);
         device.hand = read_hand(table);
+        if (table.has("file")) {
+            for (const std::string_view key : {"surface", "from", "depth_mm", "duration_s"})
+                if (table.has(key))
+                    table.fail(table.line_of(key),
+                               fmt::format("{} and file {} exclude each other", key, table.where()),
+                               "keep one of them");
+            device.file = existing_file(table, "file", scene.file);
+        } else {
+            read_press(table, scene, device);
+        }
         device.placement = read_placement(table);
     }
     return device;

@@ -60,6 +60,11 @@ inline constexpr Range kDamping{0.0, 1e3};
 /// Coefficients under the keys `static` and `dynamic`, the latter the former's where it is missing.
 FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip);
 
+/// Wavelength and height of a texture under two keys, in mm; what is missing is as in `fallback`.
+/// Refuses flanks that are too steep.
+TextureSettings read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
+                                   std::string_view height_key, TextureSettings fallback);
+
 /// [material.NAME]
 MaterialDescription read_material_table(const TomlTable& table);
 
