@@ -25,8 +25,8 @@ struct SurfaceMagnet {
 struct SurfaceFinish {
     FrictionCoefficients friction;
     SurfaceMagnet magnet;
-    StrengthOverField strength; ///< with a field: the surface's by place, N, > 0, no more than its
-                                ///< own and finite
+    StrengthOverField strength{}; ///< with a field: the surface's by place, N, > 0, no more than
+                                  ///< its own and finite
 };
 
 /// The magnets of the surfaces of one loop:

@@ -139,7 +139,7 @@ void add_trace(CLI::App& app, Run& run) {
                         "folder for the results (default: the scene's name with -trace)");
     command->add_option(
         "--device", options->overrides.device,
-        "orbit, path:FILE, recording:FILE, hand:FILE or hid:ADDRESS, instead of the "
+        "orbit, path:FILE, recording:FILE, hand, hand:FILE or hid:ADDRESS, instead of the "
         "scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,

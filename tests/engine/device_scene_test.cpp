@@ -85,11 +85,12 @@ TEST_F(DeviceTable, OptionsNameEveryDevice) {
     EXPECT_EQ(with("orbit").kind, Kind::orbit);
     EXPECT_EQ(with("hand:h.csv").kind, Kind::hand);
     EXPECT_EQ(scene.device.file, std::filesystem::absolute("h.csv"));
+    EXPECT_EQ(with("hand").file, "") << "it presses";
     EXPECT_EQ(with("path:a.csv").file, std::filesystem::absolute("a.csv"));
     EXPECT_EQ(with("recording:r.h5").kind, Kind::recording);
     EXPECT_EQ(scene.device.file, std::filesystem::absolute("r.h5"));
     EXPECT_EQ(with("hid:spacemouse").address, "spacemouse");
-    for (const char* wrong : {"", "path:", "hid:", "recording:", "hand", "hand:", "novint"})
+    for (const char* wrong : {"", "path:", "hid:", "recording:", "hand:", "novint"})
         EXPECT_THROW(with(wrong), std::invalid_argument) << wrong;
 }
 
@@ -104,23 +105,60 @@ std::shared_ptr<const Scene> scene_of(const std::string& device = "",
     return std::make_shared<const Scene>(parse_scene(cavity(device), file));
 }
 
-TEST(DeviceFactory, WhatThisVersionDoesNotHaveIsNamed) {
-    const auto message_of = [](const std::string& device) -> std::string {
-        try {
-            make_device(*scene_of(device));
-        } catch (const std::runtime_error& error) {
-            return error.what();
-        }
-        return {};
-    };
-    EXPECT_EQ(message_of(""),
-              "x.toml: the scene has no device; add [device] with type = \"path\" or \"orbit\"");
-    // Kinds without a maker say which ones there are; kinds with one are the scene's to open.
-    const std::string message = message_of("[device]\ntype = \"hid:x\"\n");
-    EXPECT_TRUE(message.empty() ||
-                message.find("is not in this version of palpate; it has path") != std::string::npos)
-        << message;
-    EXPECT_THROW(device_states(*scene_of("[device]\ntype = \"hid:x\"\n")), std::runtime_error);
+TEST_F(DeviceTable, AHandWithoutAPathPressesIntoASurface) {
+    const DeviceDescription hand = parse("[device]\ntype = \"hand\"\nfrom = \"patient_left\"\n"
+                                         "depth_mm = 7\nduration_s = 4\nseed = 9\n")
+                                       .device;
+    EXPECT_EQ(hand.kind, Kind::hand);
+    EXPECT_EQ(hand.from, PatientSide::left);
+    EXPECT_EQ(hand.depth_mm, 7.0);
+    EXPECT_EQ(hand.duration_s, 4.0);
+    EXPECT_EQ(hand.hand.seed, 9);
+    EXPECT_TRUE(complaint("[device]\ntype = \"hand\"\nfile = \"probe.csv\"\ndepth_mm = 2\n")
+                    .starts_with("scene.toml:4: depth_mm and file in [device] exclude each other"));
+}
+
+TEST(DeviceFactory, ASceneWithoutADeviceSaysWhatToAdd) {
+    try {
+        make_device(*scene_of());
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "x.toml: the scene has no device; add [device] with type = "
+                                   "\"path\" or \"orbit\"");
+    }
+}
+
+TEST(DeviceFactory, ADeviceThatIsNotAttachedIsTheDevicesErrorNotTheFiles) {
+    EXPECT_THROW(make_device(*scene_of("[device]\ntype = \"hid:/dev/hidraw99\"\n")), DeviceError);
+}
+
+// 50 mm is where the ball begins; the hand wants to be 5 mm behind it and its arm is a spring.
+TEST(DeviceFactory, AHandPressesIntoTheSurfaceFromItsSideAndGoesBack) {
+    const auto scene = scene_of("[device]\ntype = \"hand\"\nduration_s = 4\n");
+    EXPECT_THROW(device_states(*scene), std::runtime_error) << "nobody knows them before";
+    SteadyClock clock;
+    const SceneDevice device = make_device(*scene);
+    const Trace trace = run_trace(scene, device.placed(), clock, 1000000);
+    ASSERT_EQ(trace.frames.size(), 4001u);
+    EXPECT_GT(trace.device.force_n, 0.0);
+    EXPECT_NEAR(trace.frames.front().probe.y, -70e-3, 1e-3) << "anterior is -y";
+    const FrameReport& pressed = trace.frames[2500];
+    EXPECT_NEAR(glm::length(pressed.proxy), 50e-3, 1e-6);
+    EXPECT_LT(glm::length(pressed.probe), 49.9e-3);
+    EXPECT_LT(pressed.force.y, -0.1) << "out of the ball";
+    EXPECT_EQ(trace.frames.back().force, Vec3(0.0));
+
+    // The same hand again, and what it did replayed: the device's limits hold there, too.
+    const SceneDevice again = make_device(*scene);
+    const Trace second = run_trace(scene, again.placed(), clock, 1000000);
+    const Trace replayed =
+        run_again(scene, {trace.inputs, trace.frames, trace.steps_left, trace.device});
+    ASSERT_EQ(second.frames.size(), trace.frames.size());
+    for (std::size_t i = 0; i < trace.frames.size(); ++i) {
+        ASSERT_EQ(second.frames[i].force, trace.frames[i].force) << i;
+        ASSERT_EQ(replayed.frames[i].force, trace.frames[i].force) << i;
+        ASSERT_EQ(replayed.frames[i].flags, trace.frames[i].flags) << i;
+    }
 }
 
 TEST(DeviceFactory, AnOrbitIsASequenceInTheScenesFrame) {
