@@ -120,7 +120,7 @@ struct EffectDescription {
                          ///< SceneDescription::surfaces
     std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; empty where
                          ///< viscosity is in a surface, a texture a pattern, and where the strength
-                        ///< of viscosity, a guide, workspace or magnet is the same everywhere
+                         ///< of viscosity, a guide, workspace or magnet is the same everywhere
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
     ///< kinds of volumes, and guide, workspace and magnet with one (key strength_n): N over the
     ///< volume's value, of vectors their length;
