@@ -80,6 +80,11 @@ const std::string kFriction =
 
 const std::string kMagnet =
     "[[effect]]\ntype = \"magnet\"\nsurface = \"bone\"\nstrength_n = 0.3\ncapture_mm = 2\n";
+const std::string kTexture =
+    "[[effect]]\ntype = \"texture\"\nsurface = \"bone\"\nwavelength_mm = 3\nheight_mm = 0.2\n";
+const std::string kTextureOfCt =
+    "[[effect]]\ntype = \"texture\"\nsurface = \"bone\"\nvolume = \"ct\"\nheight_mm = [[0, 0], "
+    "[600, 0.2]]\n";
 const std::string kVibration = "[[effect]]\ntype = \"vibration\"\n";
 const std::string kGravity =
     "[[effect]]\ntype = \"gravity_compensation\"\nmass_kg = 0.05\ndown = [0, 0, -1]\n";
@@ -162,6 +167,8 @@ int main(int argc, char** argv) {
     measure("surface_mesh", ball());
     measure("surface_volume_friction", ct() + bone() + kFriction);
     measure("surface_volume_magnet", ct() + bone() + kMagnet);
+    measure("surface_volume_texture", ct() + bone() + kTexture);
+    measure("surface_volume_texture_of_volume", ct() + bone() + kTextureOfCt);
     measure("surface_volume_vibration", ct() + bone() + kVibration);
     measure("guide_point", kPoint);
     measure("guide_polyline", circle());
@@ -176,9 +183,9 @@ int main(int argc, char** argv) {
     for (const char* type : {"vector_force", "vector_follow", "front_shape", "vortex"})
         measure(type, stream() + of_stream(type));
     measure("three_of_one_volume", ct() + kGradientSurface + kGradientForce + kViscosity);
-    measure("all_of_volumes", ct() + stream() + bone() + kFriction + kMagnet + kVibration +
-                                  kGravity + circle() + kPoint + kBox + kBall + kGradientSurface +
-                                  kGradientForce + kViscosity + kConstantForce +
+    measure("all_of_volumes", ct() + stream() + bone() + kFriction + kMagnet + kTexture +
+                                  kVibration + kGravity + circle() + kPoint + kBox + kBall +
+                                  kGradientSurface + kGradientForce + kViscosity + kConstantForce +
                                   of_stream("vector_force") + of_stream("vector_follow") +
                                   of_stream("front_shape") + of_stream("vortex"));
     benchmark::Initialize(&argc, argv);

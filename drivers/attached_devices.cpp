@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <span>
 #include <stdexcept>
 
@@ -16,18 +15,10 @@ namespace {
 constexpr std::array kOurs{AttachedKind::wooden_haptics, AttachedKind::space_mouse,
                            AttachedKind::force_feedback};
 
-/// A rule for each product, by the name that the kernel gives HID devices on USB and Bluetooth
-/// alike: BUS:VENDOR:PRODUCT.NUMBER, in capitals.
 std::string rules_of(std::span<const internal::KnownProduct> products) {
     std::string rules;
-    for (const internal::KnownProduct& one : products) {
-        std::array<char, 160> line{};
-        std::snprintf(line.data(), line.size(),
-                      "KERNEL==\"hidraw*\", KERNELS==\"*:%04X:%04X.*\", MODE=\"0660\", "
-                      "GROUP=\"plugdev\", TAG+=\"uaccess\"\n",
-                      static_cast<unsigned>(one.vendor), static_cast<unsigned>(one.product));
-        rules += line.data();
-    }
+    for (const internal::KnownProduct& one : products)
+        rules += internal::udev_rule(one.vendor, one.product) + '\n';
     return rules;
 }
 
@@ -97,8 +88,7 @@ std::string udev_rules() {
            "Palpate knows.\n"
            "# To /etc/udev/rules.d/70-palpate.rules; below 73, or uaccess comes too late. "
            "`palpate devices --udev-rules` prints it.\n"
-           "# Another force feedback stick: a line like its neighbours, with its ids from `palpate "
-           "devices`.\n"
+           "# What is not among them needs a line like these: `palpate devices --why` gives it.\n"
            "\n# WoodenHaptics, AluHaptics, Vintage, Polhem\n" +
            rules_of(internal::wooden_products()) + "\n# 3Dconnexion\n" +
            rules_of(internal::space_mouse_products()) + "\n# Force feedback sticks\n" +

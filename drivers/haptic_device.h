@@ -28,6 +28,12 @@ struct DeviceState {
                                                 ///< device knows none
 };
 
+/// Where the velocity of a device that takes forces comes from.
+enum class VelocitySource : std::uint8_t {
+    positions, ///< it is estimated; DeviceState::velocity is not looked at
+    device     ///< the device measures it: DeviceState::velocity
+};
+
 /// What a device declares of itself. What it does not know has no limit.
 struct DeviceProperties {
     std::string name;     ///< for people: model, and what tells it from another one
@@ -36,7 +42,11 @@ struct DeviceProperties {
         std::numeric_limits<double>::infinity(); ///< stiffest coupling that it is made for, N/m
     double damping_n_s_per_m = 0.0; ///< its own, mechanical one, N s/m: what pays for the energy
                                     ///< that a sampled spring gives (k T / 2 <= b)
-    Box workspace_m;                ///< where its handle gets, device frame, m; empty: anywhere
+    Box workspace_m{};              ///< where its handle gets, device frame, m; empty: anywhere
+    double position_step_m = 0.0;   ///< what its positions are rounded to, m; 0: they are exact
+    double delay_s = 0.0; ///< from a movement until the force that answers it is at work, beyond
+                          ///< the frame itself: reading, writing, transport, s
+    VelocitySource velocity_source = VelocitySource::positions; ///< of one that takes forces
 };
 
 /// Anything that has a probe and may take a force. Opened, started, read and written in turn at

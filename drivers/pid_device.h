@@ -18,7 +18,7 @@ struct PidSettings {
     double stiffness_n_per_m = 200.0; ///< stiffest coupling: these motors are told of forces
                                       ///< through a slow interface, > 0
     double damping_n_s_per_m = 0.5;   ///< of its bearings and gears, >= 0
-    double stale_after_s = 0.01;      ///< silence, of it or its motors, after which a state is
+    double stale_after_s = 0.006;      ///< silence, of it or its motors, after which a state is
                                       ///< stale, > 0; longer for sticks that speak on change only
     double force_hold_s = 0.02;       ///< how long the last force is held; then it is zero, > 0
     double reconnect_s = 1.0;         ///< between two looks for a device that is gone, > 0

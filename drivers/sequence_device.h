@@ -16,7 +16,11 @@ public:
     explicit SequenceDevice(std::shared_ptr<const std::vector<DeviceState>> states)
         : states_(std::move(states)) {}
 
-    DeviceProperties properties() const override { return {"sequence of states"}; }
+    DeviceProperties properties() const override {
+        DeviceProperties properties;
+        properties.name = "sequence of states";
+        return properties;
+    }
 
     bool read(DeviceState& state) noexcept override {
         if (next_ >= states_->size()) return false;

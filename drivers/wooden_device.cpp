@@ -246,7 +246,9 @@ std::size_t WoodenDevice::Board::compose(std::span<std::uint8_t> bytes) noexcept
         for (std::size_t i = 0; i < 6; ++i)
             home[i] = static_cast<std::int16_t>(model_.home_counts[i]);
         const std::size_t size = internal::encode_wooden_counters(layout_, home, report);
-        zeroing_.store(Zeroing::sent);
+        // Not where the answer to the one before has just come.
+        auto wanted = Zeroing::wanted;
+        zeroing_.compare_exchange_strong(wanted, Zeroing::sent);
         return size;
     }
     poses_.take(pose_);

@@ -30,7 +30,7 @@ public:
     struct Settings {
         std::string path; ///< of the node, "/dev/hidraw0"; empty: the first device of the family
         WoodenStart start = WoodenStart::at_home;
-        double stale_after_s = 0.008; ///< > 0, silence after which a state is stale
+        double stale_after_s = 0.005; ///< > 0, silence after which a state is stale
         double force_hold_s = 0.02;   ///< > 0, how long the last force is held; then it is zero
         double reconnect_s = 1.0;     ///< > 0, between two looks for a device that is gone
     };

@@ -32,6 +32,10 @@ ContactChoice choose_contact(const SceneDescription& scene, const SurfaceDescrip
 bool needs_mesh(ContactKind kind) noexcept { return kind != ContactKind::volume; }
 bool samples_field(ContactKind kind) noexcept { return kind != ContactKind::mesh; }
 
+bool feels_texture(ContactKind kind) noexcept {
+    return kind == ContactKind::volume || kind == ContactKind::guarded;
+}
+
 std::optional<ContactObstacle> obstacle(const SceneDescription& scene,
                                         const SurfaceDescription& surface, ContactKind kind) {
     if (surface.volume.empty() && samples_field(kind))

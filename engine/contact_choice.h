@@ -27,6 +27,9 @@ ContactChoice choose_contact(const SceneDescription& scene, const SurfaceDescrip
 bool needs_mesh(ContactKind kind) noexcept;
 bool samples_field(ContactKind kind) noexcept;
 
+/// Whether a contact feels textures: those that a field's level leads.                   [any]
+bool feels_texture(ContactKind kind) noexcept;
+
 /// What a contact lacks in what a surface is given by, and what to do about it: "CONTACT what;
 /// remedy".
 struct ContactObstacle {

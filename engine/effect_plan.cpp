@@ -35,8 +35,9 @@ PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescripti
 
 /// Where an effect other than a surface samples as others may, too.
 internal::CommonPoint common_point(const EffectDescription& effect) {
-    if (effect.volume.empty() && effect.surface.empty())
-        return internal::CommonPoint::none; // viscosity that is the same everywhere
+    const bool in_surface = effect.kind == EffectKind::viscosity && !effect.surface.empty();
+    if (effect.volume.empty() && !in_surface)
+        return internal::CommonPoint::none; // the same everywhere
     const bool follows =
         effect.kind == EffectKind::vector_follow || effect.kind == EffectKind::fibre_follow;
     if (follows && effect.guide == FollowGuide::tangent) return internal::CommonPoint::proxy;
@@ -52,24 +53,47 @@ PlannedEffect plan_friction(const EffectDescription& effect, std::set<std::strin
 }
 
 /// But for whether its surface is felt.
+PlannedEffect plan_texture(const SceneDescription& scene, const EffectDescription& effect,
+                           Extraction extraction, std::set<std::string>& textured) {
+    if (effect.texture.none()) return {0, false, "height_mm is 0: it cannot be felt", ""};
+    const ContactKind contact =
+        choose_contact(scene, scene.surfaces.at(effect.surface), extraction).kind;
+    if (!feels_texture(contact))
+        return {0, false, fmt::format("contact {} has no texture", name(contact)), ""};
+    if (!textured.insert(effect.surface).second)
+        return {0, false, "the same surface has a texture already", ""};
+    PlannedEffect planned{0, true, std::string(internal::traits_of(effect.kind).how), ""};
+    planned.samples = effect.volume.empty() ? 0.0 : 1.0;
+    return planned;
+}
+
+/// But for whether its surface is felt.
 PlannedEffect plan_magnet(const EffectDescription& effect, std::set<std::string>& drawing) {
     if (effect.magnet.none()) return {0, false, "strength_n is 0: it cannot be felt", ""};
     if (!drawing.insert(effect.surface).second)
         return {0, false, "the same surface has a magnet already", ""};
-    return {0, true, std::string(internal::traits_of(effect.kind).how), ""};
+    PlannedEffect planned{0, true, std::string(internal::traits_of(effect.kind).how), ""};
+    planned.start_samples = effect.volume.empty() ? 0.0 : 1.0;
+    return planned;
 }
 
+/// Surfaces that effects of one kind have already.
+struct Taken {
+    std::set<std::string> felt, rubbing, drawing, textured;
+};
+
 PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription& effect,
-                          Extraction extraction, std::set<std::string>& felt,
-                          std::set<std::string>& rubbing, std::set<std::string>& drawing) {
+                          Extraction extraction, Taken& taken) {
     const internal::EffectTraits& traits = internal::traits_of(effect.kind);
     const auto off = [](const char* why) { return PlannedEffect{0, false, why, ""}; };
     if (effect.kind == EffectKind::surface) {
-        const bool repeated = !felt.insert(effect.surface).second;
+        const bool repeated = !taken.felt.insert(effect.surface).second;
         return plan_surface(scene, scene.surfaces.at(effect.surface), extraction, repeated);
     }
-    if (effect.kind == EffectKind::magnet) return plan_magnet(effect, drawing);
-    if (traits.of_surface) return plan_friction(effect, rubbing);
+    if (effect.kind == EffectKind::magnet) return plan_magnet(effect, taken.drawing);
+    if (effect.kind == EffectKind::texture)
+        return plan_texture(scene, effect, extraction, taken.textured);
+    if (traits.of_surface) return plan_friction(effect, taken.rubbing);
     switch (effect.kind) {
     case EffectKind::constant_force:
         if (effect.force_n == std::array<double, 3>{0.0, 0.0, 0.0})
@@ -130,14 +154,15 @@ private:
     CommonPoint common_point(const PlannedEffect& planned) const {
         if (!planned.on) return CommonPoint::none;
         const EffectDescription& effect = effect_of(planned);
-        if (effect.kind != EffectKind::surface) return palpate::common_point(effect);
+        const bool of_surface = internal::traits_of(effect.kind).of_surface;
+        if (!of_surface || effect.kind == EffectKind::magnet) return palpate::common_point(effect);
         return planned.samples > 0.0 ? CommonPoint::proxy : CommonPoint::none;
     }
 
     /// A surface of a formula has the formula itself; one of a file has its own, baked.
     Field field_of(const PlannedEffect& planned) const {
         const EffectDescription& effect = effect_of(planned);
-        if (effect.surface.empty())
+        if (!effect.volume.empty())
             return {internal::traits_of(effect.kind).need, effect.volume, ""};
         const std::string& volume = scene_.surfaces.at(effect.surface).volume;
         const bool baked = !scene_.volumes.at(volume).file.empty();
@@ -147,7 +172,7 @@ private:
     std::string in_words(const PlannedEffect& planned) const {
         const EffectDescription& effect = effect_of(planned);
         return fmt::format("effect {} ({} of {})", planned.effect + 1, name(effect.kind),
-                           effect.surface.empty() ? effect.volume : effect.surface);
+                           effect.volume.empty() ? effect.surface : effect.volume);
     }
 
     void at_proxy(PlannedEffect& planned) {
@@ -204,15 +229,11 @@ bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& 
 
 EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
     EffectPlan plan;
-    std::set<std::string> felt;
-    std::set<std::string> rubbing;
-    std::set<std::string> drawing;
+    Taken taken;
     std::set<std::string> used_volumes;
     for (std::size_t i = 0; i < scene.effects.size(); ++i) {
-        PlannedEffect planned =
-            plan_effect(scene, scene.effects[i], extraction, felt, rubbing, drawing);
+        PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, taken);
         planned.effect = i;
-        if (planned.on) used_volumes.insert(scene.effects[i].volume);
         plan.effects.push_back(planned);
     }
     for (PlannedEffect& planned : plan.effects) {
@@ -222,6 +243,8 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
         planned.on = false;
         planned.reason = "surface " + effect.surface + " is not felt";
     }
+    for (const PlannedEffect& planned : plan.effects)
+        if (planned.on) used_volumes.insert(scene.effects[planned.effect].volume);
     Sharing(scene, plan.effects).settle();
     for (const auto& [surface, description] : scene.surfaces) {
         if (!plan.uses_surface(scene, surface)) {
@@ -229,6 +252,7 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
             continue;
         }
         used_volumes.insert(description.volume);
+        used_volumes.insert(description.strength_volume);
         if (!description.mesh.empty() &&
             !needs_mesh(choose_contact(scene, description, extraction).kind))
             plan.left_out.push_back("mesh of surface " + surface +

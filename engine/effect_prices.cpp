@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -107,6 +108,26 @@ double friction_price(const FrictionCoefficients& coefficients) {
     return std::max(0.0, price(true) - price(false));
 }
 
+/// What a texture adds to a surface's sample.
+double texture_price(const SceneSurface& surface) {
+    SurfaceTexture texture(surface.texture, surface.baked.field->feature_size_m());
+    const auto sampler = surface.baked.field->make_sampler();
+    const std::vector<Vec3> points = places_on(surface);
+    if (points.empty()) return 0.0;
+    const FieldSample bare = sampler->sample(points.front());
+    double felt = 0.0;
+    const double price = median_us(points, [&](const Vec3& from, const Vec3&) {
+        felt += texture.felt(bare, from).value; // else there would be nothing to time
+    });
+    return std::isfinite(felt) ? price : 0.0;
+}
+
+double price_on(const SceneSurface& surface, const Scene& scene, const EffectDescription& effect) {
+    if (effect.kind == EffectKind::surface) return surface_price(scene, surface);
+    if (effect.kind == EffectKind::texture) return texture_price(surface);
+    return effect.friction.none() ? 0.0 : friction_price(effect.friction);
+}
+
 } // namespace
 
 std::vector<double> measure_prices(const Scene& scene) {
@@ -115,14 +136,10 @@ std::vector<double> measure_prices(const Scene& scene) {
     for (const PlannedEffect& planned : scene.plan().effects) {
         if (!planned.on) continue;
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (effect.kind == EffectKind::surface) {
+        if (internal::traits_of(effect.kind).of_surface) {
             for (const SceneSurface& surface : scene.surfaces())
                 if (surface.name == effect.surface)
-                    prices[planned.effect] = surface_price(scene, surface);
-            continue;
-        }
-        if (internal::traits_of(effect.kind).of_surface) {
-            if (!effect.friction.none()) prices[planned.effect] = friction_price(effect.friction);
+                    prices[planned.effect] = price_on(surface, scene, effect);
             continue;
         }
         const auto& order = scene.effect_order();

@@ -9,6 +9,7 @@
 #include <xmmintrin.h>
 #endif
 
+#include <palpate/engine/device_safety.h>
 #include <palpate/engine/internal/effect_kinds.h>
 
 namespace palpate {
@@ -66,17 +67,22 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(std::move(scene), clock, loop, DeviceProperties{}, std::move(custom)) {}
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       const LoopDescription& loop, const DeviceProperties& device,
+                       std::vector<std::unique_ptr<Effect>> custom)
     : scene_(std::move(scene)), clock_(clock), parts_(scene_->make_parts()),
       gained_(gained_by_effects(custom.size())),
-      coupling_{scene_->description().coupling.stiffness_n_per_m,
-                scene_->description().coupling.damping_n_s_per_m},
-      limiter_({scene_->description().limits.force_n, scene_->description().limits.slew_n_per_s,
-                1.0 / loop.rate_hz}),
-      period_s_(1.0 / loop.rate_hz) {
+      coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
+      safety_(safety_settings(scene_->description(), loop.rate_hz, coupling_.stiffness, device)),
+      estimates_velocity_(device.force_n > 0.0 &&
+                          device.velocity_source == VelocitySource::positions),
+      velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
     std::move(custom.begin(), custom.end(), std::back_inserter(parts_.effects));
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
-                                      pointers(parts_.effects), clock_, scene_->finish());
+                                      pointers(parts_.effects), clock_, std::move(parts_.finish));
 }
 
 HapticLoop::~HapticLoop() = default;
@@ -87,9 +93,10 @@ std::vector<HapticLoop::Gained> HapticLoop::gained_by_effects(std::size_t custom
     for (const PlannedEffect& planned : scene_->plan().effects) {
         const EffectDescription& effect = effects[planned.effect];
         if (!planned.on || !internal::traits_of(effect.kind).of_surface) continue;
-        const Gained::Kind kind = effect.kind == EffectKind::surface  ? Gained::Kind::surface
-                                  : effect.kind == EffectKind::magnet ? Gained::Kind::magnet
-                                                                      : Gained::Kind::friction;
+        const Gained::Kind kind = effect.kind == EffectKind::surface   ? Gained::Kind::surface
+                                  : effect.kind == EffectKind::magnet  ? Gained::Kind::magnet
+                                  : effect.kind == EffectKind::texture ? Gained::Kind::texture
+                                                                       : Gained::Kind::friction;
         for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
             if (scene_->surfaces()[i].name == effect.surface) gained[planned.effect] = {kind, i};
     }
@@ -116,6 +123,9 @@ bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
     case Gained::Kind::magnet:
         subdivision_->set_magnet_gain(gained.index, gain);
         break;
+    case Gained::Kind::texture:
+        subdivision_->set_texture_gain(gained.index, gain);
+        break;
     case Gained::Kind::effect:
         subdivision_->set_effect_gain(gained.index, gain);
         break;
@@ -137,19 +147,18 @@ FrameReport HapticLoop::frame(const DeviceState& device,
     report.time_s = device.time_s;
     report.probe = device.position;
 
-    Vec3 wanted{0.0};
-    if (in_range(device.position)) {
-        const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
-        move_proxy(device, steps_left, report);
-        const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
-        wanted = coupling_force(coupling_, device.position, proxy_, device.velocity,
-                                proxy_velocity); // (3)
-        wanted = subdivision_->with_device_forces(wanted);
-    } else {
+    if (!in_range(device.position)) {
         report.flags |= kProbeNotFinite;
+        report.force = release(report.flags);
+    } else if (device.freshness == Freshness::stale) {
+        report.flags |= kDeviceStale;
+        report.force = release(report.flags);
+    } else {
+        const Vec3 probe_velocity = velocity(device);
+        const Vec3 wanted = wanted_force(device, probe_velocity, steps_left, report);
+        report.force = safety_.send(wanted, device.position, probe_velocity, report.flags);
     }
     report.proxy = proxy_;
-    report.force = limiter_.limit(wanted, report.flags);
 
     const QueryCount after = queries();
     report.field_samples = static_cast<std::uint32_t>(after.field_samples - before.field_samples);
@@ -161,6 +170,32 @@ FrameReport HapticLoop::frame(const DeviceState& device,
     return report;
 }
 
+Vec3 HapticLoop::release() noexcept {
+    std::uint32_t flags = 0;
+    return release(flags);
+}
+
+Vec3 HapticLoop::release(std::uint32_t& flags) noexcept {
+    velocity_estimator_.restart();
+    return safety_.fade(flags);
+}
+
+Vec3 HapticLoop::velocity(const DeviceState& device) noexcept {
+    return estimates_velocity_ ? velocity_estimator_.update(device.time_s, device.position)
+                               : device.velocity;
+}
+
+Vec3 HapticLoop::wanted_force(const DeviceState& device, const Vec3& velocity,
+                              std::span<const std::uint32_t> steps_left,
+                              FrameReport& report) noexcept {
+    const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
+    move_proxy(device, steps_left, report);
+    const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
+    const Vec3 force =
+        coupling_force(coupling_, device.position, proxy_, velocity, proxy_velocity); // (3)
+    return subdivision_->with_device_forces(force);
+}
+
 void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                             FrameReport& report) noexcept {
     if (!started_ || device.trial != trial_) {
@@ -170,7 +205,7 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
         report.flags |= subdivision_->restart(proxy_);
     }
     const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_,
-                               scene_->description().limits.force_n};
+                               safety_.force_n()};
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);
@@ -196,6 +231,7 @@ QueryCount HapticLoop::queries() const noexcept {
         add(contact->queries());
     for (const auto& effect : parts_.effects)
         add(effect->queries());
+    add(subdivision_->queries());
     return total;
 }
 

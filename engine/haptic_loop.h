@@ -9,8 +9,9 @@
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/frame_report.h>
 #include <palpate/engine/scene.h>
-#include <palpate/haptics/force_limiter.h>
+#include <palpate/haptics/safety_chain.h>
 #include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/velocity_estimator.h>
 #include <palpate/haptics/virtual_coupling.h>
 
 namespace palpate {
@@ -28,18 +29,30 @@ public:
     /// The same with another method, budget or rate than the scene's own.               [setup]
     HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
                std::vector<std::unique_ptr<Effect>> custom = {});
+    /// The same for a device: one that takes forces gets the whole SafetyChain and the coupling of
+    /// safe_coupling(), whose warning the caller shows.                                 [setup]
+    HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
+               const DeviceProperties& device, std::vector<std::unique_ptr<Effect>> custom = {});
     ~HapticLoop();
     HapticLoop(const HapticLoop&) = delete;
     HapticLoop& operator=(const HapticLoop&) = delete;
 
     /// One haptic frame: probe in, force out (FrameReport::force, N, scene frame).       [loop]
-    /// A probe that is not finite, or beyond 1e6 m, holds the proxy and takes the force to zero at
-    /// the slew limit.
+    /// A probe that is not finite, or beyond 1e6 m, or stale holds the proxy and takes the force to
+    /// zero (SafetyChain::fade()).
     FrameReport frame(const DeviceState& device) noexcept;
 
     /// The same with the clock's decisions of an earlier run (see steps_left()).         [loop]
     FrameReport frame(const DeviceState& device,
                       std::span<const std::uint32_t> steps_left) noexcept;
+
+    /// The next force on the way out, N, scene frame: towards zero, which is reached within
+    /// SafetySettings::fade_s without a look at the device (no motors: at the slew limit). frame()
+    /// may follow, and waits for a small force then.                                    [loop]
+    Vec3 release() noexcept;
+
+    /// What couples probe and proxy.                                                      [any]
+    const VirtualCoupling& coupling() const noexcept { return coupling_; }
 
     /// The proxy's corners in the last frame.                                            [loop]
     std::span<const Vec3> path() const noexcept { return subdivision_->path(); }
@@ -53,22 +66,33 @@ public:
     std::size_t effect_count() const noexcept { return gained_.size(); }
 
     /// Scales what an effect does while the loop runs, from any thread, also while frame() runs:
-    /// strengths, forces, damping, a membrane's opening strength. `effect` counts the scene's
-    /// effects from 0 in their order (SceneDescription::effects), and then the custom ones; `gain`
-    /// in [0, 10]: 0 switches it off, 1 is as the scene says. Frames follow within 50 ms per unit,
-    /// linearly, the first of a trial at once (GainRamp). False, and nothing changes, where there
-    /// is no such effect, the plan left it out, or the gain is out of range.            [any]
+    /// strengths, forces, damping, heights, a membrane's opening strength. `effect` counts the
+    /// scene's effects from 0 in their order (SceneDescription::effects), and then the custom ones;
+    /// `gain` in [0, 10]: 0 switches it off, 1 is as the scene says. Frames follow within 50 ms per
+    /// unit, linearly, the first of a trial at once (GainRamp). False, and nothing changes, where
+    /// there is no such effect, the plan left it out, or the gain is out of range.            [any]
     bool set_gain(std::size_t effect, double gain) noexcept;
 
 private:
     /// What an effect's gain acts on.
     struct Gained {
-        enum class Kind { nothing, surface, friction, magnet, effect } kind = Kind::nothing;
-        std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, magnets) or effects
+        enum class Kind {
+            nothing,
+            surface,
+            friction,
+            magnet,
+            texture,
+            effect
+        } kind = Kind::nothing;
+        std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, ..) or effects
     };
     std::vector<Gained> gained_by_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                     FrameReport& report) noexcept;
+    Vec3 release(std::uint32_t& flags) noexcept;
+    Vec3 wanted_force(const DeviceState& device, const Vec3& velocity,
+                      std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
+    Vec3 velocity(const DeviceState& device) noexcept;
     QueryCount queries() const noexcept;
 
     std::shared_ptr<const Scene> scene_;
@@ -77,7 +101,9 @@ private:
     std::vector<Gained> gained_; // of each effect of the scene, then of the custom ones
     std::unique_ptr<Subdivision> subdivision_;
     VirtualCoupling coupling_;
-    ForceLimiter limiter_;
+    SafetyChain safety_;
+    bool estimates_velocity_;
+    VelocityEstimator velocity_estimator_;
     double period_s_;
 
     std::uint64_t frames_ = 0;

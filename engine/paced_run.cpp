@@ -8,15 +8,13 @@
 #include <future>
 #include <stdexcept>
 
-#include <pthread.h>
-#include <sched.h>
-#include <time.h>
-
 #include <fmt/format.h>
 
 #include <palpate/engine/haptic_loop.h>
 #include <palpate/engine/internal/frame_truth.h>
+#include <palpate/engine/internal/loop_thread.h>
 #include <palpate/engine/internal/study_tally.h>
+#include <palpate/engine/paced_clock.h>
 
 namespace palpate {
 namespace {
@@ -36,24 +34,6 @@ DeviceState probe_at(std::span<const DeviceState> path, double at_s, double rate
     return state;
 }
 
-void sleep_until(double deadline_us) noexcept {
-    timespec deadline{};
-    deadline.tv_sec = static_cast<time_t>(deadline_us * 1e-6);
-    deadline.tv_nsec =
-        static_cast<long>((deadline_us - 1e6 * static_cast<double>(deadline.tv_sec)) * 1e3);
-    // A signal wakes it early; what is left is slept then.
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) != 0) {
-    }
-}
-
-/// Puts the calling thread under a scheduler; false when the system does not permit it.
-bool scheduled(Scheduler scheduler) noexcept {
-    if (scheduler == Scheduler::ordinary) return true;
-    sched_param parameters{};
-    parameters.sched_priority = sched_get_priority_max(SCHED_FIFO);
-    return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
-}
-
 std::string name_of(Pace pace, Scheduler scheduler, double rate_hz, bool permitted) {
     return fmt::format("{} {}{}",
                        pace == Pace::locked ? fmt::format("{:.6g} Hz", rate_hz) : "released",
@@ -66,7 +46,7 @@ std::string name_of(Pace pace, Scheduler scheduler, double rate_hz, bool permitt
 StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                      const LoopDescription& settings, Pace pace, Scheduler scheduler,
                      const Progress& progress) {
-    SteadyClock clock;
+    SteadyPacedClock clock;
     HapticLoop loop(scene, clock, settings);
     internal::StudyTally tally;
     std::vector<FrameReport> frames; // one per period
@@ -78,7 +58,7 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
     std::atomic<double> done{0.0};
 
     const auto run = [&]() noexcept {
-        permitted = scheduled(scheduler);
+        permitted = internal::enter(scheduler);
         if (!permitted) return;
         const double began_us = clock.now_us();
         double tick_us = 0.0;
@@ -95,7 +75,7 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
                 const double ended_us = clock.now_us() - began_us;
                 tick_us = period_us * (std::floor(ended_us / period_us) + 1.0);
             }
-            if (pace == Pace::locked) sleep_until(began_us + tick_us);
+            if (pace == Pace::locked) clock.sleep_until(began_us + tick_us);
         }
     };
     const std::future<void> ended = std::async(std::launch::async, run);

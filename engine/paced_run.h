@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include <palpate/engine/scheduler.h>
 #include <palpate/engine/study.h>
 
 namespace palpate {
@@ -13,11 +14,6 @@ namespace palpate {
 enum class Pace {
     locked,   ///< at each tick of the scene's rate; a tick that a frame missed is left out
     released, ///< as soon as the one before has ended
-};
-
-enum class Scheduler {
-    ordinary, ///< SCHED_OTHER
-    fifo,     ///< SCHED_FIFO at its highest priority
 };
 
 /// Runs a scene in real time, in a thread of its own that ends with the call: a frame reads the

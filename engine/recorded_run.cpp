@@ -37,21 +37,26 @@ std::vector<RecordedSource> sources(const Scene& scene) {
         if (!volume.file.empty() && scene.effect_bounds(name))
             for (const std::filesystem::path& file : source_files(volume.file))
                 result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const std::filesystem::path& file = scene.description().effects[planned.effect].points_file;
+        if (planned.on && !file.empty())
+            result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
+    }
     for (const SceneSurface& surface : scene.surfaces())
         if (surface.mesh.scene)
             result.push_back({kMeshSource + surface.name, mesh_hash(surface.mesh.scene->mesh())});
     return result;
 }
 
-Recording recorded(const Scene& scene, const SceneOverrides& overrides,
-                   std::span<const DeviceState> inputs, const Trace& trace) {
+Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Trace& trace) {
     Recording recording;
     recording.version = kVersion;
     recording.scene_file = std::filesystem::absolute(scene.description().file).string();
     recording.scene_text = scene.description().text;
     recording.overrides = to_json(overrides);
     recording.sources = sources(scene);
-    recording.inputs.assign(inputs.begin(), inputs.end());
+    recording.device = trace.device;
+    recording.inputs = trace.inputs;
     recording.frames = trace.frames;
     recording.steps_left = trace.steps_left;
     return recording;
@@ -66,6 +71,12 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                 "{}: frame {} had an effect whose gain was changed while the loop ran, which a "
                 "recording does not keep; replay one that was made with all gains at 1",
                 file.string(), frame.frame));
+    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+        if (recording.frames[i].frame != i)
+            throw std::runtime_error(fmt::format(
+                "{}: frame {} is missing, as the recorder could not keep up with the loop; record "
+                "again with less else to do for this machine",
+                file.string(), i));
     SceneDescription description = parse_scene(recording.scene_text, recording.scene_file);
     apply(overrides_from_json(recording.overrides), description);
     auto scene = std::make_shared<const Scene>(std::move(description), resources);

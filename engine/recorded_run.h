@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include <palpate/engine/recording.h>
@@ -18,12 +17,12 @@ namespace palpate {
 std::vector<RecordedSource> sources(const Scene& scene);
 
 /// The recording of a trace.                                                            [setup]
-Recording recorded(const Scene& scene, const SceneOverrides& overrides,
-                   std::span<const DeviceState> inputs, const Trace& trace);
+Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Trace& trace);
 
 /// The scene that a recording was made with, loaded again.                              [setup]
 /// Throws std::runtime_error when a source has changed since, this build chooses another contact
-/// than the one that recorded, or a gain was changed while the loop ran, which is not recorded;
+/// than the one that recorded, a gain was changed while the loop ran, which is not recorded, or
+/// frames are missing as the recorder could not keep up;
 /// `file` is the recording's, for the message.
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,

@@ -16,16 +16,21 @@ namespace palpate {
 namespace {
 
 constexpr const char* kFormat = "palpate recording";
-constexpr std::uint64_t kFormatVersion = 1;
+// 1: inputs without buttons, freshness and orientation, no device.
+constexpr std::uint64_t kFormatVersion = 2;
 
 /// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and
-/// reader.
+/// reader, of what a version of the format has.
 template <typename Columns>
-void for_each_input_column(Columns&& column) {
+void for_each_input_column(std::uint64_t version, Columns&& column) {
     column("time_s", "s", &DeviceState::time_s);
     column("position_m", "m", &DeviceState::position);
     column("velocity_m_per_s", "m/s", &DeviceState::velocity);
     column("trial", "1", &DeviceState::trial);
+    if (version < 2) return;
+    column("buttons", "bits", &DeviceState::buttons);
+    column("freshness", "0 fresh, 1 stale", &DeviceState::freshness);
+    column("orientation_wxyz", "1", &DeviceState::orientation);
 }
 
 /// The same for the frames.
@@ -83,12 +88,57 @@ auto column_reader(const internal::RecordingReader& reader, const std::string& g
         };
 }
 
-void check_format(const internal::RecordingReader& reader) {
+/// The version of the format, which is known.
+std::uint64_t check_format(const internal::RecordingReader& reader) {
     if (reader.read_text("format") != kFormat) reader.fail("is HDF5 but not a recording");
     std::vector<std::uint64_t> version;
     reader.read_column("format_version", version);
-    if (version.size() != 1 || version.front() != kFormatVersion)
-        reader.fail(fmt::format("has another version of the format than {}", kFormatVersion));
+    if (version.size() != 1 || version.front() < 1 || version.front() > kFormatVersion)
+        reader.fail(fmt::format("has another version of the format than 1 to {}", kFormatVersion));
+    return version.front();
+}
+
+/// The same for the device: numbers of which there is one each.
+template <typename Columns>
+void for_each_device_number(Columns&& column) {
+    column("device/force_n", "N", &DeviceProperties::force_n);
+    column("device/stiffness_n_per_m", "N/m", &DeviceProperties::stiffness_n_per_m);
+    column("device/damping_n_s_per_m", "N s/m", &DeviceProperties::damping_n_s_per_m);
+    column("device/position_step_m", "m", &DeviceProperties::position_step_m);
+    column("device/delay_s", "s", &DeviceProperties::delay_s);
+}
+constexpr const char* kVelocitySource = "device/velocity_source";
+
+void write_device(internal::RecordingWriter& writer, const DeviceProperties& device) {
+    writer.make_group("device");
+    writer.write_texts("device/name", {device.name});
+    for_each_device_number([&](const char* name, const char* unit, auto member) {
+        writer.write_column(name, unit, std::vector<double>{device.*member});
+    });
+    writer.write_column(
+        kVelocitySource, "enumeration",
+        std::vector<std::uint32_t>{static_cast<std::uint32_t>(device.velocity_source)});
+}
+
+DeviceProperties read_device(const internal::RecordingReader& reader) {
+    DeviceProperties device;
+    device.name = reader.read_text("device/name");
+    const auto only = [&](const char* name, const auto& values) {
+        if (values.size() != 1)
+            reader.fail(fmt::format("is damaged: data set {} is not one number", name));
+        return values.front();
+    };
+    for_each_device_number([&](const char* name, const char*, auto member) {
+        std::vector<double> values;
+        reader.read_column(name, values);
+        device.*member = only(name, values);
+    });
+    std::vector<std::uint32_t> source;
+    reader.read_column(kVelocitySource, source);
+    if (only(kVelocitySource, source) > static_cast<std::uint32_t>(VelocitySource::device))
+        reader.fail(fmt::format("is damaged: data set {} means nothing", kVelocitySource));
+    device.velocity_source = static_cast<VelocitySource>(source.front());
+    return device;
 }
 
 std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader) {
@@ -123,8 +173,9 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
     writer.write_texts("sources/file", source_files);
     writer.write_texts("sources/sha256", source_hashes);
 
+    write_device(writer, recording.device);
     writer.make_group("inputs");
-    for_each_input_column(column_writer(writer, "inputs", recording.inputs));
+    for_each_input_column(kFormatVersion, column_writer(writer, "inputs", recording.inputs));
     writer.make_group("frames");
     for_each_frame_column(column_writer(writer, "frames", recording.frames));
     writer.make_group("clock");
@@ -134,7 +185,7 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
 
 Recording read_recording(const std::filesystem::path& file) {
     const internal::RecordingReader reader(file);
-    check_format(reader);
+    const std::uint64_t format_version = check_format(reader);
 
     Recording recording;
     recording.version = reader.read_text("version");
@@ -142,7 +193,8 @@ Recording read_recording(const std::filesystem::path& file) {
     recording.scene_text = reader.read_text("scene/text");
     recording.overrides = reader.read_text("scene/overrides");
     recording.sources = read_sources(reader);
-    for_each_input_column(column_reader(reader, "inputs", recording.inputs));
+    if (format_version >= 2) recording.device = read_device(reader);
+    for_each_input_column(format_version, column_reader(reader, "inputs", recording.inputs));
     for_each_frame_column(column_reader(reader, "frames", recording.frames));
     reader.read_column("clock/steps_left", recording.steps_left);
     return recording;

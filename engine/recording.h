@@ -26,7 +26,9 @@ struct Recording {
     std::string
         overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
     std::vector<RecordedSource> sources;   ///< volumes and meshes
-    std::vector<DeviceState> inputs;       ///< a row per frame
+    DeviceProperties device;               ///< what felt it, as the scene met it, without its
+                                           ///< workspace
+    std::vector<DeviceState> inputs;       ///< a row per frame, scene frame
     std::vector<FrameReport> frames;       ///< what came out; clock columns included
     std::vector<std::uint32_t> steps_left; ///< N_steps of eq. (8) after each evaluation, frame by
                                            ///< frame; empty where no clock decided
@@ -36,7 +38,8 @@ struct Recording {
 /// Complete or not at all; throws std::runtime_error naming the file.
 void write_recording(const std::filesystem::path& file, const Recording& recording);
 
-/// Reads it back, bit for bit.                                                          [setup]
+/// Reads it back, bit for bit; of an older version of the format, what it does not have is as a
+/// DeviceState and DeviceProperties begin.                                              [setup]
 /// Throws std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
 /// recording.
 Recording read_recording(const std::filesystem::path& file);

@@ -78,9 +78,11 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     return surface;
 }
 
-/// A contact with a surface through `field`: its own, or the same with shared samples.
+/// A contact with a surface through `field` and with a texture: its own, or the same with shared
+/// samples.
 std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
-                                                  const std::shared_ptr<const ScalarField>& field) {
+                                                  const std::shared_ptr<const ScalarField>& field,
+                                                  const TextureSettings& texture) {
     switch (surface.contact) {
     case ContactKind::mesh: {
         MeshContactSettings settings;
@@ -90,13 +92,13 @@ std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
     }
     case ContactKind::guarded:
         return std::make_unique<GuardedContact>(field, surface.level, surface.mesh.certified,
-                                                surface.leash_m);
+                                                surface.leash_m, texture);
     case ContactKind::direct:
         return std::make_unique<DirectContact>(surface.mesh.scene, field, surface.level);
     case ContactKind::volume:
         break;
     }
-    return std::make_unique<VolumeContact>(field, surface.level);
+    return std::make_unique<VolumeContact>(field, surface.level, texture);
 }
 
 /// Behind a surface, from where its certificate allows nobody who has not gone through.
@@ -233,12 +235,31 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
         if (planned.on)
             internal::load_field_of(description_, description_.effects[planned.effect], reader,
                                     *fields);
+    for (const SceneSurface& surface : surfaces_)
+        internal::load_scalar_field(
+            description_, description_.surfaces.at(surface.name).strength_volume, reader, *fields);
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
+    give_textures();
+}
+
+void Scene::give_textures() {
+    for (const PlannedEffect& planned : plan_.effects) {
+        const EffectDescription& effect = description_.effects[planned.effect];
+        if (!planned.on || effect.kind != EffectKind::texture) continue;
+        for (SceneSurface& surface : surfaces_) {
+            if (surface.name != effect.surface) continue;
+            surface.texture = effect.texture;
+            surface.texture.field = effect_field(effect.volume);
+            at_place(
+                fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
+                [&] { SurfaceTexture(surface.texture, surface.baked.field->feature_size_m()); });
+        }
+    }
 }
 
 std::unique_ptr<SurfaceContact> Scene::make_contact(const SceneSurface& surface) const {
-    return make_contact_with(surface, surface.baked.field);
+    return make_contact_with(surface, surface.baked.field, surface.texture);
 }
 
 std::shared_ptr<const ScalarField> Scene::effect_field(const std::string& volume) const {
@@ -254,14 +275,23 @@ std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
     return std::nullopt;
 }
 
-std::vector<SurfaceFinish> Scene::finish() const {
+std::vector<SurfaceFinish> Scene::finish_with(const internal::EffectFields& fields) const {
     std::vector<SurfaceFinish> finish(surfaces_.size());
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        const SurfaceDescription& surface = description_.surfaces.at(surfaces_[i].name);
+        if (!surface.strength_volume.empty())
+            finish[i].strength = {fields.scalars.at(surface.strength_volume),
+                                  surface.strength_over_value};
+    }
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
         if (!planned.on) continue;
         for (std::size_t i = 0; i < surfaces_.size(); ++i) {
             if (surfaces_[i].name != effect.surface) continue;
-            if (effect.kind == EffectKind::magnet) finish[i].magnet = effect.magnet;
+            if (effect.kind == EffectKind::magnet) {
+                finish[i].magnet = effect.magnet;
+                finish[i].magnet.over = internal::strength_over(effect, fields);
+            }
             if (!effect.friction.none()) finish[i].friction = effect.friction;
         }
     }
@@ -276,14 +306,18 @@ LoopParts Scene::make_parts() const {
         return one;
     };
     LoopParts parts;
-    for (const SceneSurface& surface : surfaces_)
-        parts.contacts.push_back(make_contact_with(surface, shared(surface.baked.field)));
+    for (const SceneSurface& surface : surfaces_) {
+        TextureSettings texture = surface.texture;
+        texture.field = shared(texture.field);
+        parts.contacts.push_back(make_contact_with(surface, shared(surface.baked.field), texture));
+    }
     internal::EffectFields fields = *effect_fields_;
     for (auto& [volume, field] : fields.scalars)
         field = shared(field);
     for (auto* vectors : {&fields.directed, &fields.axial})
         for (auto& [volume, field] : *vectors)
             field = share_samples(field);
+    parts.finish = finish_with(fields);
     for (const std::size_t index : effect_order_) {
         EffectDescription effect = description_.effects[index];
         const auto surface =

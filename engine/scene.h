@@ -13,6 +13,7 @@
 #include <palpate/engine/surface_mesh.h>
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/surface_contact.h>
+#include <palpate/haptics/surface_magnets.h>
 #include <palpate/haptics/volume_contact.h>
 
 namespace palpate {
@@ -26,19 +27,21 @@ struct EffectFields;
 struct SceneSurface {
     std::string name;
     ContactKind contact = ContactKind::volume;
-    LevelSettings level;  ///< strength and yielding are a mesh's, too
-    BakedSurface baked;   ///< without a field where the surface is a mesh alone
-    SurfaceMesh mesh;     ///< empty where the contact needs none
-    double leash_m = 0.0; ///< contact guarded
+    LevelSettings level;     ///< strength and yielding are a mesh's, too
+    BakedSurface baked;      ///< without a field where the surface is a mesh alone
+    SurfaceMesh mesh;        ///< empty where the contact needs none
+    double leash_m = 0.0;    ///< contact guarded
+    TextureSettings texture; ///< in front of the level, where an effect says so
 
     /// True where the mesh decides what is felt, and no field is sampled.                [any]
     bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
 };
 
-/// What one loop feels, with the state of it: surfaces by name, effects in Scene::effect_order().
-/// Who of them samples the same field at the same point shares the sample.
+/// What one loop feels, with the state of it: surfaces by name, their finish, effects in
+/// Scene::effect_order(). Who of them samples the same field at the same point shares the sample.
 struct LoopParts {
     std::vector<std::unique_ptr<SurfaceContact>> contacts;
+    std::vector<SurfaceFinish> finish; ///< of each of them
     std::vector<std::unique_ptr<Effect>> effects;
 };
 
@@ -61,8 +64,6 @@ public:
     /// Effects of the scene's description that make_parts() makes, in its order: the same for any
     /// order in which a scene names them.  [any]
     const std::vector<std::size_t>& effect_order() const noexcept { return effect_order_; }
-    /// The finish of each of surfaces().                                                  [setup]
-    std::vector<SurfaceFinish> finish() const;
     /// A fresh contact with one surface alone.                                          [setup]
     std::unique_ptr<SurfaceContact> make_contact(const SceneSurface& surface) const;
 
@@ -74,6 +75,9 @@ public:
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
 private:
+    void give_textures();
+    std::vector<SurfaceFinish> finish_with(const internal::EffectFields& fields) const;
+
     SceneDescription description_;
     EffectPlan plan_;
     std::vector<SceneSurface> surfaces_;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/engine/device_placement.h>
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/haptics/contact_vibration.h>
 #include <palpate/haptics/coulomb_friction.h>
@@ -17,6 +18,7 @@
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/surface_magnets.h>
 #include <palpate/haptics/surface_state.h>
+#include <palpate/haptics/surface_texture.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/haptics/vector_follow.h>
 #include <palpate/volume/volume_file.h>
@@ -39,10 +41,12 @@ struct VolumeDescription {
 
 /// What a tissue feels like: one table for all the surfaces and labels that are made of it.
 struct MaterialDescription {
-    double strength_n = std::numeric_limits<double>::infinity(); ///< N, >= 0
-    Yielding yielding = Yielding::holds;                         ///< above its strength
+    TransferFunction strength =
+        TransferFunction::constant(std::numeric_limits<double>::infinity()); ///< N, >= 0
+    Yielding yielding = Yielding::holds;                                     ///< above its strength
     FrictionCoefficients friction;  ///< of effects `friction` and `stick_slip` on it
     double damping_n_s_per_m = 0.0; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
+    TextureSettings texture;        ///< of effects `texture` on it: wavelength and height
 };
 
 enum class ContactKind { mesh, volume, guarded, direct };
@@ -74,9 +78,14 @@ struct SurfaceDescription {
                                          ///< the mesh's, (0, 10]; empty: as leash_of() says
     Yielding yielding = Yielding::holds; ///< what it does above its strength
     double strength_n =
-        std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0
-    std::optional<double> facet_size_mm; ///< of the mesh, where one is needed, (0, 50]; empty: 2,
-                                         ///< for labels half a voxel
+        std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0; with
+                                                 ///< strength_volume the greatest there is
+    std::string
+        strength_volume; ///< key of SceneDescription::volumes, of scalars: the strength is a
+                         ///< function of its value at the proxy; empty: the same everywhere
+    TransferFunction strength_over_value; ///< with strength_volume: N, > 0, finite
+    std::optional<double> facet_size_mm;  ///< of the mesh, where one is needed, (0, 50]; empty: 2,
+                                          ///< for labels half a voxel
     std::optional<double> facet_distance_mm; ///< of the mesh, (0, 10]; empty: 0.2, for labels 0.05
                                              ///< voxels
     int line = 0;
@@ -100,6 +109,7 @@ enum class EffectKind {
     vibration,
     gravity_compensation,
     magnet,
+    texture,
 };
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
@@ -109,24 +119,29 @@ struct EffectDescription {
     EffectKind kind = EffectKind::surface;
     std::string surface; ///< kinds of surfaces, vibration, viscosity in a surface: key of
                          ///< SceneDescription::surfaces
-    std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; viscosity may be
-                         ///< in a surface or the same everywhere, then empty
+    std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; empty where
+                         ///< viscosity is in a surface, a texture a pattern, and where the strength
+                         ///< of viscosity, a guide, workspace or magnet is the same everywhere
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
-    ///< kinds of volumes (key strength_n): N over the volume's value, of vectors their length;
+    ///< kinds of volumes, and guide, workspace and magnet with one (key strength_n): N over the
+    ///< volume's value, of vectors their length;
     ///< viscosity (key damping_n_s_per_m): N s/m
+    TextureSettings texture;       ///< texture: all but the field, which is of `volume`
     SurfaceMagnet magnet;          ///< magnet (keys strength_n, capture_mm)
     FrictionCoefficients friction; ///< friction (keys static, dynamic) and stick_slip, no unit
     FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow
     std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame
     std::vector<Vec3> points_m; ///< guide: a point, or the corners of a polyline, scene frame, m
+    std::filesystem::path points_file;      ///< guide: where they were read from; empty: the scene
     PolylineEnds ends = PolylineEnds::open; ///< guide
-    GuideSettings guide_settings;           ///< guide; the strength is a workspace's, too
-    double radius_m = 0.0;                  ///< workspace: of a ball, m; 0: a box
-    Vec3 center_m{0.0};                     ///< workspace: of the ball, m
-    Box box_m;                              ///< workspace, m
-    ContactVibrationSettings vibration;     ///< vibration; its surfaces are `surface`, or all
-    double mass_kg = 0.0;                   ///< gravity_compensation: of the handle, kg
-    Vec3 down{0.0};                         ///< gravity_compensation: of any length
+    GuideSettings guide_settings; ///< guide; the strength is a workspace's, too; with `volume` the
+                                  ///< greatest of its function
+    double radius_m = 0.0;        ///< workspace: of a ball, m; 0: a box
+    Vec3 center_m{0.0};           ///< workspace: of the ball, m
+    Box box_m;                    ///< workspace, m
+    ContactVibrationSettings vibration; ///< vibration; its surfaces are `surface`, or all
+    double mass_kg = 0.0;               ///< gravity_compensation: of the handle, kg
+    Vec3 down{0.0};                     ///< gravity_compensation: of any length
     int line = 0;
 };
 
@@ -149,16 +164,34 @@ struct LoopDescription {
     int evaluation_cap = 8;    ///< method adaptive, [1, 256]
 };
 
+/// A simulated hand on a simulated device (SimulatedHand), as far as scenes set it.
+struct HandDescription {
+    int seed = 1;                   ///< of tremor and jitter, [0, 1e9]
+    double stiffness_n_per_m = 300; ///< of the arm, towards where it wants to be, (0, 1e5]
+    double tremor_um = 100;         ///< rms, [0, 1e4]
+    double damping_n_s_per_m = 0.3; ///< of the device, [0, 1e3]
+    double step_um = 30;            ///< of the device's encoders, [0, 1e4]
+    double delay_ms = 0.5;          ///< each way, [0, 20]
+};
+
 /// What moves the probe.
 struct DeviceDescription {
-    enum class Kind { none, path, orbit };
+    enum class Kind { none, path, orbit, recording, hand, hid };
     Kind kind = Kind::none;
-    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m
-    std::string surface;        ///< orbit: key of surfaces; empty = the only one
+    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
+                                ///< hand: CSV of where the arm wants the probe, scene frame
+                                ///< or empty: it presses into a surface
+    HandDescription hand;       ///< hand
+    PatientSide from = PatientSide::anterior; ///< hand that presses: where it comes from
+    double depth_mm =
+        5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
+    std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it
+    DevicePlacementSettings placement; ///< hand and hid; the others are in the scene frame
+    std::string surface; ///< orbit, hand that presses: key of surfaces; empty = all, the first one
     double speed_m_per_s = 0.2; ///< orbit, (0, 100]
     double depth_min_mm = 1.0;  ///< orbit: pressed at least this deep, [0, 50]
     double depth_max_mm = 5.0;  ///< orbit: and at most this deep, [depth_min_mm, 50]
-    double duration_s = 20.0;   ///< orbit, (0, 3600]
+    double duration_s = 20.0;   ///< orbit, (0, 3600]; hand that presses, [3, 3600]
     int turns = 12;             ///< orbit: turns of the spiral from pole to pole, [1, 500]
     int line = 0;
 };

@@ -14,18 +14,11 @@
 namespace palpate {
 namespace {
 
-using internal::joined;
-using internal::kAnyFinite;
-using internal::kInfinity;
 using internal::Range;
 using internal::TomlTable;
 
 // Spelled in the order of the enumerations.
 constexpr std::array<std::string_view, 4> kMethodNames{"single", "paper", "fixed", "adaptive"};
-constexpr std::array<std::string_view, 2> kDeviceNames{"path", "orbit"};
-
-// What the file format knows beyond this version.
-constexpr std::array<std::string_view, 2> kOtherDevices{"recording", "hand"};
 
 // Coupling, limits, loop.
 
@@ -69,53 +62,6 @@ LoopDescription read_loop(const TomlTable& table) {
     return loop;
 }
 
-// Device.
-
-void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
-    constexpr std::array<std::string_view, 7> keys{
-        "type", "surface", "speed_m_per_s", "depth_min_mm", "depth_max_mm", "duration_s", "turns"};
-    constexpr double deepest_mm = 50.0;
-    table.allow_only(keys, "with type = \"orbit\"");
-    device.kind = DeviceDescription::Kind::orbit;
-    if (table.has("surface"))
-        device.surface = internal::name_in(table, "surface", scene.surfaces, "surfaces");
-    else if (scene.surfaces.empty())
-        table.fail(table.line(),
-                   fmt::format("the orbit {} has no surface to go around", table.where()),
-                   "add a [surface.NAME]");
-    device.speed_m_per_s =
-        table.number("speed_m_per_s", {0.0, 100.0, Range::Ends::low_open}, device.speed_m_per_s);
-    device.depth_min_mm = table.number("depth_min_mm", {0.0, deepest_mm}, device.depth_min_mm);
-    // Without a depth_max_mm a deeper depth_min_mm takes it along.
-    device.depth_max_mm = table.number("depth_max_mm", {device.depth_min_mm, deepest_mm},
-                                       std::max(device.depth_min_mm, device.depth_max_mm));
-    device.duration_s =
-        table.number("duration_s", {0.0, 3600.0, Range::Ends::low_open}, device.duration_s);
-    device.turns = table.integer("turns", 1, 500, device.turns);
-}
-
-DeviceDescription read_device(const TomlTable& table, const SceneDescription& scene) {
-    DeviceDescription device;
-    device.line = table.line();
-    table.require("type", fmt::format("give one of {}", joined(kDeviceNames)));
-    const std::string type = table.text("type");
-    if (type.starts_with("hid:"))
-        table.fail(
-            table.line_of("type"),
-            fmt::format("type = \"{}\" {} is not in this version of palpate", type, table.where()),
-            fmt::format("it has {}", joined(kDeviceNames)));
-    if (kDeviceNames[table.choice("type", kDeviceNames, kOtherDevices)] == "orbit") {
-        read_orbit(table, scene, device);
-        return device;
-    }
-    constexpr std::array<std::string_view, 2> keys{"type", "file"};
-    table.allow_only(keys, "with type = \"path\"");
-    table.require("file", "name a CSV file with the columns t_s,x_m,y_m,z_m");
-    device.kind = DeviceDescription::Kind::path;
-    device.file = internal::existing_file(table, "file", scene.file);
-    return device;
-}
-
 } // namespace
 
 std::string_view name(SteppingMethod method) noexcept {
@@ -147,7 +93,7 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     if (top.has("limits")) scene.limits = read_limits(top.table("limits"));
     if (top.has("loop")) scene.loop = read_loop(top.table("loop"));
     internal::check_effects(top, scene);
-    if (top.has("device")) scene.device = read_device(top.table("device"), scene);
+    if (top.has("device")) scene.device = internal::read_device_table(top.table("device"), scene);
     return scene;
 }
 

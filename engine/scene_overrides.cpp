@@ -35,14 +35,33 @@ void set(const char* option, const std::optional<Number>& value, double low, dou
 }
 
 void set_device(const std::string& text, DeviceDescription& device) {
-    constexpr std::string_view path = "path:";
+    using Kind = DeviceDescription::Kind;
+    const auto behind = [&](std::string_view start) -> std::optional<std::string> {
+        if (!text.starts_with(start) || text.size() == start.size()) return std::nullopt;
+        return text.substr(start.size());
+    };
     if (text == "orbit") {
-        device.kind = DeviceDescription::Kind::orbit;
-    } else if (text.starts_with(path)) {
-        device.kind = DeviceDescription::Kind::path;
-        device.file = std::filesystem::absolute(text.substr(path.size()));
+        device.kind = Kind::orbit;
+    } else if (text == "hand") {
+        device.kind = Kind::hand;
+        device.file.clear();
+    } else if (const auto intent = behind("hand:")) {
+        device.kind = Kind::hand;
+        device.file = std::filesystem::absolute(*intent);
+    } else if (const auto path = behind("path:")) {
+        device.kind = Kind::path;
+        device.file = std::filesystem::absolute(*path);
+    } else if (const auto recording = behind("recording:")) {
+        device.kind = Kind::recording;
+        device.file = std::filesystem::absolute(*recording);
+    } else if (const auto address = behind("hid:")) {
+        device.kind = Kind::hid;
+        device.address = *address;
     } else {
-        throw std::invalid_argument(fmt::format("--device {}: must be orbit or path:FILE", text));
+        throw std::invalid_argument(
+            fmt::format("--device {}: must be orbit, path:FILE, recording:FILE, hand, hand:FILE or "
+                        "hid:ADDRESS",
+                        text));
     }
 }
 

@@ -120,7 +120,8 @@ void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> 
         }
     }
     if (sampler_->value(frame.proxy) > surface_.level.level + scale_.certificate) ++frames_inside_;
-    if (!(frame.surfaces_felt & bit_)) return;
+    // What is felt of a texture is in front of the level.
+    if (!(frame.surfaces_felt & bit_) || !surface_.texture.none()) return;
     const double distance =
         level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m);
     level_distance_m_.push_back(distance);

@@ -2,101 +2,127 @@
 #include <palpate/engine/trace.h>
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/sequence_device.h>
+#include <palpate/engine/device_safety.h>
 #include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/probe_path.h>
 
 namespace palpate {
 namespace {
 
 constexpr std::size_t kFramesPerReport = 500; // between two calls of progress
 
-/// The surfaces that an orbit goes around: the named one, or each that is felt.
-std::vector<const SceneSurface*> orbited(const Scene& scene) {
-    const DeviceDescription& device = scene.description().device;
-    std::vector<const SceneSurface*> surfaces;
-    for (const SceneSurface& surface : scene.surfaces())
-        if (device.surface.empty() || surface.name == device.surface) surfaces.push_back(&surface);
-    if (surfaces.empty())
-        throw std::runtime_error(
-            fmt::format("{}:{}: [device]: {} is felt by no effect; add an effect for it",
-                        scene.description().file.string(), device.line,
-                        device.surface.empty() ? "no surface" : "surface " + device.surface));
-    return surfaces;
+/// Decisions of an earlier run, frame by frame; of none, where there are none.
+class Decisions {
+public:
+    Decisions(std::span<const std::uint32_t> steps_left, std::span<const FrameReport> recorded)
+        : steps_left_(steps_left), recorded_(recorded) {}
+
+    std::span<const std::uint32_t> of(std::size_t frame) {
+        if (steps_left_.empty()) return {};
+        const auto decisions = steps_left_.subspan(at_, recorded_[frame].evaluations);
+        at_ += decisions.size();
+        return decisions;
+    }
+
+private:
+    std::span<const std::uint32_t> steps_left_;
+    std::span<const FrameReport> recorded_;
+    std::size_t at_ = 0;
+};
+
+/// Frames back to back, of a device that is started and is what `properties` say, scene frame;
+/// `expected` of them, or nobody knows how many.
+Trace trace_device(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
+                   const DeviceProperties& properties, Clock& clock, std::uint64_t most_frames,
+                   std::uint64_t expected, const RunWatch& watch, Decisions decisions) {
+    Trace trace;
+    trace.device = properties;
+    for (const SceneSurface& surface : scene->surfaces())
+        trace.audits.emplace_back(*scene, surface);
+    const LoopDescription& description = scene->description().loop;
+    const bool keeps_steps = description.method == SteppingMethod::paper;
+
+    HapticLoop loop(scene, clock, description, properties);
+    DeviceState state;
+    while (trace.frames.size() < most_frames && placed.device.read(state)) {
+        RunFrame run;
+        if (state.freshness == Freshness::stale) run.silence = Silence::device;
+        run.input = placed.placement.to_scene(state);
+        run.frame = loop.frame(run.input, decisions.of(trace.frames.size()));
+        placed.device.write(placed.placement.to_device(run.frame.force));
+        trace.inputs.push_back(run.input);
+        trace.frames.push_back(run.frame);
+        // A frame without an evaluation leaves those of an earlier one standing.
+        if (keeps_steps && run.frame.evaluations > 0)
+            trace.steps_left.insert(trace.steps_left.end(), loop.steps_left().begin(),
+                                    loop.steps_left().end());
+        for (SurfaceAudit& audit : trace.audits)
+            audit.add(run.frame, loop.path());
+        if (watch.frame) watch.frame(run);
+        const double done =
+            expected > 0 ? static_cast<double>(trace.frames.size()) / static_cast<double>(expected)
+                         : 0.0;
+        if (watch.progress && trace.frames.size() % kFramesPerReport == 0 &&
+            !watch.progress(done, "tracing"))
+            throw std::runtime_error("cancelled");
+    }
+    if (watch.progress) watch.progress(1.0, "tracing");
+    return trace;
 }
 
-/// One orbit after the other, each a trial of its own and with its share of the time.
-std::vector<DeviceState> orbits(const Scene& scene, int every) {
-    const std::vector<const SceneSurface*> surfaces = orbited(scene);
-    const double rate_hz = scene.description().loop.rate_hz;
-    DeviceDescription orbit = scene.description().device;
-    orbit.speed_m_per_s *= every;
-    orbit.duration_s /= static_cast<double>(surfaces.size());
-    std::vector<DeviceState> states;
-    for (const SceneSurface* surface : surfaces) {
-        const std::uint32_t first_trial = states.empty() ? 0 : states.back().trial + 1;
-        for (DeviceState state : make_orbit(orbit_target(*surface), orbit, rate_hz)) {
-            state.time_s = static_cast<double>(states.size()) / rate_hz;
-            state.trial += first_trial;
-            states.push_back(state);
-        }
-    }
-    return states;
+/// The frames of given inputs.
+Trace trace_inputs(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                   const DeviceProperties& properties, Clock& clock, const Progress& progress,
+                   Decisions decisions) {
+    SequenceDevice sequence(
+        std::make_shared<const std::vector<DeviceState>>(inputs.begin(), inputs.end()));
+    RunWatch watch;
+    watch.progress = progress;
+    return trace_device(std::move(scene), {sequence, {}}, properties, clock, inputs.size(),
+                        inputs.size(), watch, decisions);
 }
 
 } // namespace
 
-std::vector<DeviceState> device_states(const Scene& scene, int every) {
-    const SceneDescription& description = scene.description();
-    const DeviceDescription& device = description.device;
-    switch (device.kind) {
-    case DeviceDescription::Kind::path:
-        return read_probe_path(device.file, description.loop.rate_hz, every);
-    case DeviceDescription::Kind::orbit:
-        return orbits(scene, every);
-    case DeviceDescription::Kind::none:
-        break;
-    }
-    throw std::runtime_error(
-        fmt::format("{}: the scene has no device; add [device] with type = \"path\" or \"orbit\"",
-                    description.file.string()));
+Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& placed, Clock& clock,
+                std::uint64_t most_frames, const RunWatch& watch) {
+    const RunningDevice running(placed.device);
+    const DeviceProperties properties = placed.placement.to_scene(placed.device.properties());
+    warn_of_coupling(*scene, properties, watch);
+    const bool is_bounded = most_frames < std::numeric_limits<std::uint64_t>::max();
+    return trace_device(std::move(scene), placed, properties, clock, most_frames,
+                        is_bounded ? most_frames : 0, watch, Decisions({}, {}));
 }
 
 Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                Clock& clock, const Progress& progress, std::span<const std::uint32_t> steps_left,
-                std::span<const FrameReport> recorded) {
-    Trace trace;
-    trace.frames.reserve(inputs.size());
-    for (const SceneSurface& surface : scene->surfaces())
-        trace.audits.emplace_back(*scene, surface);
-    const bool keeps_steps = scene->description().loop.method == SteppingMethod::paper;
+                Clock& clock, const Progress& progress) {
+    return trace_inputs(std::move(scene), inputs, {}, clock, progress, Decisions({}, {}));
+}
 
-    HapticLoop loop(scene, clock);
-    std::size_t replayed = 0;
-    for (const DeviceState& input : inputs) {
-        std::span<const std::uint32_t> decisions;
-        if (!steps_left.empty()) {
-            decisions = steps_left.subspan(replayed, recorded[trace.frames.size()].evaluations);
-            replayed += decisions.size();
-        }
-        trace.frames.push_back(loop.frame(input, decisions));
-        const FrameReport& frame = trace.frames.back();
-        if (keeps_steps && !(frame.flags & kProbeNotFinite))
-            trace.steps_left.insert(trace.steps_left.end(), loop.steps_left().begin(),
-                                    loop.steps_left().end());
-        for (SurfaceAudit& audit : trace.audits)
-            audit.add(frame, loop.path());
-        if (progress && trace.frames.size() % kFramesPerReport == 0 &&
-            !progress(static_cast<double>(trace.frames.size()) / static_cast<double>(inputs.size()),
-                      "tracing"))
-            throw std::runtime_error("cancelled");
-    }
-    if (progress) progress(1.0, "tracing");
-    return trace;
+Trace run_again(std::shared_ptr<const Scene> scene, const EarlierRun& run,
+                const Progress& progress) {
+    SteadyClock clock;
+    return trace_inputs(std::move(scene), run.inputs, run.device, clock, progress,
+                        Decisions(run.steps_left, run.frames));
+}
+
+void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress) {
+    if (trace.realtime && trace.realtime->dropped > 0) return;
+    trace.audits = run_again(std::move(scene),
+                             {trace.inputs, trace.frames, trace.steps_left, trace.device}, progress)
+                       .audits;
+}
+
+void warn_of_coupling(const Scene& scene, const DeviceProperties& device, const RunWatch& watch) {
+    const SceneDescription& description = scene.description();
+    const std::string warning =
+        safe_coupling(description.coupling, description.loop.rate_hz, device).warning;
+    if (!warning.empty() && watch.warning) watch.warning(warning);
 }
 
 } // namespace palpate

@@ -130,6 +130,28 @@ json truth(const Scene& scene, const Trace& trace) {
     return result;
 }
 
+/// How a run kept the clock's pace.
+json realtime_summary(const Trace& trace) {
+    const RealtimeCounts& counts = *trace.realtime;
+    return {
+        {"scheduler", counts.scheduler == Scheduler::fifo ? "SCHED_FIFO" : "SCHED_OTHER"},
+        {"memory_locked", counts.memory_locked},
+        {"overruns_by", {{"own_work", counts.own_work}, {"woken_late", counts.woken_late}}},
+        {"missed_periods", counts.missed_periods},
+        {"frames_of_a_silent_loop", counts.silent_loop},
+        {"frames_of_a_silent_device", counts.silent_device},
+        {"frames_not_recorded", counts.dropped},
+        {"late_us", statistics_of(trace.frames, [](const FrameReport& f) { return f.late_us; })}};
+}
+
+/// At the clock's pace, frames that cost others their period; else what would have.
+std::uint64_t overruns_of(const Trace& trace, double rate_hz) {
+    if (trace.realtime) return trace.realtime->own_work + trace.realtime->woken_late;
+    return static_cast<std::uint64_t>(
+        std::count_if(trace.frames.begin(), trace.frames.end(),
+                      [&](const FrameReport& f) { return f.spent_us > 1e6 / rate_hz; }));
+}
+
 std::string contact_names(const Scene& scene) {
     std::set<std::string> names;
     for (const SceneSurface& surface : scene.surfaces())
@@ -147,10 +169,6 @@ std::string summarize(const Scene& scene, const Trace& trace) {
     const SceneDescription& description = scene.description();
     const auto in_contact = std::count_if(
         frames.begin(), frames.end(), [](const FrameReport& frame) { return frame.contacts > 0; });
-    const auto overruns =
-        std::count_if(frames.begin(), frames.end(), [&](const FrameReport& frame) {
-            return frame.spent_us > 1e6 / description.loop.rate_hz;
-        });
     std::set<std::uint32_t> trials;
     for (const FrameReport& frame : frames)
         trials.insert(frame.trial);
@@ -162,11 +180,13 @@ std::string summarize(const Scene& scene, const Trace& trace) {
     summary["machine"] = machine();
     summary["method"] = name(description.loop.method);
     summary["contact"] = contact_names(scene);
-    summary["pace"] = "asap";
+    summary["pace"] = trace.realtime ? "realtime" : "asap";
+    if (trace.realtime) summary["realtime"] = realtime_summary(trace);
+    if (!is_sequence(description.device)) summary["device"] = trace.device.name;
     summary["frames"] = frames.size();
     summary["trials"] = trials.size();
     summary["frames_in_contact"] = in_contact;
-    summary["overruns"] = overruns;
+    summary["overruns"] = overruns_of(trace, description.loop.rate_hz);
     summary["spent_us"] = statistics_of(frames, [](const FrameReport& f) { return f.spent_us; });
     summary["sub_steps"] = statistics_of(frames, [](const FrameReport& f) { return f.sub_steps; });
     summary["evaluations"] =

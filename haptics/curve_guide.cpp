@@ -31,7 +31,7 @@ void CurveGuide::begin(const FrameContext& frame) noexcept {
     evaluations_ = 0;
     low_.reset();
     high_.reset();
-    if (!(capture_.strength_n() > 0.0)) return;
+    if (!(capture_.strength_at(frame.start) > 0.0)) return;
     if (capture_.holds()) {
         // The proxy may have been carried elsewhere than the guide has led it.
         place_ = curve_.walk(place_, frame.start);

@@ -19,6 +19,13 @@ enum FrameFlag : std::uint32_t {
     kPrimitivesFull = 1u << 7,
     kForceNotFinite = 1u << 8,
     kLiveGain = 1u << 9,
+    kDeviceStale = 1u << 10,
+    kProbeJumped = 1u << 11,
+    kWaitsForSmallForce = 1u << 12,
+    kRampsIn = 1u << 13,
+    kEnergyBounded = 1u << 14,
+    kEnergyExceeded = 1u << 15,
+    kSoftened = 1u << 16,
 };
 
 /// A flag with its name in files, what it means and what to do about it.
@@ -28,7 +35,7 @@ struct FrameFlagText {
     const char* meaning;
 };
 
-inline constexpr std::array<FrameFlagText, 10> kFrameFlagTexts{{
+inline constexpr std::array<FrameFlagText, 17> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
      "the device gave a position that is not a number: proxy held, force to zero; check the device "
      "or path"},
@@ -55,6 +62,25 @@ inline constexpr std::array<FrameFlagText, 10> kFrameFlagTexts{{
     {kLiveGain, "live_gain",
      "an effect was weaker, stronger or off, as its gain had been changed while the loop ran: such "
      "a run cannot be replayed; leave the gains at 1 where it must be"},
+    {kDeviceStale, "device_stale",
+     "the device was silent, or the loop late, for longer than may be: force to zero; check cable "
+     "and load, then move to where little force is wanted"},
+    {kProbeJumped, "probe_jumped",
+     "the probe moved faster than a hand can: force to zero; check the device's encoders and "
+     "calibration"},
+    {kWaitsForSmallForce, "waits_for_small_force",
+     "after the start or a fault no force is sent before little is wanted; move the probe out of "
+     "what it is in"},
+    {kRampsIn, "ramps_in", "after the start or a fault the force comes back by and by; go on"},
+    {kEnergyBounded, "energy_bounded",
+     "the force would have given the hand more energy than it has put in: what pushed along with "
+     "the movement was taken away; where it lasts, lower the stiffness"},
+    {kEnergyExceeded, "energy_exceeded",
+     "the hand got more energy than the bound and its reserve: force to zero; lower the stiffness, "
+     "or declare the device's delay"},
+    {kSoftened, "softened",
+     "the coupling was softer than the scene says, as it had given too much energy; lower the "
+     "stiffness, or declare the device's damping and delay"},
 }};
 
 } // namespace palpate

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace palpate {
@@ -13,6 +14,7 @@ struct Gain {
     double value = 1.0;         ///< g, [0, GainRamp::kHighest]; 0: off, 1: as the scene says
     double force_limit_n = 5.0; ///< F: what hard things are measured by below 1, N, > 0
     bool moving = false;        ///< on its way to another value
+    std::optional<double> place_n = {}; ///< a strength of this frame's place, instead of the own, N
 
     bool off() const noexcept { return value == 0.0; }
 
@@ -22,7 +24,7 @@ struct Gain {
     /// 4 F per unit of gain.
     double strength_n(double own_n) const noexcept {
         if (off()) return 0.0;
-        const double scaled_n = value * own_n;
+        const double scaled_n = value * place_n.value_or(own_n);
         return value < 1.0 ? std::min(scaled_n, force_limit_n * value / (1.0 - value)) : scaled_n;
     }
 };

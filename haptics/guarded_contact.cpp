@@ -39,9 +39,10 @@ MeshContactSettings guard_settings() { return {}; } // the guard itself never yi
 
 GuardedContact::GuardedContact(std::shared_ptr<const ScalarField> field,
                                const LevelSettings& settings,
-                               std::shared_ptr<const CertifiedMesh> mesh, double leash_m)
+                               std::shared_ptr<const CertifiedMesh> mesh, double leash_m,
+                               const TextureSettings& texture)
     : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("guarded contact has no mesh")),
-      walk_(*mesh_), volume_(std::move(field), settings),
+      walk_(*mesh_), volume_(std::move(field), settings, texture),
       guard_contact_(std::in_place, mesh_, guard_settings()), leash_m_(leash_m) {
     Box bounds;
     for (const Vec3& vertex : mesh_->scene().mesh().vertices)

@@ -26,13 +26,16 @@ namespace palpate {
 class GuardedContact final : public SurfaceContact {
 public:
     /// Mesh and field must be of the same baked field, the mesh oriented towards free space.
-    /// `leash_m` > 0: several times what the mesh errs by (docs/contact.md). Throws
-    /// std::invalid_argument as VolumeContact and MeshContact do.                       [setup]
+    /// `leash_m` > 0: several times what the mesh errs by (docs/contact.md). A texture stands in
+    /// front of the mesh, where the guard flies along. Throws std::invalid_argument as
+    /// VolumeContact and MeshContact do.                                                [setup]
     GuardedContact(std::shared_ptr<const ScalarField> field, const LevelSettings& settings,
-                   std::shared_ptr<const CertifiedMesh> mesh, double leash_m);
+                   std::shared_ptr<const CertifiedMesh> mesh, double leash_m,
+                   const TextureSettings& texture = {});
 
     bool restart(const Vec3& proxy) noexcept override;
     void set_gain(const Gain& gain) noexcept override;
+    void set_texture_gain(double gain) noexcept override { volume_.set_texture_gain(gain); }
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
                                         double reach_m) noexcept override;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
+
+#include <palpate/haptics/local_strength.h>
 
 namespace palpate {
 
@@ -12,6 +14,7 @@ struct GuideSettings {
     double strength_n = 1.0; ///< s: N, >= 0, may be infinite: it never slips, and never lets go
     /// It snaps on when the proxy is this near at a frame's start: m, > 0; infinite: always.
     double capture_m = std::numeric_limits<double>::infinity();
+    StrengthOverField over = {}; ///< with a field: the strength by place, instead of strength_n
 };
 
 /// Whether a guide has the proxy: it snaps on within the capture distance and lets go beyond
@@ -24,7 +27,8 @@ public:
     static constexpr double kRelease = 1.25;
 
     /// Throws std::invalid_argument on settings out of range.                          [setup]
-    explicit GuideCapture(const GuideSettings& settings) : settings_(settings) {
+    explicit GuideCapture(const GuideSettings& settings)
+        : capture_m_(settings.capture_m), strength_(settings.strength_n, settings.over) {
         if (!(settings.strength_n >= 0.0))
             throw std::invalid_argument("guide: its strength must be 0 N or more, or infinite");
         if (!(settings.capture_m > 0.0))
@@ -37,13 +41,15 @@ public:
     void begin(double distance_m) noexcept { holds_ = distance_m <= reach_m(); }
     bool holds() const noexcept { return holds_; }
     /// Beyond this distance the proxy is free, m.                                      [loop]
-    double reach_m() const noexcept {
-        return holds_ ? kRelease * settings_.capture_m : settings_.capture_m;
-    }
-    double strength_n() const noexcept { return settings_.strength_n; }
+    double reach_m() const noexcept { return holds_ ? kRelease * capture_m_ : capture_m_; }
+    /// A frame begins at `start`: the strength there, N, which is strength_n() from now on. [loop]
+    double strength_at(const Vec3& start) noexcept { return strength_.at(start); }
+    double strength_n() const noexcept { return strength_.now(); }
+    std::uint64_t samples() const noexcept { return strength_.samples(); } ///< [any]
 
 private:
-    GuideSettings settings_;
+    double capture_m_;
+    LocalStrength strength_;
     bool holds_ = false;
 };
 

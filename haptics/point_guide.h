@@ -22,13 +22,14 @@ public:
 
     void restart(const Vec3&) noexcept override { capture_.restart(); }
     void begin(const FrameContext& frame) noexcept override {
+        capture_.strength_at(frame.start);
         capture_.begin(glm::length(frame.start - point_));
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         if (capture_.holds() && capture_.strength_n() > 0.0)
             primitives.add_point({point_, capture_.strength_n()});
     }
-    QueryCount queries() const noexcept override { return {}; }
+    QueryCount queries() const noexcept override { return {capture_.samples(), 0, 0}; }
 
 private:
     Vec3 point_;

@@ -49,8 +49,12 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
       magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
       surface_gains_(surfaces_.size()), friction_gains_(surfaces_.size()),
-      magnet_gains_(surfaces_.size()), effect_gains_(effects_.size()),
-      first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
+      magnet_gains_(surfaces_.size()), texture_gains_(surfaces_.size()),
+      effect_gains_(effects_.size()), first_contact_(surfaces_.size() + 1, 0),
+      sunk_m_(surfaces_.size(), 0.0) {
+    for (const StrengthOverField& over :
+         of_each(&SurfaceFinish::strength, finish, surfaces_.size()))
+        strengths_.push_back(LocalStrength::holding(0.0, over));
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
         throw std::invalid_argument(
@@ -59,6 +63,14 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
         throw std::invalid_argument("subdivision: budget_us and tolerance must be above 0");
     path_.reserve(2 * kMostEvaluations + 2 + kMostLegs);
     steps_left_.reserve(kMostEvaluations);
+}
+
+QueryCount Subdivision::queries() const noexcept {
+    QueryCount count;
+    count.field_samples = magnets_.samples();
+    for (const LocalStrength& strength : strengths_)
+        count.field_samples += strength.samples();
+    return count;
 }
 
 double Subdivision::estimate_us() const noexcept {
@@ -77,7 +89,7 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     for (Effect* effect : effects_)
         effect->restart(proxy);
     for (std::vector<GainRamp>* gains :
-         {&surface_gains_, &friction_gains_, &magnet_gains_, &effect_gains_})
+         {&surface_gains_, &friction_gains_, &magnet_gains_, &texture_gains_, &effect_gains_})
         for (GainRamp& gain : *gains)
             gain.jump();
     path_.clear();
@@ -125,13 +137,20 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
     bool all_one = true;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         GainRamp& gain = surface_gains_[i];
-        if (gain.advance(frame_.period_s)) surfaces_[i]->set_gain(gain.gain(frame_.force_limit_n));
+        if (gain.advance(frame_.period_s) || strengths_[i].depends_on_place()) {
+            Gain now = gain.gain(frame_.force_limit_n);
+            if (strengths_[i].depends_on_place()) now.place_n = strengths_[i].at(frame_.start);
+            surfaces_[i]->set_gain(now);
+        }
         GainRamp& friction_gain = friction_gains_[i];
         if (friction_gain.advance(frame_.period_s)) friction_.set_gain(i, friction_gain.value());
         GainRamp& magnet_gain = magnet_gains_[i];
         if (magnet_gain.advance(frame_.period_s)) magnets_.set_gain(i, magnet_gain.value());
+        GainRamp& texture_gain = texture_gains_[i];
+        if (texture_gain.advance(frame_.period_s))
+            surfaces_[i]->set_texture_gain(texture_gain.value());
         all_one = all_one && gain.value() == 1.0 && friction_gain.value() == 1.0 &&
-                  magnet_gain.value() == 1.0;
+                  magnet_gain.value() == 1.0 && texture_gain.value() == 1.0;
     }
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         const bool was_on = is_on(i);
@@ -142,7 +161,7 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
         effects_[i]->begin(frame_);
     }
     friction_.begin();
-    magnets_.begin();
+    magnets_.begin(frame_.start);
     if (!all_one) result.flags |= kLiveGain;
 }
 

@@ -9,6 +9,7 @@
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/gain.h>
 #include <palpate/haptics/level_bank.h>
+#include <palpate/haptics/local_strength.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/haptics/step_time_estimator.h>
 #include <palpate/haptics/surface_contact.h>
@@ -65,9 +66,10 @@ public:
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                 std::vector<Effect*> effects, Clock& clock, std::vector<SurfaceFinish> finish = {});
 
-    /// Gain of a surface (its strength), of the friction on it (its coefficients) or of an effect,
-    /// by their index: [0, GainRamp::kHighest]; 0 switches off. From any thread while the loop
-    /// runs; followed as GainRamp says. A trial begins with the gains that were set last. [any]
+    /// Gain of a surface (its strength), of the friction on it (its coefficients), of its texture
+    /// (its heights), of its magnet or of an effect, by their index: [0, GainRamp::kHighest]; 0
+    /// switches off. From any thread while the loop runs; followed as GainRamp says. A trial begins
+    /// with the gains that were set last. [any]
     void set_surface_gain(std::size_t surface, double gain) noexcept {
         surface_gains_[surface].set(gain);
     }
@@ -76,6 +78,9 @@ public:
     }
     void set_magnet_gain(std::size_t surface, double gain) noexcept {
         magnet_gains_[surface].set(gain);
+    }
+    void set_texture_gain(std::size_t surface, double gain) noexcept {
+        texture_gains_[surface].set(gain);
     }
     void set_effect_gain(std::size_t effect, double gain) noexcept {
         effect_gains_[effect].set(gain);
@@ -101,6 +106,8 @@ public:
     /// The coupling's force with what effects put on the device beside it, each with its gain, N:
     /// Effect::device_force_n().                                                          [loop]
     Vec3 with_device_forces(Vec3 force_n) const noexcept;
+    /// Of the fields that strengths of surfaces and magnets depend on.                   [any]
+    QueryCount queries() const noexcept;
     double estimate_us()
         const noexcept; ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
 
@@ -144,10 +151,12 @@ private:
 
     CoulombFriction friction_;
     SurfaceMagnets magnets_;
-    std::vector<LevelBank> banks_; // of each surface
+    std::vector<LocalStrength> strengths_; // of each surface, where they depend on the place
+    std::vector<LevelBank> banks_;         // of each surface
     std::vector<GainRamp> surface_gains_;
     std::vector<GainRamp> friction_gains_; // of each surface
     std::vector<GainRamp> magnet_gains_;   // of each surface
+    std::vector<GainRamp> texture_gains_;  // of each surface
     std::vector<GainRamp> effect_gains_;
 
     // Of one evaluation.

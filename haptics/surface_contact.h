@@ -109,6 +109,10 @@ public:
     /// holds, so that the hand is let in as gently as the gain falls. [loop]
     virtual void set_gain(const Gain& gain) noexcept = 0;
 
+    /// A frame begins with another gain of its texture than the one before: heights are from now on
+    /// so many times their own, as far as SurfaceTexture::set_gain() allows. [loop]
+    virtual void set_texture_gain(double gain) noexcept { static_cast<void>(gain); }
+
     /// Adds the planes felt at `proxy`: none in free space.                             [loop]
     virtual void offer(const Vec3& proxy, ContactSet& contacts) noexcept = 0;
 

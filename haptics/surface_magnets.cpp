@@ -13,7 +13,7 @@ GuideCapture capture_of(const SurfaceMagnet& magnet) {
         throw std::invalid_argument("magnet: its strength must be 0 N or more, and finite");
     if (!(magnet.capture_m > 0.0) || !std::isfinite(magnet.capture_m))
         throw std::invalid_argument("magnet: its capture distance must be above 0 m, and finite");
-    return GuideCapture({magnet.strength_n, magnet.capture_m});
+    return GuideCapture({magnet.strength_n, magnet.capture_m, magnet.over});
 }
 
 /// The same plane of the same level, of the field with the opposite sign.
@@ -30,8 +30,8 @@ ContactPlane from_behind(const ContactPlane& front, double strength_n) noexcept 
 } // namespace
 
 SurfaceMagnets::SurfaceMagnets(std::vector<SurfaceMagnet> of_surfaces)
-    : magnets_(std::move(of_surfaces)), gains_(magnets_.size(), 1.0), found_(magnets_.size()) {
-    for (const SurfaceMagnet& magnet : magnets_)
+    : gains_(of_surfaces.size(), 1.0), found_(of_surfaces.size()) {
+    for (const SurfaceMagnet& magnet : of_surfaces)
         captures_.push_back(capture_of(magnet));
 }
 
@@ -40,11 +40,17 @@ void SurfaceMagnets::restart() noexcept {
         capture.restart();
 }
 
+void SurfaceMagnets::begin(const Vec3& start) noexcept {
+    begins_ = true;
+    for (GuideCapture& capture : captures_)
+        capture.strength_at(start);
+}
+
 void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
                           std::span<SurfaceContact* const> surfaces) noexcept {
-    for (std::size_t i = 0; i < magnets_.size(); ++i) {
+    for (std::size_t i = 0; i < captures_.size(); ++i) {
         found_[i].reset();
-        if (magnets_[i].none() || gains_[i] == 0.0) continue;
+        if (!is_on(i)) continue;
         GuideCapture& capture = captures_[i];
         if (!begins_ && !capture.holds()) continue;
         found_[i] = surfaces[i]->nearest(proxy, pull, capture.reach_m());
@@ -54,8 +60,15 @@ void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
 }
 
 void SurfaceMagnets::gather(ContactSet& contacts) const noexcept {
-    for (std::size_t i = 0; i < magnets_.size(); ++i)
-        if (found_[i]) contacts.add(from_behind(*found_[i], gains_[i] * magnets_[i].strength_n));
+    for (std::size_t i = 0; i < captures_.size(); ++i)
+        if (found_[i]) contacts.add(from_behind(*found_[i], gains_[i] * captures_[i].strength_n()));
+}
+
+std::uint64_t SurfaceMagnets::samples() const noexcept {
+    std::uint64_t sum = 0;
+    for (const GuideCapture& capture : captures_)
+        sum += capture.samples();
+    return sum;
 }
 
 } // namespace palpate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,14 +16,17 @@ namespace palpate {
 struct SurfaceMagnet {
     double strength_n = 0.0; ///< s_m: N, >= 0, finite; 0: none
     double capture_m = 1e-3; ///< it snaps on when the proxy is this near at a frame's start, m, > 0
+    StrengthOverField over = {}; ///< with a field: the strength by place, instead of strength_n
 
     bool none() const noexcept { return strength_n == 0.0; }
 };
 
-/// What a surface is like to the touch, beyond its shape and its strength.
+/// What a surface is like to the touch, beyond its shape and its own strength.
 struct SurfaceFinish {
     FrictionCoefficients friction;
     SurfaceMagnet magnet;
+    StrengthOverField strength{}; ///< with a field: the surface's by place, N, > 0, no more than
+                                  ///< its own and finite
 };
 
 /// The magnets of the surfaces of one loop:
@@ -42,8 +46,9 @@ public:
     void restart() noexcept;
     /// From the next find() on, its strength is `gain` times its own, [0, 10]; 0: off.  [loop]
     void set_gain(std::size_t surface, double gain) noexcept { gains_[surface] = gain; }
-    /// A frame begins: its first find() decides which magnets have the proxy.           [loop]
-    void begin() noexcept { begins_ = true; }
+    /// A frame begins at `start`: its strengths are those there, and its first find() decides which
+    /// magnets have the proxy.                                                           [loop]
+    void begin(const Vec3& start) noexcept;
     /// Finds the planes of the surfaces that draw the proxy, before these offer theirs. `pull`:
     /// where the coupling, the forces and the springs draw it, m.                         [loop]
     void find(const Vec3& proxy, const Vec3& pull,
@@ -52,9 +57,14 @@ public:
     void gather(ContactSet& contacts) const noexcept;
     /// Whether a surface's magnet has the proxy in this frame.                            [loop]
     bool holds(std::size_t surface) const noexcept { return captures_[surface].holds(); }
+    std::uint64_t samples() const noexcept; ///< of fields that strengths depend on       [any]
 
 private:
-    std::vector<SurfaceMagnet> magnets_;
+    /// Whether it could draw in this frame.
+    bool is_on(std::size_t surface) const noexcept {
+        return gains_[surface] != 0.0 && captures_[surface].strength_n() > 0.0;
+    }
+
     std::vector<double> gains_;
     std::vector<GuideCapture> captures_;
     std::vector<std::optional<ContactPlane>> found_; // front planes

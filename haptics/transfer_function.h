@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -41,12 +42,27 @@ struct TransferFunction {
         return nodes[count - 1].strength_n;
     }
 
-    /// Strength 0 for every value: an effect with it can never be felt.                 [any]
-    bool is_zero() const noexcept {
-        for (std::size_t i = 0; i < count; ++i)
-            if (nodes[i].strength_n != 0.0) return false;
-        return true;
+    /// Its derivative there: strength per unit of the field; 0 outside of the nodes, and at a node
+    /// that of the piece before it.                                                      [loop]
+    double slope(double value) const noexcept {
+        for (std::size_t i = 1; i < count; ++i) {
+            const Node& low = nodes[i - 1];
+            const Node& high = nodes[i];
+            if (value > low.value && value <= high.value)
+                return (high.strength_n - low.strength_n) / (high.value - low.value);
+        }
+        return 0.0;
     }
+
+    /// The greatest of its strengths; 0 for a function without nodes.                   [any]
+    double strongest() const noexcept {
+        double most = 0.0;
+        for (std::size_t i = 0; i < count; ++i)
+            most = std::max(most, nodes[i].strength_n);
+        return most;
+    }
+    /// Strength 0 for every value: an effect with it can never be felt.                 [any]
+    bool is_zero() const noexcept { return strongest() == 0.0; }
 };
 
 } // namespace palpate

@@ -13,7 +13,7 @@ struct VirtualCoupling {
 
 /// Force on the device from the proxy's lag behind the probe.                           [loop]
 ///   f = -k_s (x_p - x') - k_d (v_p - v')                                               eq. (3)
-/// Scene frame, N. Not limited here; see ForceLimiter. Finite for finite input.
+/// Scene frame, N. Not limited here; see SafetyChain. Finite for finite input.
 inline Vec3 coupling_force(const VirtualCoupling& coupling, const Vec3& probe, const Vec3& proxy,
                            const Vec3& probe_velocity, const Vec3& proxy_velocity) noexcept {
     return -coupling.stiffness * (probe - proxy) -

@@ -4,8 +4,7 @@
 #include <memory>
 
 #include <palpate/haptics/effect.h>
-#include <palpate/haptics/transfer_function.h>
-#include <palpate/volume/scalar_field.h>
+#include <palpate/haptics/local_strength.h>
 
 namespace palpate {
 
@@ -18,34 +17,24 @@ namespace palpate {
 class Viscosity final : public Effect {
 public:
     /// The same everywhere: b in N s/m, >= 0, finite.                                  [setup]
-    explicit Viscosity(double damping) : damping_(TransferFunction::constant(damping)) {}
+    explicit Viscosity(double damping) : damping_(damping) {}
 
     /// b over the value of a field at the frame's start: the function's strengths are read as N
     /// s/m, finite; nothing is felt where the field has no data. [setup]
     Viscosity(std::shared_ptr<const ScalarField> field, const TransferFunction& damping)
-        : field_(std::move(field)), damping_(damping), sampler_(field_->make_sampler()) {}
+        : damping_(0.0, {std::move(field), damping}) {}
 
     void begin(const FrameContext& frame) noexcept override {
         start_ = frame.start;
-        spring_n_per_m_ = damping_at(frame.start) / frame.period_s;
+        spring_n_per_m_ = damping_.at(frame.start) / frame.period_s;
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         if (spring_n_per_m_ > 0.0) primitives.add_spring(start_, spring_n_per_m_);
     }
-    QueryCount queries() const noexcept override {
-        return {sampler_ ? sampler_->samples() : 0, 0, 0};
-    }
+    QueryCount queries() const noexcept override { return {damping_.samples(), 0, 0}; }
 
 private:
-    double damping_at(const Vec3& point) noexcept {
-        if (!sampler_) return damping_(0.0);
-        const FieldSample here = sampler_->sample(point);
-        return here.valid ? damping_(here.value) : 0.0;
-    }
-
-    std::shared_ptr<const ScalarField> field_;
-    TransferFunction damping_; // N s/m
-    std::unique_ptr<FieldSampler> sampler_;
+    LocalStrength damping_; // N s/m
     Vec3 start_{0.0};
     double spring_n_per_m_ = 0.0;
 };

@@ -6,6 +6,7 @@
 
 #include <palpate/haptics/plane_bundle.h>
 #include <palpate/haptics/surface_contact.h>
+#include <palpate/haptics/surface_texture.h>
 #include <palpate/volume/scalar_field.h>
 
 namespace palpate {
@@ -26,6 +27,7 @@ struct LevelScale {
     double smallest_gradient = 0.0; ///< U/m, 5 % of the typical slope: below, the normal is noise
     double free = 0.0;              ///< free_m as tau, U
     double trust_m = 0.0;           ///< half the field's feature size
+    double typical_slope = 0.0;     ///< at the level, U/m
 
     /// Throws std::invalid_argument when the field never passes the level or a setting is out of
     /// range.   [setup]
@@ -50,13 +52,18 @@ std::optional<ContactPlane> plane_within(const FieldSample& sample, const Vec3& 
 ///
 /// Invariant: no accepted chord reaches max(c0 + tau, value at its start) from below, whatever the
 /// speed, whatever the solver says; unless the surface itself yields in that very sub-step.
+///
+/// A texture stands in front of the level: it is what planes, levels and yielding are of, and where
+/// free flight ends, found by steps of a part of its wavelength. The invariant is the field's.
 class VolumeContact final : public SurfaceContact {
 public:
-    /// Throws std::invalid_argument as LevelScale::of does.                             [setup]
-    VolumeContact(std::shared_ptr<const ScalarField> field, const LevelSettings& settings);
+    /// Throws std::invalid_argument as LevelScale::of and SurfaceTexture do.            [setup]
+    VolumeContact(std::shared_ptr<const ScalarField> field, const LevelSettings& settings,
+                  const TextureSettings& texture = {});
 
     bool restart(const Vec3& proxy) noexcept override;
     void set_gain(const Gain& gain) noexcept override;
+    void set_texture_gain(double gain) noexcept override;
     void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
     /// Its sample is that of offer().
     std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
@@ -82,7 +89,11 @@ public:
     } ///< c0, U: the level, or where a yielding surface holds now
 
 private:
-    std::optional<Vec3> downhill(const Vec3& proxy) noexcept;
+    void look(const Vec3& point) noexcept;
+    double felt_value(const Vec3& point) noexcept;
+    std::optional<double> felt_root(const Vec3& from, const Vec3& to) noexcept;
+    double refined_root(const Vec3& from, const Vec3& to, double low, double high) noexcept;
+    std::optional<Vec3> downhill(const Vec3& proxy, const FieldSample& at) noexcept;
     bool not_felt() const noexcept { return state_ == SurfaceState::inside; }
 
     std::shared_ptr<const ScalarField> field_;
@@ -92,14 +103,18 @@ private:
     double opens_above_n_;           // N
     bool off_ = false;               // gain 0
     LevelScale scale_;
+    double bare_trust_m_; // without the texture
+    double bare_patch_cosine_;
     double patch_cosine_;
     std::unique_ptr<FieldSampler> sampler_;
+    SurfaceTexture texture_;
 
     double level_; // c0
     SurfaceState state_ = SurfaceState::free;
-    FieldSample here_;     // at the last offer()
-    bool sampled_ = false; // for the next one, by nearest()
-    bool engaged_ = false; // planes were offered there
+    FieldSample here_;        // at the last offer(), with the texture
+    double bare_value_ = 0.0; // of the field itself there, U
+    bool sampled_ = false;    // for the next one, by nearest()
+    bool engaged_ = false;    // planes were offered there
     PlaneBundle bundle_;
     std::uint32_t offered_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -27,16 +28,17 @@ void check_strength(double strength_n) {
 
 } // namespace
 
-WorkspaceSphere::WorkspaceSphere(const Vec3& center, double radius_m, double strength_n)
-    : center_(center), radius_m_(radius_m), strength_n_(strength_n) {
+WorkspaceSphere::WorkspaceSphere(const Vec3& center, double radius_m, LocalStrength strength)
+    : center_(center), radius_m_(radius_m), strength_(std::move(strength)) {
     if (!is_finite(center)) throw std::invalid_argument("workspace: its center is not finite");
     if (!(radius_m > 0.0) || !std::isfinite(radius_m))
         throw std::invalid_argument("workspace: its radius must be above 0 m and finite");
-    check_strength(strength_n);
+    check_strength(strength_.now());
 }
 
 void WorkspaceSphere::begin(const FrameContext& frame) noexcept {
     frame_ = frame;
+    strength_.at(frame.start);
     end_ = center_;
     cuts_ = 0;
 }
@@ -48,7 +50,7 @@ void WorkspaceSphere::cut_towards(const Vec3& point) noexcept {
 }
 
 void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
-    if (!(strength_n_ > 0.0)) return;
+    if (!(strength_.now() > 0.0)) return;
     if (cuts_ == 0) {
         const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
         const double reach = reach_of(primitives, pull, proxy);
@@ -57,31 +59,32 @@ void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexce
     const double rounding = kRounding * (radius_m_ + glm::length(center_));
     if (glm::length(end_ - center_) > radius_m_ + rounding) cut_towards(end_);
 
-    const std::size_t kept = std::isinf(strength_n_) ? kCuts : 1;
+    const std::size_t kept = std::isinf(strength_.now()) ? kCuts : 1;
     for (std::size_t i = cuts_ - std::min(cuts_, kept); i < cuts_; ++i) {
         const Vec3& normal = normal_[i % kCuts];
-        primitives.add({center_ - radius_m_ * normal, normal, strength_n_});
+        primitives.add({center_ - radius_m_ * normal, normal, strength_.now()});
     }
 }
 
-WorkspaceBox::WorkspaceBox(const Box& box, double strength_n) : box_(box), strength_n_(strength_n) {
+WorkspaceBox::WorkspaceBox(const Box& box, LocalStrength strength)
+    : box_(box), strength_(std::move(strength)) {
     if (!is_finite(box.lower) || !is_finite(box.upper) || box.empty())
         throw std::invalid_argument(
             "workspace: its box must be finite, each lower bound at most the upper one");
-    check_strength(strength_n);
+    check_strength(strength_.now());
 }
 
 void WorkspaceBox::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
-    if (!(strength_n_ > 0.0)) return;
+    if (!(strength_.now() > 0.0)) return;
     const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
     const double reach = reach_of(primitives, pull, proxy);
     for (int axis = 0; axis < 3; ++axis) {
         Vec3 normal{0.0};
         normal[axis] = 1.0;
         if (pull[axis] - reach < box_.lower[axis])
-            primitives.add({box_.lower, normal, strength_n_});
+            primitives.add({box_.lower, normal, strength_.now()});
         if (pull[axis] + reach > box_.upper[axis])
-            primitives.add({box_.upper, -normal, strength_n_});
+            primitives.add({box_.upper, -normal, strength_.now()});
     }
 }
 

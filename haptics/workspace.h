@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include <palpate/haptics/effect.h>
+#include <palpate/haptics/local_strength.h>
 
 namespace palpate {
 
@@ -27,19 +28,21 @@ public:
 
     /// Center in m, scene frame; radius in m, > 0; strength in N, >= 0, may be infinite. Throws
     /// std::invalid_argument on what is not finite or out of range.                    [setup]
-    WorkspaceSphere(const Vec3& center, double radius_m, double strength_n);
+    WorkspaceSphere(const Vec3& center, double radius_m, LocalStrength strength);
+    WorkspaceSphere(const Vec3& center, double radius_m, double strength_n)
+        : WorkspaceSphere(center, radius_m, LocalStrength(strength_n)) {}
 
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
-    QueryCount queries() const noexcept override { return {}; }
+    QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
 
 private:
     void cut_towards(const Vec3& point) noexcept;
 
     Vec3 center_;
     double radius_m_;
-    double strength_n_;
+    LocalStrength strength_; // N
 
     // Of one frame.
     FrameContext frame_;
@@ -54,15 +57,20 @@ class WorkspaceBox final : public Effect {
 public:
     /// Box in m, scene frame, not empty; strength in N, >= 0, may be infinite. Throws
     /// std::invalid_argument on what is not finite or out of range.                    [setup]
-    WorkspaceBox(const Box& box, double strength_n);
+    WorkspaceBox(const Box& box, LocalStrength strength);
+    WorkspaceBox(const Box& box, double strength_n)
+        : WorkspaceBox(box, LocalStrength(strength_n)) {}
 
-    void begin(const FrameContext& frame) noexcept override { frame_ = frame; }
+    void begin(const FrameContext& frame) noexcept override {
+        frame_ = frame;
+        strength_.at(frame.start);
+    }
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
-    QueryCount queries() const noexcept override { return {}; }
+    QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
 
 private:
     Box box_;
-    double strength_n_;
+    LocalStrength strength_; // N
     FrameContext frame_;
 };
 

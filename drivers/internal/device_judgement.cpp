@@ -130,7 +130,7 @@ private:
             const std::size_t motion = descriptor_->report_bytes(HidReportKind::input, 1);
             if (motion != kShortMotion && motion < kLongMotion)
                 obstacle("its report of motion has " + bytes(motion) + "; 7 and 13 are known",
-                         "send its report descriptor to the project: see docs/devices.md");
+                         "use another model");
         }
         return product != nullptr ? product->name : nullptr;
     }
@@ -182,7 +182,12 @@ private:
         if (evidence_.access != NodeAccess::denied) return;
         const std::string what = "this user may not read and write " + path +
                                  (evidence_.owner.empty() ? "" : " (" + evidence_.owner + ")");
-        if (evidence_.rules_installed)
+        if (!has_rule())
+            obstacle(what, "add a rule of its own: echo '" +
+                               udev_rule(device_.vendor, device_.product) +
+                               "' | sudo tee /etc/udev/rules.d/71-palpate-own.rules; sudo udevadm "
+                               "control --reload; then plug the device in again");
+        else if (evidence_.rules_installed)
             obstacle(what + " although the udev rules are installed",
                      "plug the device in again; over ssh or without a desktop also: sudo adduser "
                      "$USER plugdev, and log in again");
@@ -190,6 +195,11 @@ private:
             obstacle(what, "install the udev rules: palpate devices --udev-rules | sudo tee "
                            "/etc/udev/rules.d/70-palpate.rules >/dev/null; sudo udevadm control "
                            "--reload; then plug the device in again");
+    }
+
+    bool has_rule() const {
+        return among(wooden_products()) != nullptr || among(space_mouse_products()) != nullptr ||
+               among(force_feedback_products()) != nullptr;
     }
 
     void judge_holders() {

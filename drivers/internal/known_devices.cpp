@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cstdio>
 
 #include <palpate/drivers/internal/known_devices.h>
 
@@ -98,6 +99,15 @@ bool is_space_mouse(const HidDeviceInfo& info) noexcept {
     const bool maker = info.vendor == kLogitech || info.vendor == k3Dconnexion;
     return maker && info.usage_page == generic_desktop && info.usage == multi_axis &&
            find_product(kCapless, info.vendor, info.product) == nullptr;
+}
+
+std::string udev_rule(std::uint16_t vendor, std::uint16_t product) {
+    std::array<char, 160> line{};
+    std::snprintf(line.data(), line.size(),
+                  "KERNEL==\"hidraw*\", KERNELS==\"*:%04X:%04X.*\", MODE=\"0660\", "
+                  "GROUP=\"plugdev\", TAG+=\"uaccess\"",
+                  static_cast<unsigned>(vendor), static_cast<unsigned>(product));
+    return line.data();
 }
 
 } // namespace palpate::internal

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include <palpate/drivers/internal/hid_port.h>
 
@@ -41,6 +42,11 @@ bool is_wooden(const HidDeviceInfo& info) noexcept;
 /// Whether a collection is that of a cap with six degrees of freedom: receivers and combined
 /// devices have others beside it.                                                        [any]
 bool is_space_mouse(const HidDeviceInfo& info) noexcept;
+
+/// The line of udev's rules that lets users have the nodes of a product, by the name that the
+/// kernel gives HID devices on USB and Bluetooth alike: BUS:VENDOR:PRODUCT.NUMBER, in capitals.
+/// [any]
+std::string udev_rule(std::uint16_t vendor, std::uint16_t product);
 
 /// The product with these ids; null where it is not among them.                          [any]
 const KnownProduct* find_product(std::span<const KnownProduct> among, std::uint16_t vendor,

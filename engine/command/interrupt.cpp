@@ -11,21 +11,42 @@ namespace {
 
 volatile std::sig_atomic_t asked = 0; // the signal
 
+volatile std::sig_atomic_t only_asks = 0; // SignalsOnlyAsk
+
 extern "C" void remember(int signal) {
     asked = signal;
-    constexpr std::string_view words = "\npalpate: stopping; once more to stop at once\n";
+    const std::string_view words =
+        only_asks ? "\npalpate: stopping\n" : "\npalpate: stopping; once more to stop at once\n";
     [[maybe_unused]] const auto written = write(STDERR_FILENO, words.data(), words.size());
+}
+
+/// Lets each of them come to remember(): once, and then do what it always does, or every time.
+void listen(int flags) {
+    struct sigaction action {};
+    action.sa_handler = remember;
+    action.sa_flags = flags | SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        sigaction(signal, &action, nullptr);
 }
 
 } // namespace
 
-void stop_on_signals() {
-    struct sigaction action {};
-    action.sa_handler = remember;
-    action.sa_flags = SA_RESETHAND | SA_RESTART; // the second one does what it always does
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+void stop_on_signals() { listen(SA_RESETHAND); }
+
+SignalsOnlyAsk::SignalsOnlyAsk() {
+    only_asks = 1;
+    listen(0);
+}
+
+SignalsOnlyAsk::~SignalsOnlyAsk() {
+    only_asks = 0;
+    if (asked == 0) {
+        stop_on_signals();
+        return;
+    }
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        std::signal(signal, SIG_DFL);
 }
 
 bool stop_wanted() noexcept { return asked != 0; }

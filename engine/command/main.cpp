@@ -12,6 +12,7 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/interrupt.h>
+#include <palpate/engine/device_factory.h>
 #include <palpate/geometry/isosurface.h>
 #include <palpate/version.h>
 
@@ -127,6 +128,9 @@ int main(int argc, char** argv) {
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "palpate: not enough memory\n");
         return kInternal;
+    } catch (const palpate::DeviceError& error) {
+        fmt::print(stderr, "palpate: {}\n", error.what());
+        return kDevice;
     } catch (const std::runtime_error& error) {
         end_by_signal(); // whatever it says, this is why
         fmt::print(stderr, "palpate: {}\n", error.what());

@@ -48,9 +48,9 @@ int replay(const std::filesystem::path& file, const std::string& out, bool check
     const Recording recording = read_recording(file);
     require_consistent(recording, file);
     const auto scene = recorded_scene(recording, file, resources());
-    SteadyClock clock;
-    const Trace trace = run_trace(scene, recording.inputs, clock, progress_bar(),
-                                  recording.steps_left, recording.frames);
+    const Trace trace = run_again(
+        scene, {recording.inputs, recording.frames, recording.steps_left, recording.device},
+        progress_bar());
     if (!out.empty()) {
         const ResultFolder folder(out);
         write_frames_csv(folder / "frames.csv", trace.frames);

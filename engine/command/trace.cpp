@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/command/interrupt.h>
+#include <palpate/engine/command/run_display.h>
 #include <palpate/engine/command/session.h>
+#include <palpate/engine/device_factory.h>
 #include <palpate/engine/internal/whole_file.h>
+#include <palpate/engine/realtime_run.h>
 #include <palpate/engine/recorded_run.h>
 #include <palpate/engine/report_page.h>
 #include <palpate/engine/scene_file.h>
@@ -18,27 +26,94 @@ namespace {
 struct Options {
     std::string scene;
     std::string out;
-    std::size_t frames = 0;
+    std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
+    double seconds = std::numeric_limits<double>::infinity();
     std::string pace = "asap";
+    std::optional<int> cpu;
+    bool events = false;
     SceneOverrides overrides;
+
+    bool is_realtime() const { return pace == "realtime"; }
 };
+
+/// Refuses what does not go with the pace.
+void check(const Options& options, const SceneDescription& scene) {
+    using Kind = DeviceDescription::Kind;
+    if (options.cpu && !options.is_realtime())
+        throw UsageError("--cpu: goes with --pace realtime; add that or leave it out");
+    if (options.is_realtime()) {
+        try {
+            check_duty(scene.loop);
+        } catch (const std::invalid_argument& error) {
+            throw UsageError(fmt::format("--pace realtime: {}", error.what()));
+        }
+    } else if (scene.device.kind == Kind::hid) {
+        throw UsageError("--pace asap: a hid device moves by the clock; use --pace realtime");
+    }
+}
+
+/// Limits of a run in frames: those of the device's own time.
+std::uint64_t most_frames(const Options& options, double rate_hz, const SceneDevice& device) {
+    const double by_time = std::ceil(options.seconds * rate_hz);
+    std::uint64_t most = std::min(options.frames, device.states);
+    if (by_time < static_cast<double>(most)) most = static_cast<std::uint64_t>(by_time);
+    return most;
+}
+
+Trace run_asap(const std::shared_ptr<const Scene>& scene, const Options& options,
+               const SceneDevice& device) {
+    SteadyClock clock;
+    RunWatch watch;
+    std::optional<RunDisplay> display;
+    if (options.events)
+        watch = display.emplace(*scene, Shown::events).watch();
+    else
+        watch.progress = progress_bar();
+    return run_trace(scene, device.placed(), clock,
+                     most_frames(options, scene->description().loop.rate_hz, device), watch);
+}
+
+Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options& options,
+                       const SceneDevice& device) {
+    RealtimeSettings settings;
+    settings.cpu = options.cpu;
+    settings.most_frames = std::min(options.frames, device.states);
+    settings.longest_s = options.seconds;
+    Trace trace;
+    {
+        RunDisplay display(*scene, options.events ? Shown::events : Shown::line);
+        const SignalsOnlyAsk one_is_enough;
+        trace = run_realtime(scene, device.placed(), settings, display.watch());
+    }
+    if (trace.realtime->dropped > 0)
+        fmt::print(stderr,
+                   "palpate: warning: {} frames were felt and not recorded, as the recorder could "
+                   "not keep up: this run cannot be replayed\n",
+                   trace.realtime->dropped);
+    // A signal has ended the run, not what is to be said of it.
+    const Progress bar = stop_wanted() ? Progress{} : progress_bar();
+    audit(scene, trace, bar);
+    return trace;
+}
 
 int trace(const Options& options) {
     const SceneDescription description =
         changed_scene(read_scene(options.scene), options.overrides);
+    check(options, description);
     // Before the work, not after it.
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
                                                : options.out);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
-    std::vector<DeviceState> inputs = device_states(*scene, options.overrides.every.value_or(1));
-    if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
+    const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
+    if (!is_sequence(description.device))
+        fmt::print(stderr, "palpate: {}\n", device.placement.in_words());
 
-    SteadyClock clock;
-    const Trace trace = run_trace(scene, inputs, clock, progress_bar());
+    const Trace trace = options.is_realtime() ? run_by_the_clock(scene, options, device)
+                                              : run_asap(scene, options, device);
     write_frames_csv(out / "frames.csv", trace.frames);
     write_timing_csv(out / "timing.csv", trace.frames);
-    write_recording(out / "recording.h5", recorded(*scene, options.overrides, inputs, trace));
+    write_recording(out / "recording.h5", recorded(*scene, options.overrides, trace));
     const std::string summary = summarize(*scene, trace);
     internal::write_whole_file(out / "summary.json", summary);
 
@@ -62,8 +137,10 @@ void add_trace(CLI::App& app, Run& run) {
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();
     command->add_option("--out", options->out,
                         "folder for the results (default: the scene's name with -trace)");
-    command->add_option("--device", options->overrides.device,
-                        "orbit or path:FILE, instead of the scene's");
+    command->add_option(
+        "--device", options->overrides.device,
+        "orbit, path:FILE, recording:FILE, hand, hand:FILE or hid:ADDRESS, instead of the "
+        "scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
                         "mesh, volume, guarded or direct, for every surface");
@@ -74,10 +151,18 @@ void add_trace(CLI::App& app, Run& run) {
                         "time for sub-steps of method paper");
     command
         ->add_option("--pace", options->pace,
-                     "asap: frames back to back, with the device's own time")
-        ->check(CLI::IsMember({"asap"}));
+                     "asap: frames back to back, with the device's own time; realtime: at the "
+                     "scene's rate by the clock")
+        ->check(CLI::IsMember({"asap", "realtime"}));
     command->add_option("--frames", options->frames, "the first N frames only")
         ->check(CLI::Range(1, 100000000));
+    command->add_option("--seconds", options->seconds, "the first S seconds only")
+        ->check(CLI::Range(1e-3, 1e6));
+    command->add_option("--cpu", options->cpu, "processor for the loop of --pace realtime, from 0")
+        ->check(CLI::Range(0, 1023));
+    command->add_flag("--events", options->events,
+                      "what happens as lines of plain text on stdout, for screen readers, instead "
+                      "of a line that is drawn over");
     command
         ->add_option("--every", options->overrides.every,
                      "each K-th row of a path, K times as fast")

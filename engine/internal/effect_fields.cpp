@@ -65,8 +65,7 @@ void load_field_of(const SceneDescription& scene, const EffectDescription& effec
     case FieldNeed::none:
         return;
     case FieldNeed::scalar:
-        if (!fields.scalars.contains(volume))
-            fields.scalars.emplace(volume, scalar_field(scene, volume, reader));
+        load_scalar_field(scene, volume, reader, fields);
         return;
     case FieldNeed::vector:
         if (!fields.directed.contains(volume))
@@ -81,6 +80,17 @@ void load_field_of(const SceneDescription& scene, const EffectDescription& effec
     }
 }
 
+void load_scalar_field(const SceneDescription& scene, const std::string& volume,
+                       VolumeReader& reader, EffectFields& fields) {
+    if (!volume.empty() && !fields.scalars.contains(volume))
+        fields.scalars.emplace(volume, scalar_field(scene, volume, reader));
+}
+
+StrengthOverField strength_over(const EffectDescription& effect, const EffectFields& fields) {
+    if (effect.volume.empty()) return {};
+    return {fields.scalars.at(effect.volume), effect.strength};
+}
+
 std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const EffectFields& fields) {
     const auto scalar = [&] { return fields.scalars.at(effect.volume); };
     const auto directed = [&] { return fields.directed.at(effect.volume); };
@@ -89,6 +99,7 @@ std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const Effec
     case EffectKind::friction:
     case EffectKind::stick_slip:
     case EffectKind::magnet:
+    case EffectKind::texture:
         break;
     case EffectKind::gradient_surface:
         return std::make_unique<GradientSurface>(scalar(), effect.strength);
@@ -109,16 +120,21 @@ std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const Effec
                                               effect.guide);
     case EffectKind::front_shape:
         return std::make_unique<VectorSheet>(directed(), effect.strength, SheetKind::front);
-    case EffectKind::guide:
+    case EffectKind::guide: {
+        GuideSettings settings = effect.guide_settings;
+        settings.over = strength_over(effect, fields);
         if (effect.points_m.size() == 1)
-            return std::make_unique<PointGuide>(effect.points_m.front(), effect.guide_settings);
-        return std::make_unique<CurveGuide>(Polyline(effect.points_m, effect.ends),
-                                            effect.guide_settings);
-    case EffectKind::workspace:
+            return std::make_unique<PointGuide>(effect.points_m.front(), settings);
+        return std::make_unique<CurveGuide>(Polyline(effect.points_m, effect.ends), settings);
+    }
+    case EffectKind::workspace: {
+        LocalStrength strength =
+            LocalStrength::holding(effect.guide_settings.strength_n, strength_over(effect, fields));
         if (effect.radius_m > 0.0)
             return std::make_unique<WorkspaceSphere>(effect.center_m, effect.radius_m,
-                                                     effect.guide_settings.strength_n);
-        return std::make_unique<WorkspaceBox>(effect.box_m, effect.guide_settings.strength_n);
+                                                     std::move(strength));
+        return std::make_unique<WorkspaceBox>(effect.box_m, std::move(strength));
+    }
     case EffectKind::vibration:
         return std::make_unique<ContactVibration>(effect.vibration);
     case EffectKind::gravity_compensation:

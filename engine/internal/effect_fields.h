@@ -8,6 +8,7 @@
 #include <palpate/engine/baked_surface.h>
 #include <palpate/engine/scene_description.h>
 #include <palpate/haptics/effect.h>
+#include <palpate/haptics/local_strength.h>
 #include <palpate/volume/scalar_field.h>
 #include <palpate/volume/vector_field.h>
 
@@ -26,6 +27,14 @@ struct EffectFields {
 /// to do" for a volume that is none of the kind that the effect needs.
 void load_field_of(const SceneDescription& scene, const EffectDescription& effect,
                    VolumeReader& reader, EffectFields& fields);
+
+/// The same for a volume of scalars by its name; nothing for an empty name.            [setup]
+void load_scalar_field(const SceneDescription& scene, const std::string& volume,
+                       VolumeReader& reader, EffectFields& fields);
+
+/// An effect's strength over its volume, whose field must be loaded; nothing where it has none.
+/// [setup]
+StrengthOverField strength_over(const EffectDescription& effect, const EffectFields& fields);
 
 /// A fresh effect; not for those of surfaces. Its fields must be loaded. [setup]
 std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const EffectFields& fields);

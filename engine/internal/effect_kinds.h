@@ -39,13 +39,13 @@ struct EffectTraits {
     double further_samples = 0.0;           ///< at points of its own, per evaluation
     bool may_be_hard = false;               ///< its strength may be infinite
     std::string_view how = "";              ///< in what way it enters a frame, in words
-    std::array<std::string_view, 5> keys{}; ///< in scenes, besides `type`
+    std::array<std::string_view, 6> keys{}; ///< in scenes, besides `type`
     EffectTurn turn = EffectTurn::draws;
     bool of_surface = false; ///< felt where a surface is, and only with it: no Effect
 };
 
 /// In the order of EffectKind.
-inline constexpr std::array<EffectTraits, 17> kEffectTraits{{
+inline constexpr std::array<EffectTraits, 18> kEffectTraits{{
     {"surface",
      FieldNeed::none,
      CommonPoint::none,
@@ -143,20 +143,20 @@ inline constexpr std::array<EffectTraits, 17> kEffectTraits{{
      EffectTurn::draws,
      true},
     {"guide",
-     FieldNeed::none,
-     CommonPoint::none,
+     FieldNeed::scalar,
+     CommonPoint::frame_start,
      0.0,
      true,
-     "a line or point at the nearest place of the curve: needs no query",
-     {"points_mm", "strength_n", "capture_mm", "ends"},
+     "a line or point at the nearest place of the curve",
+     {"points_mm", "file", "strength_n", "capture_mm", "ends", "volume"},
      EffectTurn::guides},
     {"workspace",
-     FieldNeed::none,
-     CommonPoint::none,
+     FieldNeed::scalar,
+     CommonPoint::frame_start,
      0.0,
      true,
-     "planes where the proxy could leave it: needs no query",
-     {"radius_mm", "center_mm", "box_mm", "strength_n"},
+     "planes where the proxy could leave it",
+     {"radius_mm", "center_mm", "box_mm", "strength_n", "volume"},
      EffectTurn::limits},
     {"vibration",
      FieldNeed::none,
@@ -173,14 +173,23 @@ inline constexpr std::array<EffectTraits, 17> kEffectTraits{{
      "a force on the device beside the coupling: needs no query",
      {"mass_kg", "down"}},
     {"magnet",
-     FieldNeed::none,
-     CommonPoint::none,
+     FieldNeed::scalar,
+     CommonPoint::frame_start,
      0.0,
      false,
      "a plane at the surface's own level that draws from behind: takes the surface's sample, or "
      "the "
      "closest point of its mesh",
-     {"surface", "strength_n", "capture_mm"},
+     {"surface", "strength_n", "capture_mm", "volume"},
+     EffectTurn::draws,
+     true},
+    {"texture",
+     FieldNeed::scalar,
+     CommonPoint::proxy,
+     0.0,
+     false,
+     "heights in front of the surface's level, at its own sample",
+     {"surface", "pattern", "wavelength_mm", "height_mm", "direction", "volume"},
      EffectTurn::draws,
      true},
 }};

@@ -8,7 +8,10 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/contact_choice.h>
+#include <palpate/engine/internal/csv_rows.h>
 #include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/scene_file.h>
 
 namespace palpate::internal {
 namespace {
@@ -22,29 +25,10 @@ constexpr auto kEffectNames = [] {
 }();
 constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "streamline"};
 constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"};
-// What the file format knows beyond this version.
-constexpr std::array<std::string_view, 1> kOtherEffects{"texture"};
+constexpr std::array<std::string_view, 2> kPatternNames{"bumps", "grating"};
 
-constexpr Range kPlaceMm{-1e6, 1e6};
 constexpr Range kForceN{-1.0e3, 1.0e3}; // as far as limits.force_n goes
 constexpr Range kAbove0{0.0, kInfinity, Range::Ends::open};
-
-/// Three numbers under a key.
-Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
-                 const Range& range) {
-    const std::string expected = fmt::format("three numbers [x, y, z]{}, scene frame (LPS)", unit);
-    table.require(key, "give " + expected);
-    const toml::array& numbers = table.array(key, expected);
-    if (numbers.size() != 3)
-        table.fail(table.line_of(key),
-                   fmt::format("{} {} has {} elements", key, table.where(), numbers.size()),
-                   "give " + expected);
-    Vec3 triple;
-    for (int i = 0; i < 3; ++i)
-        triple[i] = table.number_in(numbers[static_cast<std::size_t>(i)],
-                                    fmt::format("{}[{}]", key, i), range);
-    return triple;
-}
 
 /// [[x, y, z], ...] in mm; m.
 std::vector<Vec3> read_points(const TomlTable& table, std::string_view key, std::size_t fewest,
@@ -70,6 +54,23 @@ std::vector<Vec3> read_points(const TomlTable& table, std::string_view key, std:
                 1e-3 * table.number_in((*numbers)[static_cast<std::size_t>(i)], key, kPlaceMm);
         points.push_back(point);
     }
+    return points;
+}
+
+/// A CSV file of points under the key `file`; m, scene frame.
+std::vector<Vec3> read_points_file(const std::filesystem::path& file, std::size_t most) {
+    CsvRows rows(file, "x_m,y_m,z_m");
+    std::vector<Vec3> points;
+    for (std::array<double, 3> numbers; rows.next(numbers);) {
+        for (const double number : numbers)
+            if (!kPlaceMm.contains(1e3 * number))
+                rows.fail(fmt::format("{} is not a place in a scene", number),
+                          "give metres, scene frame (LPS), finite");
+        if (points.size() == most)
+            rows.fail(fmt::format("more than {} points", most), "give fewer, farther apart");
+        points.emplace_back(numbers[0], numbers[1], numbers[2]);
+    }
+    if (points.empty()) rows.fail("no rows after the header", "give a row per point");
     return points;
 }
 
@@ -142,9 +143,81 @@ void read_viscosity(const TomlTable& table, const SceneDescription& scene,
     effect.strength = TransferFunction::constant(table.number(key, kDamping, of_material));
 }
 
-/// A strength that is the same everywhere, as there is no volume to take a value from.
-double read_plain_strength(const TomlTable& table, double fallback) {
-    return table.number("strength_n", {0.0, kInfinity}, fallback);
+/// The contact that feels a surface must be one that a texture is felt with.
+void check_textured(const TomlTable& table, const SceneDescription& scene,
+                    const std::string& surface) {
+    const ContactKind contact =
+        choose_contact(scene, scene.surfaces.at(surface), Extraction::possible).kind;
+    if (feels_texture(contact)) return;
+    table.fail(table.line_of("surface"),
+               fmt::format("surface \"{}\" {} is felt with contact \"{}\", which has no texture",
+                           surface, table.where(), name(contact)),
+               "give the surface a volume, and contact = \"volume\" or \"guarded\"");
+}
+
+/// A pattern, or a height over the value of a volume.
+void read_texture(const TomlTable& table, const SceneDescription& scene,
+                  EffectDescription& effect) {
+    check_textured(table, scene, effect.surface);
+    TextureSettings& texture = effect.texture;
+    if (table.has("volume")) {
+        for (const std::string_view key : {"pattern", "wavelength_mm", "direction"})
+            if (table.has(key))
+                table.fail(table.line_of(key),
+                           fmt::format("{} {} is of a pattern, and height_mm a function of the "
+                                       "volume's value",
+                                       key, table.where()),
+                           fmt::format("remove {}, or volume", key));
+        effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
+        texture.height_over_value = read_effect_strength(table, "height_mm", "mm", false);
+        for (std::size_t i = 0; i < texture.height_over_value.count; ++i)
+            texture.height_over_value.nodes[i].strength_n *= 1e-3; // m
+        return;
+    }
+    const std::string& material = scene.surfaces.at(effect.surface).material;
+    if (!material.empty()) texture = scene.materials.at(material).texture;
+    if (texture.none()) {
+        table.require("height_mm", "give the height of the crests, as height_mm = 0.1, or give the "
+                                   "surface a material with texture_height_mm");
+        table.require("wavelength_mm", "give the distance of the crests, as wavelength_mm = 2");
+    }
+    texture = read_texture_waves(table, "wavelength_mm", "height_mm", texture);
+    if (table.has("pattern"))
+        texture.pattern = static_cast<TexturePattern>(table.choice("pattern", kPatternNames));
+    if (texture.pattern != TexturePattern::grating) {
+        if (table.has("direction"))
+            table.fail(table.line_of("direction"),
+                       fmt::format("direction {} is of a grating", table.where()),
+                       "remove it, or give pattern = \"grating\"");
+        return;
+    }
+    texture.direction = read_triple(table, "direction", ", across the grooves", kAnyFinite);
+    if (!(glm::length(texture.direction) > 0.0))
+        table.fail(table.line_of("direction"),
+                   fmt::format("direction {} has no length", table.where()),
+                   "give the direction across the grooves, as direction = [1, 0, 0]");
+}
+
+/// strength_n of what need not have a volume: a number or, with one, a function of its value.
+/// Returns the number, or the greatest of the function.
+double read_strength_by_place(const TomlTable& table, const SceneDescription& scene,
+                              EffectDescription& effect, const Range& range, double fallback) {
+    if (!table.has("strength_n") || !table.node("strength_n").is_array()) {
+        if (table.has("volume"))
+            table.fail(table.line_of("volume"),
+                       fmt::format("volume {} is for a strength_n that is a function of its value",
+                                   table.where()),
+                       "give strength_n = [[value, N], ...], or remove volume");
+        return table.number("strength_n", range, fallback);
+    }
+    if (!table.has("volume"))
+        table.fail(
+            table.line_of("strength_n"),
+            fmt::format("strength_n {} is a function, and no volume says of what", table.where()),
+            "name the volume with volume = \"...\", or give a number of N");
+    effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
+    effect.strength = read_strength(table, "strength_n");
+    return effect.strength.strongest();
 }
 
 /// Refuses points of which no polyline can be made.
@@ -153,16 +226,26 @@ void check_polyline(const TomlTable& table, const EffectDescription& effect) {
     try {
         const Polyline curve(effect.points_m, effect.ends);
     } catch (const std::invalid_argument& error) {
-        table.fail(table.line_of("points_mm"),
-                   fmt::format("points_mm {}: {}", table.where(), error.what()),
+        const std::string_view key = effect.points_file.empty() ? "points_mm" : "file";
+        table.fail(table.line_of(key), fmt::format("{} {}: {}", key, table.where(), error.what()),
                    "give different points");
     }
 }
 
-void read_guide(const TomlTable& table, EffectDescription& effect) {
-    effect.points_m = read_points(table, "points_mm", 1, Polyline::kMostPoints);
+void read_guide(const TomlTable& table, const SceneDescription& scene, EffectDescription& effect) {
+    if (table.has("file") && table.has("points_mm"))
+        table.fail(table.line_of("file"),
+                   fmt::format("file and points_mm {} exclude each other", table.where()),
+                   "keep one of them");
+    if (table.has("file")) {
+        effect.points_file = existing_file(table, "file", scene.file);
+        effect.points_m = read_points_file(effect.points_file, Polyline::kMostPoints);
+    } else {
+        effect.points_m = read_points(table, "points_mm", 1, Polyline::kMostPoints);
+    }
     table.require("strength_n", "give the force in N above which the guide lets the proxy slip");
-    effect.guide_settings.strength_n = read_plain_strength(table, 0.0);
+    effect.guide_settings.strength_n =
+        read_strength_by_place(table, scene, effect, {0.0, kInfinity}, 0.0);
     effect.guide_settings.capture_m =
         1e-3 * table.number("capture_mm", {0.0, kInfinity, Range::Ends::low_open}, kInfinity);
     if (table.has("ends"))
@@ -172,12 +255,14 @@ void read_guide(const TomlTable& table, EffectDescription& effect) {
         table.fail(table.line_of("ends"),
                    fmt::format("ends = \"{}\" {} needs {} points", table.text("ends"),
                                table.where(), needed),
-                   "give more points_mm, or leave ends out");
+                   "give more points, or leave ends out");
     check_polyline(table, effect);
 }
 
-void read_workspace(const TomlTable& table, EffectDescription& effect) {
-    effect.guide_settings.strength_n = read_plain_strength(table, kInfinity);
+void read_workspace(const TomlTable& table, const SceneDescription& scene,
+                    EffectDescription& effect) {
+    effect.guide_settings.strength_n =
+        read_strength_by_place(table, scene, effect, {0.0, kInfinity}, kInfinity);
     if (table.has("radius_mm") == table.has("box_mm"))
         table.fail(table.line(),
                    fmt::format("a workspace {} is either a ball or a box", table.where()),
@@ -239,7 +324,7 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         break;
     case EffectKind::magnet:
         table.require("strength_n", "give the force in N that it takes to pull the proxy off");
-        effect.magnet.strength_n = table.number("strength_n", {0.0, 1e3}, 0.0);
+        effect.magnet.strength_n = read_strength_by_place(table, scene, effect, {0.0, 1e3}, 0.0);
         effect.magnet.capture_m =
             1e-3 * table.number("capture_mm", {0.0, 1e3, Range::Ends::low_open}, 1.0);
         break;
@@ -277,18 +362,37 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         effect.strength = read_effect_strength(table, "strength_n", "N", traits.may_be_hard);
         break;
     case EffectKind::guide:
-        read_guide(table, effect);
+        read_guide(table, scene, effect);
         break;
     case EffectKind::workspace:
-        read_workspace(table, effect);
+        read_workspace(table, scene, effect);
         break;
     case EffectKind::vibration:
         read_vibration(table, effect);
+        break;
+    case EffectKind::texture:
+        read_texture(table, scene, effect);
         break;
     }
 }
 
 } // namespace
+
+Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
+                 const Range& range) {
+    const std::string expected = fmt::format("three numbers [x, y, z]{}, scene frame (LPS)", unit);
+    table.require(key, "give " + expected);
+    const toml::array& numbers = table.array(key, expected);
+    if (numbers.size() != 3)
+        table.fail(table.line_of(key),
+                   fmt::format("{} {} has {} elements", key, table.where(), numbers.size()),
+                   "give " + expected);
+    Vec3 triple;
+    for (int i = 0; i < 3; ++i)
+        triple[i] = table.number_in(numbers[static_cast<std::size_t>(i)],
+                                    fmt::format("{}[{}]", key, i), range);
+    return triple;
+}
 
 FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
     constexpr Range coefficient{0.0, 10.0};
@@ -305,12 +409,31 @@ FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
     return friction;
 }
 
+TextureSettings read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
+                                   std::string_view height_key, TextureSettings fallback) {
+    constexpr double longest_mm = 1e3;
+    TextureSettings texture = fallback;
+    texture.wavelength_m =
+        1e-3 * table.number(wavelength_key, {0.0, longest_mm, Range::Ends::low_open},
+                            1e3 * fallback.wavelength_m);
+    texture.height_m = 1e-3 * table.number(height_key, {0.0, longest_mm}, 1e3 * fallback.height_m);
+    const double highest_m = SurfaceTexture::kHighestOfWave * texture.wavelength_m;
+    if (texture.height_m > highest_m)
+        table.fail(table.line_of(table.has(height_key) ? height_key : wavelength_key),
+                   fmt::format("{} = {} {} is above {} / (2 pi) = {:.4g}", height_key,
+                               1e3 * texture.height_m, table.where(), wavelength_key,
+                               1e3 * highest_m),
+                   "lower the height, or take a longer wavelength: flanks would be too steep to be "
+                   "felt as heights");
+    return texture;
+}
+
 std::vector<EffectDescription> read_effect_table(const TomlTable& table,
                                                  const SceneDescription& scene) {
     table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
     EffectDescription effect;
     effect.line = table.line();
-    effect.kind = static_cast<EffectKind>(table.choice("type", kEffectNames, kOtherEffects));
+    effect.kind = static_cast<EffectKind>(table.choice("type", kEffectNames));
     const EffectTraits& traits = traits_of(effect.kind);
     std::vector<std::string_view> keys{"type"};
     for (const std::string_view key : traits.keys)

@@ -52,7 +52,8 @@ std::optional<FrameError> FrameTruth::of_level(Level& level, const FrameReport& 
     const bool counts = level.felt.surface
                             ? (frame.surfaces_felt & level.felt.bit) != 0
                             : level.sampler->value(frame.probe) > level.felt.settings.level;
-    if (!counts) return {};
+    const bool textured = level.felt.surface && !level.felt.surface->texture.none();
+    if (!counts || textured) return {}; // what is felt is in front of the level
     FrameError error{
         level_distance(*level.sampler, frame.proxy, level.felt.settings.level, level.scale.trust_m),
         {}};

@@ -70,7 +70,7 @@ private:
 };
 
 /// How a C++ type is stored: little-endian IEEE and integers, whatever the machine; a Vec3 is a row
-/// of three.
+/// of three, an array of four numbers one of four.
 struct Storage {
     hid_t in_file;
     hid_t in_memory;
@@ -82,6 +82,9 @@ Storage storage_of(const double*) { return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H
 Storage storage_of(const Vec3*) {
     static_assert(sizeof(Vec3) == 3 * sizeof(double), "read and written as three doubles");
     return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_FLOAT, 3};
+}
+Storage storage_of(const std::array<double, 4>*) {
+    return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, H5T_FLOAT, 4};
 }
 Storage storage_of(const std::uint32_t*) {
     return {H5T_STD_U32LE, H5T_NATIVE_UINT32, H5T_INTEGER, 1};
@@ -200,6 +203,21 @@ void RecordingWriter::write_column(const std::string& name, const char* unit,
     state_->write_column(name, unit, values);
 }
 
+void RecordingWriter::write_column(const std::string& name, const char* unit,
+                                   const std::vector<Quaternion>& values) {
+    std::vector<std::array<double, 4>> rows;
+    for (const Quaternion& q : values)
+        rows.push_back({q.w, q.x, q.y, q.z});
+    state_->write_column(name, unit, rows);
+}
+void RecordingWriter::write_column(const std::string& name, const char* unit,
+                                   const std::vector<Freshness>& values) {
+    std::vector<std::uint32_t> numbers;
+    for (const Freshness value : values)
+        numbers.push_back(static_cast<std::uint32_t>(value));
+    state_->write_column(name, unit, numbers);
+}
+
 void RecordingWriter::write_texts(const std::string& name, const std::vector<std::string>& texts) {
     std::size_t width = 1;
     for (const std::string& text : texts)
@@ -310,6 +328,24 @@ void RecordingReader::read_column(const std::string& name,
 void RecordingReader::read_column(const std::string& name,
                                   std::vector<std::uint64_t>& values) const {
     state_->read_column(name, values);
+}
+
+void RecordingReader::read_column(const std::string& name, std::vector<Quaternion>& values) const {
+    std::vector<std::array<double, 4>> rows;
+    state_->read_column(name, rows);
+    values.clear();
+    for (const std::array<double, 4>& q : rows)
+        values.emplace_back(q[0], q[1], q[2], q[3]);
+}
+void RecordingReader::read_column(const std::string& name, std::vector<Freshness>& values) const {
+    std::vector<std::uint32_t> numbers;
+    state_->read_column(name, numbers);
+    values.clear();
+    for (const std::uint32_t number : numbers) {
+        if (number > static_cast<std::uint32_t>(Freshness::stale))
+            fail("is damaged: data set " + name + " has numbers that mean nothing");
+        values.push_back(static_cast<Freshness>(number));
+    }
 }
 
 std::vector<std::string> RecordingReader::read_texts(const std::string& name) const {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/drivers/haptic_device.h>
 #include <palpate/geometry/vec.h>
 
 namespace palpate::internal {
@@ -26,6 +27,10 @@ public:
                       const std::vector<std::uint32_t>& values);
     void write_column(const std::string& name, const char* unit,
                       const std::vector<std::uint64_t>& values);
+    void write_column(const std::string& name, const char* unit,
+                      const std::vector<Quaternion>& values); ///< w, x, y, z
+    void write_column(const std::string& name, const char* unit,
+                      const std::vector<Freshness>& values);
     /// UTF-8; zeros at a text's end are not kept.
     void write_texts(const std::string& name, const std::vector<std::string>& texts);
 
@@ -48,6 +53,9 @@ public:
     void read_column(const std::string& name, std::vector<Vec3>& values) const;
     void read_column(const std::string& name, std::vector<std::uint32_t>& values) const;
     void read_column(const std::string& name, std::vector<std::uint64_t>& values) const;
+    void read_column(const std::string& name, std::vector<Quaternion>& values) const;
+    /// Refuses numbers that are none.
+    void read_column(const std::string& name, std::vector<Freshness>& values) const;
     std::vector<std::string> read_texts(const std::string& name) const;
     /// The only text of a data set.
     std::string read_text(const std::string& name) const;

@@ -40,6 +40,13 @@ std::string name_in(const TomlTable& table, std::string_view key, const Map& map
 std::filesystem::path existing_file(const TomlTable& table, std::string_view key,
                                     const std::filesystem::path& scene_file);
 
+/// Three numbers under a key that must exist; `unit` as messages say it: " in mm".
+Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
+                 const Range& range);
+
+/// Places of a scene, mm.
+inline constexpr Range kPlaceMm{-1e6, 1e6};
+
 /// A strength in N under a key: a number or [[value, N], ...]; infinite where there is none.
 TransferFunction read_strength(const TomlTable& table, std::string_view key);
 
@@ -53,6 +60,11 @@ inline constexpr Range kDamping{0.0, 1e3};
 /// Coefficients under the keys `static` and `dynamic`, the latter the former's where it is missing.
 FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip);
 
+/// Wavelength and height of a texture under two keys, in mm; what is missing is as in `fallback`.
+/// Refuses flanks that are too steep.
+TextureSettings read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
+                                   std::string_view height_key, TextureSettings fallback);
+
 /// [material.NAME]
 MaterialDescription read_material_table(const TomlTable& table);
 
@@ -63,6 +75,9 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
 /// it names.
 std::vector<EffectDescription> read_effect_table(const TomlTable& table,
                                                  const SceneDescription& scene);
+
+/// [device]; the scene has its surfaces already.
+DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene);
 
 /// Refuses effects that do not go with the loop, which the scene has already.
 void check_effects(const TomlTable& top, const SceneDescription& scene);

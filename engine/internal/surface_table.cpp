@@ -270,12 +270,49 @@ void refuse_volume_part(const TomlTable& table) {
         "iso_value", "label", "region_mm", "smooth_voxels", "iso_after_smoothing", "keep"};
     refuse_keys(table, of_volume, "is of a volume, and the surface is a mesh alone",
                 "name the volume with volume = \"...\"");
-    if (table.has("strength_n") && table.node("strength_n").is_array())
-        table.fail(table.line_of("strength_n"),
-                   fmt::format("strength_n {} is a function of a volume's value, and the surface "
-                               "is a mesh alone",
+}
+
+/// Of the table, or of the material: a number, or a function of the value of strength_volume at the
+/// proxy. Without one, a function is its value at the surface's own level: there the proxy is.
+void read_surface_strength(const TomlTable& table, const SceneDescription& scene,
+                           SurfaceDescription& surface) {
+    TransferFunction strength = read_strength(table, "strength_n");
+    if (!table.has("strength_n") && !surface.material.empty())
+        strength = scene.materials.at(surface.material).strength;
+    const bool is_function = strength.count > 1;
+    const int line = table.has("strength_n") ? table.line_of("strength_n") : table.line();
+    if (!table.has("strength_volume")) {
+        if (is_function && (surface.volume.empty() || !surface.labels.empty()))
+            table.fail(line,
+                       fmt::format("strength_n {} is a function of a volume's value, and {}",
+                                   table.where(),
+                                   surface.volume.empty() ? "the surface is a mesh alone"
+                                                          : "a label has none"),
+                       "name the volume with strength_volume = \"...\", or give a number of N");
+        surface.strength_n = strength(surface.iso_value);
+        return;
+    }
+    surface.strength_volume = name_in(table, "strength_volume", scene.volumes, "volumes");
+    if (scene.volumes.at(surface.strength_volume).analytic == "helix")
+        table.fail(table.line_of("strength_volume"),
+                   fmt::format("strength_volume \"{}\" {} is a formula of vectors",
+                               surface.strength_volume, table.where()),
+                   "name a volume of scalars");
+    if (!is_function)
+        table.fail(table.line_of("strength_volume"),
+                   fmt::format("strength_volume {} is for a strength_n that is a function of its "
+                               "value",
                                table.where()),
-                   "give a number of N");
+                   "give strength_n = [[value, N], ...], or remove strength_volume");
+    for (std::size_t i = 0; i < strength.count; ++i)
+        if (!(strength.nodes[i].strength_n > 0.0))
+            table.fail(line,
+                       fmt::format("strength_n {} is 0 N at the value {}, where there would be no "
+                                   "surface",
+                                   table.where(), strength.nodes[i].value),
+                       "give a strength above 0, as 0.001");
+    surface.strength_over_value = strength;
+    surface.strength_n = strength.strongest();
 }
 
 void read_contact(const TomlTable& table, const SceneDescription& scene,
@@ -313,44 +350,38 @@ TransferFunction read_strength(const TomlTable& table, std::string_view key) {
 }
 
 MaterialDescription read_material_table(const TomlTable& table) {
-    constexpr std::array<std::string_view, 5> keys{"strength_n", "yield", "static", "dynamic",
-                                                   "damping_n_s_per_m"};
+    constexpr std::array<std::string_view, 7> keys{"strength_n",
+                                                   "yield",
+                                                   "static",
+                                                   "dynamic",
+                                                   "damping_n_s_per_m",
+                                                   "texture_wavelength_mm",
+                                                   "texture_height_mm"};
     table.allow_only(keys);
     MaterialDescription material;
-    material.strength_n = table.number("strength_n", kStrength, material.strength_n);
+    material.strength = read_strength(table, "strength_n");
     if (table.has("yield"))
         material.yielding = static_cast<Yielding>(table.choice("yield", kYieldingNames));
     if (table.has("static") || table.has("dynamic"))
         material.friction = read_friction(table, false);
     material.damping_n_s_per_m = table.number("damping_n_s_per_m", kDamping, 0.0);
+    material.texture = read_texture_waves(table, "texture_wavelength_mm", "texture_height_mm", {});
     return material;
 }
 
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene) {
-    constexpr std::array<std::string_view, 17> keys{"material",
-                                                    "volume",
-                                                    "iso_value",
-                                                    "label",
-                                                    "region_mm",
-                                                    "smooth_voxels",
-                                                    "iso_after_smoothing",
-                                                    "keep",
-                                                    "mesh",
-                                                    "mesh_unit",
-                                                    "mesh_frame",
-                                                    "contact",
-                                                    "leash_mm",
-                                                    "strength_n",
-                                                    "yield",
-                                                    "facet_size_mm",
-                                                    "facet_distance_mm"};
+    constexpr std::array<std::string_view, 18> keys{
+        "material",      "volume",           "iso_value",           "label",
+        "region_mm",     "smooth_voxels",    "iso_after_smoothing", "keep",
+        "mesh",          "mesh_unit",        "mesh_frame",          "contact",
+        "leash_mm",      "strength_n",       "strength_volume",     "yield",
+        "facet_size_mm", "facet_distance_mm"};
     table.allow_only(keys);
 
     SurfaceDescription surface;
     surface.line = table.line();
     if (table.has("material")) {
         surface.material = name_in(table, "material", scene.materials, "materials");
-        surface.strength_n = scene.materials.at(surface.material).strength_n;
         surface.yielding = scene.materials.at(surface.material).yielding;
     }
     read_mesh_file(table, scene, surface);
@@ -359,9 +390,7 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
     else
         refuse_volume_part(table);
     read_contact(table, scene, surface);
-    // The proxy touches the surface on its level: a function of the value is its value there.
-    if (table.has("strength_n"))
-        surface.strength_n = read_strength(table, "strength_n")(surface.iso_value);
+    read_surface_strength(table, scene, surface);
     if (table.has("facet_size_mm"))
         surface.facet_size_mm =
             table.number("facet_size_mm", {0.0, 50.0, Range::Ends::low_open}, 0.0);

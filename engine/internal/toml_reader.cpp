@@ -179,15 +179,10 @@ std::string TomlTable::text(std::string_view key) const {
     return value.as_string()->get();
 }
 
-std::size_t TomlTable::choice(std::string_view key, std::span<const std::string_view> names,
-                              std::span<const std::string_view> elsewhere) const {
+std::size_t TomlTable::choice(std::string_view key, std::span<const std::string_view> names) const {
     const std::string value = text(key);
     const auto found = std::find(names.begin(), names.end(), value);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-    if (std::find(elsewhere.begin(), elsewhere.end(), value) != elsewhere.end())
-        fail(line_of(key),
-             fmt::format("{} = \"{}\" {} is not in this version of palpate", key, value, where_),
-             fmt::format("it has {}", joined(names)));
     fail(line_of(key), fmt::format("unknown {} = \"{}\" {}", key, value, where_),
          remedy_for_name(value, names, "valid values"));
 }

@@ -64,10 +64,8 @@ public:
     double number(std::string_view key, const Range& range, double fallback) const;
     int integer(std::string_view key, int low, int high, int fallback) const;
     std::string text(std::string_view key) const; ///< not empty; the key must exist
-    /// Index into `names` of a text; `elsewhere` are names that other versions have. The key must
-    /// exist.
-    std::size_t choice(std::string_view key, std::span<const std::string_view> names,
-                       std::span<const std::string_view> elsewhere = {}) const;
+    /// Index into `names` of a text. The key must exist.
+    std::size_t choice(std::string_view key, std::span<const std::string_view> names) const;
 
     // Parts of the document. Each refuses another type.
     const toml::node& node(std::string_view key) const; ///< the key must exist

@@ -71,8 +71,8 @@ TEST_F(Tissues, OpenAtTheirStrengthAndStepByNoMore) {
             explained += 2.0 * material(i).damping_n_s_per_m * kSpeed;
             const bool felt = (before.surfaces_felt | now.surfaces_felt) >> i & 1u;
             if (felt)
-                explained +=
-                    material(i).strength_n * std::hypot(1.0, material(i).friction.static_mu);
+                explained += material(i).strength.strongest() *
+                             std::hypot(1.0, material(i).friction.static_mu);
         }
         EXPECT_LE(std::abs(force - was), explained) << frame;
 
@@ -81,7 +81,7 @@ TEST_F(Tissues, OpenAtTheirStrengthAndStepByNoMore) {
         const auto i = static_cast<std::size_t>(std::countr_zero(opens));
         ++opened[surfaces[i].name];
         // Alone with the hand, up to one frame before; in a medium its drag comes on top.
-        const double strength = material(i).strength_n;
+        const double strength = material(i).strength.strongest();
         double drag = 0.0;
         for (std::size_t j = 0; j < surfaces.size(); ++j)
             if (before.surfaces_open >> j & 1u) drag += material(j).damping_n_s_per_m * kSpeed;

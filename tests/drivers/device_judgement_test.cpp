@@ -152,6 +152,11 @@ TEST(DeviceJudgement, WithoutPermissionTheRulesAreNamedOrWhatElseWouldHelp) {
     EXPECT_NE(found->remedy.find("palpate devices --udev-rules | sudo tee"), std::string::npos);
     evidence.rules_installed = true;
     EXPECT_TRUE(finding(judged(evidence), Weight::obstacle, "sudo adduser $USER plugdev"));
+    HidEvidence stick =
+        attached(0x6666, 0x0001, kJoystick, test::pid_descriptor(test::kBoardLayout));
+    stick.access = NodeAccess::denied;
+    EXPECT_TRUE(finding(judged(stick), Weight::obstacle, "KERNELS==\"*:6666:0001.*\""))
+        << "the rules know nothing of it";
     evidence.access = NodeAccess::missing;
     EXPECT_TRUE(finding(judged(evidence), Weight::obstacle, "--device=/dev/hidraw4"));
 }

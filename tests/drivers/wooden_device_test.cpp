@@ -429,7 +429,8 @@ TEST(WoodenDevice, Case12CountersOfAPolhemAreSetAtHome) {
         rig.device.start();
         ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
         EXPECT_EQ(rig.device.counts().zeroings, 1u);
-        EXPECT_EQ(rig.board_says([&] { return rig.board.counters_set; }), 1);
+        EXPECT_GE(rig.board_says([&] { return rig.board.counters_set; }), 1)
+            << "once more where its answer takes long";
         EXPECT_EQ(rig.board_says([&] { return rig.board.counters; }),
                   (std::array<int, 6>{8327, -10926, 27140, 0, 30, 0}));
         const auto home = wooden_pose(model, wooden_angles(model, model.home_counts));

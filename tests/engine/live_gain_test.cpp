@@ -130,8 +130,8 @@ TEST(LiveGain, ARecordingOfChangedGainsIsNotReplayed) {
     recording.scene_file = "/x.toml";
     recording.overrides = "{}";
     recording.frames.resize(2);
-    EXPECT_NO_THROW(recorded_scene(recording, "r.h5", {}));
     recording.frames[1].frame = 1;
+    EXPECT_NO_THROW(recorded_scene(recording, "r.h5", {}));
     recording.frames[1].flags = kLiveGain;
     try {
         recorded_scene(recording, "r.h5", {});

@@ -331,7 +331,7 @@ TEST_F(MeshScene, ARecordingRefusesAnotherMesh) {
         const auto before = scene(surface);
         const std::vector<DeviceState> inputs = stroke();
         const Trace trace = run_trace(before, inputs, clock_);
-        const Recording recording = recorded(*before, {}, inputs, trace);
+        const Recording recording = recorded(*before, {}, trace);
 
         const auto again = recorded_scene(recording, "recording.h5", {});
         const Trace replayed = run_trace(again, recording.inputs, clock_);
@@ -365,8 +365,7 @@ TEST_F(MeshScene, ARecordingRefusesABuildThatChoosesAnotherContact) {
     for (const auto& [recorder, other] :
          {std::pair{SceneResources{}, extracting}, std::pair{extracting, SceneResources{}}}) {
         const auto before = scene(volume, recorder);
-        const Recording recording =
-            recorded(*before, {}, inputs, run_trace(before, inputs, clock_));
+        const Recording recording = recorded(*before, {}, run_trace(before, inputs, clock_));
         EXPECT_NO_THROW(recorded_scene(recording, "recording.h5", recorder));
         try {
             recorded_scene(recording, "recording.h5", other);

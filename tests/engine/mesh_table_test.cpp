@@ -75,7 +75,7 @@ TEST_F(MeshTable, WhatDoesNotGoTogetherIsRefusedWithLineAndRemedy) {
          "scene.toml:7: facet_distance_mm in "},
         {kMeshAlone + "strength_n = [[0, 1], [1, 2]]\n",
          "scene.toml:3: strength_n in [surface.bone] is a function of a volume's value, and the "
-         "surface is a mesh alone; give a number of N"},
+         "surface is a mesh alone; name the volume with strength_volume"},
         {kMeshAlone + "contact = \"volume\"\n",
          "scene.toml:3: contact = \"volume\" in [surface.bone] needs a volume, and the surface is "
          "a "

@@ -42,6 +42,13 @@ Recording random_recording(std::size_t frames, std::uint64_t seed) {
     recording.scene_text = "[volume.head]\nfile = \"skull.nhdr\" # \"quoted\"\n";
     recording.overrides = "";
     recording.steps_left = {3, 2, 1, 0};
+    recording.device.name = "hand of \"somebody\"";
+    recording.device.force_n = 7.5;
+    recording.device.stiffness_n_per_m = 1234.5;
+    recording.device.damping_n_s_per_m = 0.25;
+    recording.device.position_step_m = 3e-5;
+    recording.device.delay_s = 2e-3;
+    recording.device.velocity_source = VelocitySource::device;
     recording.sources = {{"/data/skull.nhdr", std::string(64, 'a')}, {"/d", std::string(64, '0')}};
     for (std::size_t i = 0; i < frames; ++i) {
         DeviceState input;
@@ -49,6 +56,9 @@ Recording random_recording(std::size_t frames, std::uint64_t seed) {
         input.position = vector();
         input.velocity = vector();
         input.trial = count();
+        input.buttons = count();
+        input.freshness = random() % 2 == 0 ? Freshness::fresh : Freshness::stale;
+        input.orientation = {number(), number(), number(), number()};
         recording.inputs.push_back(input);
 
         FrameReport f;
@@ -82,7 +92,11 @@ bool same_bits(const Vec3& a, const Vec3& b) {
 }
 bool same_bits(const DeviceState& a, const DeviceState& b) {
     return same_bits(a.time_s, b.time_s) && same_bits(a.position, b.position) &&
-           same_bits(a.velocity, b.velocity) && a.trial == b.trial;
+           same_bits(a.velocity, b.velocity) && a.trial == b.trial && a.buttons == b.buttons &&
+           a.freshness == b.freshness && same_bits(a.orientation.w, b.orientation.w) &&
+           same_bits(a.orientation.x, b.orientation.x) &&
+           same_bits(a.orientation.y, b.orientation.y) &&
+           same_bits(a.orientation.z, b.orientation.z);
 }
 bool same_bits(const FrameReport& a, const FrameReport& b) {
     return a.frame == b.frame && a.trial == b.trial && same_bits(a.time_s, b.time_s) &&
@@ -107,6 +121,12 @@ bool same_bits(const Recording& a, const Recording& b) {
                 a.sources.size() == b.sources.size() && a.steps_left == b.steps_left;
     for (std::size_t i = 0; same && i < a.sources.size(); ++i)
         same = a.sources[i].file == b.sources[i].file && a.sources[i].sha256 == b.sources[i].sha256;
+    same = same && a.device.name == b.device.name && a.device.force_n == b.device.force_n &&
+           a.device.stiffness_n_per_m == b.device.stiffness_n_per_m &&
+           a.device.damping_n_s_per_m == b.device.damping_n_s_per_m &&
+           a.device.position_step_m == b.device.position_step_m &&
+           a.device.delay_s == b.device.delay_s &&
+           a.device.velocity_source == b.device.velocity_source;
     return same && same_bits(a.inputs, b.inputs) && same_bits(a.frames, b.frames);
 }
 
@@ -255,6 +275,53 @@ TEST_F(RecordingFile, ColumnsOfDifferentLengthAreRefused) {
     });
     EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
                 HasSubstr("frames/flags has 4 rows"));
+}
+
+/// Puts another version into a file.
+void set_version(hid_t h5, std::uint64_t version) {
+    const hid_t set = H5Dopen2(h5, "format_version", H5P_DEFAULT);
+    H5Dwrite(set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &version);
+    H5Dclose(set);
+}
+
+// The first version knew neither buttons, freshness and orientation nor the device.
+TEST_F(RecordingFile, TheFirstVersionIsReadWithWhatItHas) {
+    const Recording whole = random_recording(20, 9);
+    write_recording(file(), whole);
+    change(file(), [](hid_t h5) {
+        for (const char* name :
+             {"inputs/buttons", "inputs/freshness", "inputs/orientation_wxyz", "device"})
+            EXPECT_GE(H5Ldelete(h5, name, H5P_DEFAULT), 0);
+        set_version(h5, 1);
+    });
+    Recording expected = whole;
+    expected.device = {};
+    for (DeviceState& input : expected.inputs) {
+        const DeviceState fresh;
+        input.buttons = fresh.buttons;
+        input.freshness = fresh.freshness;
+        input.orientation = fresh.orientation;
+    }
+    EXPECT_TRUE(same_bits(read_recording(file()), expected));
+}
+
+TEST_F(RecordingFile, AVersionToComeIsRefused) {
+    write_recording(file(), random_recording(5, 10));
+    change(file(), [](hid_t h5) { set_version(h5, 3); });
+    EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
+                HasSubstr("another version of the format than 1 to 2"));
+}
+
+TEST_F(RecordingFile, AFreshnessThatMeansNothingIsRefused) {
+    write_recording(file(), random_recording(2, 11));
+    change(file(), [](hid_t h5) {
+        const hid_t set = H5Dopen2(h5, "inputs/freshness", H5P_DEFAULT);
+        const std::uint32_t values[2] = {0, 2};
+        H5Dwrite(set, H5T_NATIVE_UINT32, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
+        H5Dclose(set);
+    });
+    EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
+                HasSubstr("inputs/freshness has numbers that mean nothing"));
 }
 
 TEST_F(RecordingFile, DataSetThatClaimsMoreThanItStoresIsRefusedBeforeAllocating) {

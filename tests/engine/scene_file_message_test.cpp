@@ -188,7 +188,7 @@ TEST_F(SceneFileMessage, KeysThatExcludeEachOtherAndMissingOnes) {
               "scene.toml:1: key \"type\" is missing in [[effect]]; give one of surface, "
               "gradient_surface, constant_force, gradient_force, viscosity, vector_force, "
               "vector_follow, fibre_follow, front_shape, vortex, friction, stick_slip, guide, "
-              "workspace, vibration, gravity_compensation, magnet");
+              "workspace, vibration, gravity_compensation, magnet, texture");
     EXPECT_EQ(complaint(kBone + "[[effect]]\ntype = \"surface\"\n"),
               "scene.toml:6: key \"surface\" is missing in [[effect]]; surfaces: bone");
     EXPECT_TRUE(complaint(kBone + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"head\"\n")
@@ -207,23 +207,6 @@ TEST_F(SceneFileMessage, FilesThatDoNotExistAreNamedWithTheirLine) {
               "none.nhdr or correct the path");
     EXPECT_TRUE(complaint("[device]\ntype = \"path\"\nfile = \"none.csv\"\n")
                     .starts_with("scene.toml:3: file = \"none.csv\""));
-}
-
-TEST_F(SceneFileMessage, WhatOtherVersionsHaveIsNamedAsSuch) {
-    const auto expect = [&](const std::string& text, const std::string& start,
-                            const std::string& remedy) {
-        const std::string message = complaint(text);
-        EXPECT_TRUE(message.starts_with(start)) << message;
-        EXPECT_NE(message.find(" is not in this version of palpate; "), std::string::npos)
-            << message;
-        EXPECT_TRUE(message.ends_with(remedy)) << message;
-    };
-    for (const char* effect : {"texture"})
-        expect(fmt::format("[[effect]]\ntype = \"{}\"\nanything = 1\n", effect),
-               "scene.toml:2: type = ", "workspace, vibration, gravity_compensation, magnet");
-    for (const char* device : {"recording", "hand", "hid:novint"})
-        expect(fmt::format("[device]\ntype = \"{}\"\n", device),
-               "scene.toml:2: type = ", "; it has path, orbit");
 }
 
 TEST_F(SceneFileMessage, LabelsAndRegionsAreChecked) {

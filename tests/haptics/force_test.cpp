@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/force_limiter.h>
 #include <palpate/haptics/step_time_estimator.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/haptics/virtual_coupling.h>
@@ -19,42 +18,6 @@ TEST(VirtualCoupling, IsSpringAndDamperOfEquationThree) {
         coupling_force({500.0, 2.0}, {0, 0, -0.002}, {0, 0, 0}, {0.1, 0, 0}, {0.05, 0, 0});
     EXPECT_DOUBLE_EQ(force.z, 1.0);
     EXPECT_DOUBLE_EQ(force.x, -0.1);
-}
-
-TEST(ForceLimiter, NeverExceedsLimitOrSlew) {
-    ForceLimiter limiter({5.0, 2000.0, 1e-3});
-    Vec3 before{0.0};
-    const Vec3 wishes[] = {{100, 0, 0},  {-100, 3, 0},      {0, 0, 0},         {1, 1, 1},
-                           {kNan, 0, 0}, {kInfinite, 1, 0}, {1e300, 1e300, 0}, {0, -9, 2}};
-    for (int i = 0; i < 400; ++i) {
-        std::uint32_t flags = 0;
-        const Vec3 sent = limiter.limit(wishes[i % 8], flags);
-        ASSERT_TRUE(is_finite(sent));
-        ASSERT_LE(glm::length(sent), 5.0 * (1.0 + 1e-15));
-        ASSERT_LE(glm::length(sent - before), 2.0 * (1.0 + 1e-15));
-        before = sent;
-    }
-}
-
-TEST(ForceLimiter, GoesToZeroSmoothlyOnAForceThatIsNoNumber) {
-    ForceLimiter limiter({5.0, 2000.0, 1e-3});
-    std::uint32_t flags = 0;
-    for (int i = 0; i < 3; ++i)
-        limiter.limit({5, 0, 0}, flags);
-    EXPECT_DOUBLE_EQ(limiter.sent().x, 5.0);
-    flags = 0;
-    EXPECT_DOUBLE_EQ(limiter.limit({kNan, kNan, kNan}, flags).x, 3.0);
-    EXPECT_TRUE(flags & kForceNotFinite);
-    EXPECT_TRUE(flags & kForceSlewed);
-    limiter.limit({kNan, 0, 0}, flags);
-    EXPECT_DOUBLE_EQ(limiter.limit({kNan, 0, 0}, flags).x, 0.0);
-}
-
-TEST(ForceLimiter, LeavesAllowedForcesAlone) {
-    ForceLimiter limiter({5.0, 2000.0, 1e-3});
-    std::uint32_t flags = 0;
-    EXPECT_EQ(limiter.limit({1.0, 0.5, -1.0}, flags), Vec3(1.0, 0.5, -1.0));
-    EXPECT_EQ(flags, 0u);
 }
 
 TEST(TransferFunction, IsLinearBetweenNodesAndConstantOutside) {

@@ -9,7 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/drivers/simulated_hand.h>
 #include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/internal/servo_loop.h>
 #include <palpate/haptics/contact_vibration.h>
 #include <palpate/haptics/curve_guide.h>
 #include <palpate/haptics/gravity_compensation.h>
@@ -115,6 +117,33 @@ TEST(Allocation, FramesOfContactVolumeMakeNone) {
     for (const char* method : {"adaptive", "fixed", "paper", "single"})
         EXPECT_EQ(allocations_of(test::phantom_scene("volume", method, "budget_us = 50\n")), 0)
             << method;
+}
+
+/// The whole safety chain, with faults, and the simulated hand itself.
+TEST(Allocation, FramesOnADeviceWithMotorsMakeNone) {
+    const auto scene = test::phantom_scene("volume", "adaptive");
+    SteadyClock clock;
+    SimulatedHand hand({}, {{0.0, {0.05, 0, 0}}, {5.0, {0.01, 0, 0}}, {10.0, {0.05, 0.01, 0}}});
+    HapticLoop loop(scene, clock, scene->description().loop, hand.properties());
+    long pressed = 0;
+    const auto step = [&](int i) {
+        DeviceState state;
+        hand.read(state);
+        if (i % 5500 == 500) state.freshness = Freshness::stale;
+        const FrameReport report = loop.frame(state);
+        hand.write(report.force);
+        pressed += report.force != Vec3{0.0} ? 1 : 0;
+    };
+    for (int i = 1; i < 100; ++i)
+        step(i);
+    allocations = 0;
+    counting = true;
+    for (int i = 100; i < 10100; ++i)
+        step(i);
+    loop.release();
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+    EXPECT_GT(pressed, 1000);
 }
 
 TEST(Allocation, FramesOfContactDirectMakeNone) {
@@ -235,6 +264,46 @@ TEST(Allocation, SwitchingEffectsMakesNone) {
         step(i);
     counting = false;
     EXPECT_EQ(allocations, 0);
+}
+
+/// Waiting for the clock, reading and writing the device and handing over to the recorder included;
+/// frames that find no room as well.
+TEST(Allocation, AServoLoopMakesNone) {
+    class Circling final : public HapticDevice {
+    public:
+        DeviceProperties properties() const override { return {}; }
+        bool read(DeviceState& state) noexcept override {
+            if (reads_ == 100) {
+                allocations = 0;
+                counting = true;
+            }
+            if (reads_ == 4100) {
+                counting = false;
+                return false;
+            }
+            const double angle = 0.004 * reads_++;
+            state.time_s = 0.25 * angle;
+            state.position = 0.03 * Vec3{std::cos(angle), std::sin(angle), 0.1};
+            return true;
+        }
+        void write(const Vec3&) noexcept override {}
+
+    private:
+        int reads_ = 0;
+    } device;
+    const auto scene = test::phantom_scene("volume", "paper", "budget_us = 50\n");
+    SteadyPacedClock clock;
+    HapticLoop loop(scene, clock);
+    internal::SpscRing<RunFrame> frames(16);
+    internal::SpscRing<std::uint32_t> decisions(1u << 20);
+    internal::ServoSettings settings;
+    settings.period_us = 100.0;
+    const DevicePlacement placement(DevicePlacementSettings{});
+    internal::ServoLoop servo(loop, device, placement, clock, settings, frames, &decisions);
+    servo.run();
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+    EXPECT_GT(servo.dropped(), 0u);
 }
 
 TEST(Allocation, FramesOfVolumeEffectsMakeNone) {

@@ -226,7 +226,8 @@ TEST(Composition, WarmMultipliersHoldAProxyInANotch) {
     EXPECT_EQ(frames_that_move_in_notch(false), 0);
 }
 
-TEST(CompositionControl, ColdMultipliers) { EXPECT_EQ(frames_that_move_in_notch(true), -1); }
+// Once: then it holds all the same, as each frame solves its fixed point to the end.
+TEST(CompositionControl, ColdMultipliersMoveIt) { EXPECT_GT(frames_that_move_in_notch(true), 0); }
 
 } // namespace
 } // namespace palpate

@@ -13,16 +13,16 @@
 namespace palpate {
 namespace {
 
-// The limiter's own roundings: lengths of a few N, 1e-16 each.
+// The chain's own roundings: lengths of a few N, 1e-16 each.
 constexpr double kRounding_n = 1e-12;
 
 TEST(Switching, AtRandomKeepsTheForceWithinItsLimits) {
     const auto scene = test::one_of_each_scene();
     test::ScriptedClock clock;
     HapticLoop loop(scene, clock, test::fibres());
-    ASSERT_EQ(loop.effect_count(), 24u);
+    ASSERT_EQ(loop.effect_count(), 27u);
     std::mt19937_64 random(20);
-    const ForceLimits limits;
+    const SafetySettings limits;
     Vec3 before_n{0.0};
     long touched = 0, free = 0, inside = 0;
     for (int frame = 0; frame < test::fuzz_frames(100000); ++frame) {
@@ -39,7 +39,7 @@ TEST(Switching, AtRandomKeepsTheForceWithinItsLimits) {
         before_n = report.force;
         touched += report.surfaces_felt != 0 ? 1 : 0;
         inside += report.surfaces_open != 0 ? 1 : 0;
-        free += report.contacts == 0 ? 1 : 0;
+        free += report.surfaces_felt == 0 ? 1 : 0;
     }
     // It was about something.
     EXPECT_GT(touched, 1000);

@@ -30,7 +30,7 @@ inline std::shared_ptr<const Scene> one_of_each_scene() {
                 "\n[surface." + name + "]\nvolume = \"" + name + "\"\niso_value = 0\n" + keys;
     };
     ball("membrane", "30", "strength_n = 0.7\nyield = \"opens\"\n");
-    ball("skin", "29", "strength_n = 1\n");
+    ball("skin", "29", "strength_volume = \"membrane\"\nstrength_n = [[0, 0.8], [0.01, 1.2]]\n");
     ball("level", "26", "");
     text += "[surface.mesh]\nmesh = \"core.ply\"\nmesh_unit = \"mm\"\nmesh_frame = \"LPS\"\n";
     for (const char* surface : {"membrane", "skin", "level", "mesh"})
@@ -48,9 +48,14 @@ inline std::shared_ptr<const Scene> one_of_each_scene() {
         "= 0.3\n"
         "[[effect]]\ntype = \"stick_slip\"\nsurface = \"level\"\nstatic = 0.5\ndynamic = 0.2\n"
         "[[effect]]\ntype = \"magnet\"\nsurface = [\"level\", \"mesh\"]\nstrength_n = 0.4\n"
+        "[[effect]]\ntype = \"texture\"\nsurface = [\"skin\", \"level\"]\nwavelength_mm = 3\n"
+        "height_mm = 0.2\n"
+        "[[effect]]\ntype = \"texture\"\nsurface = \"membrane\"\nvolume = \"level\"\n"
+        "height_mm = [[-0.01, 0], [0, 0.2]]\n"
         "[[effect]]\ntype = \"guide\"\npoints_mm = [[30, 0, 0], [0, 31, 3], [-30, 2, 0]]\n"
         "strength_n = 0.5\ncapture_mm = 5\n"
-        "[[effect]]\ntype = \"guide\"\npoints_mm = [[0, -30, 0]]\nstrength_n = 0.5\n"
+        "[[effect]]\ntype = \"guide\"\npoints_mm = [[0, -30, 0]]\nvolume = \"level\"\n"
+        "strength_n = [[-0.01, 0.2], [0, 0.5]]\n"
         "capture_mm = 5\n"
         "[[effect]]\ntype = \"workspace\"\nradius_mm = 31\ncenter_mm = [0, 0, 0]\n"
         "[[effect]]\ntype = \"workspace\"\nbox_mm = [[-28, -40, -40], [40, 40, 40]]\n"

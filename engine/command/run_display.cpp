@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/command/run_display.h>
+
+#include <cstdio>
+#include <utility>
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/command/command.h>
+#include <palpate/engine/command/interrupt.h>
+
+namespace palpate::command {
+namespace {
+
+constexpr std::chrono::milliseconds kBetweenLines{100};
+
+/// Columns of the terminal, without the last one, which would wrap.
+std::size_t columns() {
+    winsize size{};
+    const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+    return is_known ? size.ws_col - 1u : 79u;
+}
+
+bool shows_line(Shown shown) { return shown == Shown::line && isatty(STDERR_FILENO) != 0; }
+
+LabelProbe labels_of(const Scene& scene, Shown shown) {
+    return shown == Shown::events || shows_line(shown) ? LabelProbe(scene.description())
+                                                       : LabelProbe(std::vector<LabelVolume>{});
+}
+
+} // namespace
+
+RunDisplay::RunDisplay(const Scene& scene, Shown shown) : labels_(labels_of(scene, shown)) {
+    if (shown == Shown::events) events_.emplace(scene, labels_);
+    if (shows_line(shown)) line_.emplace(scene, labels_);
+}
+
+RunDisplay::~RunDisplay() {
+    if (events_)
+        for (const std::string& line : events_->end())
+            print(line);
+    if (is_drawn_) fmt::print(stderr, "\r{:{}}\r", "", columns());
+}
+
+RunWatch RunDisplay::watch() {
+    RunWatch watch;
+    watch.warning = [](const std::string& warning) {
+        fmt::print(stderr, "palpate: warning: {}\n", warning);
+    };
+    watch.frame = [this](const RunFrame& run) { add(run); };
+    watch.progress = [this](double, std::string_view) {
+        if (line_) draw();
+        return !stop_wanted();
+    };
+    return watch;
+}
+
+void RunDisplay::add(const RunFrame& run) {
+    // The time before the first frame is not the loop's.
+    if (!std::exchange(has_begun_, true)) drawn_at_ = std::chrono::steady_clock::now();
+    if (line_) line_->add(run);
+    if (events_)
+        for (const std::string& line : events_->add(run))
+            print(line);
+}
+
+void RunDisplay::draw() {
+    const auto now = std::chrono::steady_clock::now();
+    if (!has_begun_ || now - drawn_at_ < kBetweenLines) return;
+    const double seconds = std::chrono::duration<double>(now - drawn_at_).count();
+    drawn_at_ = now;
+    is_drawn_ = true;
+    const std::size_t width = columns();
+    fmt::print(stderr, "\r{:<{}}", line_->text(seconds, width), width);
+    std::fflush(stderr);
+}
+
+} // namespace palpate::command

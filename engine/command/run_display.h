@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include <palpate/engine/label_probe.h>
+#include <palpate/engine/live_line.h>
+#include <palpate/engine/run_events.h>
+#include <palpate/engine/run_watch.h>
+
+namespace palpate::command {
+
+/// What a user is shown of a run while it goes on.
+enum class Shown {
+    line,  ///< one line on stderr, ten times a second, where that is a terminal
+    events ///< events on stdout, a line each as it happens, and nothing else
+};
+
+/// Shows a run, in the thread that started it.
+class RunDisplay {
+public:
+    /// The scene must outlive it. Reads the scene's labels where something is shown.
+    RunDisplay(const Scene& scene, Shown shown);
+    ~RunDisplay();
+    RunDisplay(const RunDisplay&) = delete;
+    RunDisplay& operator=(const RunDisplay&) = delete;
+
+    /// Warnings, frames, and whether a signal has asked to stop. This must outlive it.
+    RunWatch watch();
+
+private:
+    void add(const RunFrame& run);
+    void draw();
+
+    LabelProbe labels_;
+    std::optional<RunEvents> events_;
+    std::optional<LiveLine> line_;
+    std::chrono::steady_clock::time_point drawn_at_{};
+    bool has_begun_ = false;
+    bool is_drawn_ = false;
+};
+
+} // namespace palpate::command

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/internal/hand_press.h>
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/orbit.h>
+
+namespace palpate::internal {
+namespace {
+
+constexpr double kDistance_m = 20e-3; // in front of the surface, where it begins and ends
+constexpr double kApproach_s = 1.0;
+
+/// Out of the patient, scene frame (LPS).
+Vec3 direction_to(PatientSide side) {
+    switch (side) {
+    case PatientSide::left:
+        return {1, 0, 0};
+    case PatientSide::right:
+        return {-1, 0, 0};
+    case PatientSide::posterior:
+        return {0, 1, 0};
+    case PatientSide::anterior:
+        return {0, -1, 0};
+    case PatientSide::superior:
+        return {0, 0, 1};
+    case PatientSide::inferior:
+        return {0, 0, -1};
+    }
+    return {};
+}
+
+[[noreturn]] void fail(const Scene& scene, const std::string& what, const std::string& remedy) {
+    throw std::runtime_error(fmt::format("{}:{}: [device]: {}; {}",
+                                         scene.description().file.string(),
+                                         scene.description().device.line, what, remedy));
+}
+
+const SceneSurface& pressed_surface(const Scene& scene) {
+    const std::string& wanted = scene.description().device.surface;
+    const auto& surfaces = scene.surfaces();
+    const auto found = std::find_if(surfaces.begin(), surfaces.end(), [&](const SceneSurface& s) {
+        return wanted.empty() || s.name == wanted;
+    });
+    if (found == surfaces.end())
+        fail(scene,
+             wanted.empty() ? "no surface is felt" : fmt::format("surface {} is not felt", wanted),
+             "add an effect of type \"surface\" for it");
+    return *found;
+}
+
+} // namespace
+
+std::vector<HandIntent> press_of(const Scene& scene) {
+    const DeviceDescription& device = scene.description().device;
+    const SceneSurface& surface = pressed_surface(scene);
+    const OrbitTarget target = orbit_target(surface);
+    const Vec3 center = target.bounds.center();
+    const Vec3 side = direction_to(device.from);
+    const Vec3 outside = center + glm::length(target.bounds.extent()) * side;
+    // Into a body from its side, into the wall of a cavity from its middle.
+    const bool is_cavity = !target.inside(center) && target.inside(outside);
+    const Vec3 from = is_cavity ? center : outside;
+    const Vec3 to = is_cavity ? outside : center;
+    const std::optional<double> met = target.first_crossing(from, to);
+    if (!met)
+        fail(scene,
+             fmt::format("a hand that comes from {} does not meet surface {}",
+                         kPatientSideNames[static_cast<std::size_t>(device.from)], surface.name),
+             "let it come `from` another side");
+
+    return press_into(from + *met * (to - from), is_cavity ? -side : side, kDistance_m,
+                      1e-3 * device.depth_mm, kApproach_s, device.duration_s - 2.0 * kApproach_s);
+}
+
+} // namespace palpate::internal

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/label_probe.h>
+
+#include <cmath>
+#include <set>
+
+namespace palpate {
+namespace {
+
+std::vector<LabelVolume> read_volumes(const SceneDescription& scene) {
+    std::set<std::string> names;
+    for (const auto& [name, surface] : scene.surfaces)
+        if (!surface.labels.empty()) names.insert(surface.volume);
+    std::vector<LabelVolume> volumes;
+    for (const std::string& name : names) {
+        const VolumeDescription& volume = scene.volumes.at(name);
+        volumes.push_back(read_label_volume(volume.file, volume.labels, volume.selection));
+    }
+    return volumes;
+}
+
+} // namespace
+
+LabelProbe::LabelProbe(const SceneDescription& scene) : LabelProbe(read_volumes(scene)) {}
+
+LabelProbe::LabelProbe(std::vector<LabelVolume> volumes) {
+    for (LabelVolume& volume : volumes) {
+        const AffineTransform inverse = volume.index_to_scene.inverse();
+        volumes_.push_back({std::move(volume), inverse});
+    }
+}
+
+std::string_view LabelProbe::name_at(const Vec3& point) const noexcept {
+    for (const auto& [labels, scene_to_index] : volumes_) {
+        const Vec3 index = glm::floor(scene_to_index.point(point) + 0.5);
+        std::size_t at = 0, stride = 1;
+        bool inside = true;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int size = labels.size[static_cast<std::size_t>(axis)];
+            inside = inside && index[axis] >= 0.0 && index[axis] < size; // false for NaN
+            if (!inside) break;
+            at += stride * static_cast<std::size_t>(index[axis]);
+            stride *= static_cast<std::size_t>(size);
+        }
+        for (std::size_t layer = 0; inside && layer < labels.layers.size(); ++layer) {
+            const std::int32_t value = labels.layers[layer][at];
+            if (value == 0) continue;
+            for (const Label& label : labels.labels)
+                if (label.layer == layer && label.value == value) return label.name;
+        }
+    }
+    return {};
+}
+
+} // namespace palpate

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/scalar_field.h>
+
+namespace palpate {
+
+/// A strength that depends on the place: a function of a field's value there.
+struct StrengthOverField {
+    std::shared_ptr<const ScalarField> field; ///< null: the strength is the same everywhere
+    TransferFunction strength; ///< over its value: N, finite, or what else it is the strength of
+};
+
+/// A strength as one loop finds it where a frame begins, for all of that frame: what depends on the
+/// path is anchored there. Not for two threads at once.
+class LocalStrength {
+public:
+    /// The same everywhere.                                                             [setup]
+    explicit LocalStrength(double strength) : now_(strength) {}
+    /// Of `over` where that has a field, else `strength`.                               [setup]
+    LocalStrength(double strength, const StrengthOverField& over)
+        : over_(over), now_(over.field ? over.strength.strongest() : strength), without_data_(0.0) {
+        if (over.field) sampler_ = over.field->make_sampler();
+    }
+    /// The same, and where there are no data it is as strong as it can be: for what must not let
+    /// go at the end of an image.                                                       [setup]
+    static LocalStrength holding(double strength, const StrengthOverField& over) {
+        LocalStrength local(strength, over);
+        local.without_data_ = local.now_;
+        return local;
+    }
+
+    bool depends_on_place() const noexcept { return sampler_ != nullptr; } ///< [any]
+    /// A frame begins: takes a sample where it depends on the place.                    [loop]
+    double at(const Vec3& start) noexcept {
+        if (!sampler_) return now_;
+        const FieldSample here = sampler_->sample(start);
+        now_ = here.valid ? over_.strength(here.value) : without_data_;
+        return now_;
+    }
+    double now() const noexcept { return now_; } ///< what at() said last              [loop]
+    std::uint64_t samples() const noexcept { return sampler_ ? sampler_->samples() : 0; } ///< [any]
+
+private:
+    StrengthOverField over_;
+    std::unique_ptr<FieldSampler> sampler_;
+    double now_ = 0.0;
+    double without_data_ = 0.0;
+};
+
+} // namespace palpate

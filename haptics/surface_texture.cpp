@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/surface_texture.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+constexpr double kTau = 2.0 * std::numbers::pi;
+// Of a wavelength, and of the voxels of a volume: within it a plane says where the level is.
+constexpr double kTrustOfWave = 1.0 / 4.0;
+constexpr double kTrustOfVoxel = 1.0 / 2.0;
+
+} // namespace
+
+double TextureSettings::highest_m() const noexcept {
+    return height_over_value.count > 0 ? height_over_value.strongest() : height_m;
+}
+
+SurfaceTexture::SurfaceTexture(const TextureSettings& settings, double limit_m)
+    : settings_(settings) {
+    const double highest_m = settings.highest_m();
+    if (!(highest_m >= 0.0) || !std::isfinite(highest_m))
+        throw std::invalid_argument("texture: its height must be 0 m or more, and finite");
+    if (highest_m == 0.0) return;
+    if (highest_m > limit_m)
+        throw std::invalid_argument("texture: its height must not be above the voxels of the "
+                                    "surface's volume, or the radius of its formula");
+    double steepest_m = limit_m;
+    if (settings.height_over_value.count > 0) {
+        if (!settings.field) throw std::invalid_argument("texture: its height has no field");
+        sampler_ = settings.field->make_sampler();
+        trust_m_ = kTrustOfVoxel * settings.field->feature_size_m();
+    } else {
+        if (!(settings.wavelength_m > 0.0) || !std::isfinite(settings.wavelength_m))
+            throw std::invalid_argument("texture: its wavelength must be above 0 m, and finite");
+        if (highest_m > kHighestOfWave * settings.wavelength_m)
+            throw std::invalid_argument("texture: its height must be at most wavelength / (2 pi)");
+        const double length = glm::length(settings.direction);
+        if (!(length > 0.0) || !std::isfinite(length))
+            throw std::invalid_argument("texture: its direction has no length");
+        settings_.direction /= length;
+        trust_m_ = kTrustOfWave * settings.wavelength_m;
+        steepest_m = std::min(limit_m, kHighestOfWave * settings.wavelength_m);
+    }
+    highest_gain_ = steepest_m / highest_m;
+    gain_ = 1.0;
+}
+
+void SurfaceTexture::set_gain(double gain) noexcept { gain_ = std::min(gain, highest_gain_); }
+
+SurfaceTexture::Height SurfaceTexture::of_pattern(const Vec3& point) const noexcept {
+    const double k = kTau / settings_.wavelength_m;
+    Height h;
+    const auto add_wave = [&](const Vec3& u, double amplitude_m) {
+        const double phase = k * glm::dot(u, point);
+        h.height_m += amplitude_m * (1.0 - std::cos(phase));
+        h.gradient += amplitude_m * k * std::sin(phase) * u;
+        h.hessian += amplitude_m * k * k * std::cos(phase) * glm::outerProduct(u, u);
+    };
+    if (settings_.pattern == TexturePattern::grating) {
+        add_wave(settings_.direction, 0.5 * settings_.height_m);
+        return h;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        add_wave(Mat3(1.0)[axis], settings_.height_m / 6.0);
+    return h;
+}
+
+SurfaceTexture::Height SurfaceTexture::of_field(const Vec3& point) noexcept {
+    const FieldSample here = sampler_->sample(point);
+    if (!here.valid) return {};
+    const double rise = settings_.height_over_value.slope(here.value); // m per U
+    return {settings_.height_over_value(here.value), rise * here.slope, rise * here.hessian};
+}
+
+SurfaceTexture::Height SurfaceTexture::height_at(const Vec3& point) noexcept {
+    Height h = sampler_ ? of_field(point) : of_pattern(point);
+    h.height_m *= gain_;
+    h.gradient *= gain_;
+    h.hessian *= gain_;
+    return h;
+}
+
+FieldSample SurfaceTexture::felt(const FieldSample& bare, const Vec3& point) noexcept {
+    const double steepness = glm::length(bare.gradient); // |g|
+    if (none() || !bare.valid || !(steepness > 0.0)) return bare;
+    const Height h = height_at(point);
+    const Vec3 of_steepness = glm::transpose(bare.hessian) * bare.gradient / steepness;
+    const Vec3 tilt = steepness * h.gradient + h.height_m * of_steepness; // of h |g|
+    FieldSample felt = bare;
+    felt.value += h.height_m * steepness;
+    felt.slope += tilt;
+    felt.gradient += tilt;
+    felt.hessian += steepness * h.hessian + glm::outerProduct(h.gradient, of_steepness) +
+                    glm::outerProduct(of_steepness, h.gradient);
+    return felt;
+}
+
+} // namespace palpate

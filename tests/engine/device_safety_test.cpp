@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a device declares, and what the loop makes of it.
+#include <palpate/engine/device_safety.h>
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/scene_file.h>
+
+#include "tests/support/scripted_clock.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kPeriod = 1e-3;
+
+DeviceProperties motors(double damping = 0.0) {
+    DeviceProperties device;
+    device.name = "a device";
+    device.force_n = 8.0;
+    device.damping_n_s_per_m = damping;
+    return device;
+}
+
+TEST(SafeCoupling, IsWhatTheDevicesDampingPaysFor) {
+    const SafeCoupling safe = safe_coupling({1000.0, 0.0}, 1000.0, motors(0.3));
+    EXPECT_DOUBLE_EQ(safe.coupling.stiffness, 600.0) << "2 b / T";
+    EXPECT_NE(safe.warning.find("from 1000 N/m"), std::string::npos) << safe.warning;
+    EXPECT_NE(safe.warning.find("to 600 N/m"), std::string::npos) << safe.warning;
+    EXPECT_NE(safe.warning.find("a device declares"), std::string::npos) << safe.warning;
+    EXPECT_EQ(safe.warning.find('\n'), std::string::npos);
+    EXPECT_DOUBLE_EQ(safe_coupling({1e5, 0.0}, 4000.0, motors(0.3)).coupling.stiffness, 2400.0)
+        << "faster, stiffer";
+}
+
+TEST(SafeCoupling, DampingIsPaidForFirst) {
+    const SafeCoupling both = safe_coupling({1000.0, 0.05}, 1000.0, motors(0.3));
+    EXPECT_DOUBLE_EQ(both.coupling.stiffness, 500.0);
+    EXPECT_DOUBLE_EQ(both.coupling.damping, 0.05);
+    const SafeCoupling damped = safe_coupling({10.0, 5.0}, 1000.0, motors(0.3));
+    EXPECT_DOUBLE_EQ(damped.coupling.damping, 0.15) << "half of it at most";
+    EXPECT_DOUBLE_EQ(damped.coupling.stiffness, 10.0);
+    EXPECT_NE(damped.warning, "");
+}
+
+TEST(SafeCoupling, IsLeftAloneWhereNothingIsDeclaredOrEnoughIs) {
+    for (const DeviceProperties& device : {DeviceProperties{}, motors(), motors(0.6)}) {
+        const SafeCoupling safe = safe_coupling({1000.0, 0.05}, 1000.0, device);
+        EXPECT_EQ(safe.coupling.stiffness, 1000.0);
+        EXPECT_EQ(safe.coupling.damping, 0.05);
+        EXPECT_EQ(safe.warning, "");
+    }
+    DeviceProperties path; // declares everything but takes no force
+    path.damping_n_s_per_m = 1e-3;
+    path.stiffness_n_per_m = 1.0;
+    EXPECT_EQ(safe_coupling({1000.0, 0.0}, 1000.0, path).coupling.stiffness, 1000.0);
+}
+
+TEST(SafeCoupling, IsNoStifferThanTheDeviceIsMadeFor) {
+    DeviceProperties device = motors();
+    device.stiffness_n_per_m = 400.0;
+    const SafeCoupling safe = safe_coupling({1000.0, 0.0}, 1000.0, device);
+    EXPECT_EQ(safe.coupling.stiffness, 400.0);
+    EXPECT_NE(safe.warning, "");
+}
+
+TEST(SafetySettings, TakeTheSmallerForceAndWhatActsOfItself) {
+    const auto scene = [](const std::string& effects) {
+        return parse_scene("[limits]\nforce_n = 5\nslew_n_per_s = 1500\n" + effects, "x.toml");
+    };
+    DeviceProperties weak = motors(0.3);
+    weak.force_n = 3.0;
+    const SafetySettings plain = safety_settings(scene(""), 500.0, 250.0, weak);
+    EXPECT_EQ(plain.feedback, ForceFeedback::motors);
+    EXPECT_EQ(plain.force_n, 3.0);
+    EXPECT_EQ(plain.slew_n_per_s, 1500.0);
+    EXPECT_EQ(plain.period_s, 2e-3);
+    EXPECT_EQ(plain.passivity.stiffness_n_per_m, 250.0);
+    EXPECT_EQ(plain.passivity.damping_n_s_per_m, 0.3);
+    EXPECT_EQ(plain.passivity.active_w, 0.0);
+    const SafetySettings heavy =
+        safety_settings(scene("[[effect]]\ntype = \"constant_force\"\nforce_n = [0.6, 0.8, 0]\n"),
+                        1000.0, 500.0, weak);
+    EXPECT_DOUBLE_EQ(heavy.small_force_n, 1.2) << "or it would wait for ever";
+    EXPECT_GT(heavy.passivity.active_w, 0.0);
+    EXPECT_EQ(safety_settings(scene(""), 1000.0, 500.0, {}).feedback, ForceFeedback::none);
+}
+
+std::shared_ptr<const Scene> ball(const std::string& more = "") {
+    return std::make_shared<const Scene>(parse_scene(
+        "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[surface.s]\nvolume = \"v\"\n"
+        "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n" +
+            more,
+        "ball.toml"));
+}
+
+/// A loop on a device with motors, and the time of its frames.
+class OnMotors : public testing::Test {
+protected:
+    FrameReport at(const Vec3& position, Freshness freshness = Freshness::fresh) {
+        DeviceState state;
+        state.time_s = kPeriod * frame_++;
+        state.position = position;
+        state.freshness = freshness;
+        return loop_->frame(state);
+    }
+    void begin(const DeviceProperties& device, const std::string& more = "") {
+        const auto scene = ball(more);
+        loop_ = std::make_unique<HapticLoop>(scene, clock_, scene->description().loop, device);
+        for (int i = 0; i < 300; ++i)
+            at({0, 0, 0.06});
+    }
+    /// Slowly into the ball, 2 mm deep: a newton at 500 N/m.
+    FrameReport press() {
+        for (int i = 0; i <= 120; ++i)
+            at({0, 0, 0.06 - 1e-4 * i});
+        FrameReport report;
+        for (int i = 0; i < 100; ++i)
+            report = at({0, 0, 0.048});
+        return report;
+    }
+    HapticLoop& loop() { return *loop_; }
+
+private:
+    test::ScriptedClock clock_;
+    std::unique_ptr<HapticLoop> loop_;
+    int frame_ = 0;
+};
+
+TEST_F(OnMotors, ItFeelsTheBall) {
+    begin(motors());
+    const FrameReport report = press();
+    EXPECT_NEAR(report.force.z, 1.0, 1e-9);
+    EXPECT_EQ(report.flags, 0u);
+}
+
+TEST_F(OnMotors, TheCouplingIsTheOneThatTheDeviceHolds) {
+    begin(motors(0.1));
+    EXPECT_DOUBLE_EQ(loop().coupling().stiffness, 200.0);
+    EXPECT_NEAR(press().force.z, 0.4, 1e-9);
+}
+
+TEST_F(OnMotors, AStaleStateHoldsTheProxyAndTakesTheForceToZero) {
+    begin(motors());
+    const Vec3 held = press().proxy;
+    FrameReport report;
+    for (int i = 0; i < 3; ++i) {
+        report = at({0, 0, 0.048}, Freshness::stale);
+        EXPECT_TRUE(report.flags & kDeviceStale);
+        EXPECT_EQ(report.proxy, held);
+    }
+    EXPECT_EQ(report.force, Vec3(0.0));
+    for (int i = 0; i < 1000; ++i) {
+        report = at({0, 0, 0.048});
+        ASSERT_EQ(report.force, Vec3(0.0));
+        ASSERT_EQ(report.flags, kWaitsForSmallForce);
+    }
+    for (int i = 0; i < 20; ++i)
+        at({0, 0, 0.06});
+    press();
+    for (int i = 0; i < 300; ++i)
+        report = at({0, 0, 0.048});
+    EXPECT_NEAR(report.force.z, 1.0, 1e-9) << "out and in again, it is felt as before";
+}
+
+TEST_F(OnMotors, ReleaseGoesToZeroWithoutTheDevice) {
+    begin(motors());
+    EXPECT_NEAR(press().force.z, 1.0, 1e-9);
+    int frames = 0;
+    while (loop().release() != Vec3(0.0))
+        ASSERT_LT(++frames, 4) << "fade_s is 4 ms";
+    EXPECT_EQ(loop().release(), Vec3(0.0));
+    EXPECT_TRUE(at({0, 0, 0.048}).flags & kWaitsForSmallForce);
+}
+
+TEST_F(OnMotors, WithoutAVelocityOfItsOwnOneIsEstimated) {
+    begin(motors(), "[coupling]\nstiffness_n_per_m = 500\ndamping_n_s_per_m = 2\n");
+    FrameReport report;
+    for (int i = 0; i < 50; ++i)
+        report = at({1e-5 * i, 0, 0.06}); // free: the proxy moves with the probe
+    EXPECT_NEAR(report.force.x, 0.0, 1e-9);
+    // Into the ball at 20 mm/s: the proxy stands, k_d v = 0.04 N beside the spring.
+    for (int i = 0; i < 600; ++i)
+        report = at({0, 0, 0.06 - 2e-5 * i});
+    const double depth = 2e-5 * 599 - 0.01;
+    EXPECT_NEAR(report.force.z, 500.0 * depth + 2.0 * 0.02, 1e-6);
+}
+
+TEST_F(OnMotors, AVelocityOfItsOwnIsTaken) {
+    DeviceProperties device = motors();
+    device.velocity_source = VelocitySource::device;
+    begin(device, "[coupling]\ndamping_n_s_per_m = 2\n");
+    DeviceState state;
+    state.time_s = 1.0;
+    state.position = {0, 0, 0.06};
+    state.velocity = {0, 0, -0.1};
+    EXPECT_NEAR(loop().frame(state).force.z, 0.2, 1e-12);
+    state.velocity = {0, 0, std::numeric_limits<double>::quiet_NaN()};
+    const FrameReport report = loop().frame(state);
+    EXPECT_EQ(report.force, Vec3(0.0));
+    EXPECT_TRUE(report.flags & kForceNotFinite);
+}
+
+TEST(OnPaths, NothingOfTheChainButItsLimitsActs) {
+    test::ScriptedClock clock;
+    HapticLoop loop(ball("[limits]\nslew_n_per_s = 1e6\n"), clock);
+    DeviceState state;
+    state.position = {0, 0, 0.06};
+    loop.frame(state);
+    state.position = {0, 0, 0.048};
+    const FrameReport report = loop.frame(state); // a jump of 12 m/s, and no ramp
+    EXPECT_NEAR(report.force.z, 1.0, 1e-9);
+    EXPECT_EQ(report.flags, 0u);
+}
+
+} // namespace
+} // namespace palpate
