@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <future>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -86,7 +87,10 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     // Everything that the loop needs, before there is one.
     SteadyPacedClock clock;
     Trace trace;
+    // A device's own threads must not starve while the loop waits for what they bring.
+    std::optional<internal::ScheduledAs> as_the_loop(std::in_place, settings.scheduler);
     const RunningDevice running(placed.device);
+    as_the_loop.reset();
     trace.device = placed.placement.to_scene(placed.device.properties());
     warn_of_coupling(*scene, trace.device, watch);
     HapticLoop loop(scene, clock, description, trace.device);

@@ -42,6 +42,15 @@ bool enter(Scheduler scheduler) noexcept {
                                  &parameters) == 0;
 }
 
+ScheduledAs::ScheduledAs(Scheduler scheduler) noexcept {
+    entered_ =
+        pthread_getschedparam(pthread_self(), &policy_, &parameters_) == 0 && enter(scheduler);
+}
+
+ScheduledAs::~ScheduledAs() {
+    if (entered_) pthread_setschedparam(pthread_self(), policy_, &parameters_);
+}
+
 LoopThreadGrants prepare_loop_thread(const LoopThreadSettings& settings) noexcept {
     LoopThreadGrants grants;
     grants.cpu = !settings.cpu || pin(*settings.cpu);

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <sched.h>
+
 #include <palpate/engine/scheduler.h>
 
 namespace palpate::internal {
@@ -15,6 +17,21 @@ inline constexpr int kLoopPriority = 49; // of SCHED_FIFO, 1 to 99
 
 /// Puts the calling thread under a scheduler; false when the system does not permit it.
 bool enter(Scheduler scheduler) noexcept;
+
+/// Puts the calling thread under a scheduler for as long as it lives, where the system permits it:
+/// threads that are started meanwhile inherit it.
+class ScheduledAs {
+public:
+    explicit ScheduledAs(Scheduler scheduler) noexcept;
+    ~ScheduledAs();
+    ScheduledAs(const ScheduledAs&) = delete;
+    ScheduledAs& operator=(const ScheduledAs&) = delete;
+
+private:
+    bool entered_ = false;
+    int policy_ = 0; // before
+    sched_param parameters_{};
+};
 
 /// What a loop's thread asks of the system.
 struct LoopThreadSettings {
