@@ -106,14 +106,19 @@ std::shared_ptr<const Scene> scene_of(const std::string& device = "",
 }
 
 TEST_F(DeviceTable, AHandWithoutAPathPressesIntoASurface) {
-    const DeviceDescription hand = parse("[device]\ntype = \"hand\"\nfrom = \"patient_left\"\n"
-                                         "depth_mm = 7\nduration_s = 4\nseed = 9\n")
-                                       .device;
+    const DeviceDescription hand =
+        parse("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[surface.s]\nvolume = "
+              "\"v\"\n[device]\ntype = \"hand\"\nfrom = \"patient_left\"\ndepth_mm = 7\n"
+              "duration_s = 4\nseed = 9\n")
+            .device;
     EXPECT_EQ(hand.kind, Kind::hand);
     EXPECT_EQ(hand.from, PatientSide::left);
     EXPECT_EQ(hand.depth_mm, 7.0);
     EXPECT_EQ(hand.duration_s, 4.0);
     EXPECT_EQ(hand.hand.seed, 9);
+    EXPECT_EQ(complaint("[device]\ntype = \"hand\"\n"),
+              "scene.toml:1: the hand in [device] has no surface to press into; add a "
+              "[surface.NAME], or file = \"PATH.csv\": where the arm wants the probe");
     EXPECT_TRUE(complaint("[device]\ntype = \"hand\"\nfile = \"probe.csv\"\ndepth_mm = 2\n")
                     .starts_with("scene.toml:4: depth_mm and file in [device] exclude each other"));
 }
