@@ -53,11 +53,14 @@ SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
     if (coupling.stiffness < wanted.stiffness_n_per_m ||
         coupling.damping < wanted.damping_n_s_per_m)
         safe.warning = fmt::format(
-            "coupling lowered from {:.6g} N/m and {:.6g} N s/m to {:.6g} N/m and {:.6g} N s/m: {} "
-            "declares a damping of {:.6g} N s/m and at most {:.6g} N/m, and k T/2 + k_d above its "
-            "damping would give the hand energy; write these into [coupling], or raise rate_hz",
+            "coupling lowered from {:.6g} N/m and {:.6g} N s/m to {:.6g} N/m and {:.6g} N s/m: {}",
             wanted.stiffness_n_per_m, wanted.damping_n_s_per_m, coupling.stiffness,
-            coupling.damping, device.name, b, device.stiffness_n_per_m);
+            coupling.damping,
+            coupling.stiffness == device.stiffness_n_per_m
+                ? fmt::format("{} is made for no more; write these into [coupling]", device.name)
+                : fmt::format("k T/2 + k_d above the damping of {}, {:.6g} N s/m, would give the "
+                              "hand energy; write these into [coupling], or raise rate_hz",
+                              device.name, b));
     return safe;
 }
 

@@ -33,7 +33,8 @@ LabelProbe labels_of(const Scene& scene, Shown shown) {
 
 } // namespace
 
-RunDisplay::RunDisplay(const Scene& scene, Shown shown) : labels_(labels_of(scene, shown)) {
+RunDisplay::RunDisplay(const Scene& scene, Shown shown)
+    : shown_(shown), labels_(labels_of(scene, shown)) {
     if (shown == Shown::events) events_.emplace(scene, labels_);
     if (shows_line(shown)) line_.emplace(scene, labels_);
 }
@@ -50,6 +51,10 @@ RunWatch RunDisplay::watch() {
     watch.warning = [](const std::string& warning) {
         fmt::print(stderr, "palpate: warning: {}\n", warning);
     };
+    if (shown_ == Shown::bar) {
+        watch.progress = progress_bar();
+        return watch;
+    }
     watch.frame = [this](const RunFrame& run) { add(run); };
     watch.progress = [this](double, std::string_view) {
         if (line_) draw();

@@ -13,7 +13,8 @@ namespace palpate::command {
 
 /// What a user is shown of a run while it goes on.
 enum class Shown {
-    line,  ///< one line on stderr, ten times a second, where that is a terminal
+    bar,   ///< how far it is: a bar on stderr, where that is a terminal
+    line,  ///< one line there about what is felt, ten times a second
     events ///< events on stdout, a line each as it happens, and nothing else
 };
 
@@ -33,6 +34,7 @@ private:
     void add(const RunFrame& run);
     void draw();
 
+    Shown shown_;
     LabelProbe labels_;
     std::optional<RunEvents> events_;
     std::optional<LiveLine> line_;

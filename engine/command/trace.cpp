@@ -63,14 +63,10 @@ std::uint64_t most_frames(const Options& options, double rate_hz, const SceneDev
 Trace run_asap(const std::shared_ptr<const Scene>& scene, const Options& options,
                const SceneDevice& device) {
     SteadyClock clock;
-    RunWatch watch;
-    std::optional<RunDisplay> display;
-    if (options.events)
-        watch = display.emplace(*scene, Shown::events).watch();
-    else
-        watch.progress = progress_bar();
+    RunDisplay display(*scene, options.events ? Shown::events : Shown::bar);
     return run_trace(scene, device.placed(), clock,
-                     most_frames(options, scene->description().loop.rate_hz, device), watch);
+                     most_frames(options, scene->description().loop.rate_hz, device),
+                     display.watch());
 }
 
 Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options& options,

@@ -30,10 +30,16 @@ TEST(SafeCoupling, IsWhatTheDevicesDampingPaysFor) {
     EXPECT_DOUBLE_EQ(safe.coupling.stiffness, 600.0) << "2 b / T";
     EXPECT_NE(safe.warning.find("from 1000 N/m"), std::string::npos) << safe.warning;
     EXPECT_NE(safe.warning.find("to 600 N/m"), std::string::npos) << safe.warning;
-    EXPECT_NE(safe.warning.find("a device declares"), std::string::npos) << safe.warning;
+    EXPECT_NE(safe.warning.find("the damping of a device, 0.3 N s/m"), std::string::npos)
+        << safe.warning;
     EXPECT_EQ(safe.warning.find('\n'), std::string::npos);
     EXPECT_DOUBLE_EQ(safe_coupling({1e5, 0.0}, 4000.0, motors(0.3)).coupling.stiffness, 2400.0)
         << "faster, stiffer";
+
+    DeviceProperties soft = motors();
+    soft.stiffness_n_per_m = 200.0;
+    const std::string made_for = safe_coupling({1000.0, 0.0}, 1000.0, soft).warning;
+    EXPECT_NE(made_for.find("a device is made for no more"), std::string::npos) << made_for;
 }
 
 TEST(SafeCoupling, DampingIsPaidForFirst) {
