@@ -4,7 +4,7 @@
 // many busy threads as it has processors, with little work a frame (method adaptive) and with as
 // much as a frame may have (paper, nine tenths of the period).
 //   bench_jitter [--seconds S] [--out DIR] [--benchmark_format=json]
-// prints a table; S of each of the eight runs, 60 where it is not given. DIR gets jitter.csv and
+// prints a table; S of each of the eight runs, 10 where it is not given. DIR gets jitter.csv and
 // jitter.svg. Run it as root, or as docs/realtime.md says, or there is no SCHED_FIFO.
 #include <algorithm>
 #include <atomic>
