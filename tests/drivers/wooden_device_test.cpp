@@ -517,9 +517,13 @@ TEST(WoodenDevice, DevicesOfOtherKindsAreRefused) {
         test::Bytes descriptor() const override { return {0x05, 0x01, 0x09, 0x06, 0xC0}; }
         void power_on(double) override {}
         void receive(std::span<const std::uint8_t>, double) override { ++received; }
-        std::optional<test::Bytes> send(double) override { return test::Bytes(14, 0); }
+        std::optional<test::Bytes> send(double time_s) override {
+            if (time_s < next_s) return std::nullopt;
+            next_s = time_s + 0.001;
+            return test::Bytes(14, 0);
+        }
+        double next_s = 0.0;
     };
-    WoodenFirmware board(14);
     Keyboard keyboard;
     HidNode node(kPath, keyboard);
     WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());
