@@ -198,7 +198,9 @@ std::string chart(const std::vector<Result>& results, const std::string& method,
     internal::SeriesChart chart;
     chart.title = fmt::format("method {}: share of the frames that begin later", method);
     chart.x = {fmt::format("late, us (method {})", method), internal::ChartScale::logarithmic, 1.0};
-    chart.y = {"share of frames", internal::ChartScale::logarithmic, 1.0 / (seconds * kRate_hz)};
+    // The decade of a single frame: an axis ends where it has a label.
+    const double one_frame = std::pow(10.0, std::floor(-std::log10(seconds * kRate_hz)));
+    chart.y = {"share of frames", internal::ChartScale::logarithmic, one_frame};
     for (const Result& result : results) {
         if (result.method != method) continue;
         internal::ChartSeries series;

@@ -229,5 +229,49 @@ TEST(Composition, WarmMultipliersHoldAProxyInANotch) {
 // Once: then it holds all the same, as each frame solves its fixed point to the end.
 TEST(CompositionControl, ColdMultipliersMoveIt) { EXPECT_GT(frames_that_move_in_notch(true), 0); }
 
+/// Two surfaces that coincide, of friction 0.1 and 0.4, under a hand that is held at the edge of
+/// sliding: how many of 500 frames move the proxy, where the first bears `share()` of what presses.
+int frames_that_move_under_split(const std::function<double()>& share) {
+    constexpr double kRadius = 10e-3, kDepth = 2.9e-3;
+    auto rub = std::make_unique<Gathering>(
+        [&share](const FrameContext& frame, const Vec3& proxy, PrimitiveSet& primitives) {
+            const Vec3 normal = glm::normalize(proxy);
+            const double pressing_n = std::max(0.0, kK * (glm::dot(frame.probe, normal) - kRadius));
+            const double first = share();
+            primitives.add_line({frame.start, normal, 0.1 * first * pressing_n});
+            primitives.add_line({frame.start, normal, 0.4 * (1.0 - first) * pressing_n});
+        });
+    test::ContactLoop loop({}, test::one_surface(make_sphere_cavity(kRadius)),
+                           only(std::move(rub)));
+    loop.start({kRadius - 1e-6, 0, 0});
+    double angle = 0.0;
+    const auto hand = [&] {
+        return (kRadius + kDepth) * Vec3{std::cos(angle), std::sin(angle), 0.0};
+    };
+    for (int i = 0; i < 60; ++i, angle += 10e-3)
+        loop.move(hand());
+    for (int i = 0; i < 20; ++i)
+        loop.move(hand());
+    int moved = 0;
+    for (int i = 0; i < 500; ++i) {
+        const Vec3 before = loop.proxy();
+        loop.move(hand());
+        if (loop.proxy() != before) ++moved;
+    }
+    return moved;
+}
+
+// Which of two planes in one place bears the load is left open by the solver: the weaker does, up
+// to its strength (composition.md 4.2).
+TEST(Composition, ADefiniteSplitOfCoincidentPlanesHolds) {
+    EXPECT_EQ(frames_that_move_under_split([] { return 0.3; }), 0);
+}
+
+TEST(CompositionControl, ARandomSplitOfCoincidentPlanesCreeps) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> any(0.0, 1.0);
+    EXPECT_GT(frames_that_move_under_split([&] { return any(random); }), 0);
+}
+
 } // namespace
 } // namespace palpate
