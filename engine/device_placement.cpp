@@ -8,7 +8,18 @@
 namespace palpate {
 namespace {
 
-/// LPS.
+std::string words_of(const Vec3& direction) {
+    for (std::size_t i = 0; i < kPatientSideNames.size(); ++i) {
+        if (glm::dot(direction_of(static_cast<PatientSide>(i)), direction) < 0.5) continue;
+        std::string words(kPatientSideNames[i]);
+        words[words.find('_')] = ' ';
+        return words;
+    }
+    return "nothing of the patient";
+}
+
+} // namespace
+
 Vec3 direction_of(PatientSide side) noexcept {
     switch (side) {
     case PatientSide::left:
@@ -26,18 +37,6 @@ Vec3 direction_of(PatientSide side) noexcept {
     }
     return {0, 0, -1};
 }
-
-std::string words_of(const Vec3& direction) {
-    for (std::size_t i = 0; i < kPatientSideNames.size(); ++i) {
-        if (glm::dot(direction_of(static_cast<PatientSide>(i)), direction) < 0.5) continue;
-        std::string words(kPatientSideNames[i]);
-        words[words.find('_')] = ' ';
-        return words;
-    }
-    return "nothing of the patient";
-}
-
-} // namespace
 
 DevicePlacement::DevicePlacement(const DevicePlacementSettings& settings)
     : is_identity_(false), settings_(settings) {

@@ -23,6 +23,9 @@ constexpr bool along_one_line(PatientSide a, PatientSide b) noexcept {
     return static_cast<int>(a) / 2 == static_cast<int>(b) / 2;
 }
 
+/// The way to that side, scene frame (LPS), of length 1.                                [any]
+Vec3 direction_of(PatientSide side) noexcept;
+
 /// How a device stands to the patient. The frame of a device is x towards its user, y to the
 /// user's right, z up. Without settings of its own a device looks at a patient who stands opposite.
 struct DevicePlacementSettings {

@@ -15,25 +15,6 @@ namespace {
 constexpr double kDistance_m = 20e-3; // in front of the surface, where it begins and ends
 constexpr double kApproach_s = 1.0;
 
-/// Out of the patient, scene frame (LPS).
-Vec3 direction_to(PatientSide side) {
-    switch (side) {
-    case PatientSide::left:
-        return {1, 0, 0};
-    case PatientSide::right:
-        return {-1, 0, 0};
-    case PatientSide::posterior:
-        return {0, 1, 0};
-    case PatientSide::anterior:
-        return {0, -1, 0};
-    case PatientSide::superior:
-        return {0, 0, 1};
-    case PatientSide::inferior:
-        return {0, 0, -1};
-    }
-    return {};
-}
-
 [[noreturn]] void fail(const Scene& scene, const std::string& what, const std::string& remedy) {
     throw std::runtime_error(fmt::format("{}:{}: [device]: {}; {}",
                                          scene.description().file.string(),
@@ -60,7 +41,7 @@ std::vector<HandIntent> press_of(const Scene& scene) {
     const SceneSurface& surface = pressed_surface(scene);
     const OrbitTarget target = orbit_target(surface);
     const Vec3 center = target.bounds.center();
-    const Vec3 side = direction_to(device.from);
+    const Vec3 side = direction_of(device.from);
     const Vec3 outside = center + glm::length(target.bounds.extent()) * side;
     // Into a body from its side, into the wall of a cavity from its middle.
     const bool is_cavity = !target.inside(center) && target.inside(outside);

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <limits>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -11,124 +8,24 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/scene_file.h>
 #include <palpate/engine/study.h>
-#include <palpate/engine/trace.h>
 
-#include "tests/support/mesh_text.h"
-#include "tests/support/scripted_clock.h"
-#include "tests/support/test_meshes.h"
-#include "tests/support/test_volumes.h"
+#include "tests/engine/mesh_scene_fixture.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kRadius = 20e-3;        // m
-constexpr double kHoleRadius = 2.5e-3;   // m, of the volume's bore hole along +z
-const Vec3 kCenter{10e-3, -5e-3, 3e-3};  // m: neither axis may be mistaken for another
-constexpr double kStiffness = 500.0;     // N/m, of the coupling where the scene says nothing
-constexpr double kLevelTolerance = 1e-7; // m, of method adaptive
-
-TriangleMesh ball() { return test::icosphere(kRadius, 4, kCenter); }
-
-/// The largest sphere that is inside the ball's facets.
-double inner_radius() {
-    const TriangleMesh mesh = ball();
-    double least = kRadius;
-    for (const auto& t : mesh.triangles) {
-        const Vec3& a = mesh.vertices[t[0]];
-        least = std::min(least, glm::dot(a - kCenter, triangle_normal(a, mesh.vertices[t[1]],
-                                                                      mesh.vertices[t[2]])));
-    }
-    return least;
-}
-
-/// In metres and RAS, which the file does not say.
-std::string file_text(TriangleMesh mesh) {
-    for (Vec3& p : mesh.vertices)
-        p = {-p.x, -p.y, p.z};
-    return test::ascii_ply(mesh);
-}
-
-/// 100 per mm around 500 on the sphere; a bore hole down to the middle that the mesh knows nothing
-/// of.
-VoxelVolume drilled_ball() {
-    constexpr double spacing = 0.8e-3;
-    const std::array<int, 3> size{60, 60, 60};
-    const AffineTransform frame{Mat3(spacing), kCenter - Vec3(29.5 * spacing)};
-    return test::sampled(size, frame, [](const Vec3& p) {
-        const Vec3 q = p - kCenter;
-        const double depth = kRadius - glm::length(q);
-        const double from_hole =
-            q.z > 0.0 ? std::hypot(q.x, q.y) - kHoleRadius : glm::length(q) - kHoleRadius;
-        return 500.0 + 1e5 * std::clamp(std::min(depth, from_hole), -3e-3, 3e-3);
-    });
-}
-
-DeviceState at(const Vec3& from_center, std::uint32_t trial = 0) {
-    DeviceState state;
-    state.position = kCenter + from_center;
-    state.trial = trial;
-    return state;
-}
-
-/// Down onto the ball's far side and along it, 2 mm deep.
-std::vector<DeviceState> stroke() {
-    std::vector<DeviceState> states;
-    for (int i = 0; i <= 140; ++i)
-        states.push_back(at({0.0, 0.0, -25e-3 + 0.05e-3 * i}));
-    for (int i = 0; i < 500; ++i) {
-        const double angle = 2e-3 * i;
-        states.push_back(
-            at(18e-3 * Vec3{std::sin(angle), 0.3 * std::sin(angle), -std::cos(angle)}));
-    }
-    return states;
-}
-
-/// Down the bore hole to 10 mm below the surface and out again, so many times.
-std::vector<DeviceState> probing(int times) {
-    std::vector<DeviceState> states;
-    for (int time = 0; time < times; ++time)
-        for (int i = -130; i <= 130; ++i)
-            states.push_back(at({0.1e-3, 0.05e-3, 10e-3 + 0.1e-3 * std::abs(i)}));
-    return states;
-}
-
-class MeshScene : public testing::Test {
-protected:
-    MeshScene() { test::make_file(folder_ / "ball.ply", file_text(ball())); }
-
-    std::shared_ptr<const Scene> scene(const std::string& surface,
-                                       const SceneResources& resources = {}) {
-        if (surface.find("volume") != std::string::npos &&
-            !std::filesystem::exists(folder_ / "ball.nrrd"))
-            write_volume(drilled_ball(), folder_ / "ball.nrrd");
-        const std::string volume = std::filesystem::exists(folder_ / "ball.nrrd")
-                                       ? "[volume.ct]\nfile = \"ball.nrrd\"\n"
-                                       : "";
-        return std::make_shared<const Scene>(
-            parse_scene(volume + "[surface.ball]\n" + surface +
-                            "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n[limits]\n"
-                            "force_n = 100\nslew_n_per_s = 1e6\n",
-                        folder_ / "scene.toml"),
-            resources);
-    }
-    std::string refusal(const std::string& surface) {
-        try {
-            scene(surface);
-        } catch (const std::runtime_error& error) {
-            return error.what();
-        }
-        return {};
-    }
-
-    test::TemporaryFolder folder_;
-    test::ScriptedClock clock_;
-    const std::string mesh_ = "mesh = \"ball.ply\"\nmesh_unit = \"m\"\nmesh_frame = \"RAS\"\n";
-    const std::string both_ = "volume = \"ct\"\niso_value = 500\n" + mesh_;
-};
+using test::at;
+using test::ball;
+using test::file_text;
+using test::inner_radius;
+using test::kCenter;
+using test::kLevelTolerance;
+using test::kRadius;
+using test::kStiffness;
+using test::MeshScene;
+using test::probing;
+using test::stroke;
 
 TEST_F(MeshScene, AMeshAloneIsFeltExactlyAndWithoutAnyField) {
     const auto one = scene(mesh_);
@@ -374,79 +271,6 @@ TEST_F(MeshScene, ARecordingRefusesABuildThatChoosesAnotherContact) {
             EXPECT_NE(std::string(error.what()).find("names no contact"), std::string::npos)
                 << error.what();
         }
-    }
-}
-
-TEST_F(MeshScene, AnOrbitGoesAroundAMeshAndPressesIntoIt) {
-    const auto one = scene(mesh_);
-    DeviceDescription orbit;
-    orbit.duration_s = 5.0;
-    const auto states = make_orbit(orbit_target(one->surfaces().front()), orbit, 1000.0);
-    ASSERT_GT(states.size(), 1000u);
-    EXPECT_GT(glm::length(states.front().position - kCenter), kRadius) << "begins in free space";
-    std::size_t deep = 0;
-    for (const DeviceState& state : states) {
-        const double radius = glm::length(state.position - kCenter);
-        // Chords between rays 0.25 mm apart cut off less than a micrometre.
-        ASSERT_GE(radius, inner_radius() - 5e-3 - 1e-6);
-        if (radius < kRadius - 1e-3) ++deep;
-    }
-    EXPECT_GT(deep, states.size() / 2);
-    EXPECT_GT(run_trace(one, states, clock_).audits.front().mesh_distance_m().size(), deep);
-}
-
-TEST_F(MeshScene, AnOrbitFeelsAMeshThatIsACavityFromInside) {
-    const SurfaceScene cavity(std::make_shared<TriangleMesh>(test::reversed(ball())));
-    DeviceDescription orbit;
-    const auto states = make_orbit(orbit_target(cavity), orbit, 1000.0);
-    double farthest = 0.0;
-    for (const DeviceState& state : states)
-        farthest = std::max(farthest, glm::length(state.position - kCenter));
-    EXPECT_LT(glm::length(states.front().position - kCenter), inner_radius());
-    EXPECT_LE(farthest, kRadius + 5e-3 + 1e-9);
-    EXPECT_GE(farthest, kRadius + 4e-3);
-}
-
-/// Twelve spikes: beside them the closest point is on an edge or a tip, whose facets face
-/// elsewhere.
-TriangleMesh spiky_ball() {
-    TriangleMesh mesh = test::icosphere(kRadius, 1, kCenter);
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-        mesh.vertices[i] = kCenter + (i < 12 ? 1.4 : 0.5) * (mesh.vertices[i] - kCenter);
-    return mesh;
-}
-
-/// Distance from the centre to the surface along a direction, for a body that has one facet there.
-double radius_along(const TriangleMesh& mesh, const Vec3& direction) {
-    for (const auto& t : mesh.triangles) {
-        const Vec3 a = mesh.vertices[t[0]] - kCenter, b = mesh.vertices[t[1]] - kCenter,
-                   c = mesh.vertices[t[2]] - kCenter;
-        if (glm::dot(direction, glm::cross(a, b)) < 0.0 ||
-            glm::dot(direction, glm::cross(b, c)) < 0.0 ||
-            glm::dot(direction, glm::cross(c, a)) < 0.0)
-            continue;
-        const Vec3 normal = glm::cross(b - a, c - a);
-        return glm::dot(normal, a) / glm::dot(normal, direction);
-    }
-    return std::numeric_limits<double>::quiet_NaN();
-}
-
-TEST_F(MeshScene, InsideIsWhatLiesBehindTheFacetThatIsSeen) {
-    for (const TriangleMesh& body :
-         {test::bumpy_sphere(kRadius, 4, 0.3, 5.0, kCenter), spiky_ball()}) {
-        const SurfaceScene mesh(std::make_shared<TriangleMesh>(body));
-        const OrbitTarget target = orbit_target(mesh);
-        std::mt19937 random(7);
-        std::uniform_real_distribution<double> uniform(-1.4 * kRadius, 1.4 * kRadius);
-        std::size_t inside = 0;
-        for (int i = 0; i < 2000; ++i) {
-            const Vec3 q{uniform(random), uniform(random), uniform(random)};
-            const bool expected = glm::length(q) < radius_along(body, glm::normalize(q));
-            ASSERT_EQ(target.inside(kCenter + q), expected) << i;
-            inside += expected;
-        }
-        EXPECT_GT(inside, 50u);
-        EXPECT_LT(inside, 1700u);
     }
 }
 
