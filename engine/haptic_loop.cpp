@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #if defined(__x86_64__)
 #include <xmmintrin.h>
@@ -139,7 +140,6 @@ FrameReport HapticLoop::frame(const DeviceState& device,
                               std::span<const std::uint32_t> steps_left) noexcept {
     const FlushDenormals flush_denormals;
     const double began_us = clock_.now_us();
-    const QueryCount before = queries();
 
     FrameReport report;
     report.frame = frames_++;
@@ -160,11 +160,12 @@ FrameReport HapticLoop::frame(const DeviceState& device,
     }
     report.proxy = proxy_;
 
-    const QueryCount after = queries();
-    report.field_samples = static_cast<std::uint32_t>(after.field_samples - before.field_samples);
-    report.root_queries = static_cast<std::uint32_t>(after.roots - before.roots);
+    const QueryCount before = std::exchange(counted_, queries());
+    report.field_samples =
+        static_cast<std::uint32_t>(counted_.field_samples - before.field_samples);
+    report.root_queries = static_cast<std::uint32_t>(counted_.roots - before.roots);
     report.surface_queries =
-        static_cast<std::uint32_t>(after.surface_queries - before.surface_queries);
+        static_cast<std::uint32_t>(counted_.surface_queries - before.surface_queries);
     report.estimate_us = subdivision_->estimate_us();
     report.spent_us = clock_.now_us() - began_us;
     return report;

@@ -107,6 +107,7 @@ private:
     double period_s_;
 
     std::uint64_t frames_ = 0;
+    QueryCount counted_; // up to the last frame's end
     bool started_ = false;
     std::uint32_t trial_ = 0;
     Vec3 proxy_{0.0};

@@ -36,7 +36,8 @@ void share_where_planes_coincide(std::span<const PlanePrimitive> planes,
     for (std::size_t i = 0; i < planes.size(); ++i)
         for (std::size_t j = i + 1; j < planes.size(); ++j) {
             if (planes[i].strength_n == planes[j].strength_n) continue;
-            const double bears_n = solution.multiplier_n[i] + solution.multiplier_n[j];
+            const double bears_n =
+                solution.planes[i].multiplier_n + solution.planes[j].multiplier_n;
             const Vec3 n = planes[i].normal;
             if (!(bears_n > 0.0) || !(glm::dot(n, planes[j].normal) > kSameNormal) ||
                 !(std::abs(glm::dot(n, planes[i].anchor - planes[j].anchor)) < kSamePlace))
@@ -46,11 +47,11 @@ void share_where_planes_coincide(std::span<const PlanePrimitive> planes,
             const double weak_n = std::min(bears_n, planes[weak].strength_n);
             for (const auto& [index, share_n] :
                  {std::pair{weak, weak_n}, std::pair{strong, bears_n - weak_n}}) {
-                solution.multiplier_n[index] = share_n;
-                solution.state[index] = !(share_n > 0.0) ? MultiplierState::released
-                                        : share_n >= planes[index].strength_n
-                                            ? MultiplierState::saturated
-                                            : MultiplierState::active;
+                solution.planes[index].multiplier_n = share_n;
+                solution.planes[index].state = !(share_n > 0.0) ? MultiplierState::released
+                                               : share_n >= planes[index].strength_n
+                                                   ? MultiplierState::saturated
+                                                   : MultiplierState::active;
             }
         }
 }
@@ -76,8 +77,8 @@ void CoulombFriction::set_gain(std::size_t surface, double gain) noexcept {
 }
 
 void CoulombFriction::restart() noexcept {
-    contact_count_ = 0;
-    known_count_ = 0;
+    contacts_.clear();
+    known_.clear();
     for (Surface& surface : surfaces_)
         surface.slid = false;
 }
@@ -93,11 +94,11 @@ void CoulombFriction::begin() noexcept {
 double CoulombFriction::remembered_n(std::size_t surface, const Vec3& normal) const noexcept {
     double closest = kSameContact;
     double multiplier_n = 0.0;
-    for (std::size_t i = 0; i < known_count_; ++i) {
-        const double cosine = glm::dot(known_[i].normal, normal);
-        if (known_[i].surface != surface || cosine <= closest) continue;
+    for (const Contact& known : known_) {
+        const double cosine = glm::dot(known.normal, normal);
+        if (known.surface != surface || cosine <= closest) continue;
         closest = cosine;
-        multiplier_n = known_[i].multiplier_n;
+        multiplier_n = known.multiplier_n;
     }
     return multiplier_n;
 }
@@ -105,7 +106,7 @@ double CoulombFriction::remembered_n(std::size_t surface, const Vec3& normal) co
 void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
                              std::span<const std::size_t> first_contact,
                              PrimitiveSet& primitives) noexcept {
-    contact_count_ = 0;
+    contacts_.clear();
     first_line_ = primitives.lines().size();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         Surface& surface = surfaces_[i];
@@ -116,48 +117,47 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
             const Vec3& normal = contacts[c].plane.normal;
             primitives.add_line({surface.anchor, normal, 0.0});
             if (primitives.overflowed()) return;
-            contacts_[contact_count_++] = {i, c, normal, remembered_n(i, normal),
-                                           TetherState::released};
+            contacts_.push_back({i, c, normal, remembered_n(i, normal), TetherState::released});
         }
     }
 }
 
 ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe,
                                      double stiffness) noexcept {
-    if (contact_count_ == 0) {
-        known_count_ = 0;
-        return solve_round(primitives, probe, stiffness);
-    }
     ProxySolution solution = solve_round(primitives, probe, stiffness);
-    internal::FixedPoint<PrimitiveSet::kCapacity> fixed_point(contact_count_);
-    std::array<double, PrimitiveSet::kCapacity> guess{}, found{};
+    if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, solution);
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
+        contacts_[j].state = solution.lines[first_line_ + j].state;
+    known_ = contacts_;
+    return solution;
+}
+
+/// Multipliers from which the solution's own come out again; `solution` is of the ones to begin
+/// with.
+void CoulombFriction::find_fixed_point(PrimitiveSet& primitives, const Vec3& probe,
+                                       double stiffness, ProxySolution& solution) noexcept {
+    internal::FixedPoint<PrimitiveSet::kCapacity> fixed_point;
     Vec3 proxy_before{std::numeric_limits<double>::infinity()};
-    for (int round = 1; !obeys_the_law(solution); ++round) {
-        if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees(solution)) break;
-        if (round == kMostRounds) {
-            solution.status = SolveStatus::capped;
-            break;
-        }
+    for (int round = 1; round < kMostRounds; ++round) {
         proxy_before = solution.proxy;
-        for (std::size_t j = 0; j < contact_count_; ++j) {
-            guess[j] = contacts_[j].multiplier_n;
-            found[j] = solution.multiplier_n[contacts_[j].plane];
+        FixedVector<double, PrimitiveSet::kCapacity> guess, found;
+        for (const Contact& contact : contacts_) {
+            guess.push_back(contact.multiplier_n);
+            found.push_back(solution.planes[contact.plane].multiplier_n);
         }
         guess = fixed_point.next(guess, found);
-        for (std::size_t j = 0; j < contact_count_; ++j)
+        for (std::size_t j = 0; j < contacts_.size(); ++j)
             contacts_[j].multiplier_n = std::max(0.0, guess[j]);
         solution = solve_round(primitives, probe, stiffness);
+        if (obeys_the_law(solution)) return;
+        if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees(solution)) return;
     }
-    for (std::size_t j = 0; j < contact_count_; ++j)
-        contacts_[j].state = solution.line_state[first_line_ + j];
-    std::copy_n(contacts_.begin(), contact_count_, known_.begin());
-    known_count_ = contact_count_;
-    return solution;
+    solution.status = SolveStatus::capped;
 }
 
 ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe,
                                            double stiffness) const noexcept {
-    for (std::size_t j = 0; j < contact_count_; ++j)
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
         primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
                                                           contacts_[j].multiplier_n);
     ProxySolution solution = solve_proxy(primitives, probe, stiffness);
@@ -168,14 +168,14 @@ ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3&
 /// What holds is no stronger than mu times the multiplier that came out, what slips is as strong.
 bool CoulombFriction::obeys_the_law(const ProxySolution& solution) const noexcept {
     double largest_n = 0.0;
-    for (std::size_t j = 0; j < contact_count_; ++j)
-        largest_n = std::max(largest_n, solution.multiplier_n[contacts_[j].plane]);
-    for (std::size_t j = 0; j < contact_count_; ++j) {
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
+        largest_n = std::max(largest_n, solution.planes[contacts_[j].plane].multiplier_n);
+    for (std::size_t j = 0; j < contacts_.size(); ++j) {
         const Contact& contact = contacts_[j];
         const double mu = surfaces_[contact.surface].mu;
-        const double limit_n = mu * solution.multiplier_n[contact.plane];
-        if (solution.line_state[first_line_ + j] == TetherState::held) {
-            const double bears_n = glm::length(solution.line_force_n[first_line_ + j]);
+        const double limit_n = mu * solution.planes[contact.plane].multiplier_n;
+        if (solution.lines[first_line_ + j].state == TetherState::held) {
+            const double bears_n = glm::length(solution.lines[first_line_ + j].force_n);
             if (bears_n > limit_n + kHolds * mu * largest_n) return false;
         } else if (std::abs(mu * contact.multiplier_n - limit_n) > kAgree * mu * largest_n) {
             return false;
@@ -186,21 +186,21 @@ bool CoulombFriction::obeys_the_law(const ProxySolution& solution) const noexcep
 
 bool CoulombFriction::sum_agrees(const ProxySolution& solution) const noexcept {
     double guessed_n = 0.0, found_n = 0.0;
-    for (std::size_t j = 0; j < contact_count_; ++j) {
+    for (std::size_t j = 0; j < contacts_.size(); ++j) {
         guessed_n += contacts_[j].multiplier_n;
-        found_n += solution.multiplier_n[contacts_[j].plane];
+        found_n += solution.planes[contacts_[j].plane].multiplier_n;
     }
     return std::abs(found_n - guessed_n) <= kSameSum * found_n;
 }
 
 bool CoulombFriction::holds() const noexcept {
-    return std::any_of(contacts_.begin(), contacts_.begin() + contact_count_,
+    return std::any_of(contacts_.begin(), contacts_.end(),
                        [](const Contact& c) { return c.state == TetherState::held; });
 }
 
 bool CoulombFriction::breaks_away() noexcept {
     bool any = false;
-    for (std::size_t j = 0; j < contact_count_; ++j) {
+    for (std::size_t j = 0; j < contacts_.size(); ++j) {
         Surface& surface = surfaces_[contacts_[j].surface];
         if (contacts_[j].state != TetherState::slipping || surface.mu == surface.of.dynamic_mu)
             continue;
@@ -213,7 +213,7 @@ bool CoulombFriction::breaks_away() noexcept {
 void CoulombFriction::commit() noexcept {
     for (Surface& surface : surfaces_)
         surface.slid = false;
-    for (std::size_t j = 0; j < contact_count_; ++j)
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
         if (contacts_[j].state == TetherState::slipping)
             surfaces_[contacts_[j].surface].slid = true;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
 #include <palpate/haptics/effect.h>
+#include <palpate/haptics/fixed_vector.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/haptics/surface_contact.h>
 
@@ -60,7 +60,7 @@ public:
     /// Whether a surface rubs.                                                           [loop]
     bool rubs(std::size_t surface) const noexcept { return !surfaces_[surface].of.none(); }
     /// Lines that gather() added last.                                                   [loop]
-    std::size_t lines() const noexcept { return contact_count_; }
+    std::size_t lines() const noexcept { return contacts_.size(); }
     /// Whether friction holds the proxy, in the last solution.                           [loop]
     bool holds() const noexcept;
 
@@ -80,20 +80,20 @@ private:
         double multiplier_n = 0.0;
         TetherState state = TetherState::released;
     };
-    using Contacts = std::array<Contact, PrimitiveSet::kCapacity>;
+    using Contacts = FixedVector<Contact, PrimitiveSet::kCapacity>;
 
     ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe,
                               double stiffness) const noexcept;
+    void find_fixed_point(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                          ProxySolution& solution) noexcept;
     bool obeys_the_law(const ProxySolution& solution) const noexcept;
     bool sum_agrees(const ProxySolution& solution) const noexcept;
     double remembered_n(std::size_t surface, const Vec3& normal) const noexcept;
 
     std::vector<Surface> surfaces_;
     Contacts contacts_; // of the last gather()
-    std::size_t contact_count_ = 0;
     std::size_t first_line_ = 0;
-    Contacts known_; // of the last solution that had some
-    std::size_t known_count_ = 0;
+    Contacts known_; // of the last solution
 };
 
 } // namespace palpate

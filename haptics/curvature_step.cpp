@@ -76,13 +76,13 @@ Tethers tethers_of(const PrimitiveSet& primitives, const ProxySolution& solution
     Tethers tethers;
     for (std::size_t i = 0; i < primitives.lines().size(); ++i) {
         const LinePrimitive& line = primitives.lines()[i];
-        const TetherState state = solution.line_state[i];
+        const TetherState state = solution.lines[i].state;
         if (state == TetherState::released) continue;
         const Vec3 axis = glm::normalize(line.axis); // not released: it has a length
         const Mat3 projection = Mat3(1.0) - glm::outerProduct(axis, axis);
         if (state == TetherState::slipping) {
             tethers.add_slipping(projection * (solution.proxy - line.anchor),
-                                 glm::length(solution.line_force_n[i]) / stiffness, projection);
+                                 glm::length(solution.lines[i].force_n) / stiffness, projection);
             continue;
         }
         const Vec3 side = across(axis);
@@ -91,10 +91,10 @@ Tethers tethers_of(const PrimitiveSet& primitives, const ProxySolution& solution
         tethers.hold = true;
     }
     for (std::size_t i = 0; i < primitives.points().size(); ++i) {
-        const TetherState state = solution.point_state[i];
+        const TetherState state = solution.points[i].state;
         if (state == TetherState::slipping)
             tethers.add_slipping(solution.proxy - primitives.points()[i].anchor,
-                                 glm::length(solution.point_force_n[i]) / stiffness, Mat3(1.0));
+                                 glm::length(solution.points[i].force_n) / stiffness, Mat3(1.0));
         if (state != TetherState::held) continue;
         for (int axis = 0; axis < 3; ++axis)
             pinned.add(Mat3(1.0)[axis]);
@@ -153,10 +153,10 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
     std::size_t holds = 0;
     Mat3 curvature{0.0};
     for (std::size_t i = 0; i < primitives.planes().size(); ++i) {
-        if (solution.state[i] == MultiplierState::released) continue;
+        if (solution.planes[i].state == MultiplierState::released) continue;
         if (i < contacts.size())
-            curvature += (solution.multiplier_n[i] / stiffness) * contacts[i].depth_hessian;
-        if (solution.state[i] == MultiplierState::saturated) continue;
+            curvature += (solution.planes[i].multiplier_n / stiffness) * contacts[i].depth_hessian;
+        if (solution.planes[i].state == MultiplierState::saturated) continue;
         ++holding;
         holds = i;
         pinned.add(primitives.planes()[i].normal);

@@ -146,8 +146,8 @@ std::optional<ContactPlane> GuardedContact::nearest(const Vec3& proxy, const Vec
 
 void GuardedContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
     volume_.keep_active(solution, first);
-    leash_holds_ =
-        leash_offered_ && solution.state[first + volume_planes_] != MultiplierState::released;
+    leash_holds_ = leash_offered_ &&
+                   solution.planes[first + volume_planes_].state != MultiplierState::released;
 }
 
 std::optional<Vec3> GuardedContact::restore(const Vec3& proxy) noexcept {

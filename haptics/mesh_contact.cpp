@@ -234,11 +234,12 @@ std::optional<MeshSpot> MeshContact::nearest_spot(const Vec3& point, double radi
 void MeshContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
     yielded_ = false;
     for (std::size_t i = 0; i < offered_; ++i)
-        if (solution.state[first + i] == MultiplierState::saturated) yielded_ = true;
+        if (solution.planes[first + i].state == MultiplierState::saturated) yielded_ = true;
     if (mode_ != Mode::on_surface || offered_ != touch_count_) return;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < touch_count_; ++i)
-        if (solution.state[first + i] != MultiplierState::released) touches_[kept++] = touches_[i];
+        if (solution.planes[first + i].state != MultiplierState::released)
+            touches_[kept++] = touches_[i];
     touch_count_ = kept;
 }
 
@@ -279,7 +280,7 @@ void MeshContact::touch_all_that_hold(const Vec3& pull) noexcept {
     }
     const ProxySolution solution = solve_proxy(planes, pull, kAnyStiffness);
     for (std::size_t i = 0; i < count; ++i)
-        if (solution.state[i] != MultiplierState::released)
+        if (solution.planes[i].state != MultiplierState::released)
             touch(candidates[i].facet, candidates[i].side);
 }
 

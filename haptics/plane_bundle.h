@@ -45,7 +45,9 @@ public:
     /// there.  [loop]
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept {
         std::size_t index = first;
-        keep_if([&](const Entry&) { return solution.state[index++] != MultiplierState::released; });
+        keep_if([&](const Entry&) {
+            return solution.planes[index++].state != MultiplierState::released;
+        });
     }
 
 private:

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 
 #include <palpate/geometry/vec.h>
+#include <palpate/haptics/fixed_vector.h>
 #include <palpate/haptics/gain.h>
 
 namespace palpate {
@@ -41,9 +41,9 @@ public:
     static constexpr std::size_t kCapacity = 16; ///< planes, lines and points together
 
     void clear() noexcept {
-        plane_count_ = 0;
-        line_count_ = 0;
-        point_count_ = 0;
+        planes_.clear();
+        lines_.clear();
+        points_.clear();
         force_ = Vec3{0.0};
         spring_ = 0.0;
         spring_moment_ = Vec3{0.0};
@@ -58,14 +58,12 @@ public:
     /// Adds a plane; one beyond the capacity is left out and remembered as overflow.       [loop]
     void add(const PlanePrimitive& plane) noexcept {
         if (!has_room()) return;
-        planes_[plane_count_] = plane;
-        planes_[plane_count_++].strength_n = gain_.strength_n(plane.strength_n);
+        planes_.push_back({plane.anchor, plane.normal, gain_.strength_n(plane.strength_n)});
     }
     /// Adds a line, as add() does.                                                         [loop]
     void add_line(const LinePrimitive& line) noexcept {
         if (!has_room()) return;
-        lines_[line_count_] = line;
-        lines_[line_count_++].strength_n = gain_.strength_n(line.strength_n);
+        lines_.push_back({line.anchor, line.axis, gain_.strength_n(line.strength_n)});
     }
     /// Strength of a line that is there, N, >= 0, whatever the gain.                      [loop]
     void set_line_strength(std::size_t line, double strength_n) noexcept {
@@ -74,8 +72,7 @@ public:
     /// Adds a point, as add() does.                                                        [loop]
     void add_point(const PointPrimitive& point) noexcept {
         if (!has_room()) return;
-        points_[point_count_] = point;
-        points_[point_count_++].strength_n = gain_.strength_n(point.strength_n);
+        points_.push_back({point.anchor, gain_.strength_n(point.strength_n)});
     }
 
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
@@ -89,13 +86,9 @@ public:
         spring_moment_ += scaled * anchor;
     }
 
-    std::span<const PlanePrimitive> planes() const noexcept {
-        return {planes_.data(), plane_count_};
-    }
-    std::span<const LinePrimitive> lines() const noexcept { return {lines_.data(), line_count_}; }
-    std::span<const PointPrimitive> points() const noexcept {
-        return {points_.data(), point_count_};
-    }
+    std::span<const PlanePrimitive> planes() const noexcept { return planes_; }
+    std::span<const LinePrimitive> lines() const noexcept { return lines_; }
+    std::span<const PointPrimitive> points() const noexcept { return points_; }
     const Vec3& force() const noexcept { return force_; }
 
     /// Stiffness of everything that draws without a bound, N/m: K = k + sum g.            [loop]
@@ -109,24 +102,22 @@ public:
 
     /// Whether nothing in it holds or yields: neither planes, lines nor points.
     /// [loop]
-    bool is_free() const noexcept { return plane_count_ + line_count_ + point_count_ == 0; }
+    bool is_free() const noexcept { return count() == 0; }
     /// Whether there are lines or points.                                                 [loop]
-    bool has_tethers() const noexcept { return line_count_ + point_count_ > 0; }
+    bool has_tethers() const noexcept { return !lines_.empty() || !points_.empty(); }
     bool overflowed() const noexcept { return overflowed_; }
 
 private:
+    std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
     bool has_room() noexcept {
-        const bool room = plane_count_ + line_count_ + point_count_ < kCapacity;
+        const bool room = count() < kCapacity;
         overflowed_ = overflowed_ || !room;
         return room;
     }
 
-    std::array<PlanePrimitive, kCapacity> planes_{};
-    std::array<LinePrimitive, kCapacity> lines_{};
-    std::array<PointPrimitive, kCapacity> points_{};
-    std::size_t plane_count_ = 0;
-    std::size_t line_count_ = 0;
-    std::size_t point_count_ = 0;
+    FixedVector<PlanePrimitive, kCapacity> planes_;
+    FixedVector<LinePrimitive, kCapacity> lines_;
+    FixedVector<PointPrimitive, kCapacity> points_;
     Vec3 force_{0.0};
     double spring_ = 0.0;     // sum g, N/m
     Vec3 spring_moment_{0.0}; // sum g q, N

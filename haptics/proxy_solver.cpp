@@ -2,7 +2,9 @@
 #include <palpate/haptics/proxy_solver.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include <palpate/haptics/internal/mixed_solver.h>
 #include <palpate/haptics/internal/solver_limits.h>
@@ -27,31 +29,31 @@ constexpr double kDependent = 1e-13;
 /// three normals are free at a time.
 class DualProblem {
 public:
-    DualProblem(const PrimitiveSet& primitives, const Vec3& target, double stiffness) noexcept {
-        count_ = primitives.planes().size();
-        double scale = 0.0;
-        for (std::size_t i = 0; i < count_; ++i) {
-            const PlanePrimitive& plane = primitives.planes()[i];
+    DualProblem(std::span<const PlanePrimitive> planes, const Vec3& target,
+                double stiffness) noexcept {
+        for (const PlanePrimitive& plane : planes) {
+            Face face;
             const double length = glm::length(plane.normal);
-            usable_[i] = solver::is_usable(plane.anchor, length, plane.strength_n);
-            if (!usable_[i]) continue;
-            normal_[i] = plane.normal / length;
-            offset_[i] = glm::dot(normal_[i], plane.anchor - target);
-            scale = std::max(scale, glm::length(plane.anchor - target));
+            face.usable = solver::is_usable(plane.anchor, length, plane.strength_n);
+            if (face.usable) {
+                face.normal = plane.normal / length;
+                face.offset = glm::dot(face.normal, plane.anchor - target);
+                face.bound = plane.strength_n / stiffness;
+                scale_ = std::max(scale_, glm::length(plane.anchor - target));
+            }
+            faces_.push_back(face);
         }
-        for (std::size_t i = 0; i < count_; ++i) {
-            if (!usable_[i]) continue;
-            const double sigma = primitives.planes()[i].strength_n / stiffness;
-            yields_[i] = sigma <= kHardMultiplier * scale;
-            bound_[i] = yields_[i] ? sigma : kHardMultiplier * scale;
+        const double hard = kHardMultiplier * scale_;
+        for (Face& face : faces_) {
+            face.yields = face.bound <= hard;
+            face.bound = std::min(face.bound, hard);
         }
-        scale_ = scale;
-        tolerance_ = kAbsoluteGap + kRelativeGap * scale;
+        tolerance_ = kAbsoluteGap + kRelativeGap * scale_;
     }
 
     bool solve() noexcept {
-        const int cap = 40 * static_cast<int>(count_) + 60;
-        const int bland_after = 20 * static_cast<int>(count_) + 30;
+        const int cap = 40 * static_cast<int>(faces_.size()) + 60;
+        const int bland_after = 20 * static_cast<int>(faces_.size()) + 30;
         for (int step = 0; step < cap; ++step) {
             const std::size_t entering = most_violated(step > bland_after);
             if (entering == kNone) return true;
@@ -63,19 +65,18 @@ public:
 
     Vec3 displacement() const noexcept {
         Vec3 y{0.0};
-        for (std::size_t i = 0; i < count_; ++i)
-            if (usable_[i]) y += lambda_[i] * normal_[i];
+        for (const Face& face : faces_)
+            if (face.usable) y += face.lambda * face.normal;
         return y;
     }
 
     double residual() const noexcept {
         const Vec3 y = displacement();
         double worst = 0.0;
-        for (std::size_t i = 0; i < count_; ++i) {
-            if (!usable_[i]) continue;
-            const double gap = glm::dot(normal_[i], y) - offset_[i];
-            const double projected = std::clamp(lambda_[i] - gap, 0.0, bound_[i]);
-            worst = std::max(worst, std::abs(lambda_[i] - projected));
+        for (const Face& face : faces_) {
+            if (!face.usable) continue;
+            const double projected = std::clamp(face.lambda - face.gap(y), 0.0, face.bound);
+            worst = std::max(worst, std::abs(face.lambda - projected));
         }
         return worst;
     }
@@ -84,25 +85,38 @@ public:
     double error_bound() const noexcept {
         const Vec3 y = displacement();
         double size = scale_;
-        for (std::size_t i = 0; i < count_; ++i)
-            if (usable_[i]) size += lambda_[i];
+        for (const Face& face : faces_)
+            if (face.usable) size += face.lambda;
         double gap_m2 = 0.0;
-        for (std::size_t i = 0; i < count_; ++i) {
-            if (!usable_[i]) continue;
-            const double gap = glm::dot(normal_[i], y) - offset_[i];
-            gap_m2 += bound_[i] * (std::max(0.0, -gap) + kGapRounding * size) + lambda_[i] * gap;
+        for (const Face& face : faces_) {
+            if (!face.usable) continue;
+            const double gap = face.gap(y);
+            gap_m2 += face.bound * (std::max(0.0, -gap) + kGapRounding * size) + face.lambda * gap;
         }
         return std::sqrt(std::max(0.0, gap_m2));
     }
 
-    double lambda(std::size_t i) const noexcept { return lambda_[i]; }
-    MultiplierState state(std::size_t i) const noexcept {
-        if (!usable_[i] || lambda_[i] <= 0.0) return MultiplierState::released;
-        return yields_[i] && lambda_[i] >= bound_[i] ? MultiplierState::saturated
-                                                     : MultiplierState::active;
+    PlaneOutcome outcome(std::size_t i, double stiffness) const noexcept {
+        const Face& face = faces_[i];
+        if (!face.usable || face.lambda <= 0.0) return {};
+        return {stiffness * face.lambda, face.yields && face.lambda >= face.bound
+                                             ? MultiplierState::saturated
+                                             : MultiplierState::active};
     }
 
 private:
+    /// A plane and its multiplier.
+    struct Face {
+        Vec3 normal{0.0};
+        double offset = 0.0; // b = n.(p - a'), m
+        double bound = 0.0;  // sigma = s / k, m
+        double lambda = 0.0; // m
+        bool usable = false;
+        bool yields = false; // the bound is the strength, not the hard planes' cap
+
+        double gap(const Vec3& y) const noexcept { return glm::dot(normal, y) - offset; }
+    };
+
     bool is_free(std::size_t i) const noexcept {
         return std::find(free_.begin(), free_.begin() + free_count_, i) !=
                free_.begin() + free_count_;
@@ -114,11 +128,12 @@ private:
         const Vec3 y = displacement();
         std::size_t chosen = kNone;
         double worst = tolerance_;
-        for (std::size_t i = 0; i < count_; ++i) {
-            if (!usable_[i] || is_free(i)) continue;
-            const double gap = glm::dot(normal_[i], y) - offset_[i];
-            const bool grow = lambda_[i] < bound_[i] && -gap > worst;
-            const bool shrink = lambda_[i] > 0.0 && gap > worst;
+        for (std::size_t i = 0; i < faces_.size(); ++i) {
+            const Face& face = faces_[i];
+            if (!face.usable || is_free(i)) continue;
+            const double gap = face.gap(y);
+            const bool grow = face.lambda < face.bound && -gap > worst;
+            const bool shrink = face.lambda > 0.0 && gap > worst;
             if (!grow && !shrink) continue;
             chosen = i;
             worst = std::abs(gap);
@@ -131,17 +146,17 @@ private:
     /// dependency until one meets a bound.
     void enter(std::size_t entering) noexcept {
         std::array<double, 3> share{};
-        if (free_count_ > 0 && depends_on_free(normal_[entering], share)) {
-            const double gap = glm::dot(normal_[entering], displacement()) - offset_[entering];
+        if (free_count_ > 0 && depends_on_free(faces_[entering].normal, share)) {
+            const double gap = faces_[entering].gap(displacement());
             const double direction = gap < 0.0 ? 1.0 : -1.0;
-            double step =
-                direction > 0.0 ? bound_[entering] - lambda_[entering] : lambda_[entering];
+            double step = direction > 0.0 ? faces_[entering].bound - faces_[entering].lambda
+                                          : faces_[entering].lambda;
             std::size_t blocking = kNone;
             for (std::size_t k = 0; k < free_count_; ++k) {
                 const double rate = -direction * share[k];
                 if (rate == 0.0) continue;
-                const double room =
-                    rate > 0.0 ? bound_[free_[k]] - lambda_[free_[k]] : lambda_[free_[k]];
+                const double room = rate > 0.0 ? faces_[free_[k]].bound - faces_[free_[k]].lambda
+                                               : faces_[free_[k]].lambda;
                 if (room / std::abs(rate) < step) {
                     step = room / std::abs(rate);
                     blocking = k;
@@ -151,11 +166,11 @@ private:
                 move(free_[k], -direction * share[k] * step);
             move(entering, direction * step);
             if (blocking == kNone) { // it went from bound to bound itself
-                lambda_[entering] = direction > 0.0 ? bound_[entering] : 0.0;
+                faces_[entering].lambda = direction > 0.0 ? faces_[entering].bound : 0.0;
                 return;
             }
             const double rate = -direction * share[blocking];
-            lambda_[free_[blocking]] = rate > 0.0 ? bound_[free_[blocking]] : 0.0;
+            faces_[free_[blocking]].lambda = rate > 0.0 ? faces_[free_[blocking]].bound : 0.0;
             release(blocking);
         }
         if (free_count_ < free_.size()) free_[free_count_++] = entering;
@@ -174,8 +189,9 @@ private:
             std::size_t blocking = kNone;
             for (std::size_t k = 0; k < free_count_; ++k) {
                 const std::size_t i = free_[k];
-                const double move_by = target[k] - lambda_[i];
-                const double room = move_by > 0.0 ? bound_[i] - lambda_[i] : lambda_[i];
+                const double move_by = target[k] - faces_[i].lambda;
+                const double room =
+                    move_by > 0.0 ? faces_[i].bound - faces_[i].lambda : faces_[i].lambda;
                 if (std::abs(move_by) > 0.0 && room / std::abs(move_by) < step) {
                     step = room / std::abs(move_by);
                     blocking = k;
@@ -183,19 +199,19 @@ private:
             }
             if (blocking == kNone) {
                 for (std::size_t k = 0; k < free_count_; ++k)
-                    lambda_[free_[k]] = target[k];
+                    faces_[free_[k]].lambda = target[k];
                 return;
             }
-            const bool up = target[blocking] > lambda_[free_[blocking]];
+            const bool up = target[blocking] > faces_[free_[blocking]].lambda;
             for (std::size_t k = 0; k < free_count_; ++k)
-                move(free_[k], step * (target[k] - lambda_[free_[k]]));
-            lambda_[free_[blocking]] = up ? bound_[free_[blocking]] : 0.0;
+                move(free_[k], step * (target[k] - faces_[free_[k]].lambda));
+            faces_[free_[blocking]].lambda = up ? faces_[free_[blocking]].bound : 0.0;
             release(blocking);
         }
     }
 
     void move(std::size_t i, double by) noexcept {
-        lambda_[i] = std::clamp(lambda_[i] + by, 0.0, bound_[i]);
+        faces_[i].lambda = std::clamp(faces_[i].lambda + by, 0.0, faces_[i].bound);
     }
 
     void release(std::size_t k) noexcept {
@@ -207,7 +223,7 @@ private:
     /// Orthonormal basis of the free normals and its triangle, by Gram-Schmidt, twice for accuracy.
     bool factorise(std::array<Vec3, 3>& q, std::array<std::array<double, 3>, 3>& r) const noexcept {
         for (std::size_t k = 0; k < free_count_; ++k) {
-            Vec3 rest = normal_[free_[k]];
+            Vec3 rest = faces_[free_[k]].normal;
             for (int pass = 0; pass < 2; ++pass)
                 for (std::size_t j = 0; j < k; ++j) {
                     const double part = glm::dot(q[j], rest);
@@ -228,10 +244,10 @@ private:
         std::array<std::array<double, 3>, 3> r{};
         if (!factorise(q, r)) return false;
         Vec3 rest{0.0};
-        for (std::size_t i = 0; i < count_; ++i)
-            if (usable_[i] && !is_free(i)) rest += lambda_[i] * normal_[i];
+        for (std::size_t i = 0; i < faces_.size(); ++i)
+            if (faces_[i].usable && !is_free(i)) rest += faces_[i].lambda * faces_[i].normal;
         for (std::size_t k = 0; k < free_count_; ++k)
-            target[k] = offset_[free_[k]] - glm::dot(normal_[free_[k]], rest);
+            target[k] = faces_[free_[k]].offset - glm::dot(faces_[free_[k]].normal, rest);
         solve_triangles(r, target);
         return true;
     }
@@ -274,13 +290,7 @@ private:
         return true;
     }
 
-    std::size_t count_ = 0;
-    std::array<Vec3, kCapacity> normal_{};
-    std::array<double, kCapacity> offset_{}; // b_i = n_i.(p_i - a'), m
-    std::array<double, kCapacity> bound_{};  // sigma_i = s_i / k, m
-    std::array<double, kCapacity> lambda_{}; // m
-    std::array<bool, kCapacity> usable_{};
-    std::array<bool, kCapacity> yields_{}; // the bound is the strength, not the hard planes' cap
+    FixedVector<Face, kCapacity> faces_;
     std::array<std::size_t, 3> free_{};
     std::size_t free_count_ = 0;
     double scale_ = 0.0;
@@ -288,61 +298,40 @@ private:
 };
 
 /// One plane, as most evaluations have: lambda is the depth, within its bounds.
-ProxySolution solve_one_plane(const PlanePrimitive& plane, const Vec3& target,
-                              double stiffness) noexcept {
-    ProxySolution solution;
-    solution.proxy = target;
+void add_one_plane(const PlanePrimitive& plane, const Vec3& target, double stiffness,
+                   ProxySolution& solution) noexcept {
     const double length = glm::length(plane.normal);
-    if (!solver::is_usable(plane.anchor, length, plane.strength_n)) return solution;
+    if (!solver::is_usable(plane.anchor, length, plane.strength_n)) return;
     const Vec3 normal = plane.normal / length;
     const double offset = glm::dot(normal, plane.anchor - target);
-    if (!(offset > kAbsoluteGap)) return solution;
+    if (!(offset > kAbsoluteGap)) return;
     const double sigma = plane.strength_n / stiffness;
     const double lambda = std::min(offset, sigma);
     solution.proxy = target + lambda * normal;
-    solution.multiplier_n[0] = stiffness * lambda;
-    solution.state[0] = lambda < sigma ? MultiplierState::active : MultiplierState::saturated;
+    solution.planes[0] = {stiffness * lambda,
+                          lambda < sigma ? MultiplierState::active : MultiplierState::saturated};
     const double gap = glm::dot(normal, lambda * normal) - offset;
     solution.residual_m = std::abs(lambda - std::clamp(lambda - gap, 0.0, sigma));
-    return solution;
 }
 
 /// Planes alone.
-ProxySolution solve_planes(const PrimitiveSet& primitives, const Vec3& target,
-                           double stiffness) noexcept {
-    const auto planes = primitives.planes();
-    if (planes.size() == 1) return solve_one_plane(planes.front(), target, stiffness);
-    DualProblem problem(primitives, target, stiffness);
-    ProxySolution solution;
+void add_planes(std::span<const PlanePrimitive> planes, const Vec3& target, double stiffness,
+                ProxySolution& solution) noexcept {
+    if (planes.size() == 1) return add_one_plane(planes.front(), target, stiffness, solution);
+    DualProblem problem(planes, target, stiffness);
     solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
     solution.residual_m = problem.residual();
     solution.error_bound_m = problem.error_bound();
     solution.proxy = target + problem.displacement();
-    for (std::size_t i = 0; i < planes.size(); ++i) {
-        solution.multiplier_n[i] = stiffness * problem.lambda(i);
-        solution.state[i] = problem.state(i);
-    }
-    return solution;
+    for (std::size_t i = 0; i < planes.size(); ++i)
+        solution.planes[i] = problem.outcome(i, stiffness);
 }
 
-/// Whether there are planes, and all of them across an axis.
+/// Whether all planes are across an axis.
 bool all_across(std::span<const PlanePrimitive> planes, const Vec3& axis) noexcept {
-    return !planes.empty() && std::all_of(planes.begin(), planes.end(), [&](const auto& plane) {
+    return std::all_of(planes.begin(), planes.end(), [&](const auto& plane) {
         return plane.normal == axis || plane.normal == -axis;
     });
-}
-
-/// Planes and a line along their normal, as friction on one contact makes them, with a magnet or
-/// without: each answers its own part of the way.
-ProxySolution solve_planes_and_normal_line(const PrimitiveSet& primitives, const Vec3& target,
-                                           double stiffness) noexcept {
-    const LinePrimitive& line = primitives.lines().front();
-    ProxySolution solution = solve_planes(primitives, target, stiffness);
-    const ProxySolution along = solve_one_line(line, target, stiffness);
-    solution.proxy += along.proxy - target;
-    solution.line_force_n[0] = along.line_force_n[0];
-    solution.line_state[0] = along.line_state[0];
-    return solution;
 }
 
 } // namespace
@@ -354,17 +343,18 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, dou
     const auto planes = primitives.planes();
     const auto lines = primitives.lines();
     const auto points = primitives.points();
-    if (planes.empty() && lines.size() == 1 && points.empty())
-        return solve_one_line(lines.front(), target, stiffness);
-    if (planes.empty() && lines.empty() && points.size() == 1)
-        return solve_one_point(points.front(), target, stiffness);
-    if (lines.size() == 1 && points.empty() && all_across(planes, lines.front().axis))
-        return solve_planes_and_normal_line(primitives, target, stiffness);
-    if (!lines.empty() || !points.empty())
-        return solve_mixed(primitives, target, stiffness, pass_cap);
+    const bool one_point = points.size() == 1 && lines.empty() && planes.empty();
+    // A line along the planes' normals, as friction on one contact makes it, with a magnet or
+    // without: each answers its own part of the way.
+    const bool apart = points.empty() &&
+                       (lines.empty() || (lines.size() == 1 && all_across(planes, lines[0].axis)));
+    if (!one_point && !apart) return solve_mixed(primitives, target, stiffness, pass_cap);
 
-    if (!planes.empty()) return solve_planes(primitives, target, stiffness);
-    return {.proxy = target};
+    ProxySolution solution(primitives, target);
+    if (one_point) add_one_point(points[0], target, stiffness, solution);
+    if (!planes.empty()) add_planes(planes, target, stiffness, solution);
+    if (!lines.empty()) add_one_line(lines[0], target, stiffness, solution);
+    return solution;
 }
 
 } // namespace palpate

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-
+#include <palpate/haptics/fixed_vector.h>
 #include <palpate/haptics/primitives.h>
 
 namespace palpate {
@@ -26,15 +25,30 @@ enum class SolveStatus {
     capped, ///< cap or rounding reached first: residual_m and error_bound_m say how far from exact
 };
 
+/// What a plane does in a solution.
+struct PlaneOutcome {
+    double multiplier_n = 0.0; ///< lambda, N
+    MultiplierState state = MultiplierState::released;
+};
+
+/// What a line or a point does in a solution.
+struct TetherOutcome {
+    Vec3 force_n{0.0}; ///< on the proxy, N, scene frame
+    TetherState state = TetherState::released;
+};
+
 /// What solve_proxy() found; planes, lines and points each numbered as in the PrimitiveSet.
 struct ProxySolution {
-    Vec3 proxy{0.0};                                            ///< m, scene frame
-    std::array<double, PrimitiveSet::kCapacity> multiplier_n{}; ///< lambda_i of each plane, N
-    std::array<MultiplierState, PrimitiveSet::kCapacity> state{};
-    std::array<Vec3, PrimitiveSet::kCapacity> line_force_n{};  ///< on the proxy, N, scene frame
-    std::array<Vec3, PrimitiveSet::kCapacity> point_force_n{}; ///< on the proxy, N, scene frame
-    std::array<TetherState, PrimitiveSet::kCapacity> line_state{};
-    std::array<TetherState, PrimitiveSet::kCapacity> point_state{};
+    ProxySolution() noexcept = default;
+    /// Nothing felt, and the proxy where it is drawn to.
+    ProxySolution(const PrimitiveSet& primitives, const Vec3& target) noexcept
+        : proxy(target), planes(primitives.planes().size(), {}),
+          lines(primitives.lines().size(), {}), points(primitives.points().size(), {}) {}
+
+    Vec3 proxy{0.0}; ///< m, scene frame
+    FixedVector<PlaneOutcome, PrimitiveSet::kCapacity> planes;
+    FixedVector<TetherOutcome, PrimitiveSet::kCapacity> lines;
+    FixedVector<TetherOutcome, PrimitiveSet::kCapacity> points;
     double residual_m = 0.0; ///< natural residual of the optimality conditions, m (numerics 1.1)
     /// The minimiser x* is no further than this from `proxy`, m: with E and its dual D in units of
     /// k, E - D >= 1/2 |x - x*|^2 + 1/2 |x - x*|^2, since both are strongly convex and the proxy is

@@ -215,7 +215,7 @@ bool Subdivision::membrane_opens(SubdivisionResult& result) noexcept {
         if (std::isinf(strength_n)) continue;
         Vec3 pressing_n{0.0};
         for (std::size_t c = first_contact_[i]; c < first_contact_[i + 1]; ++c)
-            pressing_n += solution_.multiplier_n[c] * contacts_[c].plane.normal;
+            pressing_n += solution_.planes[c].multiplier_n * contacts_[c].plane.normal;
         if (!(glm::length(pressing_n) >= strength_n)) continue;
         surfaces_[i]->open();
         note_open(result);
@@ -409,12 +409,12 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) effects_[i]->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)
-        if (solution_.state[i] != MultiplierState::released) ++result.contacts;
+        if (solution_.planes[i].state != MultiplierState::released) ++result.contacts;
     const std::size_t lines = primitives_.lines().size() - friction_.lines();
     for (std::size_t i = 0; i < lines; ++i)
-        if (squared_length(solution_.line_force_n[i]) > 0.0) ++result.contacts;
+        if (squared_length(solution_.lines[i].force_n) > 0.0) ++result.contacts;
     for (std::size_t i = 0; i < primitives_.points().size(); ++i)
-        if (squared_length(solution_.point_force_n[i]) > 0.0) ++result.contacts;
+        if (squared_length(solution_.points[i].force_n) > 0.0) ++result.contacts;
     result.proxy = proxy;
 }
 
@@ -426,7 +426,7 @@ Vec3 Subdivision::with_device_forces(Vec3 force_n) const noexcept {
 
 bool Subdivision::any_state(std::size_t surface, MultiplierState state) const noexcept {
     for (std::size_t i = first_contact_[surface]; i < first_contact_[surface + 1]; ++i)
-        if (solution_.state[i] == state) return true;
+        if (solution_.planes[i].state == state) return true;
     return false;
 }
 

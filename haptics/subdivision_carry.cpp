@@ -79,7 +79,7 @@ Vec3 Subdivision::pull() const noexcept { return primitives_.pull(frame_.probe, 
 /// tell no more.
 bool Subdivision::rests_firmly(const SurfaceContact& surface, const Vec3& proxy) const noexcept {
     return settings_.method == SteppingMethod::adaptive && converged_ && effects_.empty() &&
-           solution_.state[0] == MultiplierState::active &&
+           solution_.planes[0].state == MultiplierState::active &&
            glm::length(pull() - proxy) > settings_.tolerance_m &&
            std::isinf(contacts_[0].plane.strength_n) && std::isinf(surface.opens_above_n());
 }

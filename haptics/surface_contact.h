@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
 
+#include <palpate/haptics/fixed_vector.h>
 #include <palpate/haptics/gain.h>
 #include <palpate/haptics/primitives.h>
 #include <palpate/haptics/proxy_solver.h>
@@ -28,16 +28,16 @@ class ContactSet {
 public:
     static constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
     void clear() noexcept {
-        count_ = 0;
+        contacts_.clear();
         overflowed_ = false;
     }
     /// Adds a plane; false, and remembered as overflow, when there is no room for it.
     bool add(const ContactPlane& contact) noexcept {
-        if (count_ == kCapacity) {
+        if (contacts_.full()) {
             overflowed_ = true;
             return false;
         }
-        contacts_[count_++] = contact;
+        contacts_.push_back(contact);
         return true;
     }
     /// Moves a plane and its level inwards, m.
@@ -45,13 +45,12 @@ public:
         contacts_[i].plane.anchor -= by_m * contacts_[i].plane.normal;
         contacts_[i].level_gap += by_m * contacts_[i].gradient_length;
     }
-    std::size_t size() const noexcept { return count_; }
+    std::size_t size() const noexcept { return contacts_.size(); }
     bool overflowed() const noexcept { return overflowed_; }
     const ContactPlane& operator[](std::size_t i) const noexcept { return contacts_[i]; }
 
 private:
-    std::array<ContactPlane, kCapacity> contacts_{};
-    std::size_t count_ = 0;
+    FixedVector<ContactPlane, kCapacity> contacts_;
     bool overflowed_ = false;
 };
 

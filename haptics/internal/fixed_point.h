@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <limits>
+
+#include <palpate/haptics/fixed_vector.h>
 
 namespace palpate::internal {
 
@@ -14,43 +15,36 @@ namespace palpate::internal {
 template <std::size_t Capacity>
 class FixedPoint {
 public:
-    explicit FixedPoint(std::size_t size) noexcept : size_(size) {}
+    using Values = FixedVector<double, Capacity>;
 
-    using Values = std::array<double, Capacity>;
-
-    /// The next x to try, after T(x) = `found` at `x`.
+    /// The next x to try, after T(x) = `found` at `x`; of as many numbers in every round.
     Values next(const Values& x, const Values& found) noexcept {
-        Values apart{};
-        for (std::size_t i = 0; i < size_; ++i)
-            apart[i] = found[i] - x[i];
+        Values apart = difference(found, x);
         const double distance = dot(apart, apart);
-        if (distance >= last_distance_) known_ = 0; // beyond a kink: older rounds mislead
-        if (begun_) remember(x, apart);
-        begun_ = true;
+        if (distance >= last_distance_) rounds_.clear(); // beyond a kink: older ones mislead
+        if (!last_x_.empty()) remember(difference(x, last_x_), difference(apart, last_apart_));
         last_distance_ = distance;
         last_x_ = x;
         last_apart_ = apart;
 
         // Newest difference first: what it explains of `apart` is taken away, then the next one's.
         Values result = found;
-        std::array<Values, kMemory> direction{}, steps{};
-        std::size_t kept = 0;
-        for (std::size_t m = 0; m < known_; ++m) {
-            Values d = apart_steps_[m], s{};
-            for (std::size_t i = 0; i < size_; ++i)
-                s[i] = x_steps_[m][i] + apart_steps_[m][i];
-            const double length = dot(d, d);
-            for (std::size_t k = 0; k < kept; ++k) {
-                const double share = dot(d, direction[k]) / dot(direction[k], direction[k]);
-                add(d, direction[k], -share);
-                add(s, steps[k], -share);
+        Rounds explained;
+        for (std::size_t m = rounds_.size(); m-- > 0;) {
+            Round round = rounds_[m];
+            const double length = dot(round.apart, round.apart);
+            for (const Round& before : explained) {
+                const double share =
+                    dot(round.apart, before.apart) / dot(before.apart, before.apart);
+                add(round.apart, before.apart, -share);
+                add(round.found, before.found, -share);
             }
-            if (!(dot(d, d) > kIndependent * length)) continue;
-            const double explained = dot(apart, d) / dot(d, d);
-            add(apart, d, -explained);
-            add(result, s, -explained);
-            direction[kept] = d;
-            steps[kept++] = s;
+            const double rest = dot(round.apart, round.apart);
+            if (!(rest > kIndependent * length)) continue;
+            const double share = dot(apart, round.apart) / rest;
+            add(apart, round.apart, -share);
+            add(result, round.found, -share);
+            explained.push_back(round);
         }
         return result;
     }
@@ -60,34 +54,40 @@ private:
     // Differences that leave less than this share of their square are the ones before them again.
     static constexpr double kIndependent = 1e-8;
 
-    double dot(const Values& a, const Values& b) const noexcept {
+    /// How T(x) and T(x) - x changed from one round to the next.
+    struct Round {
+        Values found, apart;
+    };
+    using Rounds = FixedVector<Round, kMemory>;
+
+    static Values difference(const Values& a, const Values& b) noexcept {
+        Values result = a;
+        add(result, b, -1.0);
+        return result;
+    }
+    static double dot(const Values& a, const Values& b) noexcept {
         double sum = 0.0;
-        for (std::size_t i = 0; i < size_; ++i)
+        for (std::size_t i = 0; i < a.size(); ++i)
             sum += a[i] * b[i];
         return sum;
     }
-    void add(Values& to, const Values& what, double share) const noexcept {
-        for (std::size_t i = 0; i < size_; ++i)
+    static void add(Values& to, const Values& what, double share) noexcept {
+        for (std::size_t i = 0; i < to.size(); ++i)
             to[i] += share * what[i];
     }
-    void remember(const Values& x, const Values& apart) noexcept {
-        for (std::size_t m = kMemory - 1; m > 0; --m) {
-            x_steps_[m] = x_steps_[m - 1];
-            apart_steps_[m] = apart_steps_[m - 1];
+    void remember(Values x_step, const Values& apart_step) noexcept {
+        if (rounds_.full()) {
+            for (std::size_t m = 1; m < kMemory; ++m)
+                rounds_[m - 1] = rounds_[m];
+            rounds_.pop_back();
         }
-        for (std::size_t i = 0; i < size_; ++i) {
-            x_steps_[0][i] = x[i] - last_x_[i];
-            apart_steps_[0][i] = apart[i] - last_apart_[i];
-        }
-        if (known_ < kMemory) ++known_;
+        add(x_step, apart_step, 1.0);
+        rounds_.push_back({x_step, apart_step});
     }
 
-    std::size_t size_;
-    bool begun_ = false;
-    std::size_t known_ = 0;
     double last_distance_ = std::numeric_limits<double>::infinity(); // its square
-    Values last_x_{}, last_apart_{};
-    std::array<Values, kMemory> x_steps_{}, apart_steps_{};
+    Values last_x_, last_apart_;
+    Rounds rounds_; // oldest first
 };
 
 } // namespace palpate::internal

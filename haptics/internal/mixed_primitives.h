@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 
+#include <palpate/haptics/fixed_vector.h>
 #include <palpate/haptics/primitives.h>
 
 namespace palpate {
@@ -27,22 +27,23 @@ struct Tether {
 
 /// Where the proxy is to each primitive: a plane's gap, the way from a line or a point, m.
 struct Offsets {
-    std::array<double, PrimitiveSet::kCapacity> gap{};
-    std::array<Vec3, PrimitiveSet::kCapacity> way{};
+    FixedVector<double, PrimitiveSet::kCapacity> gap;
+    FixedVector<Vec3, PrimitiveSet::kCapacity> way;
 };
 
 /// Forces on the proxy over k, m.
 struct Multipliers {
-    std::array<double, PrimitiveSet::kCapacity> lambda{}; ///< along each hinge's normal
-    std::array<Vec3, PrimitiveSet::kCapacity> pull{};     ///< of each tether, in its coordinates
+    Multipliers(std::size_t hinges, std::size_t tethers) noexcept
+        : lambda(hinges, 0.0), pull(tethers, Vec3{0.0}) {}
+
+    FixedVector<double, PrimitiveSet::kCapacity> lambda; ///< along each hinge's normal
+    FixedVector<Vec3, PrimitiveSet::kCapacity> pull;     ///< of each tether, in its coordinates
 };
 
 /// The usable primitives of a set, seen from a' = a + d / k.
 struct MixedPrimitives {
-    std::array<Hinge, PrimitiveSet::kCapacity> hinges{};
-    std::array<Tether, PrimitiveSet::kCapacity> tethers{}; ///< lines first
-    std::size_t hinge_count = 0;
-    std::size_t tether_count = 0;
+    FixedVector<Hinge, PrimitiveSet::kCapacity> hinges;
+    FixedVector<Tether, PrimitiveSet::kCapacity> tethers; ///< lines first
     std::size_t line_count = 0;
     double scale = 0.0; ///< distance of the furthest anchor, m
     Offsets at_target;  ///< of a' itself

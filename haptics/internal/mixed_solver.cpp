@@ -18,13 +18,13 @@ constexpr double kAtBound = 1e-12;
 /// Fills a solution from multipliers and the offsets that the proxy has with them.
 class Report {
 public:
-    Report(const MixedPrimitives& primitives, const Multipliers& multipliers,
-           const Offsets& offsets, double stiffness) noexcept
+    Report(const PrimitiveSet& given, const Vec3& proxy, const MixedPrimitives& primitives,
+           const Multipliers& multipliers, const Offsets& offsets, double stiffness) noexcept
         : stiffness_(stiffness), primitives_(primitives),
-          size_(primitives.scale + primitives.sum_of_lengths(multipliers)) {
-        for (std::size_t i = 0; i < primitives.hinge_count; ++i)
+          size_(primitives.scale + primitives.sum_of_lengths(multipliers)), result_(given, proxy) {
+        for (std::size_t i = 0; i < primitives.hinges.size(); ++i)
             add(primitives.hinges[i], multipliers.lambda[i], offsets.gap[i]);
-        for (std::size_t j = 0; j < primitives.tether_count; ++j)
+        for (std::size_t j = 0; j < primitives.tethers.size(); ++j)
             add(j, multipliers.pull[j], offsets.way[j]);
         result_.error_bound_m = std::sqrt(std::max(0.0, gap_m2_));
         result_.status = result_.residual_m <= kExact * primitives.scale ? SolveStatus::exact
@@ -38,11 +38,11 @@ private:
         const double projected = std::clamp(lambda - gap, 0.0, hinge.bound);
         add_residual(std::abs(lambda - projected));
         add_gap(hinge.bound, std::max(0.0, -gap), lambda * gap);
-        result_.multiplier_n[hinge.index] = stiffness_ * lambda;
         const bool saturated = hinge.yields && lambda >= hinge.bound;
-        result_.state[hinge.index] = lambda <= 0.0 ? MultiplierState::released
-                                     : saturated   ? MultiplierState::saturated
-                                                   : MultiplierState::active;
+        result_.planes[hinge.index] = {stiffness_ * lambda, lambda <= 0.0
+                                                                ? MultiplierState::released
+                                                            : saturated ? MultiplierState::saturated
+                                                                        : MultiplierState::active};
     }
 
     void add(std::size_t j, const Vec3& pull, const Vec3& way) noexcept {
@@ -57,14 +57,8 @@ private:
         const double held = solver::kAbsoluteGap + solver::kRelativeGap * primitives_.scale;
         const bool slips = distance > held && glm::length(pull) >= (1.0 - kAtBound) * tether.bound;
         const TetherState state = slips ? TetherState::slipping : TetherState::held;
-        const Vec3 force = stiffness_ * (tether.across * pull);
-        if (j < primitives_.line_count) {
-            result_.line_force_n[tether.index] = force;
-            result_.line_state[tether.index] = state;
-        } else {
-            result_.point_force_n[tether.index] = force;
-            result_.point_state[tether.index] = state;
-        }
+        auto& felt = j < primitives_.line_count ? result_.lines : result_.points;
+        felt[tether.index] = {stiffness_ * (tether.across * pull), state};
     }
 
     void add_residual(double residual_m) noexcept {
@@ -95,31 +89,23 @@ OneTether solve_one(const Vec3& way, double bound) noexcept {
 
 } // namespace
 
-ProxySolution solve_one_line(const LinePrimitive& line, const Vec3& target,
-                             double stiffness) noexcept {
-    ProxySolution result;
-    result.proxy = target;
+void add_one_line(const LinePrimitive& line, const Vec3& target, double stiffness,
+                  ProxySolution& solution) noexcept {
     const double length = glm::length(line.axis);
-    if (!solver::is_usable(line.anchor, length, line.strength_n)) return result;
+    if (!solver::is_usable(line.anchor, length, line.strength_n)) return;
     const Mat3 across = across_of(line.axis / length);
     const Vec3 way = across * ((target - line.anchor) * across);
     const OneTether tether = solve_one(way, line.strength_n / stiffness);
-    result.proxy = target + tether.pull;
-    result.line_force_n[0] = stiffness * tether.pull;
-    result.line_state[0] = tether.state;
-    return result;
+    solution.proxy += tether.pull;
+    solution.lines[0] = {stiffness * tether.pull, tether.state};
 }
 
-ProxySolution solve_one_point(const PointPrimitive& point, const Vec3& target,
-                              double stiffness) noexcept {
-    ProxySolution result;
-    result.proxy = target;
-    if (!solver::is_usable(point.anchor, 1.0, point.strength_n)) return result;
+void add_one_point(const PointPrimitive& point, const Vec3& target, double stiffness,
+                   ProxySolution& solution) noexcept {
+    if (!solver::is_usable(point.anchor, 1.0, point.strength_n)) return;
     const OneTether tether = solve_one(target - point.anchor, point.strength_n / stiffness);
-    result.proxy = tether.state == TetherState::held ? point.anchor : target + tether.pull;
-    result.point_force_n[0] = stiffness * tether.pull;
-    result.point_state[0] = tether.state;
-    return result;
+    solution.proxy = tether.state == TetherState::held ? point.anchor : target + tether.pull;
+    solution.points[0] = {stiffness * tether.pull, tether.state};
 }
 
 ProxySolution solve_mixed(const PrimitiveSet& primitives, const Vec3& target, double stiffness,
@@ -132,8 +118,8 @@ ProxySolution solve_mixed(const PrimitiveSet& primitives, const Vec3& target, do
     const auto solution_of = [&](const Multipliers& multipliers) {
         const Vec3 y = mixed.sum(multipliers); // not end.y, so that the forces balance
         const Offsets offsets = mixed.moved(end.offsets, y - end.y);
-        ProxySolution solution = Report(mixed, multipliers, offsets, stiffness).solution();
-        solution.proxy = target + y;
+        ProxySolution solution =
+            Report(primitives, target + y, mixed, multipliers, offsets, stiffness).solution();
         solution.passes = problem.passes();
         return solution;
     };

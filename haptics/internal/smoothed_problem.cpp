@@ -8,7 +8,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr double kFirstCompliance = 0.01;
 constexpr double kCompliancePerStage = 0.01;
 // The identity in the Hessian 1 + 1/e must not be lost to rounding.
@@ -80,9 +79,9 @@ bool holds(const Hinge& hinge, double lambda) noexcept {
 } // namespace
 
 SmoothedProblem::SmoothedProblem(const MixedPrimitives& primitives) noexcept
-    : primitives_(primitives), compliance_(kFirstCompliance) {
-    now_.offsets = primitives.at_target;
-}
+    : primitives_(primitives), compliance_(kFirstCompliance),
+      anchors_(primitives.hinges.size(), primitives.tethers.size()), now_(primitives),
+      trial_(primitives) {}
 
 void SmoothedProblem::solve(int pass_cap) noexcept {
     if (!(primitives_.scale > 0.0)) return; // every anchor is at a'
@@ -108,7 +107,7 @@ void SmoothedProblem::evaluate(const Iterate& from, const Vec3& step, Iterate& t
     to.y = from.y + step;
     to.gradient = to.y;
     to.value = 0.5 * squared_length(to.y);
-    for (std::size_t i = 0; i < primitives_.hinge_count; ++i) {
+    for (std::size_t i = 0; i < primitives_.hinges.size(); ++i) {
         const Hinge& hinge = primitives_.hinges[i];
         const double gap = from.offsets.gap[i] + glm::dot(hinge.normal, step);
         const double lambda = std::clamp(anchors_.lambda[i] - gap / compliance_, 0.0, hinge.bound);
@@ -118,7 +117,7 @@ void SmoothedProblem::evaluate(const Iterate& from, const Vec3& step, Iterate& t
         to.gradient -= lambda * hinge.normal;
         to.value -= lambda * gap + 0.5 * compliance_ * change * change;
     }
-    for (std::size_t j = 0; j < primitives_.tether_count; ++j) {
+    for (std::size_t j = 0; j < primitives_.tethers.size(); ++j) {
         const Tether& tether = primitives_.tethers[j];
         const Vec3 offset = from.offsets.way[j] + step * tether.across;
         Vec3 pull = anchors_.pull[j] - offset / compliance_;
@@ -135,10 +134,10 @@ void SmoothedProblem::evaluate(const Iterate& from, const Vec3& step, Iterate& t
 /// The step at which the gradient would vanish, if no primitive changed its state.
 Vec3 SmoothedProblem::newton_step(const Vec3& gradient) const noexcept {
     Hessian h;
-    for (std::size_t i = 0; i < primitives_.hinge_count; ++i)
+    for (std::size_t i = 0; i < primitives_.hinges.size(); ++i)
         if (holds(primitives_.hinges[i], now_.multipliers.lambda[i]))
             h.add_square(primitives_.hinges[i].normal, 1 / compliance_);
-    for (std::size_t j = 0; j < primitives_.tether_count; ++j) {
+    for (std::size_t j = 0; j < primitives_.tethers.size(); ++j) {
         const Tether& tether = primitives_.tethers[j];
         const bool slips = now_.wish[j] > tether.bound;
         const double weight = (slips ? tether.bound / now_.wish[j] : 1.0) / compliance_;
@@ -155,10 +154,10 @@ void SmoothedProblem::begin_stage(Anchors anchors) noexcept {
     if (anchors == Anchors::move) anchors_ = now_.multipliers;
     compliance_ = std::max(compliance_ * kCompliancePerStage, kLeastCompliance);
     Vec3 gradient = now_.gradient;
-    for (std::size_t i = 0; i < primitives_.hinge_count; ++i)
+    for (std::size_t i = 0; i < primitives_.hinges.size(); ++i)
         if (holds(primitives_.hinges[i], now_.multipliers.lambda[i]))
             gradient += (now_.offsets.gap[i] / compliance_) * primitives_.hinges[i].normal;
-    for (std::size_t j = 0; j < primitives_.tether_count; ++j) {
+    for (std::size_t j = 0; j < primitives_.tethers.size(); ++j) {
         const Tether& tether = primitives_.tethers[j];
         if (now_.wish[j] <= tether.bound)
             gradient += tether.across * (now_.offsets.way[j] / compliance_);
@@ -202,9 +201,9 @@ void SmoothedProblem::search_along(const Vec3& step) noexcept {
     double slope_high = slope_at(high);
     if (slope_high <= 0.0 || (slope_high <= flat && trial_.value <= now_.value)) return;
     int side = 0; // of the last secant
-    std::array<double, 2 * kCapacity> bends;
+    const Shares bends = bends_along(step);
     std::size_t first = 0;
-    std::size_t last = bends_along(step, bends);
+    std::size_t last = bends.size();
     for (int pass = 0; pass < kMostSearchPasses; ++pass) {
         const bool between = first < last;
         const std::size_t middle = (first + last) / 2;
@@ -229,24 +228,24 @@ void SmoothedProblem::search_along(const Vec3& step) noexcept {
 }
 
 /// The shares in (0, 1) of a step at which a primitive changes its state, ascending.
-std::size_t SmoothedProblem::bends_along(const Vec3& step,
-                                         std::array<double, 2 * kCapacity>& bends) const noexcept {
-    std::size_t count = 0;
+SmoothedProblem::Shares SmoothedProblem::bends_along(const Vec3& step) const noexcept {
+    Shares bends;
     const auto insert = [&](double t) {
         if (!(t > 0.0 && t < 1.0)) return;
-        std::size_t k = count++;
+        std::size_t k = bends.size();
+        bends.push_back(t);
         for (; k > 0 && bends[k - 1] > t; --k)
             bends[k] = bends[k - 1];
         bends[k] = t;
     };
-    for (std::size_t i = 0; i < primitives_.hinge_count; ++i) {
+    for (std::size_t i = 0; i < primitives_.hinges.size(); ++i) {
         const double rate = glm::dot(primitives_.hinges[i].normal, step);
         if (rate == 0.0) continue;
         const double released = compliance_ * anchors_.lambda[i] - now_.offsets.gap[i];
         insert(released / rate);
         insert((released - compliance_ * primitives_.hinges[i].bound) / rate);
     }
-    for (std::size_t j = 0; j < primitives_.tether_count; ++j) { // |from - t way| = e sigma
+    for (std::size_t j = 0; j < primitives_.tethers.size(); ++j) { // |from - t way| = e sigma
         const Vec3 way = step * primitives_.tethers[j].across;
         const double length2 = squared_length(way);
         if (length2 == 0.0) continue;
@@ -259,7 +258,7 @@ std::size_t SmoothedProblem::bends_along(const Vec3& step,
         insert(nearest - std::sqrt(square));
         insert(nearest + std::sqrt(square));
     }
-    return count;
+    return bends;
 }
 
 } // namespace palpate

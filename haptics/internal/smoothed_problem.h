@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-
 #include <palpate/haptics/internal/mixed_primitives.h>
 
 namespace palpate {
 
 /// A displacement y = x - a' and what follows from it within a stage.
 struct Iterate {
+    /// At y = 0, without multipliers.
+    explicit Iterate(const MixedPrimitives& primitives) noexcept
+        : offsets(primitives.at_target),
+          multipliers(primitives.hinges.size(), primitives.tethers.size()),
+          wish(primitives.tethers.size(), 0.0) {}
+
     Vec3 y{0.0}; ///< m
     Offsets offsets;
     Multipliers multipliers;
-    std::array<double, PrimitiveSet::kCapacity> wish{}; ///< |w0 - r/e|, m: above the bound: slips
-    Vec3 gradient{0.0};                                 ///< m
-    double value = 0.0;                                 ///< m^2
+    FixedVector<double, PrimitiveSet::kCapacity> wish; ///< |w0 - r/e|, m: above the bound: slips
+    Vec3 gradient{0.0};                                ///< m
+    double value = 0.0;                                ///< m^2
 };
 
 /// The method of multipliers. With all multipliers in metres (N / k), the problem is
@@ -57,8 +61,8 @@ private:
     bool take_full_step() noexcept;
     bool take_searched_step() noexcept;
     void search_along(const Vec3& step) noexcept;
-    std::size_t bends_along(const Vec3& step,
-                            std::array<double, 2 * PrimitiveSet::kCapacity>& bends) const noexcept;
+    using Shares = FixedVector<double, 2 * PrimitiveSet::kCapacity>;
+    Shares bends_along(const Vec3& step) const noexcept;
 
     const MixedPrimitives& primitives_;
     double compliance_;   // e

@@ -12,9 +12,9 @@ namespace {
 
 using Finder = internal::FixedPoint<4>;
 
-double distance(const Finder::Values& a, const Finder::Values& b, std::size_t size) {
+double distance(const Finder::Values& a, const Finder::Values& b) {
     double squares = 0.0;
-    for (std::size_t i = 0; i < size; ++i)
+    for (std::size_t i = 0; i < a.size(); ++i)
         squares += (a[i] - b[i]) * (a[i] - b[i]);
     return std::sqrt(squares);
 }
@@ -34,19 +34,19 @@ TEST(FixedPoint, AContractionOfThreeIsThereAfterFourRounds) {
                 squares += std::pow(linear[j][i] = entry(random), 2);
         }
         linear *= 0.9 / std::sqrt(squares);
-        Finder finder(3);
-        Finder::Values x{};
+        Finder finder;
+        Finder::Values x(3, 0.0);
         for (int round = 0; round < 4; ++round) {
             const Vec3 to = fixed + linear * (Vec3{x[0], x[1], x[2]} - fixed);
             x = finder.next(x, {to.x, to.y, to.z});
         }
-        EXPECT_LE(distance(x, {fixed.x, fixed.y, fixed.z}, 3), 1e-9) << "case " << k;
+        EXPECT_LE(distance(x, {fixed.x, fixed.y, fixed.z}), 1e-9) << "case " << k;
     }
 }
 
 TEST(FixedPoint, AMapThatLeadsAwayIsFollowedBack) {
     for (const double slope : {-30.0, -1.5, 1.5, 30.0}) {
-        Finder finder(1);
+        Finder finder;
         Finder::Values x{0.0};
         for (int round = 0; round < 3; ++round)
             x = finder.next(x, {2.0 + slope * (x[0] - 2.0)});
@@ -57,7 +57,7 @@ TEST(FixedPoint, AMapThatLeadsAwayIsFollowedBack) {
 // |x| turns a contracting map into another one at 0: at most two differences lead astray.
 TEST(FixedPoint, GetsOverAKink) {
     for (const double start : {-3.0, -0.1, 0.2, 5.0}) {
-        Finder finder(1);
+        Finder finder;
         Finder::Values x{start};
         for (int round = 0; round < 12; ++round)
             x = finder.next(x, {x[0] < 0.0 ? 0.3 - 0.9 * x[0] : 0.3 - 1.4 * x[0]});
@@ -66,7 +66,7 @@ TEST(FixedPoint, GetsOverAKink) {
 }
 
 TEST(FixedPoint, StaysWhereItIs) {
-    Finder finder(2);
+    Finder finder;
     const Finder::Values x{1.0, 2.0};
     for (int round = 0; round < 5; ++round)
         EXPECT_EQ(finder.next(x, x), x);

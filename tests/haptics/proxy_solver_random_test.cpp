@@ -143,8 +143,8 @@ TEST(ProxySolver, PlanesAndForcesKeepTheirBits) {
             const ProxySolution solution = solve_proxy(c.primitives, c.probe, kStiffness);
             for (int axis = 0; axis < 3; ++axis)
                 mix(solution.proxy[axis]);
-            for (double lambda : solution.multiplier_n)
-                mix(lambda);
+            for (std::size_t p = 0; p < PrimitiveSet::kCapacity; ++p)
+                mix(p < solution.planes.size() ? solution.planes[p].multiplier_n : 0.0);
         }
     }
     EXPECT_EQ(hash, 0x4b1c5e36b8f9599eu);

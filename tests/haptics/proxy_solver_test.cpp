@@ -56,8 +56,8 @@ TEST(ProxySolver, AHardPlaneProjectsTheProbeOntoItself) {
     const auto solution =
         solve_proxy(planes({{{0, 0, 0}, {0, 0, 1}, kInfinite}}), {0.01, 0.02, -0.005}, kStiffness);
     EXPECT_NEAR(glm::length(solution.proxy - Vec3(0.01, 0.02, 0.0)), 0.0, 1e-17);
-    EXPECT_NEAR(solution.multiplier_n[0], kStiffness * 0.005, 1e-14);
-    EXPECT_EQ(solution.state[0], MultiplierState::active);
+    EXPECT_NEAR(solution.planes[0].multiplier_n, kStiffness * 0.005, 1e-14);
+    EXPECT_EQ(solution.planes[0].state, MultiplierState::active);
 }
 
 // Eq. (4) in its corrected form (numerics 1.3): the plane follows the probe at a distance of s/k.
@@ -66,8 +66,8 @@ TEST(ProxySolver, AYieldingPlaneLagsByStrengthOverStiffness) {
     const auto solution =
         solve_proxy(planes({{{0, 0, 0}, {0, 0, 1}, strength}}), {0, 0, -0.005}, kStiffness);
     EXPECT_NEAR(solution.proxy.z, -0.003, 1e-17);
-    EXPECT_EQ(solution.state[0], MultiplierState::saturated);
-    EXPECT_DOUBLE_EQ(solution.multiplier_n[0], strength);
+    EXPECT_EQ(solution.planes[0].state, MultiplierState::saturated);
+    EXPECT_DOUBLE_EQ(solution.planes[0].multiplier_n, strength);
 }
 
 TEST(ProxySolver, AForceShiftsTheProbeExactly) {
@@ -142,11 +142,11 @@ TEST(ProxySolver, ALineHoldsAndSlipsAsTheYieldingFrame) {
         const double slip = std::max(0.0, d - line.strength_n / kStiffness);
         const Vec3 expected = foot + (probe - foot) * (slip / d);
         EXPECT_LE(glm::length(solution.proxy - expected), 1e-16);
-        EXPECT_EQ(solution.line_state[0], slip > 0 ? TetherState::slipping : TetherState::held);
+        EXPECT_EQ(solution.lines[0].state, slip > 0 ? TetherState::slipping : TetherState::held);
         // The forces balance: rounding of 500 N/m times 0.05 m.
         const Vec3 spring = kStiffness * (probe - solution.proxy);
-        EXPECT_LE(glm::length(solution.line_force_n[0] + spring), 1e-14);
-        held += solution.line_state[0] == TetherState::held ? 1 : 0;
+        EXPECT_LE(glm::length(solution.lines[0].force_n + spring), 1e-14);
+        held += solution.lines[0].state == TetherState::held ? 1 : 0;
     }
     EXPECT_GT(held, 200);
     EXPECT_LT(held, 1800);
@@ -158,12 +158,12 @@ TEST(ProxySolver, APointHoldsUntilItsStrength) {
     const Vec3 towards = glm::normalize(Vec3(1, 2, -2));
     const auto held = solve_proxy(set, set.points()[0].anchor + 0.0019 * towards, kStiffness);
     EXPECT_EQ(held.proxy, set.points()[0].anchor);
-    EXPECT_EQ(held.point_state[0], TetherState::held);
-    EXPECT_NEAR(glm::length(held.point_force_n[0]), 0.95, 1e-14);
+    EXPECT_EQ(held.points[0].state, TetherState::held);
+    EXPECT_NEAR(glm::length(held.points[0].force_n), 0.95, 1e-14);
     const auto slipping = solve_proxy(set, set.points()[0].anchor + 0.005 * towards, kStiffness);
     EXPECT_LE(glm::length(slipping.proxy - (set.points()[0].anchor + 0.003 * towards)), 1e-17);
-    EXPECT_EQ(slipping.point_state[0], TetherState::slipping);
-    EXPECT_NEAR(glm::length(slipping.point_force_n[0]), 1.0, 1e-14);
+    EXPECT_EQ(slipping.points[0].state, TetherState::slipping);
+    EXPECT_NEAR(glm::length(slipping.points[0].force_n), 1.0, 1e-14);
 }
 
 // Coulomb friction at one contact: a hard plane, and a line along its normal through the point of
@@ -175,13 +175,13 @@ TEST(ProxySolver, AFrictionLineLagsBehindTheProbeOnAPlane) {
     set.add_line({{0, 0, 0}, {0, 0, 1}, mu * kStiffness * depth});
     const auto sticking = solve_proxy(set, {0.0011, 0, -depth}, kStiffness);
     EXPECT_LE(glm::length(sticking.proxy), 1e-17);
-    EXPECT_EQ(sticking.line_state[0], TetherState::held);
+    EXPECT_EQ(sticking.lines[0].state, TetherState::held);
     const auto sliding = solve_proxy(set, {0.003, 0.004, -depth}, kStiffness);
     const double way = 0.005 - mu * depth;
     EXPECT_LE(glm::length(sliding.proxy - way * Vec3(0.6, 0.8, 0)), 1e-17);
-    EXPECT_EQ(sliding.line_state[0], TetherState::slipping);
-    EXPECT_EQ(sliding.state[0], MultiplierState::active);
-    EXPECT_NEAR(sliding.multiplier_n[0], kStiffness * depth, 1e-14);
+    EXPECT_EQ(sliding.lines[0].state, TetherState::slipping);
+    EXPECT_EQ(sliding.planes[0].state, MultiplierState::active);
+    EXPECT_NEAR(sliding.planes[0].multiplier_n, kStiffness * depth, 1e-14);
 }
 
 // Where two planes compete, the least |sum of forces| of eq. (5), read with each P_i either on or
@@ -195,13 +195,13 @@ TEST(ProxySolver, ForcesBalanceThoughTheirJumpsAreNotMinimal) {
     const auto solution =
         solve_proxy(planes({{{0, 0, 0}, {0, 0, 1}, s1}, {{0, 0, 0}, n2, s2}}), probe, 1.0);
     EXPECT_LE(glm::length(solution.proxy - Vec3(probe.x + s2 * n2.x, 0, 0)), 1e-15);
-    EXPECT_EQ(solution.state[0], MultiplierState::active);
-    EXPECT_EQ(solution.state[1], MultiplierState::saturated);
-    EXPECT_LT(solution.multiplier_n[0], s1);
+    EXPECT_EQ(solution.planes[0].state, MultiplierState::active);
+    EXPECT_EQ(solution.planes[1].state, MultiplierState::saturated);
+    EXPECT_LT(solution.planes[0].multiplier_n, s1);
     const auto force = [&](double share_1, const Vec3& x) {
         return glm::length(share_1 * s1 * Vec3(0, 0, 1) + s2 * n2 - (x - probe));
     };
-    EXPECT_LE(force(solution.multiplier_n[0] / s1, solution.proxy), 1e-15);
+    EXPECT_LE(force(solution.planes[0].multiplier_n / s1, solution.proxy), 1e-15);
     EXPECT_GT(std::min(force(0.0, solution.proxy), force(1.0, solution.proxy)), 0.88);
 }
 
@@ -219,10 +219,10 @@ TEST(ProxySolver, OfAMixOnlyTheUsableIsFelt) {
     const Vec3 probe{0.004, 0.004, 0.001};
     const auto solution = solve_proxy(set, probe, kStiffness);
     EXPECT_LE(glm::length(solution.proxy - solve_proxy(alone, probe, kStiffness).proxy), 1e-17);
-    EXPECT_EQ(solution.line_state[0], TetherState::released);
-    EXPECT_EQ(solution.line_state[2], TetherState::slipping);
-    EXPECT_EQ(solution.point_state[1], TetherState::released);
-    EXPECT_EQ(solution.line_force_n[1], Vec3(0.0));
+    EXPECT_EQ(solution.lines[0].state, TetherState::released);
+    EXPECT_EQ(solution.lines[2].state, TetherState::slipping);
+    EXPECT_EQ(solution.points[1].state, TetherState::released);
+    EXPECT_EQ(solution.lines[1].force_n, Vec3(0.0));
 }
 
 PrimitiveSet finite_mix(Random& random) {

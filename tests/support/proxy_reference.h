@@ -92,11 +92,11 @@ public:
         for (const ExactPrimitive& primitive : primitives_) {
             Exact3 force;
             if (primitive.kind == ExactPrimitive::Kind::plane)
-                force = primitive.direction * Exact(solution.multiplier_n[primitive.index]);
+                force = primitive.direction * Exact(solution.planes[primitive.index].multiplier_n);
             if (primitive.kind == ExactPrimitive::Kind::line)
-                force = Exact3(solution.line_force_n[primitive.index]);
+                force = Exact3(solution.lines[primitive.index].force_n);
             if (primitive.kind == ExactPrimitive::Kind::point)
-                force = Exact3(solution.point_force_n[primitive.index]);
+                force = Exact3(solution.points[primitive.index].force_n);
             w.push_back(force * (1 / stiffness_));
         }
         return worth(Exact3(solution.proxy) - target_, w);

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <cstddef>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <type_traits>
+
+namespace palpate {
+
+/// A few plain values in a row, with room for `Capacity` and no allocation. Room that is not used
+/// is neither cleared nor copied: what holds two planes of a possible sixteen costs two. Indices
+/// are below size(), and size() stays within the capacity: the caller sees to both.     [any]
+template <class T, std::size_t Capacity>
+class FixedVector {
+    static_assert(std::is_nothrow_copy_constructible_v<T> && std::is_trivially_destructible_v<T>);
+
+public:
+    FixedVector() noexcept {}
+    FixedVector(std::size_t count, const T& value) noexcept {
+        while (size_ < count)
+            push_back(value);
+    }
+    FixedVector(std::initializer_list<T> values) noexcept {
+        for (const T& value : values)
+            push_back(value);
+    }
+    FixedVector(const FixedVector& other) noexcept { *this = other; }
+    FixedVector& operator=(const FixedVector& other) noexcept {
+        if (this == &other) return *this;
+        clear();
+        for (const T& value : other)
+            push_back(value);
+        return *this;
+    }
+    ~FixedVector() = default;
+
+    void clear() noexcept { size_ = 0; }
+    void push_back(const T& value) noexcept {
+        assert(size_ < Capacity);
+        std::construct_at(values_ + size_, value);
+        ++size_;
+    }
+    void pop_back() noexcept { --size_; }
+
+    std::size_t size() const noexcept { return size_; }
+    bool empty() const noexcept { return size_ == 0; }
+    bool full() const noexcept { return size_ == Capacity; }
+    T& operator[](std::size_t i) noexcept {
+        assert(i < size_);
+        return values_[i];
+    }
+    const T& operator[](std::size_t i) const noexcept {
+        assert(i < size_);
+        return values_[i];
+    }
+    T* begin() noexcept { return values_; }
+    T* end() noexcept { return values_ + size_; }
+    const T* begin() const noexcept { return values_; }
+    const T* end() const noexcept { return values_ + size_; }
+    operator std::span<const T>() const noexcept { return {values_, size_}; }
+    friend bool operator==(const FixedVector& a, const FixedVector& b) noexcept {
+        return std::equal(a.begin(), a.end(), b.begin(), b.end());
+    }
+
+private:
+    union {
+        T values_[Capacity]; // in a union, where nothing constructs it
+    };
+    std::size_t size_ = 0;
+};
+
+} // namespace palpate
