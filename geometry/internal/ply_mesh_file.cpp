@@ -8,7 +8,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <system_error>
 
@@ -144,10 +143,11 @@ Header read_header(MeshSource& source, FileMesh& file) {
 // --- Body
 
 template <typename T>
-double number_of(const std::array<char, 8>& bytes) {
-    T value;
-    std::memcpy(&value, bytes.data(), sizeof value);
-    return static_cast<double>(value);
+double number_of(const char* found, Format format) {
+    std::array<char, sizeof(T)> bytes;
+    std::copy_n(found, bytes.size(), bytes.begin());
+    if (format == Format::kBigEndian) std::reverse(bytes.begin(), bytes.end());
+    return static_cast<double>(std::bit_cast<T>(bytes));
 }
 
 class NumberReader {
@@ -176,30 +176,25 @@ private:
         return *value;
     }
     double next_binary(Number type, const Element& element, std::size_t index) {
-        const std::size_t size = size_of(type);
-        const char* found = source_.bytes(size);
+        const char* found = source_.bytes(size_of(type));
         if (!found) cut_off(element, index);
-        std::array<char, 8> bytes{};
-        std::copy_n(found, size, bytes.begin());
-        if (format_ == Format::kBigEndian)
-            std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
         switch (type) {
         case Number::kInt8:
-            return number_of<std::int8_t>(bytes);
+            return number_of<std::int8_t>(found, format_);
         case Number::kUint8:
-            return number_of<std::uint8_t>(bytes);
+            return number_of<std::uint8_t>(found, format_);
         case Number::kInt16:
-            return number_of<std::int16_t>(bytes);
+            return number_of<std::int16_t>(found, format_);
         case Number::kUint16:
-            return number_of<std::uint16_t>(bytes);
+            return number_of<std::uint16_t>(found, format_);
         case Number::kInt32:
-            return number_of<std::int32_t>(bytes);
+            return number_of<std::int32_t>(found, format_);
         case Number::kUint32:
-            return number_of<std::uint32_t>(bytes);
+            return number_of<std::uint32_t>(found, format_);
         case Number::kFloat:
-            return number_of<float>(bytes);
+            return number_of<float>(found, format_);
         case Number::kDouble:
-            return number_of<double>(bytes);
+            return number_of<double>(found, format_);
         }
         return 0.0;
     }
