@@ -80,7 +80,9 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
       estimates_velocity_(device.force_n > 0.0 &&
                           device.velocity_source == VelocitySource::positions),
       velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
-    std::move(custom.begin(), custom.end(), std::back_inserter(parts_.effects));
+    parts_.effects.insert(
+        parts_.effects.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
+        std::make_move_iterator(custom.begin()), std::make_move_iterator(custom.end()));
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
                                       pointers(parts_.effects), clock_, std::move(parts_.finish));
@@ -101,12 +103,24 @@ std::vector<HapticLoop::Gained> HapticLoop::gained_by_effects(std::size_t custom
         for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
             if (scene_->surfaces()[i].name == effect.surface) gained[planned.effect] = {kind, i};
     }
-    std::size_t next_effect = 0;
-    for (const std::size_t effect : scene_->effect_order())
-        gained[effect] = {Gained::Kind::effect, next_effect++};
+    const std::size_t before = effects_before_limits();
+    for (std::size_t i = 0; i < scene_->effect_order().size(); ++i)
+        gained[scene_->effect_order()[i]] = {Gained::Kind::effect,
+                                             i < before ? i : i + custom_count};
     for (std::size_t i = 0; i < custom_count; ++i)
-        gained.push_back({Gained::Kind::effect, next_effect++});
+        gained.push_back({Gained::Kind::effect, before + i});
     return gained;
+}
+
+/// Of the scene's effects in their order: limits come last, as they go by what all others draw.
+std::size_t HapticLoop::effects_before_limits() const {
+    const std::vector<std::size_t>& order = scene_->effect_order();
+    const auto is_limit = [&](std::size_t effect) {
+        return internal::traits_of(scene_->description().effects[effect].kind).turn ==
+               internal::EffectTurn::limits;
+    };
+    return static_cast<std::size_t>(std::find_if(order.begin(), order.end(), is_limit) -
+                                    order.begin());
 }
 
 bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {

@@ -22,7 +22,8 @@ namespace palpate {
 class HapticLoop {
 public:
     /// Builds contacts, effects and buffers; the clock must outlive the loop. `custom` are effects
-    /// of the embedder's own beside the scene's, none of them null; they are felt after those.
+    /// of the embedder's own beside the scene's, none of them null; they are felt after those, but
+    /// before workspaces, which limit what all others draw.
     /// [setup]
     HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                std::vector<std::unique_ptr<Effect>> custom = {});
@@ -86,6 +87,7 @@ private:
         } kind = Kind::nothing;
         std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, ..) or effects
     };
+    std::size_t effects_before_limits() const;
     std::vector<Gained> gained_by_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                     FrameReport& report) noexcept;

@@ -31,7 +31,10 @@ void CurveGuide::begin(const FrameContext& frame) noexcept {
     evaluations_ = 0;
     low_.reset();
     high_.reset();
-    if (!(capture_.strength_at(frame.start) > 0.0)) return;
+    if (!(capture_.strength_at(frame) > 0.0)) {
+        capture_.let_go();
+        return;
+    }
     if (capture_.holds()) {
         // The proxy may have been carried elsewhere than the guide has led it.
         place_ = curve_.walk(place_, frame.start);

@@ -12,7 +12,7 @@
 namespace palpate {
 
 /// A few plain values in a row, with room for `Capacity` and no allocation. Room that is not used
-/// is neither cleared nor copied: what holds two planes of a possible sixteen costs two. Indices
+/// is neither cleared nor copied: what holds two planes of a possible 32 costs two. Indices
 /// are below size(), and size() stays within the capacity: the caller sees to both.     [any]
 template <class T, std::size_t Capacity>
 class FixedVector {

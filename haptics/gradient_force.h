@@ -4,6 +4,7 @@
 #include <memory>
 
 #include <palpate/haptics/effect.h>
+#include <palpate/haptics/frame_lag.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/volume/scalar_field.h>
 
@@ -13,20 +14,21 @@ namespace palpate {
 ///   d = -s(f) grad f / |grad f|                                     force primitive, numerics 1.1
 /// in N, with f the value at the proxy of the frame's start and s a transfer function: the force is
 /// the same in all of the frame's sub-steps, an exact shift of the probe. Where the gradient nearly
-/// vanishes its direction is noise: let s be 0 for the values of homogeneous regions. Explicit in
-/// time: a held probe settles where the force turns by less than the coupling's stiffness per
-/// metre.
+/// vanishes its direction is noise: let s be 0 for the values of homogeneous regions. It follows
+/// what the frames find as FrameLag says, so that a held probe settles, however steep s is.
 class GradientForce final : public Effect {
 public:
     /// Strength in N over the field's value, finite.                                   [setup]
     GradientForce(std::shared_ptr<const ScalarField> field, const TransferFunction& strength)
         : field_(std::move(field)), strength_(strength), sampler_(field_->make_sampler()) {}
 
+    void restart(const Vec3&) noexcept override { lag_.restart(); }
     void begin(const FrameContext& frame) noexcept override {
-        force_ = Vec3{0.0};
+        Vec3 found{0.0};
         const FieldSample here = sampler_->sample(frame.start);
         const double length = glm::length(here.gradient);
-        if (here.valid && length > 0.0) force_ = -strength_(here.value) / length * here.gradient;
+        if (here.valid && length > 0.0) found = -strength_(here.value) / length * here.gradient;
+        force_ = lag_.follow(found, frame.start, frame.stiffness);
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         primitives.add_force(force_);
@@ -39,6 +41,7 @@ private:
     std::shared_ptr<const ScalarField> field_;
     TransferFunction strength_;
     std::unique_ptr<FieldSampler> sampler_;
+    FrameLag<Vec3> lag_;
     Vec3 force_{0.0}; // N
 };
 

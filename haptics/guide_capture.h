@@ -36,14 +36,18 @@ public:
                 "guide: its capture distance must be above 0 m, or infinite");
     }
 
-    void restart() noexcept { holds_ = false; } ///< [loop]
+    void restart() noexcept { ///< [loop]
+        holds_ = false;
+        strength_.restart();
+    }
+    void let_go() noexcept { holds_ = false; } ///< [loop]
     /// A frame begins at this distance from the guide, m.                              [loop]
     void begin(double distance_m) noexcept { holds_ = distance_m <= reach_m(); }
     bool holds() const noexcept { return holds_; }
     /// Beyond this distance the proxy is free, m.                                      [loop]
     double reach_m() const noexcept { return holds_ ? kRelease * capture_m_ : capture_m_; }
-    /// A frame begins at `start`: the strength there, N, which is strength_n() from now on. [loop]
-    double strength_at(const Vec3& start) noexcept { return strength_.at(start); }
+    /// A frame begins: the strength there, N, which is strength_n() from now on.        [loop]
+    double strength_at(const FrameContext& frame) noexcept { return strength_.at(frame); }
     double strength_n() const noexcept { return strength_.now(); }
     std::uint64_t samples() const noexcept { return strength_.samples(); } ///< [any]
 

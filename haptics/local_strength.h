@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <memory>
 
+#include <palpate/haptics/effect.h>
+#include <palpate/haptics/frame_lag.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/volume/scalar_field.h>
 
@@ -35,11 +37,19 @@ public:
     }
 
     bool depends_on_place() const noexcept { return sampler_ != nullptr; } ///< [any]
+    /// A trial begins, or what it is the strength of was off.                           [loop]
+    void restart() noexcept { lag_.restart(); }
     /// A frame begins: takes a sample where it depends on the place.                    [loop]
     double at(const Vec3& start) noexcept {
         if (!sampler_) return now_;
         const FieldSample here = sampler_->sample(start);
         now_ = here.valid ? over_.strength(here.value) : without_data_;
+        return now_;
+    }
+    /// The same of what draws the proxy with up to so many N, and so may draw it to where it is of
+    /// another strength: follows as FrameLag says.                                      [loop]
+    double at(const FrameContext& frame) noexcept {
+        if (sampler_) now_ = lag_.follow(at(frame.start), frame.start, frame.stiffness);
         return now_;
     }
     double now() const noexcept { return now_; } ///< what at() said last              [loop]
@@ -48,6 +58,7 @@ public:
 private:
     StrengthOverField over_;
     std::unique_ptr<FieldSampler> sampler_;
+    FrameLag<double> lag_;
     double now_ = 0.0;
     double without_data_ = 0.0;
 };

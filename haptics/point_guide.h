@@ -22,7 +22,7 @@ public:
 
     void restart(const Vec3&) noexcept override { capture_.restart(); }
     void begin(const FrameContext& frame) noexcept override {
-        capture_.strength_at(frame.start);
+        capture_.strength_at(frame);
         capture_.begin(glm::length(frame.start - point_));
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {

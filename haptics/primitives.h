@@ -38,7 +38,7 @@ struct PointPrimitive {
 /// they were added.
 class PrimitiveSet {
 public:
-    static constexpr std::size_t kCapacity = 16; ///< planes, lines and points together
+    static constexpr std::size_t kCapacity = 32; ///< planes, lines and points together
 
     void clear() noexcept {
         planes_.clear();
@@ -54,16 +54,18 @@ public:
     /// What is added from here on is added with this gain: strengths by Gain::strength_n(), forces
     /// and springs in proportion.                                                        [loop]
     void set_gain(const Gain& gain) noexcept { gain_ = gain; }
+    /// What a strength in N comes to with it.                                           [loop]
+    double scaled_n(double strength_n) const noexcept { return gain_.strength_n(strength_n); }
 
     /// Adds a plane; one beyond the capacity is left out and remembered as overflow.       [loop]
     void add(const PlanePrimitive& plane) noexcept {
         if (!has_room()) return;
-        planes_.push_back({plane.anchor, plane.normal, gain_.strength_n(plane.strength_n)});
+        planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n)});
     }
     /// Adds a line, as add() does.                                                         [loop]
     void add_line(const LinePrimitive& line) noexcept {
         if (!has_room()) return;
-        lines_.push_back({line.anchor, line.axis, gain_.strength_n(line.strength_n)});
+        lines_.push_back({line.anchor, line.axis, scaled_n(line.strength_n)});
     }
     /// Strength of a line that is there, N, >= 0, whatever the gain.                      [loop]
     void set_line_strength(std::size_t line, double strength_n) noexcept {
@@ -72,7 +74,7 @@ public:
     /// Adds a point, as add() does.                                                        [loop]
     void add_point(const PointPrimitive& point) noexcept {
         if (!has_room()) return;
-        points_.push_back({point.anchor, gain_.strength_n(point.strength_n)});
+        points_.push_back({point.anchor, scaled_n(point.strength_n)});
     }
 
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]

@@ -61,8 +61,10 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
             "subdivision: sub_steps and evaluation_cap must be in [1, 4096]");
     if (!(settings.budget_us > 0.0) || !(settings.tolerance_m > 0.0))
         throw std::invalid_argument("subdivision: budget_us and tolerance must be above 0");
-    path_.reserve(2 * kMostEvaluations + 2 + kMostLegs);
-    steps_left_.reserve(kMostEvaluations);
+    // Every membrane that opens and every surface that begins to slide begins the frame anew.
+    const std::size_t evaluations = kMostEvaluations + kMostBends + 2 * surfaces_.size() + 1;
+    path_.reserve(2 * evaluations + kMostLegs);
+    steps_left_.reserve(evaluations);
 }
 
 QueryCount Subdivision::queries() const noexcept {
@@ -83,6 +85,8 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
         if (surface->restart(proxy)) flags |= kInsideAtStart;
     for (LevelBank& bank : banks_)
         bank.clear();
+    for (LocalStrength& strength : strengths_)
+        strength.restart();
     friction_.restart();
     magnets_.restart();
     primitives_.clear();
@@ -139,7 +143,7 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
         GainRamp& gain = surface_gains_[i];
         if (gain.advance(frame_.period_s) || strengths_[i].depends_on_place()) {
             Gain now = gain.gain(frame_.force_limit_n);
-            if (strengths_[i].depends_on_place()) now.place_n = strengths_[i].at(frame_.start);
+            if (strengths_[i].depends_on_place()) now.place_n = strengths_[i].at(frame_);
             surfaces_[i]->set_gain(now);
         }
         GainRamp& friction_gain = friction_gains_[i];
@@ -161,7 +165,7 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
         effects_[i]->begin(frame_);
     }
     friction_.begin();
-    magnets_.begin(frame_.start);
+    magnets_.begin(frame_);
     if (!all_one) result.flags |= kLiveGain;
 }
 
@@ -212,7 +216,7 @@ bool Subdivision::membrane_opens(SubdivisionResult& result) noexcept {
     if (result.flags & (kStalled | kEvaluationCap)) return false;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const double strength_n = surfaces_[i]->opens_above_n();
-        if (std::isinf(strength_n)) continue;
+        if (std::isinf(strength_n) || surfaces_[i]->state() == SurfaceState::inside) continue;
         Vec3 pressing_n{0.0};
         for (std::size_t c = first_contact_[i]; c < first_contact_[i + 1]; ++c)
             pressing_n += solution_.planes[c].multiplier_n * contacts_[c].plane.normal;
@@ -312,7 +316,8 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
         // much. Flat planes are met at once, but the next may be other ones: there nothing is
         // expected.
         const double ratio = std::min(1.0, result.residual_m / last_residual_m_);
-        const bool near = made > 1 && result.residual_m < kNearTolerances * settings_.tolerance_m;
+        const bool near = std::isfinite(last_residual_m_) &&
+                          result.residual_m < kNearTolerances * settings_.tolerance_m;
         const double expected_m = near ? ratio * result.residual_m : result.residual_m;
         converged_ = expected_m < (all_flat() ? kNoMovement : settings_.tolerance_m);
         left = converged_ ? 0 : evaluations_left(result);
@@ -333,7 +338,7 @@ std::uint32_t Subdivision::steps_still_affordable(const SubdivisionResult& resul
         break;
     }
     }
-    const int bounded = std::clamp(left, 0, kMostEvaluations - made);
+    const int bounded = std::clamp(left, 0, std::max(0, kMostEvaluations - made));
     steps_left_.push_back(static_cast<std::uint32_t>(bounded));
     return static_cast<std::uint32_t>(bounded);
 }

@@ -139,6 +139,7 @@ private:
     Vec3 pull() const noexcept;
     Vec3 led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_left,
              SubdivisionResult& result) noexcept;
+    bool is_astray(const Vec3& proxy) const noexcept;
     Vec3 settled(Vec3 proxy, SubdivisionResult& result) noexcept;
     void commit(const Vec3& proxy, SubdivisionResult& result) noexcept;
     bool any_state(std::size_t surface, MultiplierState state) const noexcept;

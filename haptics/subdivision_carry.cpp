@@ -129,10 +129,19 @@ Vec3 Subdivision::accepted(const Vec3& proxy, SubdivisionResult& result) noexcep
     return proxy;
 }
 
-/// An adaptive frame that ends at its cap ends on the level at least.
+/// Whether a proxy is where no frame ends that comes to its end: the balance is no further from the
+/// pull than the frame's start, but for what the start is lifted or drawn by. What holds the proxy
+/// twice, as two modes of one vector field that never slip, may meet at any angle on the way there.
+bool Subdivision::is_astray(const Vec3& proxy) const noexcept {
+    const double lift_m = frame_.force_limit_n / frame_.stiffness;
+    return glm::length(proxy - pull()) > glm::length(frame_.start - pull()) + lift_m;
+}
+
+/// An adaptive frame that ends at its cap ends on the level at least, and not astray.
 Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
-    if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.planes().empty())
+    if (settings_.method != SteppingMethod::adaptive || converged_ || primitives_.is_free())
         return proxy;
+    if (is_astray(proxy)) proxy = carried(proxy, frame_.start, result);
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (any_state(i, MultiplierState::saturated) || !any_state(i, MultiplierState::active) ||
             sunk_m_[i] > 0.0)

@@ -40,18 +40,21 @@ void SurfaceMagnets::restart() noexcept {
         capture.restart();
 }
 
-void SurfaceMagnets::begin(const Vec3& start) noexcept {
+void SurfaceMagnets::begin(const FrameContext& frame) noexcept {
     begins_ = true;
     for (GuideCapture& capture : captures_)
-        capture.strength_at(start);
+        capture.strength_at(frame);
 }
 
 void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
                           std::span<SurfaceContact* const> surfaces) noexcept {
     for (std::size_t i = 0; i < captures_.size(); ++i) {
         found_[i].reset();
-        if (!is_on(i)) continue;
         GuideCapture& capture = captures_[i];
+        if (!is_on(i)) {
+            capture.let_go();
+            continue;
+        }
         if (!begins_ && !capture.holds()) continue;
         found_[i] = surfaces[i]->nearest(proxy, pull, capture.reach_m());
         if (begins_) capture.begin(found_[i] ? 0.0 : std::numeric_limits<double>::infinity());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <palpate/haptics/coulomb_friction.h>
+#include <palpate/haptics/effect.h>
 #include <palpate/haptics/guide_capture.h>
 #include <palpate/haptics/surface_contact.h>
 
@@ -46,9 +47,9 @@ public:
     void restart() noexcept;
     /// From the next find() on, its strength is `gain` times its own, [0, 10]; 0: off.  [loop]
     void set_gain(std::size_t surface, double gain) noexcept { gains_[surface] = gain; }
-    /// A frame begins at `start`: its strengths are those there, and its first find() decides which
-    /// magnets have the proxy.                                                           [loop]
-    void begin(const Vec3& start) noexcept;
+    /// A frame begins: its strengths are those there, and its first find() decides which magnets
+    /// have the proxy.                                                                   [loop]
+    void begin(const FrameContext& frame) noexcept;
     /// Finds the planes of the surfaces that draw the proxy, before these offer theirs. `pull`:
     /// where the coupling, the forces and the springs draw it, m.                         [loop]
     void find(const Vec3& proxy, const Vec3& pull,

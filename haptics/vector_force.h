@@ -4,6 +4,7 @@
 #include <memory>
 
 #include <palpate/haptics/effect.h>
+#include <palpate/haptics/frame_lag.h>
 #include <palpate/haptics/transfer_function.h>
 #include <palpate/volume/vector_field.h>
 
@@ -21,11 +22,13 @@ public:
     VectorForce(std::shared_ptr<const VectorField> field, const TransferFunction& strength)
         : field_(std::move(field)), strength_(strength), sampler_(field_->make_sampler()) {}
 
+    void restart(const Vec3&) noexcept override { lag_.restart(); }
     void begin(const FrameContext& frame) noexcept override {
-        force_ = Vec3{0.0};
+        Vec3 found{0.0};
         const VectorSample here = sampler_->sample(frame.start);
         const double length = glm::length(here.value);
-        if (here.valid && length > 0.0) force_ = strength_(length) / length * here.value;
+        if (here.valid && length > 0.0) found = strength_(length) / length * here.value;
+        force_ = lag_.follow(found, frame.start, frame.stiffness);
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         primitives.add_force(force_);
@@ -36,6 +39,7 @@ private:
     std::shared_ptr<const VectorField> field_;
     TransferFunction strength_;
     std::unique_ptr<VectorSampler> sampler_;
+    FrameLag<Vec3> lag_;
     Vec3 force_{0.0}; // N
 };
 

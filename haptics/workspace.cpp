@@ -13,12 +13,18 @@ namespace {
 // Of the coordinates at hand: a place this little outside is outside by rounding.
 constexpr double kRounding = 1e-15;
 
-/// How far from the pull a candidate may be. With nothing but planes, forces and springs, none is
-/// further than the proxy: what lies within that needs no plane, and a surface that leads the proxy
-/// keeps its own. Lines and points draw to anywhere.
+// What a proxy on a plane may be behind it.
+constexpr double kOnPlane = 1e-9; // m
+
+/// How far from the pull a candidate may be. With nothing but forces, springs and planes that the
+/// proxy is in front of, none is further than the proxy: what lies within that needs no plane, and
+/// a surface that leads the proxy keeps its own. Lines, points and planes behind which the proxy
+/// is, as a magnet's, draw to anywhere.
 double reach_of(const PrimitiveSet& primitives, const Vec3& pull, const Vec3& proxy) noexcept {
-    return primitives.has_tethers() ? std::numeric_limits<double>::infinity()
-                                    : glm::length(pull - proxy);
+    bool drawn = primitives.has_tethers();
+    for (const PlanePrimitive& plane : primitives.planes())
+        drawn = drawn || glm::dot(plane.normal, proxy - plane.anchor) < -kOnPlane;
+    return drawn ? std::numeric_limits<double>::infinity() : glm::length(pull - proxy);
 }
 
 void check_strength(double strength_n) {
@@ -38,7 +44,7 @@ WorkspaceSphere::WorkspaceSphere(const Vec3& center, double radius_m, LocalStren
 
 void WorkspaceSphere::begin(const FrameContext& frame) noexcept {
     frame_ = frame;
-    strength_.at(frame.start);
+    strength_.at(frame);
     end_ = center_;
     cuts_ = 0;
 }
@@ -59,7 +65,7 @@ void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexce
     const double rounding = kRounding * (radius_m_ + glm::length(center_));
     if (glm::length(end_ - center_) > radius_m_ + rounding) cut_towards(end_);
 
-    const std::size_t kept = std::isinf(strength_.now()) ? kCuts : 1;
+    const std::size_t kept = std::isinf(primitives.scaled_n(strength_.now())) ? kCuts : 1;
     for (std::size_t i = cuts_ - std::min(cuts_, kept); i < cuts_; ++i) {
         const Vec3& normal = normal_[i % kCuts];
         primitives.add({center_ - radius_m_ * normal, normal, strength_.now()});

@@ -32,6 +32,7 @@ public:
     WorkspaceSphere(const Vec3& center, double radius_m, double strength_n)
         : WorkspaceSphere(center, radius_m, LocalStrength(strength_n)) {}
 
+    void restart(const Vec3&) noexcept override { strength_.restart(); }
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
@@ -61,9 +62,10 @@ public:
     WorkspaceBox(const Box& box, double strength_n)
         : WorkspaceBox(box, LocalStrength(strength_n)) {}
 
+    void restart(const Vec3&) noexcept override { strength_.restart(); }
     void begin(const FrameContext& frame) noexcept override {
         frame_ = frame;
-        strength_.at(frame.start);
+        strength_.at(frame);
     }
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }

@@ -18,8 +18,9 @@ namespace {
 constexpr double kStiffness = 500.0; // N/m
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Strengths of coincident primitives add, so sixteen are one of sixteen times the strength.
-TEST(ProxySolverHard, SixteenCoincidentPrimitivesAreOne) {
+// Strengths of coincident primitives add, so n are one of n times the strength.
+TEST(ProxySolverHard, AFullSetOfCoincidentPrimitivesIsOne) {
+    constexpr double kMany = PrimitiveSet::kCapacity;
     const Vec3 anchor{0.001, -0.002, 0.0005}, axis = glm::normalize(Vec3{1.0, 2.0, -0.5});
     for (const double strength : {0.01, 0.25, kInfinite}) { // slips, holds, hard
         for (const Vec3& probe : {Vec3{0.004, 0.003, -0.006}, anchor, anchor - 0.005 * axis}) {
@@ -29,9 +30,9 @@ TEST(ProxySolverHard, SixteenCoincidentPrimitivesAreOne) {
                 lines.add_line({anchor, axis, strength});
                 points.add_point({anchor, strength});
             }
-            one_plane.add({anchor, axis, 16.0 * strength});
-            one_line.add_line({anchor, axis, 16.0 * strength});
-            one_point.add_point({anchor, 16.0 * strength});
+            one_plane.add({anchor, axis, kMany * strength});
+            one_line.add_line({anchor, axis, kMany * strength});
+            one_point.add_point({anchor, kMany * strength});
             for (const auto& [many, one] :
                  {std::pair(planes, one_plane), std::pair(lines, one_line),
                   std::pair(points, one_point)}) {

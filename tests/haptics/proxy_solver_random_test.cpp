@@ -143,7 +143,7 @@ TEST(ProxySolver, PlanesAndForcesKeepTheirBits) {
             const ProxySolution solution = solve_proxy(c.primitives, c.probe, kStiffness);
             for (int axis = 0; axis < 3; ++axis)
                 mix(solution.proxy[axis]);
-            for (std::size_t p = 0; p < PrimitiveSet::kCapacity; ++p)
+            for (std::size_t p = 0; p < 16; ++p)
                 mix(p < solution.planes.size() ? solution.planes[p].multiplier_n : 0.0);
         }
     }

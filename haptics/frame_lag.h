@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include <palpate/geometry/vec.h>
+
+namespace palpate {
+
+/// A force, or the strength of something that draws, as a frame finds it where it begins and keeps
+/// it to its end. What it moves is the proxy, and so itself: where it changes by more than the
+/// coupling's stiffness over the way that it moves the proxy, frames that took what they found
+/// would overshoot in turns for ever. So a frame goes the part of the way
+///   s' = s + (found - s) / (1 + g),   g = |change of what was found| / (k |way of the proxy|)
+/// which is Newton's step to where force and place agree if g is that of the force itself. g is
+/// measured from one frame to the next (whatever caused the change: then s' comes late, by about g
+/// frames), and forgotten slowly, as kinks turn up again. With g = 0 what was found is taken as it
+/// is. `Value`: double or Vec3, N; finite, or always the same. Not for two threads at once.
+template <class Value>
+class FrameLag {
+public:
+    /// The next one is taken as it is found.                                            [loop]
+    void restart() noexcept { begun_ = false; }
+
+    /// A frame begins at `start` (m, scene frame) and finds `found` there; what it is to take.
+    /// `stiffness`: k of the coupling, N/m, > 0.                                        [loop]
+    Value follow(const Value& found, const Vec3& start, double stiffness) noexcept {
+        if (!begun_) gain_ = 0.0;
+        if (begun_) {
+            const double way = stiffness * glm::length(start - start_);
+            const double gain = way > kNoWay_n ? size(found - found_) / way : 0.0;
+            gain_ = std::max(kRemembered * gain_, gain);
+        }
+        now_ = begun_ && gain_ > 0.0 ? now_ + (found - now_) / (1.0 + gain_) : found;
+        begun_ = true;
+        found_ = found;
+        start_ = start;
+        return now_;
+    }
+
+private:
+    // Below this a change of the proxy's place is rounding.
+    static constexpr double kNoWay_n = 1e-9;
+    // From frame to frame; at 0.9 no function of five nodes is known that goes on for ever.
+    static constexpr double kRemembered = 0.9;
+
+    static double size(double change) noexcept { return std::abs(change); }
+    static double size(const Vec3& change) noexcept { return glm::length(change); }
+
+    bool begun_ = false;
+    double gain_ = 0.0;
+    Value now_{0.0};
+    Value found_{0.0};
+    Vec3 start_{0.0};
+};
+
+} // namespace palpate
