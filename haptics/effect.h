@@ -15,6 +15,8 @@ struct FrameContext {
     double stiffness = 500.0; ///< k_s, N/m, > 0
     double period_s = 1e-3;   ///< nominal frame period T, not the measured one
     double force_limit_n = 5.0; ///< the longest force that the device is sent, N, > 0
+    bool after_silence = false; ///< frames without a device's state came before this one: the probe
+                                ///< came here in more than a period
 };
 
 /// How a frame ended.
