@@ -36,7 +36,9 @@ public:
     virtual void restart(const Vec3& proxy) noexcept { static_cast<void>(proxy); }
     /// A frame begins: anchors what depends on the path.                                [loop]
     virtual void begin(const FrameContext& frame) noexcept = 0;
-    /// Adds the primitives felt at `proxy`; moves no state.                             [loop]
+    /// Adds the primitives felt at `proxy`. Moves nothing but counters and the iteration memory of
+    /// a frame, as CurveGuide, VectorFollow, VectorSheet and WorkspaceSphere have one, which
+    /// begin() starts anew. [loop]
     virtual void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept = 0;
     /// The solution for what was gathered last: where the frame is likely to end. Sub-steps are
     /// iterations of one problem, so an effect whose geometry bends towards that end looks there,
