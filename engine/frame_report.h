@@ -20,7 +20,8 @@ struct FrameReport {
 
     std::uint32_t sub_steps = 0;     ///< movements of the proxy that were accepted
     std::uint32_t evaluations = 0;   ///< gatherings of primitives with one solution each
-    std::uint32_t contacts = 0;      ///< primitives with a multiplier > 0 in the last solution
+    std::uint32_t contacts = 0;      ///< primitives with a multiplier > 0 in the last solution,
+                                     ///< without the lines of friction
     double residual_m = 0.0;         ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;         ///< FrameFlag bits
     std::uint64_t surfaces_felt = 0; ///< bit i: Scene::surfaces()[i], up to 64, pushed back at the

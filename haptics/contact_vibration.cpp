@@ -22,15 +22,17 @@ ContactVibration::ContactVibration(const ContactVibrationSettings& settings) : s
     check(not_negative(settings.most_n), "vibration: its limit must be 0 N or more, and finite");
 }
 
-/// The probe is where the proxy is put, at rest.
-void ContactVibration::restart(const Vec3& proxy) noexcept {
+void ContactVibration::restart(const Vec3&) noexcept {
+    first_ = true;
     felt_ = 0;
-    probe_ = proxy;
     sine_n_ = cosine_n_ = Vec3{0.0};
 }
 
 void ContactVibration::begin(const FrameContext& frame) noexcept {
-    velocity_ = (frame.probe - probe_) / frame.period_s; // > 0: a nominal period
+    if (frame.after_silence) restart(frame.start);
+    // A way from nowhere has no speed: what is felt in a first frame was not struck in it.
+    velocity_ = first_ ? Vec3{0.0} : (frame.probe - probe_) / frame.period_s; // > 0
+    first_ = false;
     probe_ = frame.probe;
     if (frame.period_s != period_s_) tune(frame.period_s);
 }

@@ -26,7 +26,9 @@ struct ContactVibrationSettings {
 /// Impacts superpose, of the same surface too, as on a struck object: what rings is one damped
 /// oscillator with three axes. A new impact begins at sin 0, so the force never jumps. The
 /// oscillator's amplitude is bounded by `most_n`, is raised by an impact by at most A v, and decays
-/// always; surfaces hit in the same frame are one impact.
+/// always; surfaces hit in the same frame are one impact. Of a trial's first frame, of the first
+/// since it was switched on and of the first after a silence of the device, no speed is known: what
+/// is felt there already was not struck.
 class ContactVibration final : public Effect {
 public:
     /// Throws std::invalid_argument on settings out of range.                          [setup]
@@ -44,6 +46,7 @@ private:
     void strike(const Vec3& impact_n) noexcept;
 
     ContactVibrationSettings settings_;
+    bool first_ = true;      // no frame since restart()
     std::uint64_t felt_ = 0; // at the last frame's end
     Vec3 probe_{0.0};        // of this frame
     Vec3 velocity_{0.0};     // of the probe since the last frame, m/s

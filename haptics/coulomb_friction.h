@@ -29,8 +29,8 @@ struct FrictionCoefficients {
 /// until what slips rubs with mu lambda and what holds bears no more. q is where the frame found
 /// the proxy on the surface: its start, or where it met the surface in this frame. So friction is a
 /// part of the frame's one problem, not of its sub-steps. Multipliers are remembered from one
-/// solution to the next; begun from nothing, a proxy held in a crease would creep
-/// (composition.md 4.5). Not for two threads at once.
+/// solution to the next, to begin with; where friction holds, a proxy in a crease keeps its place
+/// without that, too. Not for two threads at once.
 class CoulombFriction {
 public:
     /// Of each surface, in canonical order; throws std::invalid_argument on coefficients out of

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include <palpate/haptics/internal/mixed_primitives.h>
+
 namespace palpate {
 namespace {
 
@@ -37,17 +39,11 @@ struct FreeDirections {
     int count = 0;
 };
 
-/// Any unit vector across a unit vector.
-Vec3 across(const Vec3& n) noexcept {
-    const Vec3 axis = std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    return glm::normalize(glm::cross(n, axis));
-}
-
 FreeDirections complement(const PinnedDirections& pinned) noexcept {
     const auto& n = pinned.axis;
     if (pinned.count == 1) {
-        const Vec3 u = across(n[0]);
-        return {{u, glm::cross(n[0], u)}, 2};
+        const Mat3 plane = across_of(n[0]);
+        return {{plane[0], plane[1]}, 2};
     }
     if (pinned.count == 2) return {{glm::normalize(glm::cross(n[0], n[1])), Vec3{0.0}}, 1};
     return {};
@@ -85,9 +81,9 @@ Tethers tethers_of(const PrimitiveSet& primitives, const ProxySolution& solution
                                  glm::length(solution.lines[i].force_n) / stiffness, projection);
             continue;
         }
-        const Vec3 side = across(axis);
-        pinned.add(side);
-        pinned.add(glm::cross(axis, side));
+        const Mat3 plane = across_of(axis);
+        pinned.add(plane[0]);
+        pinned.add(plane[1]);
         tethers.hold = true;
     }
     for (std::size_t i = 0; i < primitives.points().size(); ++i) {

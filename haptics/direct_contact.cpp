@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/direct_contact.h>
 
+#include <cmath>
 #include <stdexcept>
 
 namespace palpate {
@@ -42,10 +43,13 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     near_the_facet.strength_n = strength_n_;
     ContactPlane contact;
     if (level_plane(sampler_->sample(proxy), proxy, settings_.level, near_the_facet, scale_,
-                    contact))
+                    contact)) {
+        // Each plane has the surface's whole strength: of one that yields only the newest.
+        if (std::isfinite(strength_n_)) bundle_.clear();
         bundle_.remember(contact, proxy, patch_cosine_);
-    else
+    } else {
         bundle_.clear();
+    }
     engaged_ = bundle_.size() > 0;
     for (std::size_t i = 0; i < bundle_.size(); ++i)
         if (contacts.add(bundle_[i])) ++offered_;
@@ -53,6 +57,7 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
 
 std::optional<ContactPlane> DirectContact::nearest(const Vec3& proxy, const Vec3&,
                                                    double reach_m) noexcept {
+    if (strength_n_ == 0.0) return std::nullopt;
     return plane_within(sampler_->sample(proxy), proxy, settings_, scale_, reach_m);
 }
 

@@ -13,7 +13,9 @@ namespace palpate {
 /// away, with the normal of the field's gradient; once engaged, the plane at the proxy follows the
 /// level in the same way. Nothing else: between evaluations no test says what the chord passes
 /// through, and from behind a facet rays see only its back. It does get lost in thin and concave
-/// bone (contact.md 7.3).
+/// bone (contact.md 7.3). Nor does its level move: a weak one pushes back with its strength
+/// wherever it was pressed through, without play, and pushes out what is behind when it is strong
+/// again.
 class DirectContact final : public SurfaceContact {
 public:
     /// Surface and field must be of the same baked field. Throws std::invalid_argument as

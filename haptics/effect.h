@@ -15,6 +15,8 @@ struct FrameContext {
     double stiffness = 500.0; ///< k_s, N/m, > 0
     double period_s = 1e-3;   ///< nominal frame period T, not the measured one
     double force_limit_n = 5.0; ///< the longest force that the device is sent, N, > 0
+    bool after_silence = false; ///< frames without a device's state came before this one: the probe
+                                ///< came here in more than a period
 };
 
 /// How a frame ended.
@@ -34,7 +36,9 @@ public:
     virtual void restart(const Vec3& proxy) noexcept { static_cast<void>(proxy); }
     /// A frame begins: anchors what depends on the path.                                [loop]
     virtual void begin(const FrameContext& frame) noexcept = 0;
-    /// Adds the primitives felt at `proxy`; moves no state.                             [loop]
+    /// Adds the primitives felt at `proxy`. Moves nothing but counters and the iteration memory of
+    /// a frame, as CurveGuide, VectorFollow, VectorSheet and WorkspaceSphere have one, which
+    /// begin() starts anew. [loop]
     virtual void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept = 0;
     /// The solution for what was gathered last: where the frame is likely to end. Sub-steps are
     /// iterations of one problem, so an effect whose geometry bends towards that end looks there,

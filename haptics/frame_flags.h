@@ -37,8 +37,8 @@ struct FrameFlagText {
 
 inline constexpr std::array<FrameFlagText, 17> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
-     "the device gave a position that is not a number: proxy held, force to zero; check the device "
-     "or path"},
+     "the device gave a position that is not a number, or 1000 km away and more: proxy held, force "
+     "to zero; check the device or path"},
     {kEvaluationCap, "evaluation_cap",
      "the proxy is certified but not at its end yet and goes on in the next frame; move slower or "
      "raise the cap"},
@@ -52,8 +52,8 @@ inline constexpr std::array<FrameFlagText, 17> kFrameFlagTexts{{
     {kForceSlewed, "force_slewed",
      "the force changed faster than limits.slew_n_per_s and was held back"},
     {kSolverCap, "solver_cap",
-     "the solver ran into its iteration cap; its residual is in residual_m and the certificate "
-     "still holds"},
+     "the solver ran into its iteration cap: forces may not balance in this frame, the certificate "
+     "still holds; where it lasts, use fewer effects in one place"},
     {kPrimitivesFull, "primitives_full",
      "more haptic primitives than the fixed capacity: the last ones were left out; use fewer "
      "effects"},

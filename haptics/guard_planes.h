@@ -25,10 +25,11 @@ public:
         Vec3 found_at{0.0};             ///< where the point was then, m
     };
 
-    void clear() noexcept { count_ = 0; }
-    std::size_t size() const noexcept { return count_; }
-    const Entry& operator[](std::size_t i) const noexcept { return entries_[i]; }
+    void clear() noexcept { count_ = 0; }                                         ///< [loop]
+    std::size_t size() const noexcept { return count_; }                          ///< [loop]
+    const Entry& operator[](std::size_t i) const noexcept { return entries_[i]; } ///< [loop]
 
+    /// Makes room for it by forgetting the oldest, where there is none.                 [loop]
     void add(const Entry& entry) noexcept {
         if (count_ == kCapacity) {
             for (std::size_t i = 1; i < count_; ++i)
@@ -38,6 +39,7 @@ public:
         entries_[count_++] = entry;
     }
 
+    /// Forgets those for which `condition` is false.                                    [loop]
     template <class Condition>
     void keep_if(const Condition& condition) noexcept {
         std::size_t kept = 0;

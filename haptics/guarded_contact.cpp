@@ -33,6 +33,10 @@ Vec3 drawn(MeshContact& guard, Vec3 at, const Vec3& target) noexcept {
     return at;
 }
 
+double depth_m(const PlanePrimitive& plane, const Vec3& point) noexcept {
+    return glm::dot(plane.normal, plane.anchor - point);
+}
+
 MeshContactSettings guard_settings() { return {}; } // the guard itself never yields
 
 } // namespace
@@ -110,7 +114,11 @@ void GuardedContact::regroup(const Vec3& proxy) noexcept {
         Vec3 at = guard_;
         for (const Vec3& target : {guard_ + up, near->position + up, proxy})
             at = drawn(scout, at, target);
-        if (glm::length(at - proxy) >= kHeldShare * leash_m_) continue;
+        if (glm::length(at - proxy) >= kHeldShare * leash_m_) {
+            searches_ +=
+                scout.queries().surface_queries - guard_contact_->queries().surface_queries;
+            continue;
+        }
         guard_ = at;
         guard_contact_.emplace(scout);
         return;
@@ -136,6 +144,12 @@ void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     const Vec3 normal = (guard_ - proxy) / distance;
     contact.plane = {proxy + (distance - held_m) * normal, normal, volume_.offered_strength_n()};
     contact.gradient_length = 1.0;
+    // Each plane has the surface's whole strength: of one that yields only the deeper is offered.
+    if (volume_planes_ == 1 && std::isfinite(contact.plane.strength_n)) {
+        if (depth_m(contacts[first].plane, proxy) >= depth_m(contact.plane, proxy)) return;
+        contacts.drop_last();
+        volume_planes_ = 0;
+    }
     leash_offered_ = contacts.add(contact);
 }
 
@@ -145,7 +159,7 @@ std::optional<ContactPlane> GuardedContact::nearest(const Vec3& proxy, const Vec
 }
 
 void GuardedContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
-    volume_.keep_active(solution, first);
+    if (volume_planes_ > 0) volume_.keep_active(solution, first);
     leash_holds_ = leash_offered_ &&
                    solution.planes[first + volume_planes_].state != MultiplierState::released;
 }

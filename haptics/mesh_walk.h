@@ -47,6 +47,7 @@ struct WalkStep {
 /// facet (docs/contact.md). Needs no queries. Reads the mesh only; any number of threads.
 class MeshWalk {
 public:
+    /// The mesh must outlive this.                                                      [setup]
     explicit MeshWalk(const CertifiedMesh& mesh) noexcept;
 
     /// The nearest feature to `vector`, m, of the surface about the spot, as if its facets went on
@@ -67,6 +68,7 @@ public:
     /// The facets that contain the spot.                                                [loop]
     void facets_at(const MeshSpot& spot, Fan& facets) const noexcept;
 
+    /// Unit normal of a facet, towards the side from which it is felt.                   [any]
     Vec3 outward(std::uint32_t facet, std::int8_t side) const noexcept {
         return static_cast<double>(side) * mesh_.topology().facet(facet).normal;
     }

@@ -36,6 +36,7 @@ struct PassivitySettings {
 ///   f.v <= S / 5 ms,  or where S < 0 what is left of S after -b v^2
 class PassivityControl {
 public:
+    /// For settings in range: nothing is checked here.                                  [setup]
     explicit PassivityControl(const PassivitySettings& settings) noexcept;
 
     /// Nothing is known and nothing is at work: the account is the bank.                 [loop]

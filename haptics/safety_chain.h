@@ -45,6 +45,7 @@ struct SafetySettings {
 /// Without motors: finite and 4 alone.
 class SafetyChain {
 public:
+    /// For settings in range: nothing is checked here.                                  [setup]
     explicit SafetyChain(const SafetySettings& settings) noexcept;
 
     /// The force to send for a wanted one, N, with the probe (m, finite) moving at `velocity`

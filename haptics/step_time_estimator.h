@@ -37,7 +37,7 @@ public:
         : highest_us_(std::max(0.5 * budget_us, kLowest_us)),
           estimate_us_(std::clamp(budget_us / 50.0, kLowest_us, highest_us_)) {}
 
-    double estimate_us() const noexcept { return estimate_us_; }
+    double estimate_us() const noexcept { return estimate_us_; } ///< of a step, us, > 0   [loop]
 
     /// Learns from the duration of a step.                                              [loop]
     void observe(double duration_us) noexcept {

@@ -27,11 +27,12 @@ struct ContactPlane {
 class ContactSet {
 public:
     static constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
+    /// Neither planes nor an overflow any more.                                         [loop]
     void clear() noexcept {
         contacts_.clear();
         overflowed_ = false;
     }
-    /// Adds a plane; false, and remembered as overflow, when there is no room for it.
+    /// Adds a plane; false, and remembered as overflow, when there is no room for it. [loop]
     bool add(const ContactPlane& contact) noexcept {
         if (contacts_.full()) {
             overflowed_ = true;
@@ -40,13 +41,16 @@ public:
         contacts_.push_back(contact);
         return true;
     }
-    /// Moves a plane and its level inwards, m.
+    /// Takes back the plane that was added last, of at least one.                      [loop]
+    void drop_last() noexcept { contacts_.pop_back(); }
+    /// Moves a plane and its level inwards, m.                                          [loop]
     void sink(std::size_t i, double by_m) noexcept {
         contacts_[i].plane.anchor -= by_m * contacts_[i].plane.normal;
         contacts_[i].level_gap += by_m * contacts_[i].gradient_length;
     }
-    std::size_t size() const noexcept { return contacts_.size(); }
-    bool overflowed() const noexcept { return overflowed_; }
+    std::size_t size() const noexcept { return contacts_.size(); } ///< [loop]
+    bool overflowed() const noexcept { return overflowed_; }       ///< [loop]
+    /// `i` < size().                                                                    [loop]
     const ContactPlane& operator[](std::size_t i) const noexcept { return contacts_[i]; }
 
 private:

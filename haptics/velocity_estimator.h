@@ -25,6 +25,7 @@ public:
     static constexpr std::size_t kCapacity = 64; ///< samples
     static constexpr int kMostRepeats = 5; ///< samples that say nothing new, before it is at rest
 
+    /// For settings in range: nothing is checked here.                                  [setup]
     explicit VelocityEstimator(const VelocitySettings& settings) noexcept : settings_(settings) {}
 
     /// A sample at its own time, s, m; returns the velocity, m/s. One that is not newer than the

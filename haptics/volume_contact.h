@@ -83,10 +83,9 @@ public:
 
     /// Of its planes with the present gain, N; infinite for a membrane that may open.    [loop]
     double offered_strength_n() const noexcept { return offered_settings_.strength_n; }
-    const LevelScale& scale() const noexcept { return scale_; }
-    double anchored_level() const noexcept {
-        return level_;
-    } ///< c0, U: the level, or where a yielding surface holds now
+    const LevelScale& scale() const noexcept { return scale_; } ///< with the texture       [loop]
+    /// c0, U: the level, or where a yielding surface holds now.                          [loop]
+    double anchored_level() const noexcept { return level_; }
 
 private:
     void look(const Vec3& point) noexcept;

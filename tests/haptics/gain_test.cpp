@@ -280,6 +280,52 @@ TEST(SurfaceGain, ContactDirectFadesToo) {
     EXPECT_NEAR(ball.force(), 2.0, kShape_n);
 }
 
+// Each plane has the whole strength of the surface: of a weak one two of them, as in a notch, would
+// resist more than it.
+TEST(SurfaceGain, ContactDirectOffersOnePlaneWhereItIsWeak) {
+    TriangleMesh faces; // of the notch, out to 30 mm
+    faces.vertices = {{-0.03, -0.03, 0.03}, {-0.03, 0.03, 0.03}, {0, -0.03, 0},
+                      {0, 0.03, 0},         {0.03, -0.03, 0.03}, {0.03, 0.03, 0.03}};
+    faces.triangles = {{0, 2, 1}, {1, 2, 3}, {2, 4, 3}, {3, 4, 5}};
+    const auto mesh = std::make_shared<const TriangleMesh>(std::move(faces));
+    DirectContact notch(std::make_shared<const SurfaceScene>(mesh),
+                        std::shared_ptr<const ScalarField>(make_wedge(270.0)), LevelSettings{});
+    for (const double gain : {1.0, 0.5}) {
+        notch.set_gain({gain, kLimit});
+        for (const double x : {-1e-4, 1e-4}) // over either face
+            EXPECT_LT(notch.carry({x, 0, 1e-3}, {x, 0, -1e-3}).fraction, 1.0);
+        ContactSet contacts;
+        notch.offer({0, 0, 1e-6}, contacts);
+        EXPECT_EQ(contacts.size(), gain < 1.0 ? 1u : 2u);
+    }
+}
+
+// What is off is neither met nor near: a magnet on it does not draw.
+TEST(SurfaceGain, AMagnetOfASurfaceThatIsOffDoesNotDraw) {
+    const std::shared_ptr<const ScalarField> field = make_solid_sphere(kRadius);
+    const auto mesh = std::make_shared<const TriangleMesh>(test::icosphere(kRadius, 5));
+    for (const bool direct : {false, true}) {
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+        if (direct)
+            surfaces.push_back(std::make_unique<DirectContact>(
+                std::make_shared<const SurfaceScene>(mesh), field, LevelSettings{}));
+        else
+            surfaces.push_back(std::make_unique<VolumeContact>(field, LevelSettings{}));
+        std::vector<SurfaceFinish> finish(1);
+        finish[0].magnet = {1.0, 1e-3};
+        ContactLoop loop({}, std::move(surfaces), {}, 0.0, finish);
+        const Vec3 probe{0, 0, kRadius + 0.5e-3};
+        loop.start(probe);
+        loop.move(probe);
+        EXPECT_LT(loop.proxy().z, probe.z - 0.1e-3) << "on, it does; direct: " << direct;
+        loop.subdivision().set_surface_gain(0, 0.0);
+        loop.start(probe);
+        for (int i = 0; i < 10; ++i)
+            loop.move(probe);
+        EXPECT_EQ(loop.proxy(), probe) << "direct: " << direct;
+    }
+}
+
 // A trial begins with the gains as they are set: there is no ramp to wait for.
 TEST(SurfaceGain, ATrialBeginsWithIt) {
     ContactLoop loop({}, test::one_surface(make_solid_sphere(kRadius)));

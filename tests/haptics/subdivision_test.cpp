@@ -158,6 +158,8 @@ TEST(Subdivision, AdaptiveReachesTheClosestPointOfACavity) {
     EXPECT_LE(evaluations, 2001u * 4u);
 }
 
+// One evaluation leaves depth / radius of curvature of the way, half of it or less here: 200 frames
+// come to rest with any method.
 TEST(Subdivision, AHeldProbeMovesNoBit) {
     for (SteppingMethod method :
          {SteppingMethod::adaptive, SteppingMethod::fixed, SteppingMethod::single}) {
@@ -166,8 +168,6 @@ TEST(Subdivision, AHeldProbeMovesNoBit) {
         const Vec3 probe{0.04, 0.03, 0.02};
         for (int i = 0; i < 200; ++i)
             loop.move(probe);
-        if (method != SteppingMethod::adaptive)
-            continue; // the others may still creep towards the same point
         const Vec3 held = loop.proxy();
         for (int i = 0; i < 5000; ++i) {
             loop.move(probe);

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // How effects make one frame: what composition.md 5 says must fail, fails.
+#include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include <palpate/haptics/coulomb_friction.h>
 #include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
 
@@ -278,33 +281,66 @@ TEST(CompositionControl, AMembraneWhoseStrengthTheSolverKnowsLetsThroughTooEarly
     EXPECT_GT(deepest_below_membrane(Fault::yields_at_once), 1e-3);
 }
 
-/// A proxy pressed into the edge of a notch of 90 degrees and held there for 2000 frames with a
-/// pull along the edge that friction bears; how many of them move a bit. `cold`: each begins as a
-/// new trial does, without the multipliers of the one before.
-int frames_that_move_in_notch(bool cold) {
-    std::vector<SurfaceFinish> finish{{{0.4, 0.4}, {}}};
-    test::ContactLoop loop({}, test::one_surface(make_wedge(270.0)), {}, 0.0, finish);
-    loop.start({0, 0, 1e-9});
-    for (int i = 0; i < 20; ++i)
-        loop.move({0.1e-3, 0.3e-3, -2e-3});
-    int moved = 0;
-    for (int i = 0; i < 2000; ++i) {
-        const Vec3 before = loop.proxy();
-        if (cold) loop.start(before);
-        loop.move({0.1e-3, 0.3e-3, -2e-3});
-        if (loop.proxy() != before) ++moved;
+/// Friction of 0.4 on both faces of a notch of 90 degrees, and nothing else: frames that begin
+/// where the last one's solution ended, with no movement taken for rounding.
+class RubbingNotch {
+public:
+    RubbingNotch() : friction_({{0.4, 0.4}}) {
+        for (const double side : {-1.0, 1.0}) {
+            ContactPlane face;
+            face.plane = {Vec3{0.0}, glm::normalize(Vec3{side, 0.0, 1.0}),
+                          std::numeric_limits<double>::infinity()};
+            faces_.add(face);
+        }
     }
-    return moved;
+    /// The next frame begins as a trial's first, without multipliers.
+    void forget() { friction_.restart(); }
+    void move(const Vec3& probe) {
+        constexpr std::array<std::size_t, 2> kFirst{0, 2};
+        friction_.begin();
+        Vec3 end{0.0};
+        do {
+            PrimitiveSet primitives;
+            for (std::size_t i = 0; i < faces_.size(); ++i)
+                primitives.add(faces_[i].plane);
+            friction_.gather(proxy_, faces_, kFirst, primitives);
+            end = friction_.solve(primitives, probe, kK).proxy;
+        } while (friction_.breaks_away());
+        friction_.commit();
+        proxy_ = end;
+    }
+    const Vec3& proxy() const { return proxy_; }
+    bool holds() const { return friction_.holds(); }
+
+private:
+    CoulombFriction friction_;
+    ContactSet faces_;
+    Vec3 proxy_{0.0};
+};
+
+// Pressed with 1 N: both faces bear 0.707 N, and friction along the edge up to 0.566 N, which is a
+// pull of 1.13 mm. Each frame solves its fixed point to its end, so that nothing has to be known of
+// the one before: 2000 frames come to no more than 2000 roundings of 2 mm.
+TEST(Composition, InANotchFrictionHoldsWithAndWithoutTheMultipliersOfTheFrameBefore) {
+    for (const bool forgets : {false, true})
+        for (const double along_m : {0.1e-3, 0.3e-3, 0.9e-3, 1.1e-3}) {
+            RubbingNotch notch;
+            for (int i = 0; i < 2000; ++i) {
+                if (forgets) notch.forget();
+                notch.move({0.1e-3, along_m, -2e-3});
+                ASSERT_TRUE(notch.holds()) << forgets << " " << along_m << " " << i;
+            }
+            EXPECT_LE(glm::length(notch.proxy()), 2000 * 4.4e-19) << forgets << " " << along_m;
+        }
 }
 
-TEST(Composition, WarmMultipliersHoldAProxyInANotch) {
-    EXPECT_EQ(frames_that_move_in_notch(false), 0);
+TEST(CompositionControl, InANotchAPullThatFrictionDoesNotBearMovesTheProxy) {
+    RubbingNotch notch;
+    notch.move({0.1e-3, 1.3e-3, -2e-3});
+    EXPECT_NEAR(notch.proxy().y, 1.3e-3 - 0.4 * std::sqrt(2.0) / kK, 1e-9);
 }
 
-// Once: then it holds all the same, as each frame solves its fixed point to the end.
-TEST(CompositionControl, ColdMultipliersMoveIt) { EXPECT_GT(frames_that_move_in_notch(true), 0); }
-
-/// Two surfaces that coincide, of friction 0.1 and 0.4, under a hand that is held at the edge of
+/// Two lines of friction 0.1 and 0.4 on one surface, under a hand that is held at the edge of
 /// sliding: how many of 500 frames move the proxy, where the first bears `share()` of what presses.
 int frames_that_move_under_split(const std::function<double()>& share) {
     constexpr double kRadius = 10e-3, kDepth = 2.9e-3;
@@ -336,16 +372,52 @@ int frames_that_move_under_split(const std::function<double()>& share) {
     return moved;
 }
 
-// Which of two planes in one place bears the load is left open by the solver: the weaker does, up
-// to its strength (composition.md 4.2).
-TEST(Composition, ADefiniteSplitOfCoincidentPlanesHolds) {
+TEST(Composition, ADefiniteSplitOfALoadBetweenTwoFrictionsHolds) {
     EXPECT_EQ(frames_that_move_under_split([] { return 0.3; }), 0);
 }
 
-TEST(CompositionControl, ARandomSplitOfCoincidentPlanesCreeps) {
+TEST(CompositionControl, ARandomSplitOfALoadBetweenTwoFrictionsCreeps) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> any(0.0, 1.0);
     EXPECT_GT(frames_that_move_under_split([&] { return any(random); }), 0);
+}
+
+// Which of two planes in one place bears the load is left open by the solver: the weaker does, up
+// to its strength, and the bone the rest (composition.md 4.2). So the hand slides against 0.1 times
+// the skin's 1 N and 0.4 times what is left of N.
+TEST(Composition, ASkinPushedDownToBoneRubsWithItsStrengthAndTheBoneWithTheRest) {
+    constexpr double kBone = 5e-3, kSkin = 8e-3, kWay = 10e-3; // m
+    SteppingSettings settings = to_the_end();
+    settings.tolerance_m = 1e-12;
+    for (const bool bone_first : {false, true})
+        for (const double pressing_n : {1.5, 3.0}) {
+            std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+            std::vector<SurfaceFinish> finish;
+            for (const bool bone : {bone_first, !bone_first}) {
+                LevelSettings level;
+                if (!bone) level.strength_n = 1.0;
+                surfaces.push_back(std::make_unique<VolumeContact>(
+                    std::shared_ptr<const ScalarField>(make_slab(2.0 * (bone ? kBone : kSkin))),
+                    level));
+                finish.push_back(
+                    {bone ? FrictionCoefficients{0.4, 0.4} : FrictionCoefficients{0.1, 0.1}, {}});
+            }
+            test::ContactLoop loop(settings, std::move(surfaces), {}, 0.0, finish);
+            const double z = kBone - pressing_n / kK;
+            loop.start({0, 0, kSkin + 1e-3});
+            for (int i = 0; i <= 200; ++i)
+                loop.move({0, 0, std::max(z, kSkin + 1e-3 - 0.1e-3 * i)});
+            ASSERT_NEAR(loop.proxy().z, kBone, 1e-12) << "the skin lies on the bone";
+            for (int i = 1; i <= 100; ++i)
+                loop.move({0.01 * i * kWay, 0, z});
+            const double sliding_n = kK * (kWay - loop.proxy().x);
+            EXPECT_NEAR(sliding_n, 0.1 * 1.0 + 0.4 * (pressing_n - 1.0), 1e-9) << bone_first;
+            const Vec3 held = loop.proxy();
+            for (int i = 0; i < 2000; ++i) {
+                loop.move({kWay, 0, z});
+                ASSERT_EQ(loop.proxy(), held) << bone_first << " " << pressing_n << " " << i;
+            }
+        }
 }
 
 } // namespace

@@ -60,6 +60,9 @@ TEST(Switching, NoForceStepsButByTheRamp) {
     struct Mode {
         std::string effect;
         double step_n;
+        std::size_t index = 0;       // of the effect that is switched
+        Vec3 start{0.020, 0.0, 0.0}; // m, of the hand
+        double left_n = 0.0;         // what is felt without it
     };
     constexpr double kStep = 0.02;
     const auto of = [](const char* type, const char* volume, const char* strength) {
@@ -69,6 +72,23 @@ TEST(Switching, NoForceStepsButByTheRamp) {
     const std::string volumes =
         "[volume.stream]\nanalytic = \"helix\"\nradius_mm = 20\npitch_mm = 31\n"
         "[volume.ball]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n";
+    // 1.24 mm deep in the head where the hand is held.
+    const Vec3 at_head{0.0105, 0.0, 0.0};
+    const double head_n = 500.0 * (0.010 - glm::length(at_head + 49.0 * Vec3{-5e-5, 5e-5, -5e-5}));
+    const auto surface = [](const char* keys) {
+        return "[volume.head]\nanalytic = \"solid_sphere\"\nradius_mm = 10\n[surface.head]\n"
+               "volume = \"head\"\niso_value = 0\n" +
+               std::string(keys) + "[[effect]]\ntype = \"surface\"\nsurface = \"head\"\n";
+    };
+    const auto guide = [](const char* points_mm, const char* strength) {
+        return "[[effect]]\ntype = \"guide\"\npoints_mm = " + std::string(points_mm) +
+               "\ncapture_mm = 5\nstrength_n = " + strength + "\n";
+    };
+    const auto box = [](const char* strength) {
+        return "[[effect]]\ntype = \"workspace\"\nbox_mm = [[19, -40, -40], [40, 40, 40]]\n"
+               "strength_n = " +
+               std::string(strength) + "\n";
+    };
     const std::string limits = "[limits]\nforce_n = 5\nslew_n_per_s = 1e6\n";
     for (const Mode& mode :
          {Mode{of("gradient_force", "ball", "0.5"), 0.5 * kStep},
@@ -81,14 +101,26 @@ TEST(Switching, NoForceStepsButByTheRamp) {
           {of("front_shape", "stream", "inf"), 20.0 * kStep},
           {of("vortex", "stream", "0.5"), 0.5 * kStep},
           {of("vortex", "stream", "inf"), 20.0 * kStep},
-          {"[[effect]]\ntype = \"constant_force\"\nforce_n = [0.3, 0.4, 0]\n", 0.5 * kStep}}) {
+          {"[[effect]]\ntype = \"constant_force\"\nforce_n = [0.3, 0.4, 0]\n", 0.5 * kStep},
+          {surface(""), 20.0 * kStep, 0, at_head},
+          {surface("strength_n = 0.5\n"), 0.5 * kStep, 0, at_head},
+          {surface("strength_n = 1\nyield = \"opens\"\n"), 1.0 * kStep, 0, at_head},
+          {guide("[[20, 0, 0]]", "0.5"), 0.5 * kStep},
+          {guide("[[20, 0, 0]]", "inf"), 20.0 * kStep},
+          {guide("[[20, -30, 0], [20, 30, 0]]", "0.5"), 0.5 * kStep},
+          {guide("[[20, -30, 0], [20, 30, 0]]", "inf"), 20.0 * kStep},
+          {guide("[[20, -30, 0], [20, 1, 0], [30, 30, 0]]", "0.5"), 0.5 * kStep},
+          {box("0.5"), 0.5 * kStep},
+          {box("inf"), 20.0 * kStep},
+          // Of a hand that strikes nothing a vibration is silent.
+          {surface("") + "[[effect]]\ntype = \"vibration\"\n", 0.0, 1, at_head, head_n}}) {
         test::ScriptedClock clock;
         HapticLoop loop(
             std::make_shared<const Scene>(parse_scene(volumes + mode.effect + limits, "x.toml")),
             clock);
         Vec3 probe{0.0};
         for (int i = 0; i < 50; ++i) { // across streams, fronts and tubes, and into the ball
-            probe = {0.020 - 0.05e-3 * i, 0.05e-3 * i, -0.05e-3 * i};
+            probe = mode.start + 1.0 * i * Vec3{-0.05e-3, 0.05e-3, -0.05e-3};
             held_frame(loop, probe);
         }
         for (int i = 0; i < 200; ++i)
@@ -96,7 +128,7 @@ TEST(Switching, NoForceStepsButByTheRamp) {
         Vec3 before_n = held_frame(loop, probe).force;
         EXPECT_GT(glm::length(before_n), 0.05) << mode.effect;
         for (const double gain : {0.0, 1.0, 0.3, 1.0, 0.0}) {
-            ASSERT_TRUE(loop.set_gain(0, gain));
+            ASSERT_TRUE(loop.set_gain(mode.index, gain));
             for (int i = 0; i < 60; ++i) {
                 const Vec3 now_n = held_frame(loop, probe).force;
                 // An adaptive frame may leave 0.1 um of the way, at 500 N/m; twice.
@@ -105,7 +137,7 @@ TEST(Switching, NoForceStepsButByTheRamp) {
                 before_n = now_n;
             }
         }
-        EXPECT_LE(glm::length(before_n), 1e-12) << mode.effect;
+        EXPECT_NEAR(glm::length(before_n), mode.left_n, 1e-12) << mode.effect;
     }
 }
 
