@@ -218,6 +218,37 @@ private:
     std::map<Field, const PlannedEffect*> first_at_proxy_, first_at_start_;
 };
 
+/// Off, and asks for nothing any more.
+void turn_off(PlannedEffect& planned, std::string reason) {
+    planned = {planned.effect, false, std::move(reason), planned.contact};
+}
+
+/// Whether it is felt on any surface there is.
+bool is_of_all_surfaces(const EffectDescription& effect) {
+    return effect.kind == EffectKind::vibration && effect.surface.empty();
+}
+
+/// What is felt on a surface alone is off where that is not felt.
+void turn_off_what_has_no_surface(const SceneDescription& scene, EffectPlan& plan,
+                                  const std::set<std::string>& out_of_reach) {
+    for (PlannedEffect& planned : plan.effects) {
+        const std::string& surface = scene.effects[planned.effect].surface;
+        if (planned.on && out_of_reach.contains(surface))
+            turn_off(planned,
+                     "surface " + surface + " is outside of the workspace: it cannot be reached");
+    }
+    const bool any_is_felt =
+        std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                    [&](const auto& surface) { return plan.uses_surface(scene, surface.first); });
+    for (PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        if (planned.on && is_of_all_surfaces(effect) && !any_is_felt)
+            turn_off(planned, "no surface is felt");
+        if (planned.on && !effect.surface.empty() && !plan.uses_surface(scene, effect.surface))
+            turn_off(planned, "surface " + effect.surface + " is not felt");
+    }
+}
+
 } // namespace
 
 bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& surface) const {
@@ -227,26 +258,22 @@ bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& 
     });
 }
 
-EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
+EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
+                        const std::set<std::string>& out_of_reach) {
     EffectPlan plan;
     Taken taken;
-    std::set<std::string> used_volumes;
+    std::set<std::string> used_volumes, read_in_vain;
     for (std::size_t i = 0; i < scene.effects.size(); ++i) {
         PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, taken);
         planned.effect = i;
         plan.effects.push_back(planned);
     }
-    for (PlannedEffect& planned : plan.effects) {
-        const EffectDescription& effect = scene.effects[planned.effect];
-        if (!planned.on || effect.surface.empty() || plan.uses_surface(scene, effect.surface))
-            continue;
-        planned.on = false;
-        planned.reason = "surface " + effect.surface + " is not felt";
-    }
+    turn_off_what_has_no_surface(scene, plan, out_of_reach);
     for (const PlannedEffect& planned : plan.effects)
         if (planned.on) used_volumes.insert(scene.effects[planned.effect].volume);
     Sharing(scene, plan.effects).settle();
     for (const auto& [surface, description] : scene.surfaces) {
+        if (out_of_reach.contains(surface)) read_in_vain.insert(description.volume);
         if (!plan.uses_surface(scene, surface)) {
             plan.left_out.push_back("surface " + surface + ": no effect that is on names it");
             continue;
@@ -260,8 +287,8 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
     }
     for (const auto& [volume, description] : scene.volumes)
         if (!used_volumes.contains(volume))
-            plan.left_out.push_back("volume " + volume +
-                                    ": nothing that is on needs it; it is not read");
+            plan.left_out.push_back("volume " + volume + ": nothing that is on needs it" +
+                                    (read_in_vain.contains(volume) ? "" : "; it is not read"));
     return plan;
 }
 

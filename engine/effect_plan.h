@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,9 @@ struct EffectPlan {
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
 };
 
-/// Plans a scene.                                                                       [setup]
-EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction);
+/// Plans a scene; nothing is felt on the surfaces `out_of_reach`, which a workspace keeps the proxy
+/// away from. [setup]
+EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
+                        const std::set<std::string>& out_of_reach = {});
 
 } // namespace palpate
