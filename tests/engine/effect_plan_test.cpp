@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a plan says of effects that are off, and of surfaces that a workspace keeps the proxy from.
+// What a plan says of effects that are off or cannot all be felt, of surfaces that a workspace
+// keeps the proxy from, and of samples.
+#include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/device_factory.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/trace.h>
 
@@ -114,6 +118,27 @@ TEST(EffectPlan, ViscosityInASurfaceThatIsNotFeltTakesNoSample) {
                                                      "surface = \"s\"\ndamping_n_s_per_m = 3\n"));
     EXPECT_FALSE(scene->plan().effects[0].on);
     EXPECT_EQ(scene->plan().effects[0].start_samples, 0.0);
+}
+
+TEST(EffectPlan, AnOrbitAroundNothingSaysWhy) {
+    const auto complaint = [](const std::string& text) -> std::string {
+        try {
+            static_cast<void>(device_states(*scene_of(text), 1));
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const std::string orbit = "[device]\ntype = \"orbit\"\n";
+    EXPECT_EQ(complaint(orbit + ball(0.0)),
+              "x.toml:1: [device]: there is no surface that is felt to go to; "
+              "add an effect of type \"surface\" for it");
+    EXPECT_EQ(complaint(orbit + ball(0.0) + kTouch + workspace("[[80, -9, -9], [90, 9, 9]]")),
+              "x.toml:1: [device]: there is no surface that is felt to go to (effect 1: surface s "
+              "is outside of the workspace: it cannot be reached); change that, or give a path");
+    EXPECT_EQ(
+        complaint(orbit + "surface = \"s\"\n" + ball(0.0)),
+        "x.toml:1: [device]: surface s is not felt; add an effect of type \"surface\" for it");
 }
 
 } // namespace
