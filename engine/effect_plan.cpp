@@ -30,6 +30,7 @@ PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescripti
         choice.kind == ContactKind::volume || choice.kind == ContactKind::guarded;
     planned.roots = certified_by_field ? 1.0 : 0.0;
     planned.needs_hessian = certified_by_field;
+    planned.start_samples = surface.strength_volume.empty() ? 0.0 : 1.0;
     return planned;
 }
 
@@ -124,7 +125,7 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
     if (const internal::CommonPoint at = common_point(effect); at == internal::CommonPoint::proxy)
         planned.samples = 1.0;
     else if (at == internal::CommonPoint::frame_start)
-        planned.start_samples = 1.0;
+        planned.start_samples = 1.0 + traits.further_start_samples;
     return planned;
 }
 
@@ -138,7 +139,7 @@ public:
         for (PlannedEffect& planned : effects_)
             if (common_point(planned) == CommonPoint::proxy) at_proxy(planned);
         for (PlannedEffect& planned : effects_)
-            if (common_point(planned) == CommonPoint::frame_start) at_start(planned);
+            if (planned.start_samples > 0.0) at_start(planned);
         for (PlannedEffect& planned : effects_)
             note_baked(planned);
     }
@@ -169,6 +170,19 @@ private:
         return {internal::FieldNeed::scalar, volume, baked ? effect.surface : ""};
     }
 
+    /// A surface's own is of the strength that depends on the place.
+    Field start_field_of(const PlannedEffect& planned) const {
+        const EffectDescription& effect = effect_of(planned);
+        if (effect.kind != EffectKind::surface) return field_of(planned);
+        return {internal::FieldNeed::scalar, scene_.surfaces.at(effect.surface).strength_volume,
+                ""};
+    }
+
+    void note(PlannedEffect& planned, const std::string& words) const {
+        if (!planned.sharing.empty()) planned.sharing += "; ";
+        planned.sharing += words;
+    }
+
     std::string in_words(const PlannedEffect& planned) const {
         const EffectDescription& effect = effect_of(planned);
         return fmt::format("effect {} ({} of {})", planned.effect + 1, name(effect.kind),
@@ -179,22 +193,24 @@ private:
         const auto [first, is_first] = first_at_proxy_.emplace(field_of(planned), &planned);
         if (is_first) return;
         planned.samples -= 1.0;
-        planned.sharing = "shares its sample with " + in_words(*first->second);
+        note(planned, "shares its sample with " + in_words(*first->second));
     }
 
     void at_start(PlannedEffect& planned) {
+        const std::string who =
+            effect_of(planned).kind == EffectKind::surface ? "its strength shares" : "shares";
         // A frame's first evaluation is at its start.
-        if (const auto first = first_at_proxy_.find(field_of(planned));
+        if (const auto first = first_at_proxy_.find(start_field_of(planned));
             first != first_at_proxy_.end()) {
-            planned.start_samples = 0.0;
-            planned.sharing =
-                "shares its sample with the frame's first of " + in_words(*first->second);
+            planned.start_samples -= 1.0;
+            note(planned,
+                 who + " its sample with the frame's first of " + in_words(*first->second));
             return;
         }
-        const auto [first, is_first] = first_at_start_.emplace(field_of(planned), &planned);
+        const auto [first, is_first] = first_at_start_.emplace(start_field_of(planned), &planned);
         if (is_first) return;
-        planned.start_samples = 0.0;
-        planned.sharing = "shares its sample at the frame's start with " + in_words(*first->second);
+        planned.start_samples -= 1.0;
+        note(planned, who + " its sample at the frame's start with " + in_words(*first->second));
     }
 
     /// An effect of a volume whose surface is felt in a baked field: no sample in common.
@@ -206,10 +222,10 @@ private:
             const EffectDescription& effect = effect_of(other);
             if (!other.on || effect.kind != EffectKind::surface || other.samples == 0.0) continue;
             if (scene_.surfaces.at(effect.surface).volume != volume) continue;
-            if (!planned.sharing.empty()) planned.sharing += "; ";
-            planned.sharing += fmt::format(
-                "shares nothing with surface {}, which is felt in a field baked from {}",
-                effect.surface, volume);
+            note(planned,
+                 fmt::format(
+                     "shares nothing with surface {}, which is felt in a field baked from {}",
+                     effect.surface, volume));
         }
     }
 

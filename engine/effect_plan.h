@@ -18,7 +18,8 @@ struct PlannedEffect {
     std::string reason;         ///< why on or off, in words
     std::string contact;        ///< kind surface: how the proxy is carried
     double samples = 0.0;       ///< field samples per evaluation
-    double start_samples = 0.0; ///< field samples once a frame, at the proxy of its start
+    double start_samples = 0.0; ///< field samples once a frame: at the proxy of its start, and in
+                                ///< the first evaluation alone
     double roots = 0.0;         ///< exact first roots per evaluation
     double rays = 0.0; ///< Embree rays per evaluation; a proxy that slides on a mesh needs none
     bool needs_mesh = false;

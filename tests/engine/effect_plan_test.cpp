@@ -120,6 +120,60 @@ TEST(EffectPlan, ViscosityInASurfaceThatIsNotFeltTakesNoSample) {
     EXPECT_EQ(scene->plan().effects[0].start_samples, 0.0);
 }
 
+// Seen: two samples in a frame more than the plan said.
+TEST(EffectPlan, SheetsTakeAsManySamplesAsItSaysAtMost) {
+    for (const char* kind : {"front_shape", "vortex"}) {
+        const auto scene = scene_of(
+            fmt::format("[volume.flow]\nanalytic = \"helix\"\nradius_mm = 20\npitch_mm = 30\n"
+                        "[[effect]]\ntype = \"{}\"\nvolume = \"flow\"\nstrength_n = 0.8\n",
+                        kind));
+        const PlannedEffect& planned = scene->plan().effects[0];
+        std::vector<DeviceState> inputs(200);
+        for (std::size_t i = 0; i < inputs.size(); ++i) {
+            const double angle = 0.01 * static_cast<double>(i);
+            inputs[i].time_s = 1e-3 * static_cast<double>(i);
+            inputs[i].position = {0.02 * std::cos(angle), 0.02 * std::sin(angle), 1e-3 * angle};
+        }
+        test::ScriptedClock clock;
+        int reached = 0;
+        for (const FrameReport& frame : run_trace(scene, inputs, clock).frames) {
+            const double most = planned.start_samples + planned.samples * frame.evaluations;
+            EXPECT_LE(frame.field_samples, most) << kind << " frame " << frame.frame;
+            reached += frame.field_samples == most;
+        }
+        EXPECT_GT(reached, 0) << kind;
+    }
+}
+
+TEST(EffectPlan, AStrengthThatDependsOnThePlaceTakesASampleAtTheFramesStart) {
+    const std::string other = "[volume.other]\nanalytic = \"slab\"\nthickness_mm = 20\n";
+    const std::string by_place =
+        "strength_volume = \"other\"\nstrength_n = [[-0.01, 1], [0.01, 3]]\n";
+    const std::string force =
+        "[[effect]]\ntype = \"gradient_force\"\nvolume = \"other\"\nstrength_n = 0.1\n";
+    const auto alone = scene_of(other + ball(0.0) + by_place + kTouch);
+    EXPECT_EQ(alone->plan().effects[0].samples, 1.0);
+    EXPECT_EQ(alone->plan().effects[0].start_samples, 1.0);
+    const auto shared = scene_of(other + ball(0.0) + by_place + kTouch + force);
+    EXPECT_EQ(shared->plan().effects[0].start_samples, 1.0);
+    EXPECT_EQ(shared->plan().effects[1].start_samples, 0.0);
+    EXPECT_EQ(shared->plan().effects[1].sharing,
+              "shares its sample at the frame's start with effect 1 (surface of s)");
+
+    const auto plain = scene_of(other + ball(0.0) + "strength_n = 2\n" + kTouch);
+    std::vector<DeviceState> inputs(60);
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        inputs[i].time_s = 1e-3 * static_cast<double>(i);
+        inputs[i].position = {0.0, 1e-4 * static_cast<double>(i), 0.06};
+    }
+    test::ScriptedClock clock;
+    const auto samples = [&](const std::shared_ptr<const Scene>& scene) {
+        return run_trace(scene, inputs, clock).frames.back().field_samples;
+    };
+    EXPECT_EQ(samples(alone), samples(plain) + 1);
+    EXPECT_EQ(samples(shared), samples(plain) + 1);
+}
+
 TEST(EffectPlan, AnOrbitAroundNothingSaysWhy) {
     const auto complaint = [](const std::string& text) -> std::string {
         try {
