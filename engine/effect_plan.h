@@ -32,6 +32,7 @@ struct PlannedEffect {
 struct EffectPlan {
     std::vector<PlannedEffect> effects; ///< one for each of the scene's, in its order
     std::vector<std::string> left_out;  ///< surfaces and volumes that nothing uses, in words
+    std::vector<std::string> warnings;  ///< of what will not be felt as the scene says it, in words
 
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
 };

@@ -120,6 +120,55 @@ TEST(EffectPlan, ViscosityInASurfaceThatIsNotFeltTakesNoSample) {
     EXPECT_EQ(scene->plan().effects[0].start_samples, 0.0);
 }
 
+std::string guides(int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i)
+        text += fmt::format("[[effect]]\ntype = \"guide\"\npoints_mm = [[-100, {0}, 0], [100, {0}, "
+                            "0]]\nstrength_n = 0.001\n",
+                            i);
+    return text;
+}
+
+TEST(EffectPlan, WarnsWhereEffectsAddMoreThanAnEvaluationHasRoomFor) {
+    const std::string ball_around = "[[effect]]\ntype = \"workspace\"\nradius_mm = 40\n"
+                                    "center_mm = [0, 0, 0]\n"
+                                    "strength_n = 2\n"; // one plane, as it yields
+    EXPECT_TRUE(scene_of(guides(15) + ball_around)->plan().warnings.empty());
+    const std::vector<std::string> warnings = scene_of(guides(16) + ball_around)->plan().warnings;
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("up to 17 planes, lines and points"), std::string::npos);
+    EXPECT_NE(warnings[0].find("room for 16"), std::string::npos);
+    // A plate, 3 planes and as many lines of friction, beside 11 of a box and of guides.
+    const std::string rough = "[[effect]]\ntype = \"friction\"\nsurface = \"s\"\nstatic = 0.2\n";
+    const std::string box = workspace("[[-9, -9, -9], [9, 9, 9]]");
+    EXPECT_EQ(scene_of(kPlate + guides(5) + kTouch + rough + box)->plan().warnings.size(), 1u);
+    EXPECT_EQ(scene_of(kPlate + guides(4) + kTouch + rough + box)->plan().warnings.size(), 0u);
+    EXPECT_EQ(scene_of(kPlate + guides(5) + kTouch + box)->plan().warnings.size(), 0u);
+}
+
+TEST(EffectPlan, WarnsOfAForceThatAloneIsBeyondTheLimit) {
+    const auto warnings = [](const std::string& effect) {
+        return scene_of("[limits]\nforce_n = 5\n[[effect]]\n" + effect)->plan().warnings;
+    };
+    EXPECT_TRUE(warnings("type = \"constant_force\"\nforce_n = [3, 4, 0]\n").empty());
+    ASSERT_EQ(warnings("type = \"constant_force\"\nforce_n = [3, 4, 1]\n").size(), 1u);
+    EXPECT_TRUE(warnings("type = \"gravity_compensation\"\nmass_kg = 0.5\ndown = [0, 0, -2]\n")
+                    .empty()); // 4.9 N
+    EXPECT_EQ(
+        warnings("type = \"gravity_compensation\"\nmass_kg = 0.6\ndown = [0, 0, -2]\n").size(), 1u);
+}
+
+TEST(EffectPlan, WarnsOfFramesWhosePrimitivesDidNotFit) {
+    std::vector<FrameReport> frames(5);
+    EXPECT_TRUE(flag_warnings(frames).empty());
+    frames[1].flags = kPrimitivesFull | kForceClamped;
+    frames[4].flags = kPrimitivesFull;
+    ASSERT_EQ(flag_warnings(frames).size(), 1u);
+    EXPECT_EQ(flag_warnings(frames)[0].find("primitives_full in 2 of 5 frames: "), 0u);
+    frames[2].flags = kForceNotFinite;
+    EXPECT_EQ(flag_warnings(frames).size(), 2u);
+}
+
 // Seen: two samples in a frame more than the plan said.
 TEST(EffectPlan, SheetsTakeAsManySamplesAsItSaysAtMost) {
     for (const char* kind : {"front_shape", "vortex"}) {
