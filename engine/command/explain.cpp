@@ -98,7 +98,9 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
            "Samples, roots and rays are per evaluation, of which a sub-step has at least one; "
            "samples "
            "at start are per frame. us alone is an evaluation and its frame's start without any "
-           "sharing, the median measured just now, on this machine.\n";
+           "sharing, the median measured just now, on this machine; of friction, magnet and "
+           "texture "
+           "what they add to their surface.\n";
 }
 
 } // namespace
