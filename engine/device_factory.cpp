@@ -10,6 +10,7 @@
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
 #include <palpate/engine/hid_device.h>
+#include <palpate/engine/internal/device_surfaces.h>
 #include <palpate/engine/internal/hand_press.h>
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/probe_path.h>
@@ -26,22 +27,9 @@ std::string place_of(const Scene& scene) {
                        scene.description().device.line);
 }
 
-/// The surfaces that an orbit goes around: the named one, or each that is felt.
-std::vector<const SceneSurface*> orbited(const Scene& scene) {
-    const DeviceDescription& device = scene.description().device;
-    std::vector<const SceneSurface*> surfaces;
-    for (const SceneSurface& surface : scene.surfaces())
-        if (device.surface.empty() || surface.name == device.surface) surfaces.push_back(&surface);
-    if (surfaces.empty())
-        throw std::runtime_error(
-            fmt::format("{}: {} is felt by no effect; add an effect for it", place_of(scene),
-                        device.surface.empty() ? "no surface" : "surface " + device.surface));
-    return surfaces;
-}
-
 /// One orbit after the other, each a trial of its own and with its share of the time.
 std::vector<DeviceState> orbits(const Scene& scene, int every) {
-    const std::vector<const SceneSurface*> surfaces = orbited(scene);
+    const std::vector<const SceneSurface*> surfaces = internal::surfaces_of_device(scene);
     const double rate_hz = scene.description().loop.rate_hz;
     DeviceDescription orbit = scene.description().device;
     orbit.speed_m_per_s *= every;

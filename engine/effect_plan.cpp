@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/internal/plan_warnings.h>
 #include <palpate/engine/scene_file.h>
 
 namespace palpate {
@@ -30,6 +31,7 @@ PlannedEffect plan_surface(const SceneDescription& scene, const SurfaceDescripti
         choice.kind == ContactKind::volume || choice.kind == ContactKind::guarded;
     planned.roots = certified_by_field ? 1.0 : 0.0;
     planned.needs_hessian = certified_by_field;
+    planned.start_samples = surface.strength_volume.empty() ? 0.0 : 1.0;
     return planned;
 }
 
@@ -124,7 +126,7 @@ PlannedEffect plan_effect(const SceneDescription& scene, const EffectDescription
     if (const internal::CommonPoint at = common_point(effect); at == internal::CommonPoint::proxy)
         planned.samples = 1.0;
     else if (at == internal::CommonPoint::frame_start)
-        planned.start_samples = 1.0;
+        planned.start_samples = 1.0 + traits.further_start_samples;
     return planned;
 }
 
@@ -138,7 +140,7 @@ public:
         for (PlannedEffect& planned : effects_)
             if (common_point(planned) == CommonPoint::proxy) at_proxy(planned);
         for (PlannedEffect& planned : effects_)
-            if (common_point(planned) == CommonPoint::frame_start) at_start(planned);
+            if (planned.start_samples > 0.0) at_start(planned);
         for (PlannedEffect& planned : effects_)
             note_baked(planned);
     }
@@ -169,6 +171,19 @@ private:
         return {internal::FieldNeed::scalar, volume, baked ? effect.surface : ""};
     }
 
+    /// A surface's own is of the strength that depends on the place.
+    Field start_field_of(const PlannedEffect& planned) const {
+        const EffectDescription& effect = effect_of(planned);
+        if (effect.kind != EffectKind::surface) return field_of(planned);
+        return {internal::FieldNeed::scalar, scene_.surfaces.at(effect.surface).strength_volume,
+                ""};
+    }
+
+    void note(PlannedEffect& planned, const std::string& words) const {
+        if (!planned.sharing.empty()) planned.sharing += "; ";
+        planned.sharing += words;
+    }
+
     std::string in_words(const PlannedEffect& planned) const {
         const EffectDescription& effect = effect_of(planned);
         return fmt::format("effect {} ({} of {})", planned.effect + 1, name(effect.kind),
@@ -179,22 +194,24 @@ private:
         const auto [first, is_first] = first_at_proxy_.emplace(field_of(planned), &planned);
         if (is_first) return;
         planned.samples -= 1.0;
-        planned.sharing = "shares its sample with " + in_words(*first->second);
+        note(planned, "shares its sample with " + in_words(*first->second));
     }
 
     void at_start(PlannedEffect& planned) {
+        const std::string who =
+            effect_of(planned).kind == EffectKind::surface ? "its strength shares" : "shares";
         // A frame's first evaluation is at its start.
-        if (const auto first = first_at_proxy_.find(field_of(planned));
+        if (const auto first = first_at_proxy_.find(start_field_of(planned));
             first != first_at_proxy_.end()) {
-            planned.start_samples = 0.0;
-            planned.sharing =
-                "shares its sample with the frame's first of " + in_words(*first->second);
+            planned.start_samples -= 1.0;
+            note(planned,
+                 who + " its sample with the frame's first of " + in_words(*first->second));
             return;
         }
-        const auto [first, is_first] = first_at_start_.emplace(field_of(planned), &planned);
+        const auto [first, is_first] = first_at_start_.emplace(start_field_of(planned), &planned);
         if (is_first) return;
-        planned.start_samples = 0.0;
-        planned.sharing = "shares its sample at the frame's start with " + in_words(*first->second);
+        planned.start_samples -= 1.0;
+        note(planned, who + " its sample at the frame's start with " + in_words(*first->second));
     }
 
     /// An effect of a volume whose surface is felt in a baked field: no sample in common.
@@ -206,10 +223,10 @@ private:
             const EffectDescription& effect = effect_of(other);
             if (!other.on || effect.kind != EffectKind::surface || other.samples == 0.0) continue;
             if (scene_.surfaces.at(effect.surface).volume != volume) continue;
-            if (!planned.sharing.empty()) planned.sharing += "; ";
-            planned.sharing += fmt::format(
-                "shares nothing with surface {}, which is felt in a field baked from {}",
-                effect.surface, volume);
+            note(planned,
+                 fmt::format(
+                     "shares nothing with surface {}, which is felt in a field baked from {}",
+                     effect.surface, volume));
         }
     }
 
@@ -217,6 +234,37 @@ private:
     std::vector<PlannedEffect>& effects_;
     std::map<Field, const PlannedEffect*> first_at_proxy_, first_at_start_;
 };
+
+/// Off, and asks for nothing any more.
+void turn_off(PlannedEffect& planned, std::string reason) {
+    planned = {planned.effect, false, std::move(reason), planned.contact};
+}
+
+/// Whether it is felt on any surface there is.
+bool is_of_all_surfaces(const EffectDescription& effect) {
+    return effect.kind == EffectKind::vibration && effect.surface.empty();
+}
+
+/// What is felt on a surface alone is off where that is not felt.
+void turn_off_what_has_no_surface(const SceneDescription& scene, EffectPlan& plan,
+                                  const std::set<std::string>& out_of_reach) {
+    for (PlannedEffect& planned : plan.effects) {
+        const std::string& surface = scene.effects[planned.effect].surface;
+        if (planned.on && out_of_reach.contains(surface))
+            turn_off(planned,
+                     "surface " + surface + " is outside of the workspace: it cannot be reached");
+    }
+    const bool any_is_felt =
+        std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                    [&](const auto& surface) { return plan.uses_surface(scene, surface.first); });
+    for (PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        if (planned.on && is_of_all_surfaces(effect) && !any_is_felt)
+            turn_off(planned, "no surface is felt");
+        if (planned.on && !effect.surface.empty() && !plan.uses_surface(scene, effect.surface))
+            turn_off(planned, "surface " + effect.surface + " is not felt");
+    }
+}
 
 } // namespace
 
@@ -227,26 +275,22 @@ bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& 
     });
 }
 
-EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
+EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
+                        const std::set<std::string>& out_of_reach) {
     EffectPlan plan;
     Taken taken;
-    std::set<std::string> used_volumes;
+    std::set<std::string> used_volumes, read_in_vain;
     for (std::size_t i = 0; i < scene.effects.size(); ++i) {
         PlannedEffect planned = plan_effect(scene, scene.effects[i], extraction, taken);
         planned.effect = i;
         plan.effects.push_back(planned);
     }
-    for (PlannedEffect& planned : plan.effects) {
-        const EffectDescription& effect = scene.effects[planned.effect];
-        if (!planned.on || effect.surface.empty() || plan.uses_surface(scene, effect.surface))
-            continue;
-        planned.on = false;
-        planned.reason = "surface " + effect.surface + " is not felt";
-    }
+    turn_off_what_has_no_surface(scene, plan, out_of_reach);
     for (const PlannedEffect& planned : plan.effects)
         if (planned.on) used_volumes.insert(scene.effects[planned.effect].volume);
     Sharing(scene, plan.effects).settle();
     for (const auto& [surface, description] : scene.surfaces) {
+        if (out_of_reach.contains(surface)) read_in_vain.insert(description.volume);
         if (!plan.uses_surface(scene, surface)) {
             plan.left_out.push_back("surface " + surface + ": no effect that is on names it");
             continue;
@@ -260,8 +304,9 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction) {
     }
     for (const auto& [volume, description] : scene.volumes)
         if (!used_volumes.contains(volume))
-            plan.left_out.push_back("volume " + volume +
-                                    ": nothing that is on needs it; it is not read");
+            plan.left_out.push_back("volume " + volume + ": nothing that is on needs it" +
+                                    (read_in_vain.contains(volume) ? "" : "; it is not read"));
+    plan.warnings = internal::warnings_of(scene, plan, extraction);
     return plan;
 }
 

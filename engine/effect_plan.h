@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct PlannedEffect {
     std::string reason;         ///< why on or off, in words
     std::string contact;        ///< kind surface: how the proxy is carried
     double samples = 0.0;       ///< field samples per evaluation
-    double start_samples = 0.0; ///< field samples once a frame, at the proxy of its start
+    double start_samples = 0.0; ///< field samples once a frame: at the proxy of its start, and in
+                                ///< the first evaluation alone
     double roots = 0.0;         ///< exact first roots per evaluation
     double rays = 0.0; ///< Embree rays per evaluation; a proxy that slides on a mesh needs none
     bool needs_mesh = false;
@@ -30,11 +32,14 @@ struct PlannedEffect {
 struct EffectPlan {
     std::vector<PlannedEffect> effects; ///< one for each of the scene's, in its order
     std::vector<std::string> left_out;  ///< surfaces and volumes that nothing uses, in words
+    std::vector<std::string> warnings;  ///< of what will not be felt as the scene says it, in words
 
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
 };
 
-/// Plans a scene.                                                                       [setup]
-EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction);
+/// Plans a scene; nothing is felt on the surfaces `out_of_reach`, which a workspace keeps the proxy
+/// away from. [setup]
+EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
+                        const std::set<std::string>& out_of_reach = {});
 
 } // namespace palpate

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 
@@ -155,15 +156,44 @@ std::vector<std::size_t> order_of(const SceneDescription& scene, const EffectPla
     return order;
 }
 
+/// All of a surface's matter, as far as it is known to have an end: formulas go on beyond their
+/// bounds.
+std::optional<Box> extent_of(const SceneDescription& scene, const SceneSurface& surface) {
+    Box extent;
+    if (surface.is_felt_by_mesh()) {
+        for (const Vec3& vertex : surface.mesh.scene->mesh().vertices)
+            extent.add(vertex);
+        return extent;
+    }
+    const VolumeDescription& volume = scene.volumes.at(scene.surfaces.at(surface.name).volume);
+    if (volume.analytic.empty()) return surface.baked.field->bounds();
+    if (volume.analytic != "solid_sphere") return std::nullopt;
+    const double radius_m = 1e-3 * volume.parameters.at("radius_mm") - surface.level.level;
+    extent.add(Vec3{-radius_m});
+    extent.add(Vec3{radius_m});
+    return extent;
+}
+
+/// How far in front of its level a surface is felt at most: by a texture, of any gain, or a magnet.
+double felt_in_front_m(const SceneDescription& scene, const EffectPlan& plan,
+                       const SceneSurface& surface) {
+    double height_m = 0.0, capture_m = 0.0;
+    for (const PlannedEffect& planned : plan.effects) {
+        const EffectDescription& effect = scene.effects[planned.effect];
+        if (!planned.on || effect.surface != surface.name) continue;
+        if (effect.kind == EffectKind::texture) height_m = surface.baked.field->feature_size_m();
+        if (effect.kind == EffectKind::magnet) capture_m = effect.magnet.capture_m;
+    }
+    return height_m + capture_m;
+}
+
 /// Whether a workspace that never yields keeps the proxy away from all of a surface.
 bool is_out_of_reach(const SceneDescription& scene, const EffectPlan& plan,
                      const SceneSurface& surface) {
-    Box of_surface;
-    if (surface.baked.field)
-        of_surface = surface.baked.field->bounds();
-    else
-        for (const Vec3& vertex : surface.mesh.scene->mesh().vertices)
-            of_surface.add(vertex);
+    const std::optional<Box> extent = extent_of(scene, surface);
+    if (!extent) return false;
+    const double in_front_m = felt_in_front_m(scene, plan, surface);
+    const Box felt{extent->lower - in_front_m, extent->upper + in_front_m};
     for (const PlannedEffect& planned : plan.effects) {
         const EffectDescription& effect = scene.effects[planned.effect];
         if (!planned.on || effect.kind != EffectKind::workspace ||
@@ -174,23 +204,11 @@ bool is_out_of_reach(const SceneDescription& scene, const EffectPlan& plan,
             workspace.add(effect.center_m - effect.radius_m);
             workspace.add(effect.center_m + effect.radius_m);
         }
-        if (Box{glm::max(workspace.lower, of_surface.lower),
-                glm::min(workspace.upper, of_surface.upper)}
+        if (Box{glm::max(workspace.lower, felt.lower), glm::min(workspace.upper, felt.upper)}
                 .empty())
             return true;
     }
     return false;
-}
-
-/// What cannot be reached is off, with all that is felt on it.
-void leave_out(const SceneDescription& scene, const std::string& surface, EffectPlan& plan) {
-    for (PlannedEffect& planned : plan.effects) {
-        const EffectDescription& effect = scene.effects[planned.effect];
-        if (!planned.on || effect.surface != surface) continue;
-        planned.on = false;
-        planned.reason =
-            "surface " + surface + " is outside of the workspace: it cannot be reached";
-    }
 }
 
 } // namespace
@@ -222,14 +240,17 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     : description_(std::move(description)),
       plan_(plan_effects(description_, extraction(resources))) {
     VolumeReader reader(description_);
+    std::set<std::string> out_of_reach;
     for (const auto& [name, surface] : description_.surfaces) {
         if (!plan_.uses_surface(description_, name)) continue;
         SceneSurface built = build_surface(description_, name, reader, resources);
         if (is_out_of_reach(description_, plan_, built))
-            leave_out(description_, name, plan_);
+            out_of_reach.insert(name);
         else
             surfaces_.push_back(std::move(built));
     }
+    if (!out_of_reach.empty())
+        plan_ = plan_effects(description_, extraction(resources), out_of_reach);
     const auto fields = std::make_shared<internal::EffectFields>();
     for (const PlannedEffect& planned : plan_.effects)
         if (planned.on)

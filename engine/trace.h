@@ -81,8 +81,12 @@ void warn_of_coupling(const Scene& scene, const DeviceProperties& device, const 
 /// their price.   [setup]
 std::string summarize(const Scene& scene, const Trace& trace);
 
-/// Median price of each planned effect, us per evaluation, measured on this machine at points of
-/// the surface; 0 for effects that are off. [setup]
+/// What to warn of in frames, in words, a line each: primitives that were left out, and forces that
+/// were no numbers. [any]
+std::vector<std::string> flag_warnings(std::span<const FrameReport> frames);
+
+/// Median price of each planned effect, us per evaluation, measured on this machine at places where
+/// it is felt; what is of a surface, as what it adds to that. 0 for effects that are off. [setup]
 std::vector<double> measure_prices(const Scene& scene);
 
 } // namespace palpate

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/internal/machine.h>
@@ -90,13 +91,15 @@ json surface_summary(const SurfaceAudit& audit) {
     return summary;
 }
 
+std::ptrdiff_t frames_with(FrameFlag flag, std::span<const FrameReport> frames) {
+    return std::count_if(frames.begin(), frames.end(),
+                         [&](const FrameReport& frame) { return (frame.flags & flag) != 0; });
+}
+
 json flag_summary(std::span<const FrameReport> frames) {
     json flags = json::array();
     for (const FrameFlagText& text : kFrameFlagTexts) {
-        const auto count =
-            std::count_if(frames.begin(), frames.end(),
-                          [&](const FrameReport& frame) { return (frame.flags & text.flag) != 0; });
-        if (count > 0)
+        if (const auto count = frames_with(text.flag, frames); count > 0)
             flags.push_back({{"name", text.name}, {"frames", count}, {"meaning", text.meaning}});
     }
     return flags;
@@ -163,6 +166,17 @@ std::string contact_names(const Scene& scene) {
 }
 
 } // namespace
+
+std::vector<std::string> flag_warnings(std::span<const FrameReport> frames) {
+    std::vector<std::string> warnings;
+    for (const FrameFlagText& text : kFrameFlagTexts) {
+        if (text.flag != kPrimitivesFull && text.flag != kForceNotFinite) continue;
+        if (const auto count = frames_with(text.flag, frames); count > 0)
+            warnings.push_back(fmt::format("{} in {} of {} frames: {}", text.name, count,
+                                           frames.size(), text.meaning));
+    }
+    return warnings;
+}
 
 std::string summarize(const Scene& scene, const Trace& trace) {
     const std::span<const FrameReport> frames = trace.frames;

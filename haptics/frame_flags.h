@@ -56,7 +56,7 @@ inline constexpr std::array<FrameFlagText, 17> kFrameFlagTexts{{
      "still holds; where it lasts, use fewer effects in one place"},
     {kPrimitivesFull, "primitives_full",
      "more haptic primitives than the fixed capacity: the last ones were left out; use fewer "
-     "effects"},
+     "effects at one place"},
     {kForceNotFinite, "force_not_finite",
      "the force was not a number and was sent as zero; please report it"},
     {kLiveGain, "live_gain",

@@ -47,7 +47,8 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
                                      {"method", name(scene.description().loop.method)},
                                      {"effects", effects},
                                      {"surfaces", surfaces},
-                                     {"left_out", scene.plan().left_out}};
+                                     {"left_out", scene.plan().left_out},
+                                     {"warnings", scene.plan().warnings}};
     return document.dump(2);
 }
 
@@ -89,13 +90,17 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
         text += "no effects: a frame computes nothing but the free motion\n";
     for (const std::string& line : scene.plan().left_out)
         text += "left out: " + line + "\n";
+    for (const std::string& line : scene.plan().warnings)
+        text += "warning: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
         text += fmt::format("surface {}:\n{}", surface.name, indented(in_words(surface)));
     return text +
            "Samples, roots and rays are per evaluation, of which a sub-step has at least one; "
            "samples "
            "at start are per frame. us alone is an evaluation and its frame's start without any "
-           "sharing, the median measured just now, on this machine.\n";
+           "sharing, the median measured just now, on this machine; of friction, magnet and "
+           "texture "
+           "what they add to their surface.\n";
 }
 
 } // namespace

@@ -116,6 +116,8 @@ int trace(const Options& options) {
     for (const SurfaceAudit& audit : trace.audits)
         if (const std::string warning = guard_warning(audit); !warning.empty())
             fmt::print(stderr, "palpate: warning: {}\n", warning);
+    for (const std::string& warning : flag_warnings(trace.frames))
+        fmt::print(stderr, "palpate: warning: {}\n", warning);
     const std::string title =
         fmt::format("{} {}", description.file.stem().string(), name(description.loop.method));
     print(report_table({{title, nullptr, {{title, summary, {}}}}}));

@@ -41,7 +41,9 @@ struct EffectTraits {
     std::string_view how = "";              ///< in what way it enters a frame, in words
     std::array<std::string_view, 6> keys{}; ///< in scenes, besides `type`
     EffectTurn turn = EffectTurn::draws;
-    bool of_surface = false; ///< felt where a surface is, and only with it: no Effect
+    bool of_surface = false;            ///< felt where a surface is, and only with it: no Effect
+    double further_start_samples = 0.0; ///< at points of its own, in a frame's first evaluation, at
+                                        ///< most
 };
 
 /// In the order of EffectKind.
@@ -112,17 +114,23 @@ inline constexpr std::array<EffectTraits, 18> kEffectTraits{{
      CommonPoint::frame_start,
      1.0,
      true,
-     "two opposed planes across the vector, through the frame's start",
+     "two opposed planes across the vector, through the frame's start; at start up to 2 samples "
+     "more, to guess the end",
      {"volume", "strength_n"},
-     EffectTurn::guides},
+     EffectTurn::guides,
+     false,
+     2.0},
     {"vortex",
      FieldNeed::vector,
      CommonPoint::frame_start,
      1.0,
      true,
-     "two opposed planes about the axis of rotation, through the frame's start",
+     "two opposed planes about the axis of rotation, through the frame's start; at start up to 2 "
+     "samples more, to guess the end",
      {"volume", "strength_n"},
-     EffectTurn::guides},
+     EffectTurn::guides,
+     false,
+     2.0},
     {"friction",
      FieldNeed::none,
      CommonPoint::none,

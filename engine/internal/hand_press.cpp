@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/internal/hand_press.h>
 
-#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include <palpate/engine/internal/device_surfaces.h>
 #include <palpate/engine/orbit.h>
 
 namespace palpate::internal {
@@ -15,30 +15,11 @@ namespace {
 constexpr double kDistance_m = 20e-3; // in front of the surface, where it begins and ends
 constexpr double kApproach_s = 1.0;
 
-[[noreturn]] void fail(const Scene& scene, const std::string& what, const std::string& remedy) {
-    throw std::runtime_error(fmt::format("{}:{}: [device]: {}; {}",
-                                         scene.description().file.string(),
-                                         scene.description().device.line, what, remedy));
-}
-
-const SceneSurface& pressed_surface(const Scene& scene) {
-    const std::string& wanted = scene.description().device.surface;
-    const auto& surfaces = scene.surfaces();
-    const auto found = std::find_if(surfaces.begin(), surfaces.end(), [&](const SceneSurface& s) {
-        return wanted.empty() || s.name == wanted;
-    });
-    if (found == surfaces.end())
-        fail(scene,
-             wanted.empty() ? "no surface is felt" : fmt::format("surface {} is not felt", wanted),
-             "add an effect of type \"surface\" for it");
-    return *found;
-}
-
 } // namespace
 
 std::vector<HandIntent> press_of(const Scene& scene) {
     const DeviceDescription& device = scene.description().device;
-    const SceneSurface& surface = pressed_surface(scene);
+    const SceneSurface& surface = *surfaces_of_device(scene).front();
     const OrbitTarget target = orbit_target(surface);
     const Vec3 center = target.bounds.center();
     const Vec3 side = direction_of(device.from);
@@ -49,10 +30,11 @@ std::vector<HandIntent> press_of(const Scene& scene) {
     const Vec3 to = is_cavity ? outside : center;
     const std::optional<double> met = target.first_crossing(from, to);
     if (!met)
-        fail(scene,
-             fmt::format("a hand that comes from {} does not meet surface {}",
-                         kPatientSideNames[static_cast<std::size_t>(device.from)], surface.name),
-             "let it come `from` another side");
+        throw std::runtime_error(
+            fmt::format("{}:{}: [device]: a hand that comes from {} does not meet surface {}; let "
+                        "it come `from` another side",
+                        scene.description().file.string(), device.line,
+                        kPatientSideNames[static_cast<std::size_t>(device.from)], surface.name));
 
     return press_into(from + *met * (to - from), is_cavity ? -side : side, kDistance_m,
                       1e-3 * device.depth_mm, kApproach_s, device.duration_s - 2.0 * kApproach_s);
