@@ -110,7 +110,7 @@ double friction_price(const FrictionCoefficients& coefficients) {
 
 /// What a texture adds to a surface's sample.
 double texture_price(const SceneSurface& surface) {
-    SurfaceTexture texture(surface.texture, surface.baked.field->feature_size_m());
+    SurfaceTexture texture(surface.texture, surface.baked.field->relief_limit_m());
     const auto sampler = surface.baked.field->make_sampler();
     const std::vector<Vec3> points = places_on(surface);
     if (points.empty()) return 0.0;

@@ -253,7 +253,7 @@ void Scene::give_textures() {
             surface.texture.field = effect_field(effect.volume);
             at_place(
                 fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
-                [&] { SurfaceTexture(surface.texture, surface.baked.field->feature_size_m()); });
+                [&] { SurfaceTexture(surface.texture, surface.baked.field->relief_limit_m()); });
         }
     }
 }

@@ -94,7 +94,7 @@ VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
     : field_(std::move(field)), settings_(settings), offered_settings_(settings),
       scale_(LevelScale::of(*field_, settings)), bare_trust_m_(scale_.trust_m),
       bare_patch_cosine_(field_->patch_cosine()), patch_cosine_(bare_patch_cosine_),
-      sampler_(field_->make_sampler()), texture_(texture, field_->feature_size_m()),
+      sampler_(field_->make_sampler()), texture_(texture, field_->relief_limit_m()),
       level_(settings.level) {
     set_gain({});
     set_texture_gain(1.0);
