@@ -45,7 +45,7 @@ LevelScale LevelScale::of(const ScalarField& field, const LevelSettings& setting
     const double slope = field.typical_slope(settings.level);
     if (!(slope > 0.0))
         throw std::invalid_argument(
-            "surface: no voxel reaches the level; choose one inside the value range");
+            "surface: its field never has the level; choose one inside the range of its values");
     return {settings.certificate_m * slope, 0.05 * slope, settings.free_m * slope,
             0.5 * field.feature_size_m(), slope};
 }
