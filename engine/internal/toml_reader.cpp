@@ -221,6 +221,11 @@ std::vector<std::pair<std::string, TomlTable>> TomlTable::named_tables(std::stri
                  "give " + expected);
         tables.emplace_back(name.str(), TomlTable{*value.as_table(), file_,
                                                   fmt::format("in [{}.{}]", key, name.str()),
+        if (on_one_line(name.str()) != name.str())
+            fail(internal::line_of(value),
+                 fmt::format("the name of {}.\"{}\" has a line break or another control character",
+                             key, name.str()),
+                 "give a name that can be printed");
                                                   internal::line_of(value)});
     }
     return tables;

@@ -257,8 +257,10 @@ TEST_F(SceneFileMessage, SyntaxAndDuplicateNamesHaveTheirLine) {
 
 TEST_F(SceneFileMessage, MessagesStayOnOneLine) {
     for (const std::string& text : {std::string("\"a\\nb\" = 1\n"), std::string("x = \"\n\""),
-                                    std::string("[loop]\nmethod = \"a\\r\\nb\"\n"),
+                                    std::string("[volume.\"a\\nb\"]\nfile = \"skull.nhdr\"\n"),
+                                    kBall + "[surface.\"to\\np\"]\nvolume = \"ball\"\n",
                                     std::string("[volume.a]\nfile = \"a\\nb\"\n")}) {
+                                    std::string("[loop]\nmethod = \"a\\r\\nb\"\n"),
         const std::string message = complaint(text);
         EXPECT_FALSE(message.empty());
         EXPECT_EQ(message.find_first_of("\r\n"), std::string::npos) << message;
