@@ -295,6 +295,35 @@ void read_vibration(const TomlTable& table, EffectDescription& effect) {
     v.most_n = table.number("most_n", {0.0, 1e3}, v.most_n);
 }
 
+/// Whether two workspaces share a place at least.
+bool overlap(const EffectDescription& a, const EffectDescription& b) {
+    if (a.radius_m > 0.0 && b.radius_m > 0.0)
+        return glm::distance(a.center_m, b.center_m) <= a.radius_m + b.radius_m;
+    if (b.radius_m > 0.0) return overlap(b, a);
+    if (a.radius_m > 0.0)
+        return glm::distance(a.center_m, glm::clamp(a.center_m, b.box_m.lower, b.box_m.upper)) <=
+               a.radius_m;
+    return !Box{glm::max(a.box_m.lower, b.box_m.lower), glm::min(a.box_m.upper, b.box_m.upper)}
+                .empty();
+}
+
+/// Refuses two that never yield and cannot both hold the proxy.
+void check_workspaces(const TomlTable& top, const SceneDescription& scene) {
+    std::vector<const EffectDescription*> holding;
+    for (const EffectDescription& effect : scene.effects) {
+        if (effect.kind != EffectKind::workspace || std::isfinite(effect.guide_settings.strength_n))
+            continue;
+        for (const EffectDescription* other : holding)
+            if (!overlap(*other, effect))
+                top.fail(effect.line,
+                         fmt::format("the workspace in [[effect]] has no place in common with that "
+                                     "of line {}, and neither yields",
+                                     other->line),
+                         "move or enlarge one of them, or give one a finite strength_n");
+        holding.push_back(&effect);
+    }
+}
+
 /// surface = "a" or ["a", "b"]: one effect for each; one without where there is no such key.
 std::vector<std::string> surfaces_of(const TomlTable& table, const SceneDescription& scene,
                                      const EffectTraits& traits) {
@@ -424,6 +453,7 @@ std::vector<EffectDescription> read_effect_table(const TomlTable& table,
 }
 
 void check_effects(const TomlTable& top, const SceneDescription& scene) {
+    check_workspaces(top, scene);
     for (const EffectDescription& effect : scene.effects) {
         const double frequency_hz = effect.vibration.frequency_hz;
         if (effect.kind == EffectKind::vibration && !(2.0 * frequency_hz < scene.loop.rate_hz))

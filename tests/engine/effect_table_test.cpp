@@ -111,6 +111,39 @@ TEST_F(EffectTable, AWorkspaceIsABallOrABox) {
     EXPECT_EQ(complaint(effect("workspace", box)), "");
 }
 
+std::string ball(const std::string& center, const std::string& more = "") {
+    return effect("workspace", "radius_mm = 10\ncenter_mm = " + center + "\n" + more);
+}
+
+std::string box(const std::string& corners, const std::string& more = "") {
+    return effect("workspace", "box_mm = " + corners + "\n" + more);
+}
+
+TEST_F(EffectTable, WorkspacesThatNeverYieldHaveAPlaceInCommon) {
+    const std::string cube = box("[[0, 0, 0], [20, 20, 20]]");
+    const std::vector<std::pair<std::string, std::string>> apart{
+        {ball("[-30, 0, 0]"), ball("[30, 0, 0]")},
+        {cube, box("[[0, 0, 21], [20, 20, 30]]")},
+        // Its bounds share (13..20)^3 with the cube, but the corner is 10 sqrt(3) > 10 mm away.
+        {cube, ball("[30, 30, 30]")},
+        {ball("[30, 30, 30]"), cube},
+    };
+    for (const auto& [first, second] : apart) {
+        const std::string message = complaint(first + second);
+        EXPECT_NE(message.find(": the workspace in [[effect]] has no place in common with that of "
+                               "line 1, and neither yields; move or enlarge one of them, or give "
+                               "one a finite strength_n"),
+                  std::string::npos)
+            << message;
+        EXPECT_EQ(complaint(first + second + "strength_n = 5\n"), "");
+    }
+    EXPECT_EQ(complaint(ball("[-9, 0, 0]") + ball("[9, 0, 0]") + cube), "");
+    EXPECT_EQ(complaint(cube + ball("[25, 25, 25]") + box("[[20, 0, 0], [30, 20, 20]]")), "");
+    EXPECT_EQ(
+        complaint(ball("[-9, 0, 0]") + ball("[9, 0, 0]") + ball("[0, 25, 0]", "strength_n = 1\n")),
+        "");
+}
+
 TEST_F(EffectTable, AGuideWithoutPointsIsToldBothWays) {
     EXPECT_EQ(complaint(effect("guide", "strength_n = 1\n")),
               "scene.toml:1: key \"points_mm\" is missing in [[effect]]; give points [[x, y, z], "
