@@ -95,5 +95,21 @@ TEST_F(MaterialTable, AFunctionOfOneNodeNeedsNoVolume) {
               "strength_volume");
 }
 
+TEST_F(MaterialTable, ThePlanSaysWhatDoesNothing) {
+    const auto says = [](const EffectPlan& plan, const std::string& words) {
+        return std::find(plan.left_out.begin(), plan.left_out.end(), words) != plan.left_out.end();
+    };
+    const std::string surface = kBall + "[surface.skin]\nvolume = \"ball\"\nmaterial = \"m\"\n"
+                                        "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
+    const EffectPlan idle =
+        plan("[material.m]\nyield = \"opens\"\n[material.other]\nstatic = 0.1\n" + surface);
+    EXPECT_TRUE(says(idle, "material other: no surface names it"));
+    EXPECT_TRUE(says(idle, "yield = \"opens\" of surface skin: without strength_n it opens at no "
+                           "force"));
+    EXPECT_EQ(idle.left_out.size(), 2u);
+    EXPECT_TRUE(
+        plan("[material.m]\nyield = \"opens\"\nstrength_n = 2\n" + surface).left_out.empty());
+}
+
 } // namespace
 } // namespace palpate
