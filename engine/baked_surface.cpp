@@ -71,6 +71,21 @@ std::string bake_key(const std::string& source, const VolumeDescription& volume,
     return sha256_of_text(text);
 }
 
+/// Refuses a level beyond the value that the formula has at its deepest.
+void require_level_of_formula(const VolumeDescription& source, const BakedSurface& baked,
+                              const std::string& place) {
+    if (baked.field->typical_slope(baked.level) > 0.0) return;
+    Vec3 deepest(0.0);
+    if (source.analytic == "torus") deepest.x = 1e-3 * source.parameters.at("radius_mm");
+    const double end = baked.field->make_sampler()->value(deepest);
+    const bool above = baked.level >= end;
+    throw std::runtime_error(fmt::format(
+        "{}: iso_value {} is reached nowhere by analytic = \"{}\", whose values in m {} {:.6g}; "
+        "choose one {} it",
+        place, baked.level, source.analytic, above ? "go up to" : "begin at", end,
+        above ? "below" : "above"));
+}
+
 /// What an earlier run baked under this key; false where there is nothing usable, which is then
 /// baked again.
 bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
@@ -143,6 +158,7 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
         BakedSurface baked;
         baked.field = reader.formula(description.volume);
         baked.level = description.iso_value;
+        require_level_of_formula(source, baked, where(scene, surface));
         return baked;
     }
 

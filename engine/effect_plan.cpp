@@ -2,6 +2,7 @@
 #include <palpate/engine/effect_plan.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <tuple>
@@ -266,6 +267,20 @@ void turn_off_what_has_no_surface(const SceneDescription& scene, EffectPlan& pla
     }
 }
 
+/// What is said of tissues and does nothing.
+void add_idle_words(const SceneDescription& scene, EffectPlan& plan) {
+    std::set<std::string> used;
+    for (const auto& [surface, description] : scene.surfaces) {
+        used.insert(description.material);
+        if (description.yielding == Yielding::opens && std::isinf(description.strength_n))
+            plan.left_out.push_back("yield = \"opens\" of surface " + surface +
+                                    ": without strength_n it opens at no force");
+    }
+    for (const auto& [material, description] : scene.materials)
+        if (!used.contains(material))
+            plan.left_out.push_back("material " + material + ": no surface names it");
+}
+
 } // namespace
 
 bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& surface) const {
@@ -302,6 +317,7 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
             plan.left_out.push_back("mesh of surface " + surface +
                                     ": its contact needs none; it is not read");
     }
+    add_idle_words(scene, plan);
     for (const auto& [volume, description] : scene.volumes)
         if (!used_volumes.contains(volume))
             plan.left_out.push_back("volume " + volume + ": nothing that is on needs it" +

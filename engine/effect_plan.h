@@ -31,8 +31,9 @@ struct PlannedEffect {
 /// Which effects, fields and queries a scene needs, and why: nothing else is built.
 struct EffectPlan {
     std::vector<PlannedEffect> effects; ///< one for each of the scene's, in its order
-    std::vector<std::string> left_out;  ///< surfaces and volumes that nothing uses, in words
-    std::vector<std::string> warnings;  ///< of what will not be felt as the scene says it, in words
+    std::vector<std::string>
+        left_out; ///< surfaces, volumes and materials that nothing uses, in words
+    std::vector<std::string> warnings; ///< of what will not be felt as the scene says it, in words
 
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
 };

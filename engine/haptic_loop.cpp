@@ -191,6 +191,7 @@ Vec3 HapticLoop::release() noexcept {
 }
 
 Vec3 HapticLoop::release(std::uint32_t& flags) noexcept {
+    silent_ = true;
     velocity_estimator_.restart();
     return safety_.fade(flags);
 }
@@ -219,8 +220,9 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
         proxy_ = device.position;
         report.flags |= subdivision_->restart(proxy_);
     }
-    const FrameContext context{device.position, proxy_, coupling_.stiffness, period_s_,
-                               safety_.force_n()};
+    const FrameContext context{device.position,     proxy_,
+                               coupling_.stiffness, period_s_,
+                               safety_.force_n(),   std::exchange(silent_, false)};
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);

@@ -111,6 +111,7 @@ private:
     std::uint64_t frames_ = 0;
     QueryCount counted_; // up to the last frame's end
     bool started_ = false;
+    bool silent_ = false; // since the last frame that the device had a place for
     std::uint32_t trial_ = 0;
     Vec3 proxy_{0.0};
 };

@@ -50,10 +50,11 @@ void check_contact(const SceneDescription& scene, const SurfaceDescription& desc
         throw std::runtime_error(
             fmt::format("{}: contact = \"{}\" {}; {}", place, name(kind), no->what, no->remedy));
     if (kind == ContactKind::direct && std::isfinite(description.strength_n))
-        throw std::runtime_error(
-            fmt::format("{}: contact = \"direct\" does not yield, strength_n = {} needs contact = "
-                        "\"volume\"",
-                        place, description.strength_n));
+        throw std::runtime_error(fmt::format(
+            "{}: contact = \"direct\" never yields, and its strength_n = {}{} is "
+            "finite; take contact = \"volume\", or give it strength_n = inf",
+            place, description.strength_n,
+            description.material.empty() ? "" : " (material " + description.material + ")"));
 }
 
 SceneSurface build_surface(const SceneDescription& scene, const std::string& name,
@@ -274,7 +275,7 @@ void Scene::give_textures() {
             surface.texture.field = effect_field(effect.volume);
             at_place(
                 fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
-                [&] { SurfaceTexture(surface.texture, surface.baked.field->feature_size_m()); });
+                [&] { SurfaceTexture(surface.texture, surface.baked.field->relief_limit_m()); });
         }
     }
 }

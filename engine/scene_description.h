@@ -39,14 +39,23 @@ struct VolumeDescription {
     int line = 0;   ///< of the scene file, for messages
 };
 
-/// What a tissue feels like: one table for all the surfaces and labels that are made of it.
+/// A texture's pattern as far as a scene says it.
+struct TextureWaves {
+    std::optional<double> wavelength_m; ///< (0, 1]
+    std::optional<double> height_m;     ///< [0, wavelength_m / (2 pi)]
+};
+
+/// What a tissue feels like: one table for all the surfaces and labels that are made of it. What is
+/// empty, the effects on it have to say.
 struct MaterialDescription {
     TransferFunction strength =
         TransferFunction::constant(std::numeric_limits<double>::infinity()); ///< N, >= 0
-    Yielding yielding = Yielding::holds;                                     ///< above its strength
-    FrictionCoefficients friction;  ///< of effects `friction` and `stick_slip` on it
-    double damping_n_s_per_m = 0.0; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
-    TextureSettings texture;        ///< of effects `texture` on it: wavelength and height
+    int strength_line = 0;                   ///< of the scene file, for messages
+    Yielding yielding = Yielding::holds;     ///< above its strength
+    std::optional<double> static_mu;         ///< of effects `friction` and `stick_slip` on it
+    std::optional<double> dynamic_mu;        ///< the same; at most static_mu
+    std::optional<double> damping_n_s_per_m; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
+    TextureWaves texture;                    ///< of effects `texture` on it
 };
 
 enum class ContactKind { mesh, volume, guarded, direct };

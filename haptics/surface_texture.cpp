@@ -2,9 +2,12 @@
 #include <palpate/haptics/surface_texture.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
 
 namespace palpate {
 namespace {
@@ -13,6 +16,13 @@ constexpr double kTau = 2.0 * std::numbers::pi;
 // Of a wavelength, and of the voxels of a volume: within it a plane says where the level is.
 constexpr double kTrustOfWave = 1.0 / 4.0;
 constexpr double kTrustOfVoxel = 1.0 / 2.0;
+
+std::string in_mm(double length_m) {
+    std::array<char, 32> text{};
+    const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), 1e3 * length_m,
+                                            std::chars_format::general, 6);
+    return {text.data(), end};
+}
 
 } // namespace
 
@@ -27,8 +37,10 @@ SurfaceTexture::SurfaceTexture(const TextureSettings& settings, double limit_m)
         throw std::invalid_argument("texture: its height must be 0 m or more, and finite");
     if (highest_m == 0.0) return;
     if (highest_m > limit_m)
-        throw std::invalid_argument("texture: its height must not be above the voxels of the "
-                                    "surface's volume, or the radius of its formula");
+        throw std::invalid_argument("texture: its height of " + in_mm(highest_m) + " mm is above " +
+                                    in_mm(limit_m) +
+                                    " mm, a voxel of the surface's volume or the radius or half "
+                                    "the thickness of its formula; lower it");
     double steepest_m = limit_m;
     if (settings.height_over_value.count > 0) {
         if (!settings.field) throw std::invalid_argument("texture: its height has no field");

@@ -46,7 +46,7 @@ public:
     static constexpr double kHighestOfWave = 0.5 / std::numbers::pi;
 
     /// Throws std::invalid_argument on settings out of range, and where the highest crests are
-    /// above `limit_m`: how far in front of the surface its field says where that is.   [setup]
+    /// above `limit_m`, the relief_limit_m() of the surface's field.                    [setup]
     SurfaceTexture(const TextureSettings& settings, double limit_m);
 
     /// Heights times a gain >= 0 from now on, as far as the flanks and the limit allow; 0: none.

@@ -45,7 +45,7 @@ LevelScale LevelScale::of(const ScalarField& field, const LevelSettings& setting
     const double slope = field.typical_slope(settings.level);
     if (!(slope > 0.0))
         throw std::invalid_argument(
-            "surface: no voxel reaches the level; choose one inside the value range");
+            "surface: its field never has the level; choose one inside the range of its values");
     return {settings.certificate_m * slope, 0.05 * slope, settings.free_m * slope,
             0.5 * field.feature_size_m(), slope};
 }
@@ -94,7 +94,7 @@ VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
     : field_(std::move(field)), settings_(settings), offered_settings_(settings),
       scale_(LevelScale::of(*field_, settings)), bare_trust_m_(scale_.trust_m),
       bare_patch_cosine_(field_->patch_cosine()), patch_cosine_(bare_patch_cosine_),
-      sampler_(field_->make_sampler()), texture_(texture, field_->feature_size_m()),
+      sampler_(field_->make_sampler()), texture_(texture, field_->relief_limit_m()),
       level_(settings.level) {
     set_gain({});
     set_texture_gain(1.0);

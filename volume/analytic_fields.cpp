@@ -47,6 +47,8 @@ struct Sphere {
     double typical_slope(double level) const { return radius_at(level) > 0.0 ? 1.0 : 0.0; }
 };
 
+constexpr double kReach = 0.1; // m: faces without an end are for a hand's reach of them
+
 /// half - |z|.
 struct Slab {
     double half;
@@ -69,11 +71,11 @@ struct Slab {
     }
 
     Box bounds() const {
-        constexpr double kAcross = 0.1; // m: the plate has no end; a hand's reach of it
-        const double z = std::max(kAcross, kBoundsMargin * half);
-        return {{-kAcross, -kAcross, -z}, {kAcross, kAcross, z}};
+        const double z = std::max(kReach, kBoundsMargin * half);
+        return {{-kReach, -kReach, -z}, {kReach, kReach, z}};
     }
     double feature_size_m() const noexcept { return kFlatFeature; }
+    double relief_limit_m() const noexcept { return std::min(half, kReach); }
     double patch_cosine() const noexcept { return kFlatPatch; }
     double typical_slope(double level) const { return level < half ? 1.0 : 0.0; }
 };
@@ -111,10 +113,9 @@ struct Wedge {
         return std::nullopt;
     }
 
-    Box bounds() const {
-        return centred_cube(0.1);
-    } // m: the faces have no end; a hand's reach of them
+    Box bounds() const { return centred_cube(kReach); }
     double feature_size_m() const noexcept { return kFlatFeature; }
+    double relief_limit_m() const noexcept { return kReach; }
     double patch_cosine() const noexcept { return kFlatPatch; }
     double typical_slope(double) const { return 1.0; }
 };

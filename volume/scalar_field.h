@@ -69,6 +69,9 @@ public:
     /// smallest radius of curvature. The trust region of a proxy step is half of it. [any]
     virtual double feature_size_m() const noexcept = 0;
 
+    /// What stands on its surfaces may be this high, m: no higher than what they bound. [any]
+    virtual double relief_limit_m() const noexcept { return feature_size_m(); }
+
     /// Cosine above which two normals belong to one smooth patch rather than to a corner. [any]
     virtual double patch_cosine() const noexcept = 0;
 

@@ -86,6 +86,7 @@ public:
     }
     Box bounds() const override { return common_->field->bounds(); }
     double feature_size_m() const noexcept override { return common_->field->feature_size_m(); }
+    double relief_limit_m() const noexcept override { return common_->field->relief_limit_m(); }
     double patch_cosine() const noexcept override { return common_->field->patch_cosine(); }
     double typical_slope(double level) const override {
         return common_->field->typical_slope(level);

@@ -27,8 +27,7 @@ constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "st
 constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"};
 constexpr std::array<std::string_view, 2> kPatternNames{"bumps", "grating"};
 
-constexpr Range kForceN{-1.0e3, 1.0e3}; // as far as limits.force_n goes
-constexpr Range kAbove0{0.0, kInfinity, Range::Ends::open};
+constexpr Range kForceN{-1.0e3, 1.0e3}; // along an axis: as far as limits.force_n goes
 
 /// [[x, y, z], ...] in mm; m.
 std::vector<Vec3> read_points(const TomlTable& table, std::string_view key, std::size_t fewest,
@@ -87,32 +86,29 @@ std::string read_effect_volume(const TomlTable& table, const SceneDescription& s
                                needs_vectors ? "scalars" : "vectors"),
                    needs_vectors ? "name a volume of vectors, or analytic = \"helix\""
                                  : "name a volume of scalars");
+    refuse_labels(table, "volume", scene, volume);
     return volume;
 }
 
-/// A strength or damping of an effect over its volume; finite where it has to be.
-TransferFunction read_effect_strength(const TomlTable& table, std::string_view key,
-                                      std::string_view unit, bool may_be_infinite) {
-    const std::string expected = fmt::format("a number of {0} or [[value, {0}], ...]", unit);
-    table.require(key, "give " + expected);
-    const TransferFunction strength = read_strength(table, key);
-    if (!may_be_infinite && std::isinf(strength(0.0)))
-        table.fail(table.line_of(key), fmt::format("{} = inf {} is not finite", key, table.where()),
-                   "give " + expected);
-    return strength;
+/// Empty where the surface has none.
+MaterialDescription material_of(const SceneDescription& scene, const std::string& surface) {
+    const std::string& material = scene.surfaces.at(surface).material;
+    return material.empty() ? MaterialDescription{} : scene.materials.at(material);
 }
 
-/// Of the table, or of the surface's material.
-FrictionCoefficients read_friction_on(const TomlTable& table, const SceneDescription& scene,
-                                      const EffectDescription& effect) {
-    const bool stick_slip = effect.kind == EffectKind::stick_slip;
-    const std::string& material = scene.surfaces.at(effect.surface).material;
-    if (table.has("static") || table.has("dynamic") || material.empty() ||
-        scene.materials.at(material).friction.none())
-        return read_friction(table, stick_slip);
-    FrictionCoefficients friction = scene.materials.at(material).friction;
-    friction.stick_slip = stick_slip;
-    return friction;
+/// What an effect has to say of its strength, damping or height: over its volume, where it has one.
+TransferFunction read_effect_function(const TomlTable& table, std::string_view key,
+                                      const Range& range, std::string_view unit) {
+    table.require(key, fmt::format("give a number of {0} or [[value, {0}], ...]", unit));
+    return read_function(table, key, range, unit);
+}
+
+/// A function without a volume is of nothing.
+void require_volume(const TomlTable& table, std::string_view key, std::string_view unit) {
+    if (table.has("volume") || !table.node(key).is_array()) return;
+    table.fail(table.line_of(key),
+               fmt::format("{} {} is a function, and no volume says of what", key, table.where()),
+               fmt::format("name the volume with volume = \"...\", or give a number of {}", unit));
 }
 
 /// Over a volume, in a surface, or the same everywhere.
@@ -126,7 +122,8 @@ void read_viscosity(const TomlTable& table, const SceneDescription& scene,
     if (table.has("volume"))
         effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
     if (effect.surface.empty()) {
-        effect.strength = read_effect_strength(table, key, "N s/m", false);
+        effect.strength = read_effect_function(table, key, kDamping, "N s/m");
+        require_volume(table, key, "N s/m");
         return;
     }
     const SurfaceDescription& surface = scene.surfaces.at(effect.surface);
@@ -136,11 +133,14 @@ void read_viscosity(const TomlTable& table, const SceneDescription& scene,
             fmt::format("surface \"{}\" {} is a mesh alone, which has no inside to be viscous",
                         effect.surface, table.where()),
             "name a surface of a volume");
-    if (surface.material.empty())
-        table.require(key, "give it in N s/m, or give the surface a material");
-    const double of_material =
-        surface.material.empty() ? 0.0 : scene.materials.at(surface.material).damping_n_s_per_m;
-    effect.strength = TransferFunction::constant(table.number(key, kDamping, of_material));
+    const std::optional<double> of_material = material_of(scene, effect.surface).damping_n_s_per_m;
+    if (!of_material)
+        table.require(
+            key, surface.material.empty()
+                     ? "give it in N s/m, or give the surface a material that has it"
+                     : fmt::format("give it in N s/m, here or in [material.{}]", surface.material));
+    effect.strength =
+        TransferFunction::constant(table.number(key, kDamping, of_material.value_or(0.0)));
 }
 
 /// The contact that feels a surface must be one that a texture is felt with.
@@ -169,19 +169,21 @@ void read_texture(const TomlTable& table, const SceneDescription& scene,
                                        key, table.where()),
                            fmt::format("remove {}, or volume", key));
         effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
-        texture.height_over_value = read_effect_strength(table, "height_mm", "mm", false);
+        texture.height_over_value = read_effect_function(table, "height_mm", kHeightMm, "mm");
         for (std::size_t i = 0; i < texture.height_over_value.count; ++i)
             texture.height_over_value.nodes[i].strength_n *= 1e-3; // m
         return;
     }
-    const std::string& material = scene.surfaces.at(effect.surface).material;
-    if (!material.empty()) texture = scene.materials.at(material).texture;
-    if (texture.none()) {
+    const TextureWaves waves = read_texture_waves(table, "wavelength_mm", "height_mm",
+                                                  material_of(scene, effect.surface).texture);
+    if (!waves.height_m)
         table.require("height_mm", "give the height of the crests, as height_mm = 0.1, or give the "
                                    "surface a material with texture_height_mm");
-        table.require("wavelength_mm", "give the distance of the crests, as wavelength_mm = 2");
-    }
-    texture = read_texture_waves(table, "wavelength_mm", "height_mm", texture);
+    if (!waves.wavelength_m)
+        table.require("wavelength_mm", "give the distance of the crests, as wavelength_mm = 2, or "
+                                       "give the surface a material with texture_wavelength_mm");
+    texture.height_m = *waves.height_m;
+    texture.wavelength_m = *waves.wavelength_m;
     if (table.has("pattern"))
         texture.pattern = static_cast<TexturePattern>(table.choice("pattern", kPatternNames));
     if (texture.pattern != TexturePattern::grating) {
@@ -210,13 +212,9 @@ double read_strength_by_place(const TomlTable& table, const SceneDescription& sc
                        "give strength_n = [[value, N], ...], or remove volume");
         return table.number("strength_n", range, fallback);
     }
-    if (!table.has("volume"))
-        table.fail(
-            table.line_of("strength_n"),
-            fmt::format("strength_n {} is a function, and no volume says of what", table.where()),
-            "name the volume with volume = \"...\", or give a number of N");
+    require_volume(table, "strength_n", "N");
     effect.volume = read_effect_volume(table, scene, traits_of(effect.kind));
-    effect.strength = read_strength(table, "strength_n");
+    effect.strength = read_function(table, "strength_n", range, "N");
     return effect.strength.strongest();
 }
 
@@ -241,11 +239,12 @@ void read_guide(const TomlTable& table, const SceneDescription& scene, EffectDes
         effect.points_file = existing_file(table, "file", scene.file);
         effect.points_m = read_points_file(effect.points_file, Polyline::kMostPoints);
     } else {
+        table.require("points_mm", "give points [[x, y, z], ...] in mm, scene frame (LPS), or name "
+                                   "a CSV file of them with file = \"...\"");
         effect.points_m = read_points(table, "points_mm", 1, Polyline::kMostPoints);
     }
     table.require("strength_n", "give the force in N above which the guide lets the proxy slip");
-    effect.guide_settings.strength_n =
-        read_strength_by_place(table, scene, effect, {0.0, kInfinity}, 0.0);
+    effect.guide_settings.strength_n = read_strength_by_place(table, scene, effect, kHoldingN, 0.0);
     effect.guide_settings.capture_m =
         1e-3 * table.number("capture_mm", {0.0, kInfinity, Range::Ends::low_open}, kInfinity);
     if (table.has("ends"))
@@ -262,11 +261,18 @@ void read_guide(const TomlTable& table, const SceneDescription& scene, EffectDes
 void read_workspace(const TomlTable& table, const SceneDescription& scene,
                     EffectDescription& effect) {
     effect.guide_settings.strength_n =
-        read_strength_by_place(table, scene, effect, {0.0, kInfinity}, kInfinity);
-    if (table.has("radius_mm") == table.has("box_mm"))
+        read_strength_by_place(table, scene, effect, kHoldingN, kInfinity);
+    constexpr std::string_view remedy = "give radius_mm with center_mm, or box_mm with two corners";
+    for (const std::string_view of_ball : {"radius_mm", "center_mm"})
+        if (table.has("box_mm") && table.has(of_ball))
+            table.fail(table.line_of(of_ball),
+                       fmt::format("{} and box_mm {} exclude each other: a workspace is either a "
+                                   "ball or a box",
+                                   of_ball, table.where()),
+                       remedy);
+    if (!table.has("radius_mm") && !table.has("box_mm"))
         table.fail(table.line(),
-                   fmt::format("a workspace {} is either a ball or a box", table.where()),
-                   "give radius_mm with center_mm, or box_mm with two corners");
+                   fmt::format("a workspace {} is either a ball or a box", table.where()), remedy);
     if (table.has("radius_mm")) {
         effect.radius_m = 1e-3 * table.number("radius_mm", {0.0, 1e6, Range::Ends::low_open}, 0.0);
         effect.center_m = 1e-3 * read_triple(table, "center_mm", " in mm", kPlaceMm);
@@ -287,6 +293,35 @@ void read_vibration(const TomlTable& table, EffectDescription& effect) {
         table.number("frequency_hz", {0.0, 1e4, Range::Ends::low_open}, v.frequency_hz);
     v.decay_s = 1e-3 * table.number("decay_ms", {0.0, 1e4, Range::Ends::low_open}, 1e3 * v.decay_s);
     v.most_n = table.number("most_n", {0.0, 1e3}, v.most_n);
+}
+
+/// Whether two workspaces share a place at least.
+bool overlap(const EffectDescription& a, const EffectDescription& b) {
+    if (a.radius_m > 0.0 && b.radius_m > 0.0)
+        return glm::distance(a.center_m, b.center_m) <= a.radius_m + b.radius_m;
+    if (b.radius_m > 0.0) return overlap(b, a);
+    if (a.radius_m > 0.0)
+        return glm::distance(a.center_m, glm::clamp(a.center_m, b.box_m.lower, b.box_m.upper)) <=
+               a.radius_m;
+    return !Box{glm::max(a.box_m.lower, b.box_m.lower), glm::min(a.box_m.upper, b.box_m.upper)}
+                .empty();
+}
+
+/// Refuses two that never yield and cannot both hold the proxy.
+void check_workspaces(const TomlTable& top, const SceneDescription& scene) {
+    std::vector<const EffectDescription*> holding;
+    for (const EffectDescription& effect : scene.effects) {
+        if (effect.kind != EffectKind::workspace || std::isfinite(effect.guide_settings.strength_n))
+            continue;
+        for (const EffectDescription* other : holding)
+            if (!overlap(*other, effect))
+                top.fail(effect.line,
+                         fmt::format("the workspace in [[effect]] has no place in common with that "
+                                     "of line {}, and neither yields",
+                                     other->line),
+                         "move or enlarge one of them, or give one a finite strength_n");
+        holding.push_back(&effect);
+    }
 }
 
 /// surface = "a" or ["a", "b"]: one effect for each; one without where there is no such key.
@@ -320,11 +355,12 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         break;
     case EffectKind::friction:
     case EffectKind::stick_slip:
-        effect.friction = read_friction_on(table, scene, effect);
+        effect.friction = read_friction(table, material_of(scene, effect.surface));
+        effect.friction.stick_slip = effect.kind == EffectKind::stick_slip;
         break;
     case EffectKind::magnet:
         table.require("strength_n", "give the force in N that it takes to pull the proxy off");
-        effect.magnet.strength_n = read_strength_by_place(table, scene, effect, {0.0, 1e3}, 0.0);
+        effect.magnet.strength_n = read_strength_by_place(table, scene, effect, kStrengthN, 0.0);
         effect.magnet.capture_m =
             1e-3 * table.number("capture_mm", {0.0, 1e3, Range::Ends::low_open}, 1.0);
         break;
@@ -351,7 +387,7 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
         if (table.has("guide"))
             effect.guide = static_cast<FollowGuide>(table.choice("guide", kGuideNames));
         effect.volume = read_effect_volume(table, scene, traits);
-        effect.strength = read_effect_strength(table, "strength_n", "N", true);
+        effect.strength = read_effect_function(table, "strength_n", kHoldingN, "N");
         break;
     case EffectKind::gradient_surface:
     case EffectKind::gradient_force:
@@ -359,7 +395,8 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
     case EffectKind::front_shape:
     case EffectKind::vortex:
         effect.volume = read_effect_volume(table, scene, traits);
-        effect.strength = read_effect_strength(table, "strength_n", "N", traits.may_be_hard);
+        effect.strength = read_effect_function(table, "strength_n",
+                                               traits.may_be_hard ? kHoldingN : kStrengthN, "N");
         break;
     case EffectKind::guide:
         read_guide(table, scene, effect);
@@ -394,40 +431,6 @@ Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view 
     return triple;
 }
 
-FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip) {
-    constexpr Range coefficient{0.0, 10.0};
-    table.require("static", "give the coefficient at rest, as static = 0.3");
-    FrictionCoefficients friction;
-    friction.static_mu = table.number("static", coefficient, 0.0);
-    friction.dynamic_mu = table.number("dynamic", coefficient, friction.static_mu);
-    friction.stick_slip = stick_slip;
-    if (friction.dynamic_mu > friction.static_mu)
-        table.fail(table.line_of("dynamic"),
-                   fmt::format("dynamic = {} {} is above static = {}", friction.dynamic_mu,
-                               table.where(), friction.static_mu),
-                   "give at most as much friction while sliding as at rest");
-    return friction;
-}
-
-TextureSettings read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
-                                   std::string_view height_key, TextureSettings fallback) {
-    constexpr double longest_mm = 1e3;
-    TextureSettings texture = fallback;
-    texture.wavelength_m =
-        1e-3 * table.number(wavelength_key, {0.0, longest_mm, Range::Ends::low_open},
-                            1e3 * fallback.wavelength_m);
-    texture.height_m = 1e-3 * table.number(height_key, {0.0, longest_mm}, 1e3 * fallback.height_m);
-    const double highest_m = SurfaceTexture::kHighestOfWave * texture.wavelength_m;
-    if (texture.height_m > highest_m)
-        table.fail(table.line_of(table.has(height_key) ? height_key : wavelength_key),
-                   fmt::format("{} = {} {} is above {} / (2 pi) = {:.4g}", height_key,
-                               1e3 * texture.height_m, table.where(), wavelength_key,
-                               1e3 * highest_m),
-                   "lower the height, or take a longer wavelength: flanks would be too steep to be "
-                   "felt as heights");
-    return texture;
-}
-
 std::vector<EffectDescription> read_effect_table(const TomlTable& table,
                                                  const SceneDescription& scene) {
     table.require("type", fmt::format("give one of {}", joined(kEffectNames)));
@@ -450,6 +453,7 @@ std::vector<EffectDescription> read_effect_table(const TomlTable& table,
 }
 
 void check_effects(const TomlTable& top, const SceneDescription& scene) {
+    check_workspaces(top, scene);
     for (const EffectDescription& effect : scene.effects) {
         const double frequency_hz = effect.vibration.frequency_hz;
         if (effect.kind == EffectKind::vibration && !(2.0 * frequency_hz < scene.loop.rate_hz))

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/internal/plan_warnings.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -15,6 +18,7 @@
 namespace palpate::internal {
 namespace {
 
+constexpr std::size_t kMeet = 4;     // surfaces at one place: more is rare in anatomy
 constexpr std::size_t kTouches = 3;  // facets that hold a mesh's proxy at a vertex
 constexpr std::size_t kLeash = 1;    // plane of a guarded contact
 constexpr std::size_t kSides = 2;    // opposed planes of a sheet
@@ -73,9 +77,20 @@ std::size_t most_primitives(const SceneDescription& scene, const EffectDescripti
 
 std::string room_warning(const SceneDescription& scene, const EffectPlan& plan,
                          Extraction extraction) {
+    std::map<std::string, std::size_t> of_surfaces;
     std::size_t most = 0;
-    for (const PlannedEffect& planned : plan.effects)
-        if (planned.on) most += most_primitives(scene, scene.effects[planned.effect], extraction);
+    for (const PlannedEffect& planned : plan.effects) {
+        if (!planned.on) continue;
+        const EffectDescription& effect = scene.effects[planned.effect];
+        std::size_t& sum = effect.surface.empty() ? most : of_surfaces[effect.surface];
+        sum += most_primitives(scene, effect, extraction);
+    }
+    std::vector<std::size_t> counts;
+    for (const auto& [surface, count] : of_surfaces)
+        counts.push_back(count);
+    std::sort(counts.begin(), counts.end(), std::greater<>());
+    counts.resize(std::min(counts.size(), kMeet));
+    most = std::accumulate(counts.begin(), counts.end(), most);
     if (most <= PrimitiveSet::kCapacity) return "";
     return fmt::format("where all effects are felt at one place, they can add up to {} planes, "
                        "lines and points; an evaluation has room for {}, and the last ones are "

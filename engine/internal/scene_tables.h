@@ -47,8 +47,19 @@ Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view 
 /// Places of a scene, mm.
 inline constexpr Range kPlaceMm{-1e6, 1e6};
 
-/// A strength in N under a key: a number or [[value, N], ...]; infinite where there is none.
-TransferFunction read_strength(const TomlTable& table, std::string_view key);
+// Strengths, N: as far as limits.force_n goes.
+inline constexpr Range kStrengthN{0.0, 1e3};
+inline constexpr Range kHoldingN{0.0, 1e3, Range::Ends::closed, true}; ///< inf: never yields
+
+/// Under a key: a number within the range or [[value, UNIT], ...] of finite ones; infinite where
+/// there is none.
+TransferFunction read_function(const TomlTable& table, std::string_view key, const Range& range,
+                               std::string_view unit);
+
+/// Refuses the volume that a key names where its values are names of labels: what depends on a
+/// value is interpolated, and between two labels are others.
+void refuse_labels(const TomlTable& table, std::string_view key, const SceneDescription& scene,
+                   const std::string& volume);
 
 /// [volume.NAME]
 VolumeDescription read_volume_table(const TomlTable& table,
@@ -57,13 +68,20 @@ VolumeDescription read_volume_table(const TomlTable& table,
 /// N s/m.
 inline constexpr Range kDamping{0.0, 1e3};
 
-/// Coefficients under the keys `static` and `dynamic`, the latter the former's where it is missing.
-FrictionCoefficients read_friction(const TomlTable& table, bool stick_slip);
+/// Heights of textures, mm.
+inline constexpr Range kHeightMm{0.0, 1e3};
+
+/// Coefficients under the keys `static` and `dynamic`, each the material's where it is missing, and
+/// `dynamic` else as `static`.
+FrictionCoefficients read_friction(const TomlTable& table, const MaterialDescription& material);
 
 /// Wavelength and height of a texture under two keys, in mm; what is missing is as in `fallback`.
 /// Refuses flanks that are too steep.
-TextureSettings read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
-                                   std::string_view height_key, TextureSettings fallback);
+TextureWaves read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
+                                std::string_view height_key, const TextureWaves& fallback);
+
+/// yield = "holds" or "opens"; the key must exist.
+Yielding read_yielding(const TomlTable& table);
 
 /// [material.NAME]
 MaterialDescription read_material_table(const TomlTable& table);

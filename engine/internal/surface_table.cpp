@@ -23,7 +23,6 @@ constexpr std::array<std::string_view, 2> kYieldingNames{"holds", "opens"};
 constexpr std::array<std::string_view, 2> kMeshUnitNames{"mm", "m"};
 constexpr std::array<std::string_view, 2> kMeshFrameNames{"LPS", "RAS"};
 
-constexpr Range kStrength{0.0, kInfinity}; // N; infinite: never yields
 constexpr Range kFiniteFromZero{0.0, kInfinity, Range::Ends::high_open};
 
 /// Refuses each of these keys that is there; the remedy ends in removing it.
@@ -37,10 +36,11 @@ void refuse_keys(const TomlTable& table, std::span<const std::string_view> keys,
 
 // Strengths.
 
-/// [[value, N], ...] under a key.
-TransferFunction read_transfer_function(const TomlTable& table, std::string_view key) {
-    const std::string expected =
-        fmt::format("a number or [[value, N], ...] of 1 to {} pairs", TransferFunction::kCapacity);
+/// [[value, UNIT], ...] under a key.
+TransferFunction read_nodes(const TomlTable& table, std::string_view key, const Range& range,
+                            std::string_view unit) {
+    const std::string expected = fmt::format("a number or [[value, {}], ...] of 1 to {} pairs",
+                                             unit, TransferFunction::kCapacity);
     const toml::array& pairs = table.array(key, expected);
     if (pairs.empty() || pairs.size() > TransferFunction::kCapacity)
         table.fail(table.line_of(key),
@@ -52,10 +52,11 @@ TransferFunction read_transfer_function(const TomlTable& table, std::string_view
         const toml::array* numbers = pair.as_array();
         if (numbers == nullptr || numbers->size() != 2)
             table.fail(internal::line_of(pair),
-                       fmt::format("{} {} is not a pair", label, table.where()), "give [value, N]");
+                       fmt::format("{} {} is not a pair", label, table.where()),
+                       fmt::format("give [value, {}]", unit));
         TransferFunction::Node node;
         node.value = table.number_in((*numbers)[0], label + "[0]", kAnyFinite);
-        node.strength_n = table.number_in((*numbers)[1], label + "[1]", kFiniteFromZero);
+        node.strength_n = table.number_in((*numbers)[1], label + "[1]", range);
         if (function.count > 0 && node.value <= function.nodes[function.count - 1].value)
             table.fail(internal::line_of(pair),
                        fmt::format("{}[0] = {} {} is not above the value before it, {}", label,
@@ -276,16 +277,20 @@ void refuse_volume_part(const TomlTable& table) {
 /// proxy. Without one, a function is its value at the surface's own level: there the proxy is.
 void read_surface_strength(const TomlTable& table, const SceneDescription& scene,
                            SurfaceDescription& surface) {
-    TransferFunction strength = read_strength(table, "strength_n");
-    if (!table.has("strength_n") && !surface.material.empty())
-        strength = scene.materials.at(surface.material).strength;
+    TransferFunction strength = read_function(table, "strength_n", kHoldingN, "N");
+    int line = table.line_of("strength_n");
+    std::string where = table.where();
+    if (!table.has("strength_n") && !surface.material.empty()) {
+        const MaterialDescription& material = scene.materials.at(surface.material);
+        strength = material.strength;
+        line = material.strength_line;
+        where = fmt::format("in [material.{}], used {},", surface.material, table.where());
+    }
     const bool is_function = strength.count > 1;
-    const int line = table.has("strength_n") ? table.line_of("strength_n") : table.line();
     if (!table.has("strength_volume")) {
         if (is_function && (surface.volume.empty() || !surface.labels.empty()))
             table.fail(line,
-                       fmt::format("strength_n {} is a function of a volume's value, and {}",
-                                   table.where(),
+                       fmt::format("strength_n {} is a function of a volume's value, and {}", where,
                                    surface.volume.empty() ? "the surface is a mesh alone"
                                                           : "a label has none"),
                        "name the volume with strength_volume = \"...\", or give a number of N");
@@ -298,18 +303,19 @@ void read_surface_strength(const TomlTable& table, const SceneDescription& scene
                    fmt::format("strength_volume \"{}\" {} is a formula of vectors",
                                surface.strength_volume, table.where()),
                    "name a volume of scalars");
+    refuse_labels(table, "strength_volume", scene, surface.strength_volume);
     if (!is_function)
         table.fail(table.line_of("strength_volume"),
                    fmt::format("strength_volume {} is for a strength_n that is a function of its "
                                "value",
                                table.where()),
-                   "give strength_n = [[value, N], ...], or remove strength_volume");
+                   "give strength_n = [[value, N], [value, N], ...], or remove strength_volume");
     for (std::size_t i = 0; i < strength.count; ++i)
         if (!(strength.nodes[i].strength_n > 0.0))
             table.fail(line,
                        fmt::format("strength_n {} is 0 N at the value {}, where there would be no "
                                    "surface",
-                                   table.where(), strength.nodes[i].value),
+                                   where, strength.nodes[i].value),
                        "give a strength above 0, as 0.001");
     surface.strength_over_value = strength;
     surface.strength_n = strength.strongest();
@@ -337,36 +343,34 @@ void read_contact(const TomlTable& table, const SceneDescription& scene,
                     "take another contact");
     if (table.has("leash_mm"))
         surface.leash_mm = table.number("leash_mm", {0.0, 10.0, Range::Ends::low_open}, 0.0);
-    if (table.has("yield"))
-        surface.yielding = static_cast<Yielding>(table.choice("yield", kYieldingNames));
+    if (table.has("yield")) surface.yielding = read_yielding(table);
 }
 
 } // namespace
 
-TransferFunction read_strength(const TomlTable& table, std::string_view key) {
-    if (!table.has(key)) return TransferFunction::constant(kInfinity);
-    if (table.node(key).is_array()) return read_transfer_function(table, key);
-    return TransferFunction::constant(table.number(key, kStrength, kInfinity));
+Yielding read_yielding(const TomlTable& table) {
+    return static_cast<Yielding>(table.choice("yield", kYieldingNames));
 }
 
-MaterialDescription read_material_table(const TomlTable& table) {
-    constexpr std::array<std::string_view, 7> keys{"strength_n",
-                                                   "yield",
-                                                   "static",
-                                                   "dynamic",
-                                                   "damping_n_s_per_m",
-                                                   "texture_wavelength_mm",
-                                                   "texture_height_mm"};
-    table.allow_only(keys);
-    MaterialDescription material;
-    material.strength = read_strength(table, "strength_n");
-    if (table.has("yield"))
-        material.yielding = static_cast<Yielding>(table.choice("yield", kYieldingNames));
-    if (table.has("static") || table.has("dynamic"))
-        material.friction = read_friction(table, false);
-    material.damping_n_s_per_m = table.number("damping_n_s_per_m", kDamping, 0.0);
-    material.texture = read_texture_waves(table, "texture_wavelength_mm", "texture_height_mm", {});
-    return material;
+TransferFunction read_function(const TomlTable& table, std::string_view key, const Range& range,
+                               std::string_view unit) {
+    if (table.has(key) && table.node(key).is_array()) {
+        Range finite = range;
+        finite.or_infinite = false;
+        return read_nodes(table, key, finite, unit);
+    }
+    return TransferFunction::constant(table.number(key, range, kInfinity));
+}
+
+void refuse_labels(const TomlTable& table, std::string_view key, const SceneDescription& scene,
+                   const std::string& volume) {
+    if (scene.volumes.at(volume).labels.empty()) return;
+    table.fail(table.line_of(key),
+               fmt::format("{} \"{}\" {} is a label volume, whose values are names and not to be "
+                           "interpolated",
+                           key, volume, table.where()),
+               "make surfaces of its labels with label = \"...\" and a material each, or remove "
+               "labels from the volume");
 }
 
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene) {

@@ -56,6 +56,7 @@ bool is_near(std::string_view given, std::string_view valid) {
 
 bool Range::contains(double value) const noexcept {
     if (std::isnan(value)) return false;
+    if (or_infinite && value == kInfinity) return true;
     const bool low_open = ends == Ends::low_open || ends == Ends::open;
     const bool high_open = ends == Ends::high_open || ends == Ends::open;
     return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
@@ -64,7 +65,8 @@ bool Range::contains(double value) const noexcept {
 std::string Range::text() const {
     const bool low_open = ends == Ends::low_open || ends == Ends::open;
     const bool high_open = ends == Ends::high_open || ends == Ends::open;
-    return fmt::format("{}{}, {}{}", low_open ? '(' : '[', low, high, high_open ? ')' : ']');
+    return fmt::format("{}{}, {}{}{}", low_open ? '(' : '[', low, high, high_open ? ')' : ']',
+                       or_infinite ? " or inf" : "");
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -219,6 +221,11 @@ std::vector<std::pair<std::string, TomlTable>> TomlTable::named_tables(std::stri
         if (name.empty())
             fail(internal::line_of(value), fmt::format("a {} has no name", key),
                  "give " + expected);
+        if (on_one_line(name.str()) != name.str())
+            fail(internal::line_of(value),
+                 fmt::format("the name of {}.\"{}\" has a line break or another control character",
+                             key, name.str()),
+                 "give a name that can be printed");
         tables.emplace_back(name.str(), TomlTable{*value.as_table(), file_,
                                                   fmt::format("in [{}.{}]", key, name.str()),
                                                   internal::line_of(value)});

@@ -20,9 +20,10 @@ struct Range {
     double low = -std::numeric_limits<double>::infinity();
     double high = std::numeric_limits<double>::infinity();
     Ends ends = Ends::closed;
+    bool or_infinite = false; ///< infinity, too, beyond `high`
 
     bool contains(double value) const noexcept;
-    std::string text() const; ///< as "(0, 1000]"
+    std::string text() const; ///< as "(0, 1000]" or "[0, 1000] or inf"
 };
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();

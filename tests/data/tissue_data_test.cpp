@@ -68,11 +68,11 @@ TEST_F(Tissues, OpenAtTheirStrengthAndStepByNoMore) {
         // What presses, with its friction; what a frame's movement adds; what media add or end.
         double explained = kFrame + kTolerance;
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
-            explained += 2.0 * material(i).damping_n_s_per_m * kSpeed;
+            explained += 2.0 * *material(i).damping_n_s_per_m * kSpeed;
             const bool felt = (before.surfaces_felt | now.surfaces_felt) >> i & 1u;
             if (felt)
-                explained += material(i).strength.strongest() *
-                             std::hypot(1.0, material(i).friction.static_mu);
+                explained +=
+                    material(i).strength.strongest() * std::hypot(1.0, *material(i).static_mu);
         }
         EXPECT_LE(std::abs(force - was), explained) << frame;
 
@@ -84,10 +84,9 @@ TEST_F(Tissues, OpenAtTheirStrengthAndStepByNoMore) {
         const double strength = material(i).strength.strongest();
         double drag = 0.0;
         for (std::size_t j = 0; j < surfaces.size(); ++j)
-            if (before.surfaces_open >> j & 1u) drag += material(j).damping_n_s_per_m * kSpeed;
+            if (before.surfaces_open >> j & 1u) drag += *material(j).damping_n_s_per_m * kSpeed;
         EXPECT_GE(was, strength - kFrame - kTolerance) << surfaces[i].name << " " << frame;
-        EXPECT_LE(was,
-                  strength * std::hypot(1.0, material(i).friction.static_mu) + drag + kTolerance)
+        EXPECT_LE(was, strength * std::hypot(1.0, *material(i).static_mu) + drag + kTolerance)
             << surfaces[i].name << " " << frame;
     }
     for (const char* name : {"putamen_l", "thalamus_l", "thalamus_r"})

@@ -222,6 +222,14 @@ TEST_F(MeshScene, AboveItsStrengthASurfaceHoldsOrOpensAsTheSceneSays) {
     }
 }
 
+TEST_F(MeshScene, ADirectContactHasNoStrength) {
+    const std::string message = refusal(both_ + "contact = \"direct\"\nstrength_n = 2\n");
+    EXPECT_TRUE(message.ends_with("scene.toml:3: [surface.ball]: contact = \"direct\" never "
+                                  "yields, and its strength_n = 2 is "
+                                  "finite; take contact = \"volume\", or give it strength_n = inf"))
+        << message;
+}
+
 TEST_F(MeshScene, ARecordingRefusesAnotherMesh) {
     for (const std::string& surface : {mesh_, both_, both_ + "contact = \"direct\"\n"}) {
         test::make_file(folder_ / "ball.ply", file_text(ball()));

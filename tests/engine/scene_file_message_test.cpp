@@ -30,7 +30,7 @@ TEST_F(SceneFileMessage, FunctionsOfTheValueAreChecked) {
          "strength_n[1][0] = 0 in [[effect]] is not above the value before it, 0"},
         {"[[5, 1], [4, 2]]", "give strictly increasing values"},
         {"[[0, -1]]",
-         "strength_n[0][1] = -1 in [[effect]] is out of range; give a number in [0, inf)"},
+         "strength_n[0][1] = -1 in [[effect]] is out of range; give a number in [0, 1000]"},
         {"[[0, inf]]", "strength_n[0][1] = inf"},
         {"[[nan, 1]]", "strength_n[0][0] = nan in [[effect]] is not a number"},
         {"[[inf, 1]]", "strength_n[0][0] = inf"},
@@ -38,8 +38,9 @@ TEST_F(SceneFileMessage, FunctionsOfTheValueAreChecked) {
         {"[[0, 1, 2]]", "is not a pair"},
         {"[[0, \"1\"]]", "strength_n[0][1] in [[effect]] is a string"},
         {"\"strong\"", "strength_n in [[effect]] is a string"},
-        {"nan", "strength_n = nan in [[effect]] is not a number; give a number in [0, inf]"},
-        {"-1", "strength_n = -1 in [[effect]] is out of range; give a number in [0, inf]"},
+        {"nan",
+         "strength_n = nan in [[effect]] is not a number; give a number in [0, 1000] or inf"},
+        {"-1", "strength_n = -1 in [[effect]] is out of range; give a number in [0, 1000] or inf"},
     };
     for (const auto& [value, what] : wrong) {
         const std::string message = complaint(begin + value + "\n");
@@ -257,6 +258,8 @@ TEST_F(SceneFileMessage, SyntaxAndDuplicateNamesHaveTheirLine) {
 
 TEST_F(SceneFileMessage, MessagesStayOnOneLine) {
     for (const std::string& text : {std::string("\"a\\nb\" = 1\n"), std::string("x = \"\n\""),
+                                    std::string("[volume.\"a\\nb\"]\nfile = \"skull.nhdr\"\n"),
+                                    kBall + "[surface.\"to\\np\"]\nvolume = \"ball\"\n",
                                     std::string("[loop]\nmethod = \"a\\r\\nb\"\n"),
                                     std::string("[volume.a]\nfile = \"a\\nb\"\n")}) {
         const std::string message = complaint(text);

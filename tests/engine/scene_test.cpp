@@ -89,6 +89,31 @@ TEST(Scene, ALevelThatNoVoxelReachesIsRefusedWithLineAndRange) {
     }
 }
 
+TEST(Scene, ALevelThatAFormulaNeverHasIsRefusedWithLineAndRange) {
+    const auto complaint = [](const std::string& formula, const std::string& level) {
+        try {
+            Scene scene(parse_scene("[volume.v]\nanalytic = " + formula +
+                                        "\n[surface.s]\nvolume = \"v\"\niso_value = " + level +
+                                        "\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+                                    "x.toml"));
+        } catch (const std::runtime_error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_EQ(complaint("\"slab\"\nthickness_mm = 20", "5"),
+              "x.toml:4: [surface.s]: iso_value 5 is reached nowhere by analytic = \"slab\", whose "
+              "values in m go up to 0.01; choose one below it");
+    EXPECT_EQ(complaint("\"slab\"\nthickness_mm = 20", "0.009"), "");
+    EXPECT_NE(complaint("\"torus\"\nradius_mm = 30\ntube_mm = 8", "0.5").find("go up to 0.008; "),
+              std::string::npos);
+    EXPECT_NE(complaint("\"solid_sphere\"\nradius_mm = 30", "0.5").find("go up to 0.03; "),
+              std::string::npos);
+    EXPECT_NE(complaint("\"sphere_cavity\"\nradius_mm = 30", "-0.5")
+                  .find("begin at -0.03; choose one above it"),
+              std::string::npos);
+}
+
 TEST(Scene, TheCacheGivesTheSameField) {
     const test::TemporaryFolder folder;
     const std::string text = "[volume.ct]\nfile = \"" + test::phantom_file() +

@@ -29,7 +29,7 @@ inline std::shared_ptr<const Scene> gradient_cavity(const std::string& strength,
             strength + "\n" + loop,
         "cavity.toml"));
 }
-inline const std::string kHard = "[[-1e-9, 0], [0, 1e6]]";
+inline const std::string kHard = "[[-1e-9, 0], [0, 1e3]]";
 
 inline std::shared_ptr<const Scene> surface_cavity() {
     return std::make_shared<const Scene>(parse_scene(

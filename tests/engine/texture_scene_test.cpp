@@ -210,8 +210,16 @@ TEST(TextureScene, WhatATextureCannotBeIsRefusedWithItsLine) {
         "\"surface\"\nsurface = \"ball\"\n";
     const std::string message =
         complaint(plate + ball + texture("ball", "volume = \"plate\"\nheight_mm = 31"));
-    EXPECT_TRUE(message.starts_with("x.toml:19: [[effect]]: texture: its height must not be above"))
+    EXPECT_TRUE(
+        message.starts_with("x.toml:19: [[effect]]: texture: its height of 31 mm is above 30 mm, "))
         << message;
+    // One of 20 mm bears half of that.
+    const std::string over_ground = "volume = \"ground\"\nheight_mm = ";
+    EXPECT_EQ(complaint(plate + texture("top", over_ground + "9.9")), "");
+    EXPECT_NE(complaint(plate + texture("top", over_ground + "10.5"))
+                  .find("x.toml:13: [[effect]]: texture: its height of 10.5 mm is above 10 mm, "),
+              std::string::npos);
+    expect("volume = \"ground\"\nheight_mm = [[0, 0], [1, 1001]]", "give a number in [0, 1000]");
     EXPECT_NE(complaint("[material.m]\ntexture_wavelength_mm = 1\ntexture_height_mm = 1\n")
                   .find("x.toml:3: texture_height_mm = 1 in [material.m] is above "
                         "texture_wavelength_mm / (2 pi) = 0.1592"),

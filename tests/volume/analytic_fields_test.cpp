@@ -11,6 +11,8 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/volume/shared_samples.h>
+
 #include <tests/support/dense_reference.h>
 
 namespace palpate {
@@ -310,6 +312,16 @@ TEST(AnalyticFields, TellTheirScale) {
     EXPECT_EQ(make_bumpy_cavity(0.05, 1e-6, 0.5)->feature_size_m(), 0.05);
     EXPECT_EQ(make_slab(0.01)->patch_cosine(), make_wedge(90.0)->patch_cosine());
     EXPECT_LT(make_torus(0.03, 0.01)->patch_cosine(), make_slab(0.01)->patch_cosine());
+}
+
+TEST(AnalyticFields, ReliefIsNoHigherThanWhatItStandsOn) {
+    EXPECT_EQ(make_solid_sphere(0.05)->relief_limit_m(), 0.05);
+    EXPECT_EQ(make_torus(0.03, 0.01)->relief_limit_m(), 0.01);
+    EXPECT_EQ(make_slab(0.02)->relief_limit_m(), 0.01);
+    // Faces without an end, felt within a hand's reach.
+    EXPECT_EQ(make_wedge(90.0)->relief_limit_m(), 0.1);
+    EXPECT_EQ(make_slab(2.0)->relief_limit_m(), 0.1);
+    EXPECT_EQ(share_samples(make_slab(0.02))->relief_limit_m(), 0.01);
 }
 
 TEST(AnalyticFields, TypicalSlopeIsThatOfADistanceOrNothing) {

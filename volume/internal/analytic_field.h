@@ -15,7 +15,7 @@
 ///   feature_size_m(), double patch_cosine(), double typical_slope(double level), and
 ///   std::optional<double> root(from, along, level): the first root on from + t along, t in [0,1],
 ///   to rounding; asked only when the value at `from` is below the level, and for coordinates that
-///   are finite.
+///   are finite. A shape of flat faces has a double relief_limit_m(), too.
 namespace palpate {
 
 /// From the centre of a sphere, the circle or the axis of a torus: nearer than this, m, the
@@ -86,6 +86,10 @@ public:
     }
     Box bounds() const override { return shape_.bounds(); }
     double feature_size_m() const noexcept override { return shape_.feature_size_m(); }
+    double relief_limit_m() const noexcept override {
+        if constexpr (requires { shape_.relief_limit_m(); }) return shape_.relief_limit_m();
+        return feature_size_m();
+    }
     double patch_cosine() const noexcept override { return shape_.patch_cosine(); }
     double typical_slope(double level) const override { return shape_.typical_slope(level); }
 
