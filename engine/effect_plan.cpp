@@ -251,9 +251,10 @@ void turn_off_what_has_no_surface(const SceneDescription& scene, EffectPlan& pla
                                   const std::set<std::string>& out_of_reach) {
     for (PlannedEffect& planned : plan.effects) {
         const std::string& surface = scene.effects[planned.effect].surface;
-        if (planned.on && out_of_reach.contains(surface))
-            turn_off(planned,
-                     "surface " + surface + " is outside of the workspace: it cannot be reached");
+        if (!planned.on || !out_of_reach.contains(surface)) continue;
+        turn_off(planned,
+                 "surface " + surface + " is outside of the workspace: it cannot be reached");
+        plan.relies_on_workspace = true;
     }
     const bool any_is_felt =
         std::any_of(scene.surfaces.begin(), scene.surfaces.end(),

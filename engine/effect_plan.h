@@ -33,6 +33,9 @@ struct EffectPlan {
     std::vector<PlannedEffect> effects; ///< one for each of the scene's, in its order
     std::vector<std::string>
         left_out; ///< surfaces, volumes and materials that nothing uses, in words
+    /// A workspace that never yields keeps the proxy from something, which is off for that: it has
+    /// to stay as it is.
+    bool relies_on_workspace = false;
     std::vector<std::string> warnings; ///< of what will not be felt as the scene says it, in words
 
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;

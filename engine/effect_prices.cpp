@@ -56,7 +56,7 @@ double contact_price(const Scene& scene, const SceneSurface& surface, bool solve
         const Vec3 at = own_way ? proxy : from;
         ContactSet planes;
         if (!magnet.none()) {
-            magnets.begin(at);
+            magnets.begin({to, at});
             magnets.find(at, to, contacts);
         }
         contact->offer(at, planes);

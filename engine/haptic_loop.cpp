@@ -123,8 +123,16 @@ std::size_t HapticLoop::effects_before_limits() const {
                                     order.begin());
 }
 
+/// Whether it is a workspace without which the proxy could come to what the plan left out.
+bool HapticLoop::keeps_from_surfaces(std::size_t effect) const noexcept {
+    const std::vector<EffectDescription>& effects = scene_->description().effects;
+    return scene_->plan().relies_on_workspace && effect < effects.size() &&
+           effects[effect].kind == EffectKind::workspace;
+}
+
 bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
     if (effect >= gained_.size() || !GainRamp::in_range(gain)) return false;
+    if (gain < 1.0 && keeps_from_surfaces(effect)) return false;
     const Gained& gained = gained_[effect];
     switch (gained.kind) {
     case Gained::Kind::nothing:

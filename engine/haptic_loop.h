@@ -71,7 +71,8 @@ public:
     /// scene's effects from 0 in their order (SceneDescription::effects), and then the custom ones;
     /// `gain` in [0, 10]: 0 switches it off, 1 is as the scene says. Frames follow within 50 ms per
     /// unit, linearly, the first of a trial at once (GainRamp). False, and nothing changes, where
-    /// there is no such effect, the plan left it out, or the gain is out of range.            [any]
+    /// there is no such effect, the plan left it out, or the gain is out of range; or where a
+    /// workspace would yield because of which the plan left a surface out.                  [any]
     bool set_gain(std::size_t effect, double gain) noexcept;
 
 private:
@@ -88,6 +89,7 @@ private:
         std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, ..) or effects
     };
     std::size_t effects_before_limits() const;
+    bool keeps_from_surfaces(std::size_t effect) const noexcept;
     std::vector<Gained> gained_by_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                     FrameReport& report) noexcept;

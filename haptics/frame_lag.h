@@ -15,8 +15,9 @@ namespace palpate {
 ///   s' = s + (found - s) / (1 + g),   g = |change of what was found| / (k |way of the proxy|)
 /// which is Newton's step to where force and place agree if g is that of the force itself. g is
 /// measured from one frame to the next (whatever caused the change: then s' comes late, by about g
-/// frames), and forgotten slowly, as kinks turn up again. With g = 0 what was found is taken as it
-/// is. `Value`: double or Vec3, N; finite, or always the same. Not for two threads at once.
+/// frames), and forgotten slowly as the proxy goes on, for kinks turn up again. With g = 0 what was
+/// found is taken as it is. `Value`: double or Vec3, N; finite, or always the same. Not for two
+/// threads at once.
 template <class Value>
 class FrameLag {
 public:
@@ -29,8 +30,7 @@ public:
         if (!begun_) gain_ = 0.0;
         if (begun_) {
             const double way = stiffness * glm::length(start - start_);
-            const double gain = way > kNoWay_n ? size(found - found_) / way : 0.0;
-            gain_ = std::max(kRemembered * gain_, gain);
+            if (way > kNoWay_n) gain_ = std::max(kRemembered * gain_, size(found - found_) / way);
         }
         now_ = begun_ && gain_ > 0.0 ? now_ + (found - now_) / (1.0 + gain_) : found;
         begun_ = true;

@@ -133,17 +133,17 @@ TEST(EffectPlan, WarnsWhereEffectsAddMoreThanAnEvaluationHasRoomFor) {
     const std::string ball_around = "[[effect]]\ntype = \"workspace\"\nradius_mm = 40\n"
                                     "center_mm = [0, 0, 0]\n"
                                     "strength_n = 2\n"; // one plane, as it yields
-    EXPECT_TRUE(scene_of(guides(15) + ball_around)->plan().warnings.empty());
-    const std::vector<std::string> warnings = scene_of(guides(16) + ball_around)->plan().warnings;
+    EXPECT_TRUE(scene_of(guides(31) + ball_around)->plan().warnings.empty());
+    const std::vector<std::string> warnings = scene_of(guides(32) + ball_around)->plan().warnings;
     ASSERT_EQ(warnings.size(), 1u);
-    EXPECT_NE(warnings[0].find("up to 17 planes, lines and points"), std::string::npos);
-    EXPECT_NE(warnings[0].find("room for 16"), std::string::npos);
-    // A plate, 3 planes and as many lines of friction, beside 11 of a box and of guides.
+    EXPECT_NE(warnings[0].find("up to 33 planes, lines and points"), std::string::npos);
+    EXPECT_NE(warnings[0].find("room for 32"), std::string::npos);
+    // A plate, 3 planes and as many lines of friction, beside 27 of a box and of guides.
     const std::string rough = "[[effect]]\ntype = \"friction\"\nsurface = \"s\"\nstatic = 0.2\n";
     const std::string box = workspace("[[-9, -9, -9], [9, 9, 9]]");
-    EXPECT_EQ(scene_of(kPlate + guides(5) + kTouch + rough + box)->plan().warnings.size(), 1u);
-    EXPECT_EQ(scene_of(kPlate + guides(4) + kTouch + rough + box)->plan().warnings.size(), 0u);
-    EXPECT_EQ(scene_of(kPlate + guides(5) + kTouch + box)->plan().warnings.size(), 0u);
+    EXPECT_EQ(scene_of(kPlate + guides(21) + kTouch + rough + box)->plan().warnings.size(), 1u);
+    EXPECT_EQ(scene_of(kPlate + guides(20) + kTouch + rough + box)->plan().warnings.size(), 0u);
+    EXPECT_EQ(scene_of(kPlate + guides(21) + kTouch + box)->plan().warnings.size(), 0u);
 }
 
 TEST(EffectPlan, WarnsOfAForceThatAloneIsBeyondTheLimit) {

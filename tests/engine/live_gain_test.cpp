@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a loop's embedder may change while it runs, and adds of his own.
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <string>
@@ -41,6 +42,60 @@ Vec3 force(HapticLoop& loop, const Vec3& probe) {
     for (int frame = 0; frame < 120; ++frame) // longer than a ramp from 2 to 0
         loop.frame(state);
     return loop.frame(state).force;
+}
+
+// Its force is part of what a workspace limits.
+TEST(LiveGain, AWorkspaceHoldsWhatACustomEffectDraws) {
+    const std::string box = "[[effect]]\ntype = \"workspace\"\nbox_mm = [[-20, -20, -20], [20, 20, "
+                            "20]]\n";
+    test::ScriptedClock clock;
+    std::vector<std::unique_ptr<Effect>> custom;
+    custom.push_back(std::make_unique<ConstantForce>(Vec3{5, 0, 0}));
+    HapticLoop loop(scene(weight("[0, 0, 0]") + box), clock, std::move(custom));
+    ASSERT_EQ(loop.effect_count(), 3u);
+    const Vec3 inside{0.018, 0, 0};
+    EXPECT_LE(glm::length(force(loop, inside) - 500.0 * Vec3{0.002, 0, 0}), 1e-12);
+    EXPECT_TRUE(loop.set_gain(2, 0.0)); // the custom one
+    EXPECT_EQ(force(loop, inside), Vec3{0.0});
+    EXPECT_TRUE(loop.set_gain(2, 1.0));
+    EXPECT_TRUE(loop.set_gain(1, 0.0)); // the box
+    EXPECT_LE(glm::length(force(loop, inside) - Vec3{5, 0, 0}), 1e-12);
+}
+
+// Else the hand would come to what was never built.
+TEST(LiveGain, AWorkspaceThatKeepsFromASurfaceStaysAsItIs) {
+    const std::string box =
+        "[[effect]]\ntype = \"workspace\"\nbox_mm = [[100, -20, -20], [120, 20, "
+        "20]]\n";
+    test::ScriptedClock clock;
+    HapticLoop loop(scene(kBalls + surface("a") + box), clock);
+    EXPECT_FALSE(loop.set_gain(0, 0.5)); // out of reach: left out
+    EXPECT_FALSE(loop.set_gain(1, 0.9));
+    EXPECT_TRUE(loop.set_gain(1, 1.0));
+}
+
+// A hand that went on while nobody heard of it has struck nothing.
+TEST(LiveGain, AContactMadeInSilenceDoesNotRing) {
+    const auto plate =
+        scene("[volume.p]\nanalytic = \"slab\"\nthickness_mm = 20\n[surface.b]\nvolume "
+              "= \"p\"\n[limits]\nslew_n_per_s = 1e6\n" +
+              surface("b") + "[[effect]]\ntype = \"vibration\"\n");
+    test::ScriptedClock clock;
+    HapticLoop loop(plate, clock);
+    double rings_n = 0.0, felt_n = 0.0;
+    for (int i = 0; i < 400; ++i) { // 5 mm/s, into the plate at frame 100
+        DeviceState state;
+        state.time_s = 1e-3 * i;
+        state.position = {0, 0, 0.0105 - 5e-6 * std::min(i, 200)};
+        if (i >= 20 && i < 150) state.freshness = Freshness::stale;
+        const FrameReport report = loop.frame(state);
+        if (report.flags != 0) continue;
+        const Vec3 spring = 500.0 * (report.proxy - state.position);
+        rings_n = std::max(rings_n, glm::length(report.force - spring));
+        felt_n = std::max(felt_n, glm::length(spring));
+    }
+    EXPECT_LE(rings_n, 1e-12);
+    EXPECT_NEAR(felt_n, 500.0 * 0.5e-3, 1e-9);
 }
 
 // Effects count in the scene's order, surfaces in their own by name, and what is left out counts,

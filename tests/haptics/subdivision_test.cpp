@@ -90,6 +90,31 @@ TEST(Subdivision, AClockThatStandsStillIsBounded) {
     EXPECT_LE(result.evaluations, static_cast<std::uint32_t>(Subdivision::kMostEvaluations));
 }
 
+// What begins a frame anew, a membrane that opens or a proxy that breaks away, gets one evaluation
+// at least, and no more than are left.
+TEST(Subdivision, AFrameThatBeginsAnewIsBounded) {
+    LevelSettings membrane;
+    membrane.strength_n = 1.0;
+    membrane.yielding = Yielding::opens;
+    SurfaceFinish rough;
+    rough.friction = {0.5, 0.2};
+    for (const SteppingSettings& settings :
+         {stepping(SteppingMethod::paper),
+          stepping(SteppingMethod::fixed, Subdivision::kMostEvaluations)})
+        for (const bool opens : {false, true}) {
+            ContactLoop loop(
+                settings,
+                one_surface(make_solid_sphere(kRadius), opens ? membrane : LevelSettings{}), {},
+                0.0, {rough});
+            loop.start({0, 0, kRadius + 1e-6});
+            std::uint32_t most = 0;
+            for (int i = 0; i < 8; ++i)
+                most = std::max(most, loop.move({1e-3 * i, 0, kRadius - 0.5e-3 * i}).evaluations);
+            EXPECT_GT(most, static_cast<std::uint32_t>(Subdivision::kMostEvaluations));
+            EXPECT_LE(most, static_cast<std::uint32_t>(Subdivision::kMostEvaluations + 2));
+        }
+}
+
 TEST(Subdivision, RecordedDecisionsOfTheClockReproduceTheBits) {
     std::shared_ptr<const ScalarField> field = make_sphere_cavity(kRadius);
     const auto effects = [&] {

@@ -243,6 +243,24 @@ TEST(SurfaceMagnets, SnapsOnAtTheCaptureDistanceAndLetsGoBeyond) {
     }
 }
 
+TEST(SurfaceMagnets, SwitchedOffItLetsGo) {
+    constexpr double kCapture = 1e-3, kStrength = 1.0;
+    ContactLoop loop = on(make_slab(2 * kTop), magnetic(kStrength, kCapture));
+    const Vec3 between{0, 0, kTop + 1.2 * kCapture}; // it would not snap on here, but hold on
+    loop.start({0, 0, kTop + 0.5 * kCapture});
+    loop.move({0, 0, kTop + 0.5 * kCapture});
+    loop.move(between);
+    EXPECT_LE(loop.proxy().z, kTop + kExact);
+    loop.subdivision().set_magnet_gain(0, 0.0);
+    for (int i = 0; i < 100; ++i) // longer than the ramp
+        loop.move(between);
+    EXPECT_EQ(loop.proxy(), between);
+    loop.subdivision().set_magnet_gain(0, 1.0);
+    for (int i = 0; i < 100; ++i)
+        loop.move(between);
+    EXPECT_EQ(loop.proxy(), between);
+}
+
 TEST(SurfaceMagnets, AHeldProbeMovesNoBit) {
     for (const SteppingMethod method : kMethods) {
         for (const double mu : {0.0, 0.3}) {

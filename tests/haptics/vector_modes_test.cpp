@@ -20,6 +20,7 @@
 #include <palpate/volume/grid_vector_field.h>
 
 #include "tests/support/contact_loop.h"
+#include "tests/support/effect_lists.h"
 #include "tests/support/formula_fields.h"
 
 namespace palpate {
@@ -422,6 +423,32 @@ TEST(VectorModes, AHeldProbesSpringNeverGainsEnergy) {
 // Circles about an axis beside the ball's centre lead into the ball and out of it: the ball holds,
 // the guide slips. What the wall does not carry of the hand's pull is the guide's, at most its
 // strength, and the wall only pushes.
+// A streamline and the fronts across it hold the proxy at a point, where each is met at any angle
+// on the way. A frame that does not find it stays: the balance is no further from the probe than
+// the frame's start, but for the longest force that is felt.
+TEST(VectorModes, TwoThatNeverSlipDoNotThrowTheProxyAway) {
+    const std::shared_ptr<const VectorField> flow = make_helix(20e-3, 30e-3);
+    const TransferFunction hard =
+        TransferFunction::constant(std::numeric_limits<double>::infinity());
+    ContactLoop loop({}, {},
+                     test::effects(std::make_unique<VectorFollow>(flow, hard),
+                                   std::make_unique<VectorSheet>(flow, hard, SheetKind::front)));
+    const auto hand = [](int frame) { // a circle of 22 mm in 1.4 s
+        const double angle = 4.55e-3 * frame;
+        return 22e-3 * Vec3{std::cos(angle), std::sin(angle), 0.0};
+    };
+    loop.start(hand(0));
+    double furthest = 0.0;
+    for (int frame = 0; frame < 1500; ++frame) {
+        const double before = glm::length(loop.proxy() - hand(frame));
+        loop.move(hand(frame));
+        const double after = glm::length(loop.proxy() - hand(frame));
+        EXPECT_LE(after, before + 5.0 / ContactLoop::kStiffness + 1e-9) << frame;
+        furthest = std::max(furthest, glm::length(loop.proxy()));
+    }
+    EXPECT_LE(furthest, 0.1);
+}
+
 TEST(VectorModes, AGuideThatLeadsIntoASurfaceYieldsAndTheSurfaceHolds) {
     constexpr double kBall = 0.02;
     const Vec3 axis{0.004, 0.0, 0.0};

@@ -191,6 +191,39 @@ TEST(WorkspaceSphere, HoldsWhereASurfaceLeadsAlongIt) {
     EXPECT_LE(worst_outside, 1e-12) << "in the frame of the jump, too";
 }
 
+// A magnet draws the proxy further than the coupling does: the box counts on no less. The plate's
+// face is 0.4 mm outside of it, and within the magnet's reach.
+TEST(WorkspaceBox, HoldsAgainstAMagnet) {
+    for (const SteppingSettings& settings : kMethods) {
+        SurfaceFinish finish;
+        finish.magnet = {1.0, 2e-3, {}};
+        const Box box{{-0.1, -0.1, 0.0104}, {0.1, 0.1, 0.1}};
+        ContactLoop loop(settings, test::one_surface(make_slab(20e-3)),
+                         effects(std::make_unique<WorkspaceBox>(box, kInfinite)), 0.0, {finish});
+        loop.start({0, 0, 0.0106});
+        for (int i = 0; i < 20; ++i) {
+            loop.move({0, 0, 0.0106});
+            EXPECT_NEAR(loop.proxy().z, box.lower.z, kRounding) << i;
+        }
+    }
+}
+
+// s(g) = F g / (1 - g) of what never yields: once, however many planes touch the ball.
+TEST(WorkspaceSphere, AtHalfItsGainItResistsAsMuchAsTheDeviceShows) {
+    constexpr double kLimit_n = 5.0;
+    ContactLoop loop(stepping(SteppingMethod::adaptive), {},
+                     effects(std::make_unique<WorkspaceSphere>(Vec3{0.0}, 0.02, kInfinite)));
+    loop.start(Vec3{0.0});
+    loop.subdivision().set_effect_gain(0, 0.5);
+    Anywhere anywhere;
+    for (int i = 0; i < 500; ++i) {
+        const Vec3 probe = 0.1 * anywhere.vector();
+        loop.move(probe);
+        if (i < 100) continue; // the ramp takes 25 frames
+        EXPECT_LE(kStiffness * glm::length(loop.proxy() - probe), kLimit_n * (1 + 1e-12));
+    }
+}
+
 TEST(Workspace, RefusesWhatIsNoWorkspace) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(WorkspaceSphere(Vec3{nan}, 0.1, 1.0), std::invalid_argument);
