@@ -49,7 +49,7 @@ inline constexpr Range kPlaceMm{-1e6, 1e6};
 
 // Strengths, N. What draws goes as far as limits.force_n; what holds may be as good as hard.
 inline constexpr Range kStrengthN{0.0, 1e3};
-inline constexpr Range kHoldingN{0.0, 1e9, Range::Ends::closed, true}; ///< inf: never yields
+inline constexpr Range kHoldingN{0.0, 1e6, Range::Ends::closed, true}; ///< inf: never yields
 
 /// Under a key: a number within the range or [[value, UNIT], ...] of finite ones; infinite where
 /// there is none.

@@ -30,7 +30,7 @@ TEST_F(SceneFileMessage, FunctionsOfTheValueAreChecked) {
          "strength_n[1][0] = 0 in [[effect]] is not above the value before it, 0"},
         {"[[5, 1], [4, 2]]", "give strictly increasing values"},
         {"[[0, -1]]",
-         "strength_n[0][1] = -1 in [[effect]] is out of range; give a number in [0, 1e+09]"},
+         "strength_n[0][1] = -1 in [[effect]] is out of range; give a number in [0, 1000000]"},
         {"[[0, inf]]", "strength_n[0][1] = inf"},
         {"[[nan, 1]]", "strength_n[0][0] = nan in [[effect]] is not a number"},
         {"[[inf, 1]]", "strength_n[0][0] = inf"},
@@ -39,8 +39,8 @@ TEST_F(SceneFileMessage, FunctionsOfTheValueAreChecked) {
         {"[[0, \"1\"]]", "strength_n[0][1] in [[effect]] is a string"},
         {"\"strong\"", "strength_n in [[effect]] is a string"},
         {"nan",
-         "strength_n = nan in [[effect]] is not a number; give a number in [0, 1e+09] or inf"},
-        {"-1", "strength_n = -1 in [[effect]] is out of range; give a number in [0, 1e+09] or inf"},
+         "strength_n = nan in [[effect]] is not a number; give a number in [0, 1000000] or inf"},
+        {"-1", "strength_n = -1 in [[effect]] is out of range; give a number in [0, 1000000] or inf"},
     };
     for (const auto& [value, what] : wrong) {
         const std::string message = complaint(begin + value + "\n");
