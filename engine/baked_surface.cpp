@@ -2,7 +2,9 @@
 #include <palpate/engine/baked_surface.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -20,7 +22,7 @@ namespace {
 
 // Raised whenever the same inputs would bake or mesh differently: old cache files are then no
 // longer found.
-constexpr int kCacheVersion = 2;
+constexpr int kCacheVersion = 3;
 
 std::string where(const SceneDescription& scene, const std::string& surface) {
     const int line = scene.surfaces.at(surface).line;
@@ -56,7 +58,7 @@ std::string source_key(const VolumeDescription& volume) {
 
 /// The hash of everything that decides on a baked field.
 std::string bake_key(const std::string& source, const VolumeDescription& volume,
-                     const SurfaceDescription& surface) {
+                     const SurfaceDescription& surface, const std::vector<std::string>& alike) {
     std::string text = fmt::format("palpate bake {}\n{}\n{:a} {:a} {} {} {}\n", kCacheVersion,
                                    source, surface.iso_value, surface.smooth_voxels,
                                    static_cast<int>(surface.iso_after_smoothing),
@@ -67,8 +69,17 @@ std::string bake_key(const std::string& source, const VolumeDescription& volume,
         if (!table.empty()) text += sha256_of_file(table) + "\n";
         for (const std::string& label : surface.labels)
             text += fmt::format("{} {}\n", label.size(), label);
+        for (const std::string& label : alike)
+            text += fmt::format("beside {} {}\n", label.size(), label);
     }
     return sha256_of_text(text);
+}
+
+/// Whether a surface is one of labels that may be joined to others: whole, smoothed, and hard.
+bool may_be_joined(const SurfaceDescription& surface) {
+    return !surface.labels.empty() && surface.mesh.empty() && !surface.region_mm &&
+           surface.keep.kind == ComponentPolicy::Kind::all && surface.smooth_voxels > 0.0 &&
+           std::isinf(surface.strength_n) && surface.strength_volume.empty();
 }
 
 /// Refuses a level beyond the value that the formula has at its deepest.
@@ -104,6 +115,27 @@ bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
 }
 
 } // namespace
+
+std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
+                                           const std::string& surface) {
+    const SurfaceDescription& own = scene.surfaces.at(surface);
+    std::vector<std::string> labels;
+    if (!may_be_joined(own)) return labels;
+    std::set<std::string> felt;
+    for (const EffectDescription& effect : scene.effects)
+        if (effect.kind == EffectKind::surface) felt.insert(effect.surface);
+    if (!felt.contains(surface)) return labels;
+    for (const std::string& name : felt) {
+        const auto found = scene.surfaces.find(name);
+        if (name == surface || found == scene.surfaces.end()) continue;
+        const SurfaceDescription& other = found->second;
+        if (may_be_joined(other) && other.volume == own.volume &&
+            other.smooth_voxels == own.smooth_voxels &&
+            other.iso_after_smoothing == own.iso_after_smoothing)
+            labels.insert(labels.end(), other.labels.begin(), other.labels.end());
+    }
+    return labels;
+}
 
 struct VolumeReader::Kept {
     std::string volume_name, labels_name;
@@ -163,7 +195,8 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
     }
 
     internal::report(progress, 0.0, "reading " + source.file.filename().string());
-    const std::string key = bake_key(reader.key(description.volume), source, description);
+    const std::vector<std::string> alike = labels_felt_alike(scene, surface);
+    const std::string key = bake_key(reader.key(description.volume), source, description, alike);
     const std::filesystem::path file = cache / (key.substr(0, 32) + ".vdb");
     BakedSurface baked;
     if (cache.empty() || !read_cached(file, baked)) {
@@ -171,8 +204,8 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
         baked = description.labels.empty()
                     ? internal::bake_level(reader.volume(description.volume), description, place,
                                            progress)
-                    : internal::bake_labels(reader.labels(description.volume), description, place,
-                                            progress);
+                    : internal::bake_labels(reader.labels(description.volume), description, alike,
+                                            place, progress);
         if (!cache.empty()) {
             std::filesystem::create_directories(cache);
             baked.grid->write_vdb(file, {{"palpate_baked", baked_as_json(baked)}});

@@ -28,11 +28,20 @@ struct BakedSurface {
     std::vector<VolumeComponent>
         components;                    ///< of the material, largest first; empty for a formula
     std::vector<std::string> labels;   ///< names of those it is made of; empty: an isosurface
+    bool joined = false; ///< to labels of other surfaces, without_grooves(): it reaches about
+                         ///< smooth_voxels into them, which volume_mm3 does not count
     std::vector<ThinPart> thin_parts;  ///< of labels: what smoothing took away
     std::vector<std::string> warnings; ///< of reading the volume
     std::string key;                   ///< hash of everything that went in: names it in the cache
     bool from_cache = false;
 };
+
+/// Labels of other surfaces of the scene that are felt as this one is: made of labels of the same
+/// volume in the same way, whole, smoothed, hard wherever they are. Along borders with these it is
+/// baked without a groove: nobody can tell them apart by pressing, and a groove that is narrower
+/// than the voxels is theirs, not the anatomy's. Empty where this one is no such surface.  [setup]
+std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
+                                           const std::string& surface);
 
 /// What baking did to a surface, in words, a line each: level, shift, volumes, components that were
 /// dropped with their sizes, thin parts.                                                 [setup]

@@ -25,6 +25,26 @@ VoxelVolume smooth_against_neighbours(const LabelVolume& volume,
                                       std::span<const std::size_t> chosen,
                                       const VoxelVolume& occupancy, double sigma_voxels);
 
+/// The smoothed occupancy of the chosen labels without a groove along the border to others of
+/// `joined`:                                                                              [setup]
+///     min(u, g / kGrooveReach)
+/// where g is `smoothed`, what smooth_against_neighbours() made of the chosen ones, and u what it
+/// makes of all of `joined` together. Two bodies that touch meet at a groove without a bottom: near
+/// it their two levels are tangent, and no grid resolves what lies between. u has no groove there.
+/// So the chosen labels end at the level of u wherever g is at least kGrooveReach times the level:
+/// about a sigma into their neighbours. Each of the neighbours does the same, so along the border
+/// both have the same surface. Where no other label of `joined` is near, g itself, bit for bit.
+/// `joined` holds the chosen ones, too. Throws std::invalid_argument as
+/// smooth_against_neighbours().
+VoxelVolume without_grooves(const LabelVolume& volume, std::span<const std::size_t> chosen,
+                            std::span<const std::size_t> joined, const VoxelVolume& smoothed,
+                            double sigma_voxels);
+
+/// How far labels reach over their neighbours in without_grooves(): to this share of their level.
+/// On the outside, over the border between two labels, g is 0.33, over an edge of three 0.25: at
+/// levels near one half both lie well within the reach.
+inline constexpr double kGrooveReach = 0.3;
+
 /// Volume in m3 where the trilinear interpolation of `volume` is >= level, between its voxel
 /// centres: its surface is closed where the border is below the level.                   [setup]
 /// Exact where the level lies flat in its cells; of a ball of 4 voxels' radius within 1e-3, larger

@@ -51,6 +51,23 @@ double level_after_smoothing(const VoxelVolume& before, double level, const Voxe
     return level;
 }
 
+/// The chosen labels and those of `alike` that exist: a surface refuses its own that do not.
+std::vector<std::size_t> joined_labels(const LabelVolume& volume,
+                                       const std::vector<std::size_t>& chosen,
+                                       std::span<const std::string> alike) {
+    std::vector<std::size_t> joined = chosen;
+    for (const std::string& label : alike) {
+        try {
+            for (const std::size_t found : find_labels(volume, {&label, 1}))
+                if (std::find(joined.begin(), joined.end(), found) == joined.end())
+                    joined.push_back(found);
+        } catch (const std::invalid_argument&) {
+            continue;
+        }
+    }
+    return joined;
+}
+
 /// Components, and the grid: the same for levels and labels. `field` is smoothed already.
 void finish(VoxelVolume&& field, float background, double margin, const SurfaceDescription& surface,
             const std::string& place, const Progress& progress, BakedSurface& baked) {
@@ -102,7 +119,8 @@ BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& sur
 }
 
 BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& surface,
-                         const std::string& place, const Progress& progress) {
+                         std::span<const std::string> alike, const std::string& place,
+                         const Progress& progress) {
     std::vector<std::size_t> chosen;
     try {
         chosen = find_labels(volume, surface.labels);
@@ -136,8 +154,18 @@ BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& su
         baked.shift = surface_shift(before, kLabelLevel, field, baked.level);
         baked.thin_parts = thin_parts(before, field, baked.level);
     }
+    const double own_mm3 = kMm3PerM3 * volume_above(field, baked.level);
+    if (const std::vector<std::size_t> joined = joined_labels(volume, chosen, alike);
+        joined.size() > chosen.size()) {
+        report(progress, 0.5, "closing grooves");
+        VoxelVolume closed =
+            without_grooves(volume, chosen, joined, field, surface.smooth_voxels);
+        baked.joined = closed.values != field.values;
+        field = std::move(closed);
+    }
     constexpr double margin_of_removed = 1e-3; // of an occupancy in [0, 1]
     finish(std::move(field), 0.0F, margin_of_removed, surface, place, progress, baked);
+    if (baked.joined) baked.volume_mm3 = own_mm3;
     return baked;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <string>
 
 #include <palpate/engine/baked_surface.h>
@@ -13,9 +14,11 @@ namespace palpate::internal {
 BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& surface,
                         const std::string& place, const Progress& progress);
 
-/// Bakes a field for the border of labels.                                              [setup]
+/// Bakes a field for the border of labels, without a groove along borders with those of `alike`:
+/// labels_felt_alike().                                                                  [setup]
 BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& surface,
-                         const std::string& place, const Progress& progress);
+                         std::span<const std::string> alike, const std::string& place,
+                         const Progress& progress);
 
 /// Tells progress, and throws std::runtime_error "cancelled" where it says so.          [setup]
 void report(const Progress& progress, double fraction, std::string_view what);

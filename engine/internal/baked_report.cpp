@@ -66,6 +66,9 @@ std::string baked_in_words(const BakedSurface& baked) {
         "volume {:.1f} mm3, {} {:.1f} mm3 ({:+.2f} %)\n", baked.volume_mm3,
         baked.labels.empty() ? "before smoothing and with all components" : "of the label's voxels",
         baked.volume_before_mm3, 100.0 * (baked.volume_mm3 / baked.volume_before_mm3 - 1.0));
+    if (baked.joined)
+        words += "no groove is left along its borders with other labels that are felt as it is: "
+                 "there it reaches about as far into them as it is smoothed\n";
     words += components_in_words(baked);
     if (!baked.thin_parts.empty())
         words += listed("thin parts that smoothing took away; smooth_voxels = 0 keeps them:\n",
@@ -93,6 +96,7 @@ std::string baked_as_json(const BakedSurface& baked) {
                 {"volume_mm3", baked.volume_mm3},
                 {"components", components},
                 {"labels", baked.labels},
+                {"joined", baked.joined},
                 {"thin_parts", thin},
                 {"warnings", baked.warnings}}
         .dump();
@@ -112,6 +116,7 @@ BakedSurface baked_from_json(const std::string& text) {
         baked.components.push_back({one.at("voxels"), one.at("volume_mm3"), one.at("kept"),
                                     vector_from(one.at("sample_m"))});
     baked.labels = document.at("labels").get<std::vector<std::string>>();
+    baked.joined = document.at("joined");
     for (const json& one : document.at("thin_parts"))
         baked.thin_parts.push_back(
             {one.at("voxels"), one.at("volume_mm3"), vector_from(one.at("sample_m"))});

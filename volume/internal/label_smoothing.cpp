@@ -95,6 +95,16 @@ std::array<int, 3> offset_in(const LabelVolume& volume, const VoxelVolume& occup
     return offset;
 }
 
+std::int32_t label_at(const LabelVolume& volume, std::size_t layer,
+                      const std::array<int, 3>& voxel) {
+    const auto i = static_cast<std::size_t>(voxel[0]);
+    const auto j = static_cast<std::size_t>(voxel[1]);
+    const auto k = static_cast<std::size_t>(voxel[2]);
+    const auto width = static_cast<std::size_t>(volume.size[0]);
+    const auto height = static_cast<std::size_t>(volume.size[1]);
+    return volume.layers[layer][i + width * (j + height * k)];
+}
+
 /// Everything that is not chosen, near the chosen: label by label, each on its own small box.
 class Rivals {
 public:
@@ -138,12 +148,8 @@ private:
     }
 
     std::int32_t value_at(std::size_t layer, const std::array<int, 3>& voxel) const {
-        const auto i = static_cast<std::size_t>(voxel[0] + offset_[0]);
-        const auto j = static_cast<std::size_t>(voxel[1] + offset_[1]);
-        const auto k = static_cast<std::size_t>(voxel[2] + offset_[2]);
-        const auto width = static_cast<std::size_t>(volume_.size[0]);
-        const auto height = static_cast<std::size_t>(volume_.size[1]);
-        return volume_.layers[layer][i + width * (j + height * k)];
+        return label_at(volume_, layer,
+                        {voxel[0] + offset_[0], voxel[1] + offset_[1], voxel[2] + offset_[2]});
     }
 
     /// In several layers the same voxel may be chosen and another's as well: then it is chosen.
@@ -230,6 +236,52 @@ VoxelVolume smooth_against_neighbours(const LabelVolume& volume,
         smoothed.values[voxel] = static_cast<float>(own / (own + against));
     }
     return smoothed;
+}
+
+VoxelVolume without_grooves(const LabelVolume& volume, std::span<const std::size_t> chosen,
+                            std::span<const std::size_t> joined, const VoxelVolume& smoothed,
+                            double sigma_voxels) {
+    require_chosen(volume, chosen);
+    require_chosen(volume, joined);
+    const std::array<int, 3> offset = offset_in(volume, smoothed);
+    using LayerAndValue = std::pair<std::size_t, std::int32_t>;
+    const auto values_of = [&](std::span<const std::size_t> labels) {
+        std::set<LayerAndValue> values;
+        for (const std::size_t label : labels)
+            values.insert({volume.labels[label].layer, volume.labels[label].value});
+        return values;
+    };
+    const std::set<LayerAndValue> own = values_of(chosen);
+    const std::set<LayerAndValue> all = values_of(joined);
+
+    // The voxels of `joined` in the box of `smoothed`.
+    VoxelVolume together = smoothed;
+    together.values.assign(together.voxels(), 0.0F);
+    IndexBox visible; // of the label volume
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        visible.lower[axis] = -offset[axis];
+        visible.upper[axis] = volume.size[axis] - offset[axis];
+    }
+    IndexBox grid;
+    grid.upper = smoothed.size;
+    bool alone = true;
+    for (std::size_t layer = 0; layer < volume.layers.size(); ++layer)
+        for_each_voxel(visible.within(grid), [&](const std::array<int, 3>& voxel) {
+            const LayerAndValue here{
+                layer, label_at(volume, layer,
+                                {voxel[0] + offset[0], voxel[1] + offset[1], voxel[2] + offset[2]})};
+            if (here.second == 0 || !all.contains(here)) return;
+            together.values[together.index(voxel[0], voxel[1], voxel[2])] = 1.0F;
+            alone = alone && own.contains(here);
+        });
+    if (alone) return smoothed;
+
+    VoxelVolume closed = smooth_against_neighbours(volume, joined, together, sigma_voxels);
+    for (std::size_t voxel = 0; voxel < closed.values.size(); ++voxel)
+        closed.values[voxel] =
+            std::min(closed.values[voxel],
+                     static_cast<float>(smoothed.values[voxel] / kGrooveReach));
+    return closed;
 }
 
 } // namespace palpate
