@@ -43,6 +43,7 @@ SafetyChain::SafetyChain(const SafetySettings& settings)
       small_force_n_(settings.small_force_n) {}
 
 void SafetyChain::expect(double unasked_n, bool active) noexcept {
+    // Written so that what is no number is nothing.
     small_force_n_ = std::max(settings_.small_force_n, kUnaskedMargin * unasked_n);
     const double own_w = active || unasked_n > 0.0 ? kActivePower_w : 0.0;
     passivity_.allow(std::max(settings_.passivity.active_w, own_w));
@@ -75,10 +76,12 @@ bool SafetyChain::is_allowed(const Vec3& force, const Vec3& before) const noexce
     const double length = glm::length(force);
     const double change = glm::length(force - before);
     if (!(length <= settings_.force_n * kRounding)) return false;
-    if (change <= settings_.slew_n_per_s * settings_.period_s * kRounding) return true;
+    // A step that is short beside the force itself is known to the last digits of that.
+    const double slack_n = (kRounding - 1.0) * settings_.force_n;
+    if (change <= settings_.slew_n_per_s * settings_.period_s + slack_n) return true;
     const bool shortens = length + change <= glm::length(before) * kRounding;
     return settings_.feedback == ForceFeedback::motors && shortens &&
-           change <= fading_step_n() * kRounding;
+           change <= fading_step_n() + slack_n;
 }
 
 Vec3 SafetyChain::chosen(const Vec3& wanted, const Vec3& probe, const Vec3& velocity,
