@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 namespace palpate {
+
 SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
                            const DeviceProperties& device) {
     SafeCoupling safe{{wanted.stiffness_n_per_m, wanted.damping_n_s_per_m}, {}};
@@ -38,6 +39,8 @@ SafetySettings safety_settings(const LimitsDescription& limits, double rate_hz,
     settings.force_n = limits.force_n;
     settings.slew_n_per_s = limits.slew_n_per_s;
     settings.period_s = 1.0 / rate_hz;
+    // At 50 Hz a frame is as long as the time constant; not all of the stiffness goes in one.
+    settings.soften_s = std::max(settings.soften_s, 2.0 * settings.period_s);
     if (device.force_n <= 0.0) return settings;
 
     settings.feedback = ForceFeedback::motors;
