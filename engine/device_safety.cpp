@@ -6,37 +6,6 @@
 #include <fmt/format.h>
 
 namespace palpate {
-namespace {
-
-constexpr double kGravity = 9.81;       // m/s^2
-constexpr double kOwnForceMargin = 1.2; // over forces that act of themselves: calm is above them
-constexpr double kActivePower_w = 0.5;  // a weight of 1 N let down at 0.5 m/s
-
-/// Longest force that an effect exerts without a spring that asks for it, N; 0 where none.
-double own_force_n(const EffectDescription& effect) {
-    switch (effect.kind) {
-    case EffectKind::constant_force:
-        return glm::length(Vec3{effect.force_n[0], effect.force_n[1], effect.force_n[2]});
-    case EffectKind::gravity_compensation:
-        return kGravity * effect.mass_kg;
-    case EffectKind::gradient_force:
-    case EffectKind::vector_force: {
-        double longest = 0.0;
-        for (std::size_t i = 0; i < effect.strength.count; ++i)
-            longest = std::max(longest, effect.strength.nodes[i].strength_n);
-        return longest;
-    }
-    default:
-        return 0.0;
-    }
-}
-
-/// Whether an effect may pull a hand that has not pressed before, or shakes it.
-bool draws(EffectKind kind) {
-    return kind == EffectKind::vibration || kind == EffectKind::magnet || kind == EffectKind::guide;
-}
-
-} // namespace
 
 SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
                            const DeviceProperties& device) {
@@ -64,12 +33,14 @@ SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
     return safe;
 }
 
-SafetySettings safety_settings(const SceneDescription& scene, double rate_hz,
+SafetySettings safety_settings(const LimitsDescription& limits, double rate_hz,
                                double stiffness_n_per_m, const DeviceProperties& device) {
     SafetySettings settings;
-    settings.force_n = scene.limits.force_n;
-    settings.slew_n_per_s = scene.limits.slew_n_per_s;
+    settings.force_n = limits.force_n;
+    settings.slew_n_per_s = limits.slew_n_per_s;
     settings.period_s = 1.0 / rate_hz;
+    // At 50 Hz a frame is as long as the time constant; not all of the stiffness goes in one.
+    settings.soften_s = std::max(settings.soften_s, 2.0 * settings.period_s);
     if (device.force_n <= 0.0) return settings;
 
     settings.feedback = ForceFeedback::motors;
@@ -77,14 +48,6 @@ SafetySettings safety_settings(const SceneDescription& scene, double rate_hz,
     settings.passivity.stiffness_n_per_m = stiffness_n_per_m;
     settings.passivity.damping_n_s_per_m = device.damping_n_s_per_m;
     settings.passivity.delay_s = device.delay_s;
-    double own_n = 0.0;
-    bool active = false;
-    for (const EffectDescription& effect : scene.effects) {
-        own_n += std::min(own_force_n(effect), settings.force_n);
-        active = active || draws(effect.kind);
-    }
-    settings.small_force_n = std::max(settings.small_force_n, kOwnForceMargin * own_n);
-    if (active || own_n > 0.0) settings.passivity.active_w = kActivePower_w;
     return settings;
 }
 

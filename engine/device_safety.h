@@ -26,10 +26,10 @@ struct SafeCoupling {
 SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
                            const DeviceProperties& device);
 
-/// Settings of the safety chain for a scene on a device, with the stiffness that is used, N/m.
-/// Forces that act of themselves, as a weight does, raise what counts as a small force, and are
-/// allowed some power.     [setup]
-SafetySettings safety_settings(const SceneDescription& scene, double rate_hz,
+/// Settings of the safety chain for a scene's limits on a device, with the stiffness that is used,
+/// N/m: the smaller of both forces. What effects push of themselves, the loop tells the chain frame
+/// by frame (SafetyChain::expect).                                                      [setup]
+SafetySettings safety_settings(const LimitsDescription& limits, double rate_hz,
                                double stiffness_n_per_m, const DeviceProperties& device);
 
 } // namespace palpate

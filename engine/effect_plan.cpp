@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_kinds.h>
-#include <palpate/engine/internal/plan_warnings.h>
 #include <palpate/engine/scene_file.h>
 
 namespace palpate {
@@ -323,7 +322,6 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
         if (!used_volumes.contains(volume))
             plan.left_out.push_back("volume " + volume + ": nothing that is on needs it" +
                                     (read_in_vain.contains(volume) ? "" : "; it is not read"));
-    plan.warnings = internal::warnings_of(scene, plan, extraction);
     return plan;
 }
 

@@ -36,7 +36,8 @@ struct EffectPlan {
     /// A workspace that never yields keeps the proxy from something, which is off for that: it has
     /// to stay as it is.
     bool relies_on_workspace = false;
-    std::vector<std::string> warnings; ///< of what will not be felt as the scene says it, in words
+    std::vector<std::string> warnings; ///< of what will not be felt as the scene says it, in words:
+                                       ///< Scene asks the effects once they are made
 
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
 };

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #if defined(__x86_64__)
@@ -12,6 +14,9 @@
 
 #include <palpate/engine/device_safety.h>
 #include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/internal/plan_warnings.h>
+#include <palpate/engine/validation.h>
+#include <palpate/geometry/range.h>
 
 namespace palpate {
 namespace {
@@ -56,6 +61,19 @@ std::vector<T*> pointers(const std::vector<std::unique_ptr<T>>& owners) {
     return result;
 }
 
+/// The scene, once all that the loop is made of has been checked.
+std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
+                                     const LoopDescription& loop, const DeviceProperties& device,
+                                     const std::vector<std::unique_ptr<Effect>>& custom) {
+    validate(loop);
+    validate(device);
+    for (std::size_t i = 0; i < custom.size(); ++i)
+        if (!custom[i])
+            throw std::invalid_argument("custom[" + std::to_string(i) +
+                                        "] is null; give an effect, or leave it out");
+    return required("scene", std::move(scene));
+}
+
 bool in_range(const Vec3& p) noexcept {
     return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
 }
@@ -64,7 +82,7 @@ bool in_range(const Vec3& p) noexcept {
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        std::vector<std::unique_ptr<Effect>> custom)
-    : HapticLoop(scene, clock, scene->description().loop, std::move(custom)) {}
+    : HapticLoop(scene, clock, required("scene", scene)->description().loop, std::move(custom)) {}
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
@@ -73,10 +91,12 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, const DeviceProperties& device,
                        std::vector<std::unique_ptr<Effect>> custom)
-    : scene_(std::move(scene)), clock_(clock), parts_(scene_->make_parts()),
-      gained_(gained_by_effects(custom.size())),
+    : scene_(checked(std::move(scene), loop, device, custom)), clock_(clock),
+      parts_(scene_->make_parts()), gained_(gained_by_effects(custom.size())),
       coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
-      safety_(safety_settings(scene_->description(), loop.rate_hz, coupling_.stiffness, device)),
+      safety_(
+          safety_settings(scene_->description().limits, loop.rate_hz, coupling_.stiffness, device)),
+      has_motors_(device.force_n > 0.0),
       estimates_velocity_(device.force_n > 0.0 &&
                           device.velocity_source == VelocitySource::positions),
       velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
@@ -156,6 +176,21 @@ bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
     return true;
 }
 
+std::vector<std::string> HapticLoop::warnings() const {
+    std::vector<internal::FeltEffect> effects;
+    const std::vector<std::size_t>& order = scene_->effect_order();
+    const std::size_t scene_count = order.size(), before = effects_before_limits();
+    const std::size_t custom_count = parts_.effects.size() - scene_count;
+    for (std::size_t i = 0; i < parts_.effects.size(); ++i) {
+        const bool custom = i >= before && i < before + custom_count;
+        const std::size_t number = custom ? i - before : order[i < before ? i : i - custom_count];
+        effects.push_back({custom ? "custom effect " + std::to_string(number + 1)
+                                  : internal::effect_name(*scene_, number),
+                           parts_.effects[i].get()});
+    }
+    return internal::warnings_of(*scene_, effects);
+}
+
 FrameReport HapticLoop::frame(const DeviceState& device) noexcept { return frame(device, {}); }
 
 FrameReport HapticLoop::frame(const DeviceState& device,
@@ -178,7 +213,12 @@ FrameReport HapticLoop::frame(const DeviceState& device,
     } else {
         const Vec3 probe_velocity = velocity(device);
         const Vec3 wanted = wanted_force(device, probe_velocity, steps_left, report);
-        report.force = safety_.send(wanted, device.position, probe_velocity, report.flags);
+        if (has_motors_)
+            safety_.expect(subdivision_->unasked_force_n(safety_.force_n()),
+                           subdivision_->is_active());
+        report.force = report.flags & kForceNotFinite
+                           ? safety_.fade(report.flags)
+                           : safety_.send(wanted, device.position, probe_velocity, report.flags);
     }
     report.proxy = proxy_;
 
@@ -234,7 +274,11 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);
-    proxy_ = result.proxy;
+    if (in_range(result.proxy)) {
+        proxy_ = result.proxy;
+    } else { // held, and felt from there as at a trial's beginning
+        report.flags |= kForceNotFinite | subdivision_->restart(proxy_);
+    }
     report.sub_steps = result.sub_steps;
     report.evaluations = result.evaluations;
     report.contacts = result.contacts;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <palpate/drivers/haptic_device.h>
@@ -21,6 +22,9 @@ namespace palpate {
 /// exception or unbounded loop.
 class HapticLoop {
 public:
+    // All throw std::invalid_argument that names the field where a loop, a device or an effect is
+    // missing or out of range (validate()).
+
     /// Builds contacts, effects and buffers; the clock must outlive the loop. `custom` are effects
     /// of the embedder's own beside the scene's, none of them null; they are felt after those, but
     /// before workspaces, which limit what all others draw.
@@ -51,6 +55,11 @@ public:
     /// SafetySettings::fade_s without a look at the device (no motors: at the slew limit). frame()
     /// may follow, and waits for a small force then.                                    [loop]
     Vec3 release() noexcept;
+
+    /// What will not be felt as it is meant, of the scene's effects and of custom ones: forces
+    /// beyond the limit, primitives beyond the room of an evaluation. In words, a line each.
+    /// [setup]
+    std::vector<std::string> warnings() const;
 
     /// What couples probe and proxy.                                                      [any]
     const VirtualCoupling& coupling() const noexcept { return coupling_; }
@@ -106,6 +115,7 @@ private:
     std::unique_ptr<Subdivision> subdivision_;
     VirtualCoupling coupling_;
     SafetyChain safety_;
+    bool has_motors_;
     bool estimates_velocity_;
     VelocityEstimator velocity_estimator_;
     double period_s_;

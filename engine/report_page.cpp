@@ -141,7 +141,7 @@ std::string surfaces_table(const std::vector<Entry>& entries) {
     for (const auto& [trace, summary] : entries)
         for (const SurfaceSummary& s : summary.surfaces) {
             Cells row{trace->title, s.name, s.contact};
-            const internal::Spread& d = s.distance_um;
+            const internal::SpreadSummary& d = s.distance_um;
             for (const Number& number :
                  {s.level, s.shift_mean_mm, s.shift_sd_mm, d.mean, d.rms, d.p50, d.p99, d.max,
                   s.chord_value, s.chord_tolerance, s.chord_depth_mm, s.chord_frame,
@@ -166,7 +166,7 @@ std::string surfaces_table(const std::vector<Entry>& entries) {
 std::string truth_table(const std::vector<Entry>& entries) {
     std::vector<Cells> rows;
     for (const auto& [trace, summary] : entries) {
-        const std::array<std::pair<const char*, const internal::Spread*>, 2> errors{
+        const std::array<std::pair<const char*, const internal::SpreadSummary*>, 2> errors{
             {{"level", &summary.truth_level_um}, {"position", &summary.truth_position_um}}};
         for (const auto& [what, spread] : errors)
             if (spread->mean || spread->max)

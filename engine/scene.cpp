@@ -12,7 +12,9 @@
 
 #include <palpate/engine/internal/effect_fields.h>
 #include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/internal/plan_warnings.h>
 #include <palpate/engine/scene_file.h>
+#include <palpate/engine/validation.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/guarded_contact.h>
 #include <palpate/haptics/mesh_contact.h>
@@ -28,9 +30,16 @@ Extraction extraction(const SceneResources& resources) {
     return resources.extract ? Extraction::possible : Extraction::impossible;
 }
 
+/// As it is, once it has been looked at.
+SceneDescription checked(SceneDescription description) {
+    validate(description);
+    return description;
+}
+
 std::string place_of(const SceneDescription& scene, const std::string& surface) {
-    return fmt::format("{}:{}: [surface.{}]", scene.file.string(), scene.surfaces.at(surface).line,
-                       surface);
+    const int line = scene.surfaces.at(surface).line;
+    if (line == 0) return fmt::format("surfaces[\"{}\"]", surface); // made in code
+    return fmt::format("{}:{}: [surface.{}]", scene.file.string(), line, surface);
 }
 
 /// Does a step of the set-up; what libraries complain of gets file, line and surface in front.
@@ -71,8 +80,10 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     surface.level.strength_n = description.strength_n;
     surface.level.yielding = description.yielding;
     surface.leash_m = leash_of(description, surface.baked);
+    if (surface.baked.field)
+        at_place(fmt::format("{}: iso_value = {}", place, description.iso_value),
+                 [&] { LevelScale::of(*surface.baked.field, surface.level); });
     at_place(place, [&] {
-        if (surface.baked.field) LevelScale::of(*surface.baked.field, surface.level);
         if (needs_mesh(surface.contact))
             surface.mesh =
                 make_surface_mesh(description, surface.baked, surface.contact, place, resources);
@@ -238,7 +249,7 @@ std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& s
 }
 
 Scene::Scene(SceneDescription description, const SceneResources& resources)
-    : description_(std::move(description)),
+    : description_(checked(std::move(description))),
       plan_(plan_effects(description_, extraction(resources))) {
     VolumeReader reader(description_);
     std::set<std::string> out_of_reach;
@@ -263,6 +274,8 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
     give_textures();
+    const LoopParts parts = make_parts();
+    plan_.warnings = internal::warnings_of(*this, internal::felt_effects(*this, parts));
 }
 
 void Scene::give_textures() {

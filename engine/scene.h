@@ -50,7 +50,8 @@ struct LoopParts {
 class Scene {
 public:
     /// Loads, bakes and extracts what the plan needs.                                    [setup]
-    /// Throws std::runtime_error "FILE:LINE: what is wrong; what to do".
+    /// Throws std::invalid_argument as validate() does, of a scene made in code as of one from a
+    /// file; std::runtime_error "FILE:LINE: what is wrong; what to do".
     explicit Scene(SceneDescription description, const SceneResources& resources = {});
 
     const SceneDescription& description() const noexcept { return description_; }

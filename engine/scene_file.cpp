@@ -4,17 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/internal/scene_tables.h>
 #include <palpate/engine/internal/text_file.h>
+#include <palpate/engine/validation.h>
 
 namespace palpate {
 namespace {
 
-using internal::Range;
 using internal::TomlTable;
 
 // Spelled in the order of the enumerations.
@@ -26,10 +27,10 @@ CouplingDescription read_coupling(const TomlTable& table) {
     constexpr std::array<std::string_view, 2> keys{"stiffness_n_per_m", "damping_n_s_per_m"};
     table.allow_only(keys);
     CouplingDescription coupling;
-    coupling.stiffness_n_per_m = table.number(
-        "stiffness_n_per_m", {0.0, 1e5, Range::Ends::low_open}, coupling.stiffness_n_per_m);
+    coupling.stiffness_n_per_m =
+        table.number("stiffness_n_per_m", internal::kCouplingStiffness, coupling.stiffness_n_per_m);
     coupling.damping_n_s_per_m =
-        table.number("damping_n_s_per_m", {0.0, 1e3}, coupling.damping_n_s_per_m);
+        table.number("damping_n_s_per_m", internal::kCouplingDamping, coupling.damping_n_s_per_m);
     return coupling;
 }
 
@@ -37,9 +38,8 @@ LimitsDescription read_limits(const TomlTable& table) {
     constexpr std::array<std::string_view, 2> keys{"force_n", "slew_n_per_s"};
     table.allow_only(keys);
     LimitsDescription limits;
-    limits.force_n = table.number("force_n", {0.0, 1e3, Range::Ends::low_open}, limits.force_n);
-    limits.slew_n_per_s =
-        table.number("slew_n_per_s", {0.0, 1e7, Range::Ends::low_open}, limits.slew_n_per_s);
+    limits.force_n = table.number("force_n", internal::kForceLimitN, limits.force_n);
+    limits.slew_n_per_s = table.number("slew_n_per_s", internal::kSlewLimit, limits.slew_n_per_s);
     return limits;
 }
 
@@ -48,17 +48,18 @@ LoopDescription read_loop(const TomlTable& table) {
                                                    "sub_steps", "tolerance_um", "evaluation_cap"};
     table.allow_only(keys);
     LoopDescription loop;
-    loop.rate_hz = table.number("rate_hz", {50.0, 20000.0}, loop.rate_hz);
+    loop.rate_hz = table.number("rate_hz", internal::kRateHz, loop.rate_hz);
     const double period_us = 1.0e6 / loop.rate_hz; // rate_hz >= 50
     // The default leaves a tenth of the period to everything else, at any rate.
-    loop.budget_us = table.number("budget_us", {0.0, period_us, Range::Ends::low_open},
+    loop.budget_us = table.number("budget_us", internal::budget_range_us(loop.rate_hz),
                                   std::min(loop.budget_us, 0.9 * period_us));
     if (table.has("method"))
         loop.method = static_cast<SteppingMethod>(table.choice("method", kMethodNames));
-    loop.sub_steps = table.integer("sub_steps", 1, 4096, loop.sub_steps);
-    loop.tolerance_um =
-        table.number("tolerance_um", {0.0, 1000.0, Range::Ends::low_open}, loop.tolerance_um);
-    loop.evaluation_cap = table.integer("evaluation_cap", 1, 256, loop.evaluation_cap);
+    loop.sub_steps = table.integer("sub_steps", internal::kSubSteps.low, internal::kSubSteps.high,
+                                   loop.sub_steps);
+    loop.tolerance_um = table.number("tolerance_um", internal::kToleranceUm, loop.tolerance_um);
+    loop.evaluation_cap = table.integer("evaluation_cap", internal::kEvaluationCap.low,
+                                        internal::kEvaluationCap.high, loop.evaluation_cap);
     return loop;
 }
 
@@ -92,8 +93,12 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     if (top.has("coupling")) scene.coupling = read_coupling(top.table("coupling"));
     if (top.has("limits")) scene.limits = read_limits(top.table("limits"));
     if (top.has("loop")) scene.loop = read_loop(top.table("loop"));
-    internal::check_effects(top, scene);
     if (top.has("device")) scene.device = internal::read_device_table(top.table("device"), scene);
+    try {
+        validate(scene);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(error.what());
+    }
     return scene;
 }
 

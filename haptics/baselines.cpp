@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/gradient_surface.h>
 #include <palpate/haptics/subdivision.h>
 
@@ -246,6 +247,9 @@ std::string_view weakness(BaselineKind kind) noexcept {
 
 std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const ScalarField> field,
                                         double level, double radius_m) {
+    field = required("baseline: field", std::move(field));
+    require("baseline: level", level, kFiniteRange);
+    require("baseline: radius_m", radius_m, kPositive);
     switch (kind) {
     case BaselineKind::penalty:
         return std::make_unique<Penalty>(Level(std::move(field), level));

@@ -56,7 +56,8 @@ public:
     virtual std::uint64_t samples() const noexcept = 0; ///< of the field, so far          [any]
 };
 
-/// A baseline over the level of a field; `radius_m` > 0: of virtual_proxy's ball.       [setup]
+/// A baseline over the level of a field; `radius_m` > 0: of virtual_proxy's ball. Throws
+/// std::invalid_argument where it is not, the level is no number or there is no field.   [setup]
 std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const ScalarField> field,
                                         double level, double radius_m = 1e-3);
 

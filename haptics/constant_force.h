@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/effect.h>
 
 namespace palpate {
@@ -9,11 +10,16 @@ namespace palpate {
 /// probe (composition.md 1).
 class ConstantForce final : public Effect {
 public:
-    explicit ConstantForce(const Vec3& force) noexcept : force_(force) {}
+    /// Throws std::invalid_argument where it is not finite.                             [setup]
+    explicit ConstantForce(const Vec3& force) : force_(force) {
+        require_finite("constant_force: force", force);
+    }
     void begin(const FrameContext&) noexcept override {}
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         primitives.add_force(force_);
     }
+    double unasked_force_n() const noexcept override { return glm::length(force_); }
+    std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {}; }
 
 private:

@@ -4,22 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
+
+#include <palpate/geometry/range.h>
 
 namespace palpate {
 
 ContactVibration::ContactVibration(const ContactVibrationSettings& settings) : settings_(settings) {
-    const auto check = [](bool good, const char* what) {
-        if (!good) throw std::invalid_argument(what);
-    };
-    const auto positive = [](double x) { return x > 0.0 && std::isfinite(x); };
-    const auto not_negative = [](double x) { return x >= 0.0 && std::isfinite(x); };
-    check(not_negative(settings.amplitude_n_s_per_m),
-          "vibration: its amplitude must be 0 N s/m or more, and finite");
-    check(positive(settings.frequency_hz),
-          "vibration: its frequency must be above 0 Hz and finite");
-    check(positive(settings.decay_s), "vibration: its decay must be above 0 s and finite");
-    check(not_negative(settings.most_n), "vibration: its limit must be 0 N or more, and finite");
+    require("vibration: amplitude_n_s_per_m", settings.amplitude_n_s_per_m, kNotNegative);
+    require("vibration: frequency_hz", settings.frequency_hz, kPositive);
+    require("vibration: decay_s", settings.decay_s, kPositive);
+    require("vibration: most_n", settings.most_n, kNotNegative);
 }
 
 void ContactVibration::restart(const Vec3&) noexcept {

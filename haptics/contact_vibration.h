@@ -39,6 +39,8 @@ public:
     void gather(const Vec3&, PrimitiveSet&) noexcept override {}
     void commit(const FrameOutcome& outcome) noexcept override;
     Vec3 device_force_n() const noexcept override { return sine_n_; }
+    bool is_active() const noexcept override { return true; }
+    std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {}; }
 
 private:

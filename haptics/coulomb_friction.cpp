@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/internal/fixed_point.h>
 
 namespace palpate {
@@ -62,10 +62,8 @@ CoulombFriction::CoulombFriction(std::vector<FrictionCoefficients> of_surfaces)
     : surfaces_(of_surfaces.size()) {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const FrictionCoefficients& of = of_surfaces[i];
-        if (!(of.dynamic_mu >= 0.0 && of.static_mu >= of.dynamic_mu &&
-              of.static_mu <= kHighestCoefficient))
-            throw std::invalid_argument(
-                "friction: coefficients must be 0 <= dynamic <= static <= 10");
+        require("friction: static_mu", of.static_mu, {0.0, kHighestCoefficient});
+        require("friction: dynamic_mu, at most static_mu,", of.dynamic_mu, {0.0, of.static_mu});
         surfaces_[i].own = surfaces_[i].of = of;
     }
 }

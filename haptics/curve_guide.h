@@ -41,6 +41,7 @@ public:
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
     void commit(const FrameOutcome& outcome) noexcept override;
+    bool is_active() const noexcept override { return true; }
     QueryCount queries() const noexcept override { return {capture_.samples(), 0, 0}; }
 
 private:

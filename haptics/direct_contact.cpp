@@ -2,7 +2,8 @@
 #include <palpate/haptics/direct_contact.h>
 
 #include <cmath>
-#include <stdexcept>
+
+#include <palpate/geometry/range.h>
 
 namespace palpate {
 namespace {
@@ -15,7 +16,8 @@ constexpr double kAnyDistance =
 DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
                              std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings)
-    : surface_(std::move(surface)), field_(std::move(field)), settings_(settings),
+    : surface_(required("direct contact: surface", std::move(surface))),
+      field_(required("direct contact: field", std::move(field))), settings_(settings),
       strength_n_(settings.strength_n), scale_(LevelScale::of(*field_, settings)),
       patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()) {}
 

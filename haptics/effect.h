@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include <palpate/haptics/primitives.h>
@@ -49,6 +50,19 @@ public:
     /// Force on the device beside the coupling's, N, scene frame, of the frame just committed: what
     /// a hand feels whatever holds the proxy.                                           [loop]
     virtual Vec3 device_force_n() const noexcept { return Vec3{0.0}; }
+    /// The longest force that it may exert in these frames on a hand that holds still and has not
+    /// pressed, N, >= 0, at gain 1: a push, a weight; what has a rest position that the hand may go
+    /// to, as a spring, does not count. A device with motors is sent no force until little is
+    /// wanted, and this is what is taken for little: an effect that pushes and says 0 here is never
+    /// felt on one.                                                                      [loop]
+    virtual double unasked_force_n() const noexcept { return 0.0; }
+    /// Whether it may move a hand that has put in no energy, or shake one: draws it from a
+    /// distance, rings. On a device with motors some power is then allowed. What pushes unasked is
+    /// active anyway. [loop]
+    virtual bool is_active() const noexcept { return false; }
+    /// How many planes, lines and points it adds in an evaluation at most; forces and springs need
+    /// no room.                                                                          [setup]
+    virtual std::size_t most_primitives() const noexcept { return 1; }
     virtual QueryCount queries() const noexcept = 0; ///< [any]
 };
 

@@ -15,8 +15,12 @@ namespace palpate {
 /// (numerics 2.1).
 class GradientSurface final : public Effect {
 public:
+    /// Strength in N over the field's value. Throws std::invalid_argument where it is below 0, and
+    /// where there is no field.                                                        [setup]
     GradientSurface(std::shared_ptr<const ScalarField> field, const TransferFunction& strength)
-        : field_(std::move(field)), strength_(strength), sampler_(field_->make_sampler()) {}
+        : field_(required("gradient_surface: field", std::move(field))),
+          strength_(strength.check("gradient_surface: strength", kNotNegativeOrInfinite)),
+          sampler_(field_->make_sampler()) {}
 
     void begin(const FrameContext&) noexcept override {}
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
-#include <stdexcept>
-
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/effect.h>
 
 namespace palpate {
@@ -17,19 +15,16 @@ public:
     /// `mass_kg`: kg, >= 0; `down`: the direction of gravity, of any length. Throws
     /// std::invalid_argument on what is not finite, a mass below 0, no direction.      [setup]
     GravityCompensation(double mass_kg, const Vec3& down) {
-        if (!(mass_kg >= 0.0) || !std::isfinite(mass_kg))
-            throw std::invalid_argument(
-                "gravity compensation: its mass must be 0 kg or more, and finite");
-        const double length = glm::length(down);
-        if (!(length > 0.0) || !std::isfinite(length))
-            throw std::invalid_argument(
-                "gravity compensation: the direction of gravity must be finite and not zero");
-        force_n_ = -mass_kg * kStandardGravity * (down / length);
+        require("gravity_compensation: mass_kg", mass_kg, kNotNegative);
+        require_direction("gravity_compensation: down", down);
+        force_n_ = -mass_kg * kStandardGravity * (down / glm::length(down));
     }
 
     void begin(const FrameContext&) noexcept override {}
     void gather(const Vec3&, PrimitiveSet&) noexcept override {}
     Vec3 device_force_n() const noexcept override { return force_n_; }
+    double unasked_force_n() const noexcept override { return glm::length(force_n_); }
+    std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {}; }
 
 private:

@@ -5,8 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
+
+#include <palpate/geometry/range.h>
 
 namespace palpate {
 namespace {
@@ -45,14 +46,14 @@ GuardedContact::GuardedContact(std::shared_ptr<const ScalarField> field,
                                const LevelSettings& settings,
                                std::shared_ptr<const CertifiedMesh> mesh, double leash_m,
                                const TextureSettings& texture)
-    : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("guarded contact has no mesh")),
-      walk_(*mesh_), volume_(std::move(field), settings, texture),
+    : mesh_(required("guarded contact: mesh", std::move(mesh))), walk_(*mesh_),
+      volume_(std::move(field), settings, texture),
       guard_contact_(std::in_place, mesh_, guard_settings()), leash_m_(leash_m) {
     Box bounds;
     for (const Vec3& vertex : mesh_->scene().mesh().vertices)
         bounds.add(vertex);
     way_out_ = glm::length(bounds.extent()) * glm::normalize(kAnyDirection);
-    if (!(leash_m > 0.0)) throw std::invalid_argument("surface: the leash must be above 0");
+    require("guarded contact: leash_m", leash_m, kPositive);
 }
 
 bool GuardedContact::restart(const Vec3& proxy) noexcept {

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/local_strength.h>
 
 namespace palpate {
@@ -29,11 +29,8 @@ public:
     /// Throws std::invalid_argument on settings out of range.                          [setup]
     explicit GuideCapture(const GuideSettings& settings)
         : capture_m_(settings.capture_m), strength_(settings.strength_n, settings.over) {
-        if (!(settings.strength_n >= 0.0))
-            throw std::invalid_argument("guide: its strength must be 0 N or more, or infinite");
-        if (!(settings.capture_m > 0.0))
-            throw std::invalid_argument(
-                "guide: its capture distance must be above 0 m, or infinite");
+        require("guide: strength_n", settings.strength_n, kNotNegativeOrInfinite);
+        require("guide: capture_m", settings.capture_m, kPositiveOrInfinite);
     }
 
     void restart() noexcept { ///< [loop]

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/frame_lag.h>
 #include <palpate/haptics/transfer_function.h>
@@ -21,12 +22,17 @@ struct StrengthOverField {
 /// path is anchored there. Not for two threads at once.
 class LocalStrength {
 public:
-    /// The same everywhere.                                                             [setup]
-    explicit LocalStrength(double strength) : now_(strength) {}
+    // All throw std::invalid_argument on strengths below 0 or that are no numbers.
+
+    /// The same everywhere: >= 0, may be infinite.                                      [setup]
+    explicit LocalStrength(double strength) : LocalStrength(strength, {}) {}
     /// Of `over` where that has a field, else `strength`.                               [setup]
     LocalStrength(double strength, const StrengthOverField& over)
         : over_(over), now_(over.field ? over.strength.strongest() : strength), without_data_(0.0) {
-        if (over.field) sampler_ = over.field->make_sampler();
+        require("strength", strength, kNotNegativeOrInfinite);
+        if (!over.field) return;
+        over.strength.check("strength over a field", kNotNegative);
+        sampler_ = over.field->make_sampler();
     }
     /// The same, and where there are no data it is as strong as it can be: for what must not let
     /// go at the end of an image.                                                       [setup]

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
+
+#include <palpate/geometry/range.h>
 
 namespace palpate {
 namespace {
@@ -32,12 +33,11 @@ Chord met_after(double share) noexcept { return {share, false, share < 1.0}; }
 
 MeshContact::MeshContact(std::shared_ptr<const CertifiedMesh> mesh,
                          const MeshContactSettings& settings)
-    : mesh_(mesh ? std::move(mesh) : throw std::invalid_argument("mesh contact has no mesh")),
-      settings_(settings), walk_(*mesh_), tolerance_m_(mesh_->tolerance_m()),
-      skin_m_(mesh_->skin_m()) {
+    : mesh_(required("mesh contact: mesh", std::move(mesh))), settings_(settings), walk_(*mesh_),
+      tolerance_m_(mesh_->tolerance_m()), skin_m_(mesh_->skin_m()) {
     set_gain({});
-    if (!(settings.strength_n > 0.0) || !(settings.free_m > 0.0))
-        throw std::invalid_argument("surface: strength and free distance must be above 0");
+    require("surface: strength_n", settings.strength_n, kPositiveOrInfinite);
+    require("surface: free_m", settings.free_m, kPositive);
 }
 
 bool MeshContact::restart(const Vec3& proxy) noexcept {

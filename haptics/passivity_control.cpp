@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -12,12 +14,17 @@ constexpr double kSpread_s = 5e-3;
 
 } // namespace
 
-PassivityControl::PassivityControl(const PassivitySettings& settings) noexcept
-    : settings_(settings) {
+PassivityControl::PassivityControl(const PassivitySettings& settings) : settings_(settings) {
+    require("passivity: period_s", settings.period_s, kPositive);
+    require("passivity: force_n", settings.force_n, kPositive);
+    require("passivity: stiffness_n_per_m", settings.stiffness_n_per_m, kPositive);
+    require("passivity: damping_n_s_per_m", settings.damping_n_s_per_m, kNotNegative);
+    require("passivity: delay_s", settings.delay_s, kNotNegative);
+    require("passivity: bank_j", settings.bank_j, kPositive);
+    require("passivity: reserve_j", settings.reserve_j, kPositive);
+    require("passivity: active_w", settings.active_w, kNotNegative);
     constexpr double kMostFrames = static_cast<double>(kHistory) - 2.0;
-    // A driver that declares no number declares nothing.
-    const double frames =
-        settings.delay_s > 0.0 ? std::min(settings.delay_s / settings.period_s, kMostFrames) : 0.0;
+    const double frames = std::min(settings.delay_s / settings.period_s, kMostFrames);
     delay_frames_ = static_cast<std::size_t>(frames);
     delay_rest_ = frames - static_cast<double>(delay_frames_);
     restart();

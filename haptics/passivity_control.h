@@ -15,7 +15,7 @@ struct PassivitySettings {
     double damping_n_s_per_m = 0.0;   ///< b of the device, declared, N s/m, >= 0: what it takes out
                                       ///< itself, and what may be added against a movement
     double delay_s = 0.0; ///< from a movement until the force that answers it is at work, beyond
-                          ///< the frame itself, s, [0, 30 T]
+                          ///< the frame itself, s, >= 0
     double bank_j = 2e-3; ///< what the hand may be given beyond what it has put in, J, > 0
     double reserve_j = 10e-3; ///< what it may have been given beyond that before it counts as a
                               ///< fault, J, > 0
@@ -36,8 +36,12 @@ struct PassivitySettings {
 ///   f.v <= S / 5 ms,  or where S < 0 what is left of S after -b v^2
 class PassivityControl {
 public:
-    /// For settings in range: nothing is checked here.                                  [setup]
-    explicit PassivityControl(const PassivitySettings& settings) noexcept;
+    /// Throws std::invalid_argument on settings out of range; of a delay beyond 30 T no more than
+    /// that is counted on.                                                              [setup]
+    explicit PassivityControl(const PassivitySettings& settings);
+
+    /// Power that effects may give which push of themselves, W, >= 0, from now on.       [loop]
+    void allow(double active_w) noexcept { settings_.active_w = active_w; }
 
     /// Nothing is known and nothing is at work: the account is the bank.                 [loop]
     void restart() noexcept;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <stdexcept>
-
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/effect.h>
 #include <palpate/haptics/guide_capture.h>
 
@@ -17,7 +16,7 @@ public:
     /// out of range.                                                                   [setup]
     PointGuide(const Vec3& point, const GuideSettings& settings)
         : point_(point), capture_(settings) {
-        if (!is_finite(point)) throw std::invalid_argument("guide: its point is not finite");
+        require_finite("guide: point", point);
     }
 
     void restart(const Vec3&) noexcept override { capture_.restart(); }
@@ -29,6 +28,7 @@ public:
         if (capture_.holds() && capture_.strength_n() > 0.0)
             primitives.add_point({point_, capture_.strength_n()});
     }
+    bool is_active() const noexcept override { return true; }
     QueryCount queries() const noexcept override { return {capture_.samples(), 0, 0}; }
 
 private:

@@ -35,7 +35,8 @@ struct PointPrimitive {
 
 /// The haptic primitives of one evaluation: planes, lines and points in one fixed capacity, forces
 /// and springs merged into one each. Planes, lines and points are numbered in the order in which
-/// they were added.
+/// they were added. What is not finite counts as nothing, and is remembered: nobody downstream has
+/// to reckon with it.
 class PrimitiveSet {
 public:
     static constexpr std::size_t kCapacity = 32; ///< planes, lines and points together
@@ -48,6 +49,7 @@ public:
         spring_ = 0.0;
         spring_moment_ = Vec3{0.0};
         overflowed_ = false;
+        all_finite_ = true;
         gain_ = {};
     }
 
@@ -60,11 +62,15 @@ public:
     /// Adds a plane; one beyond the capacity is left out and remembered as overflow.       [loop]
     void add(const PlanePrimitive& plane) noexcept {
         if (!has_room()) return;
+        if (!usable(plane.anchor, plane.normal, plane.strength_n))
+            return planes_.push_back({Vec3{0.0}, kAnyDirection, 0.0}); // keeps its number
         planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n)});
     }
     /// Adds a line, as add() does.                                                         [loop]
     void add_line(const LinePrimitive& line) noexcept {
         if (!has_room()) return;
+        if (!usable(line.anchor, line.axis, line.strength_n))
+            return lines_.push_back({Vec3{0.0}, kAnyDirection, 0.0});
         lines_.push_back({line.anchor, line.axis, scaled_n(line.strength_n)});
     }
     /// Strength of a line that is there, N, >= 0, whatever the gain.                      [loop]
@@ -74,15 +80,20 @@ public:
     /// Adds a point, as add() does.                                                        [loop]
     void add_point(const PointPrimitive& point) noexcept {
         if (!has_room()) return;
+        if (!usable(point.anchor, Vec3{0.0}, point.strength_n))
+            return points_.push_back({Vec3{0.0}, 0.0});
         points_.push_back({point.anchor, scaled_n(point.strength_n)});
     }
 
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
-    void add_force(const Vec3& force) noexcept { force_ += gain_.value * force; }
+    void add_force(const Vec3& force) noexcept {
+        if (usable(force, Vec3{0.0}, 0.0)) force_ += gain_.value * force;
+    }
 
     /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
     /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. [loop]
     void add_spring(const Vec3& anchor, double stiffness_n_per_m) noexcept {
+        if (!usable(anchor, Vec3{stiffness_n_per_m}, 0.0)) return;
         const double scaled = gain_.value * stiffness_n_per_m;
         spring_ += scaled;
         spring_moment_ += scaled * anchor;
@@ -108,9 +119,20 @@ public:
     /// Whether there are lines or points.                                                 [loop]
     bool has_tethers() const noexcept { return !lines_.empty() || !points_.empty(); }
     bool overflowed() const noexcept { return overflowed_; }
+    /// Whether everything that was added was finite (strengths: or infinite), and no strength below
+    /// 0.                                                                                [loop]
+    bool all_finite() const noexcept { return all_finite_; }
 
 private:
     std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
+    static constexpr Vec3 kAnyDirection{0.0, 0.0, 1.0};
+
+    /// Written so that what is no number is none.
+    bool usable(const Vec3& at, const Vec3& along, double strength_n) noexcept {
+        const bool good = is_finite(at) && is_finite(along) && strength_n >= 0.0;
+        all_finite_ = all_finite_ && good;
+        return good;
+    }
     bool has_room() noexcept {
         const bool room = count() < kCapacity;
         overflowed_ = overflowed_ || !room;
@@ -124,6 +146,7 @@ private:
     double spring_ = 0.0;     // sum g, N/m
     Vec3 spring_moment_{0.0}; // sum g q, N
     bool overflowed_ = false;
+    bool all_finite_ = true;
     Gain gain_;
 };
 

@@ -22,7 +22,8 @@ struct SafetySettings {
     double period_s = 1e-3;       ///< nominal frame period, s, > 0
 
     // With motors:
-    double small_force_n = 0.2; ///< what is wanted must be this small before any is sent, N, > 0
+    double small_force_n = 0.2; ///< what is wanted must be this small before any is sent, N, > 0;
+                                ///< more where effects push unasked, see expect()
     double calm_s = 0.01;       ///< for this long, s, >= 0
     double ramp_s = 0.25;       ///< then it takes this long to the whole force, s, > 0
     double soften_s =
@@ -43,13 +44,23 @@ struct SafetySettings {
 ///   4 no longer than the limit, and no further from what left before than the slew limit allows
 ///     in one period.
 /// Without motors: finite and 4 alone.
+///
+/// The last word, whatever came in and whatever 1 to 4 made of it: what is sent is finite, no
+/// longer than force_n, and no further from the force that was sent last than slew_n_per_s T;
+/// towards zero, after a fault, as fast as fade_s says where that is sooner. A force that is not so
+/// is not sent: the last one fades instead, flag force_not_finite.
 class SafetyChain {
 public:
-    /// For settings in range: nothing is checked here.                                  [setup]
-    explicit SafetyChain(const SafetySettings& settings) noexcept;
+    /// Throws std::invalid_argument on settings out of range.                           [setup]
+    explicit SafetyChain(const SafetySettings& settings);
 
-    /// The force to send for a wanted one, N, with the probe (m, finite) moving at `velocity`
-    /// (m/s); says in `flags` what it did.                                               [loop]
+    /// What effects push unasked in this frame, N, >= 0, and whether any is active: what they push
+    /// counts as a small force, with a margin, and they are allowed some power. Holds until it is
+    /// said again.                                                                       [loop]
+    void expect(double unasked_n, bool active) noexcept;
+
+    /// The force to send for a wanted one, N, with the probe (m) moving at `velocity` (m/s), of
+    /// which none need be numbers; says in `flags` what it did. [loop]
     Vec3 send(const Vec3& wanted, const Vec3& probe, const Vec3& velocity,
               std::uint32_t& flags) noexcept;
 
@@ -64,16 +75,23 @@ public:
     double account_j() const noexcept { return passivity_.account_j(); }
 
 private:
+    Vec3 chosen(const Vec3& wanted, const Vec3& probe, const Vec3& velocity,
+                std::uint32_t& flags) noexcept;
+    Vec3 after_fault() noexcept;
+    Vec3 confirmed(const Vec3& force, const Vec3& before, std::uint32_t& flags) noexcept;
+    bool is_allowed(const Vec3& force, const Vec3& before) const noexcept;
     Vec3 limited(Vec3 wanted, std::uint32_t& flags) noexcept;
     Vec3 shortened(const Vec3& wanted, std::uint32_t& flags) const noexcept;
     Vec3 slewed(const Vec3& wanted, std::uint32_t& flags) noexcept;
     Vec3 faded() noexcept;
+    double fading_step_n() const noexcept;
     bool jumped(const Vec3& probe, const Vec3& velocity) const noexcept;
     bool waits(double wanted_n) noexcept;
     double next_share(std::uint32_t& flags) noexcept;
 
     SafetySettings settings_;
     PassivityControl passivity_;
+    double small_force_n_; // with what effects push
     Vec3 sent_{0.0};
     Vec3 probe_{0.0};
     bool placed_ = false;          // probe_ is one

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 
 /// Where the loop reads the time; tests script it.
@@ -32,10 +34,12 @@ public:
     static constexpr double kLowest_us = 0.05; ///< no gathering and solution is faster
 
     /// Begins at a fiftieth of the budget (us, > 0), section 4 of the paper, and never exceeds half
-    /// of it.   [setup]
-    explicit StepTimeEstimator(double budget_us) noexcept
+    /// of it. Throws std::invalid_argument on another budget. [setup]
+    explicit StepTimeEstimator(double budget_us)
         : highest_us_(std::max(0.5 * budget_us, kLowest_us)),
-          estimate_us_(std::clamp(budget_us / 50.0, kLowest_us, highest_us_)) {}
+          estimate_us_(std::clamp(budget_us / 50.0, kLowest_us, highest_us_)) {
+        require("subdivision: budget_us", budget_us, kPositive);
+    }
 
     double estimate_us() const noexcept { return estimate_us_; } ///< of a step, us, > 0   [loop]
 

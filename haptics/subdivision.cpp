@@ -6,7 +6,9 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <string>
 
+#include <palpate/geometry/range.h>
 #include <palpate/haptics/curvature_step.h>
 #include <palpate/haptics/frame_flags.h>
 
@@ -58,9 +60,10 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     const auto in_range = [](int n) { return n >= 1 && n <= kMostEvaluations; };
     if (!in_range(settings.sub_steps) || !in_range(settings.evaluation_cap))
         throw std::invalid_argument(
-            "subdivision: sub_steps and evaluation_cap must be in [1, 4096]");
-    if (!(settings.budget_us > 0.0) || !(settings.tolerance_m > 0.0))
-        throw std::invalid_argument("subdivision: budget_us and tolerance must be above 0");
+            "subdivision: sub_steps = " + std::to_string(settings.sub_steps) +
+            " or evaluation_cap = " + std::to_string(settings.evaluation_cap) +
+            " is out of range; give integers in [1, 4096]");
+    require("subdivision: tolerance_m", settings.tolerance_m, kPositive);
     // Every membrane that opens and every surface that begins to slide begins the frame anew.
     const std::size_t evaluations = kMostEvaluations + kMostBends + 2 * surfaces_.size() + 1;
     path_.reserve(2 * evaluations + kMostLegs);
@@ -291,6 +294,10 @@ double Subdivision::depth_not_to_restore(std::size_t surface, const Vec3& proxy)
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
     solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness);
+    if (!is_a_place(solution_.proxy)) {
+        solution_.proxy = proxy;
+        result.flags |= kForceNotFinite;
+    }
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) effects_[i]->solved(solution_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
@@ -299,6 +306,7 @@ void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
     ++result.evaluations;
     if (solution_.status == SolveStatus::capped) result.flags |= kSolverCap;
     if (contacts_.overflowed() || primitives_.overflowed()) result.flags |= kPrimitivesFull;
+    if (!primitives_.all_finite()) result.flags |= kForceNotFinite;
 }
 
 /// N_steps of eq. (8): how many more evaluations this frame has, after the one just made.
@@ -427,6 +435,21 @@ Vec3 Subdivision::with_device_forces(Vec3 force_n) const noexcept {
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) force_n += effect_gains_[i].value() * effects_[i]->device_force_n();
     return force_n;
+}
+
+double Subdivision::unasked_force_n(double most_n) const noexcept {
+    double sum_n = 0.0;
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
+        const double own_n = effect_gains_[i].value() * effects_[i]->unasked_force_n();
+        if (own_n > 0.0) sum_n += std::min(own_n, most_n); // what is no number is none
+    }
+    return sum_n;
+}
+
+bool Subdivision::is_active() const noexcept {
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        if (is_on(i) && effects_[i]->is_active()) return true;
+    return magnets_.any_is_on();
 }
 
 bool Subdivision::any_state(std::size_t surface, MultiplierState state) const noexcept {

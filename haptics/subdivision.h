@@ -106,12 +106,24 @@ public:
     /// The coupling's force with what effects put on the device beside it, each with its gain, N:
     /// Effect::device_force_n().                                                          [loop]
     Vec3 with_device_forces(Vec3 force_n) const noexcept;
+    /// What effects push unasked, each with its gain and by no more than `most_n`, N:
+    /// Effect::unasked_force_n().                                                         [loop]
+    double unasked_force_n(double most_n) const noexcept;
+    /// Whether anything that is on, a magnet too, may move a hand that did not press:
+    /// Effect::is_active().                                                               [loop]
+    bool is_active() const noexcept;
     /// Of the fields that strengths of surfaces and magnets depend on.                   [any]
     QueryCount queries() const noexcept;
     double estimate_us()
         const noexcept; ///< of a sub-step, eq. (10); 0 where the method needs no clock  [any]
 
 private:
+    /// Whether something may be led there: finite, and no further away than a probe may be.
+    static bool is_a_place(const Vec3& point) noexcept {
+        return squared_length(point) < kFarthest_m * kFarthest_m; // false for what is no number
+    }
+    static constexpr double kFarthest_m = 1e7; ///< ten times what the loop takes from a probe
+
     /// Bit i where `set`; 0 past the 64th.
     static std::uint64_t bit_of(std::size_t i, bool set) noexcept {
         return set && i < 64 ? std::uint64_t{1} << i : 0;

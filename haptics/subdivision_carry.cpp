@@ -21,6 +21,10 @@ constexpr double kShortestShare = 1.0 / 16.0;
 /// Follows the chord as far as every surface's certificate holds that does not yield in this
 /// sub-step.
 Vec3 Subdivision::carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept {
+    if (!is_a_place(to)) {
+        result.flags |= kForceNotFinite;
+        return accepted(from, result);
+    }
     double stopped_at =
         1.0; // by a surface met on the way: it offers its plane at the next gathering
     double blocked_at = 1.0; // by one that is felt already
@@ -91,6 +95,10 @@ Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_l
     Vec3 pull = this->pull();
     if (settings_.method != SteppingMethod::adaptive)
         pull = proxy + (pull - proxy) / (steps_left + 1.0); // eq. (9)
+    if (!is_a_place(pull)) {
+        result.flags |= kForceNotFinite | kStalled;
+        return proxy;
+    }
     for (; legs_left_ > 0; --legs_left_) {
         const SlideLeg leg = surface.slide(proxy, pull);
         if (leg.end == SlideLeg::End::rests) {

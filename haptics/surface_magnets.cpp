@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/surface_magnets.h>
 
-#include <cmath>
 #include <limits>
-#include <stdexcept>
+
+#include <palpate/geometry/range.h>
 
 namespace palpate {
 namespace {
 
 GuideCapture capture_of(const SurfaceMagnet& magnet) {
-    if (!(magnet.strength_n >= 0.0) || !std::isfinite(magnet.strength_n))
-        throw std::invalid_argument("magnet: its strength must be 0 N or more, and finite");
-    if (!(magnet.capture_m > 0.0) || !std::isfinite(magnet.capture_m))
-        throw std::invalid_argument("magnet: its capture distance must be above 0 m, and finite");
+    require("magnet: strength_n", magnet.strength_n, kNotNegative);
+    require("magnet: capture_m", magnet.capture_m, kPositive);
     return GuideCapture({magnet.strength_n, magnet.capture_m, magnet.over});
 }
 

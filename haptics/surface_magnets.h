@@ -58,6 +58,12 @@ public:
     void gather(ContactSet& contacts) const noexcept;
     /// Whether a surface's magnet has the proxy in this frame.                            [loop]
     bool holds(std::size_t surface) const noexcept { return captures_[surface].holds(); }
+    /// Whether any could draw the proxy in this frame.                                   [loop]
+    bool any_is_on() const noexcept {
+        for (std::size_t i = 0; i < captures_.size(); ++i)
+            if (is_on(i)) return true;
+        return false;
+    }
     std::uint64_t samples() const noexcept; ///< of fields that strengths depend on       [any]
 
 private:

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -32,9 +34,11 @@ double TextureSettings::highest_m() const noexcept {
 
 SurfaceTexture::SurfaceTexture(const TextureSettings& settings, double limit_m)
     : settings_(settings) {
+    if (settings.height_over_value.count > 0)
+        settings.height_over_value.check("texture: height_over_value", kNotNegative);
+    else
+        require("texture: height_m", settings.height_m, kNotNegative);
     const double highest_m = settings.highest_m();
-    if (!(highest_m >= 0.0) || !std::isfinite(highest_m))
-        throw std::invalid_argument("texture: its height must be 0 m or more, and finite");
     if (highest_m == 0.0) return;
     if (highest_m > limit_m)
         throw std::invalid_argument("texture: its height of " + in_mm(highest_m) + " mm is above " +
@@ -47,14 +51,11 @@ SurfaceTexture::SurfaceTexture(const TextureSettings& settings, double limit_m)
         sampler_ = settings.field->make_sampler();
         trust_m_ = kTrustOfVoxel * settings.field->feature_size_m();
     } else {
-        if (!(settings.wavelength_m > 0.0) || !std::isfinite(settings.wavelength_m))
-            throw std::invalid_argument("texture: its wavelength must be above 0 m, and finite");
+        require("texture: wavelength_m", settings.wavelength_m, kPositive);
         if (highest_m > kHighestOfWave * settings.wavelength_m)
             throw std::invalid_argument("texture: its height must be at most wavelength / (2 pi)");
-        const double length = glm::length(settings.direction);
-        if (!(length > 0.0) || !std::isfinite(length))
-            throw std::invalid_argument("texture: its direction has no length");
-        settings_.direction /= length;
+        require_direction("texture: direction", settings.direction);
+        settings_.direction /= glm::length(settings.direction);
         trust_m_ = kTrustOfWave * settings.wavelength_m;
         steepest_m = std::min(limit_m, kHighestOfWave * settings.wavelength_m);
     }

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <string_view>
+
+#include <palpate/geometry/range.h>
 
 namespace palpate {
 
@@ -26,6 +29,11 @@ struct TransferFunction {
         f.count = 1;
         return f;
     }
+
+    /// Itself; throws std::invalid_argument that begins with `what` and names node and range where
+    /// a strength is outside of `range` (infinite ones: only as a single node), values do not
+    /// increase, or there are no nodes or too many.                                   [setup]
+    const TransferFunction& check(std::string_view what, const Range& range) const;
 
     /// Strength in N at a value; 0 for a function without nodes or a value that is NaN. [loop]
     double operator()(double value) const noexcept {

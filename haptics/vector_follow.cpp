@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -14,7 +16,8 @@ constexpr double kMostGain = 0.5;
 
 VectorFollow::VectorFollow(std::shared_ptr<const VectorField> field,
                            const TransferFunction& strength, FollowGuide guide)
-    : field_(std::move(field)), strength_(strength), guide_(guide),
+    : field_(required("vector_follow: field", std::move(field))),
+      strength_(strength.check("vector_follow: strength", kNotNegativeOrInfinite)), guide_(guide),
       sampler_(field_->make_sampler()),
       streamline_(*sampler_, 0.5 * field_->feature_size_m(),
                   guide == FollowGuide::midpoint ? Streamline::Order::midpoint

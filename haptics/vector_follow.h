@@ -29,7 +29,8 @@ enum class FollowGuide {
 /// GridVectorField with axial vectors this is the following of fibres.
 class VectorFollow final : public Effect {
 public:
-    /// Strength in N over the vector's length; may be infinite.                        [setup]
+    /// Strength in N over the vector's length; may be infinite. Throws std::invalid_argument
+    /// where it is below 0, and where there is no field.                               [setup]
     VectorFollow(std::shared_ptr<const VectorField> field, const TransferFunction& strength,
                  FollowGuide guide = FollowGuide::streamline);
 

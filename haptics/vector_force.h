@@ -18,9 +18,12 @@ namespace palpate {
 /// is not passive.
 class VectorForce final : public Effect {
 public:
-    /// Strength in N over the vector's length, finite.                                 [setup]
+    /// Strength in N over the vector's length, finite. Throws std::invalid_argument where it
+    /// is not, and where there is no field.                                            [setup]
     VectorForce(std::shared_ptr<const VectorField> field, const TransferFunction& strength)
-        : field_(std::move(field)), strength_(strength), sampler_(field_->make_sampler()) {}
+        : field_(required("vector_force: field", std::move(field))),
+          strength_(strength.check("vector_force: strength", kNotNegative)),
+          sampler_(field_->make_sampler()) {}
 
     void restart(const Vec3&) noexcept override { lag_.restart(); }
     void begin(const FrameContext& frame) noexcept override {
@@ -33,6 +36,8 @@ public:
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         primitives.add_force(force_);
     }
+    double unasked_force_n() const noexcept override { return strength_.strongest(); }
+    std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
 
 private:

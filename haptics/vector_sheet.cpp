@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -16,8 +18,9 @@ constexpr int kGuesses = 3;
 
 VectorSheet::VectorSheet(std::shared_ptr<const VectorField> field, const TransferFunction& strength,
                          SheetKind kind)
-    : field_(std::move(field)), strength_(strength), kind_(kind), sampler_(field_->make_sampler()) {
-}
+    : field_(required("vector_sheet: field", std::move(field))),
+      strength_(strength.check("vector_sheet: strength", kNotNegativeOrInfinite)), kind_(kind),
+      sampler_(field_->make_sampler()) {}
 
 std::optional<Vec3> VectorSheet::normal_of(const VectorSample& sample) const noexcept {
     if (!sample.valid) return std::nullopt;

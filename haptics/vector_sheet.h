@@ -25,13 +25,15 @@ enum class SheetKind {
 /// of the third order is left in each frame. Signs of the vectors do not matter.
 class VectorSheet final : public Effect {
 public:
-    /// Strength in N over the vector's length; may be infinite.                        [setup]
+    /// Strength in N over the vector's length; may be infinite. Throws std::invalid_argument
+    /// where it is below 0, and where there is no field.                               [setup]
     VectorSheet(std::shared_ptr<const VectorField> field, const TransferFunction& strength,
                 SheetKind kind);
 
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
+    std::size_t most_primitives() const noexcept override { return 2; } // opposed planes
     QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
 
 private:

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include <palpate/geometry/range.h>
 #include <palpate/geometry/vec.h>
 
 namespace palpate {
@@ -25,8 +26,11 @@ public:
     static constexpr std::size_t kCapacity = 64; ///< samples
     static constexpr int kMostRepeats = 5; ///< samples that say nothing new, before it is at rest
 
-    /// For settings in range: nothing is checked here.                                  [setup]
-    explicit VelocityEstimator(const VelocitySettings& settings) noexcept : settings_(settings) {}
+    /// Throws std::invalid_argument on settings out of range.                           [setup]
+    explicit VelocityEstimator(const VelocitySettings& settings) : settings_(settings) {
+        require("velocity: step_m", settings.step_m, kNotNegative);
+        require("velocity: longest_s", settings.longest_s, kPositive);
+    }
 
     /// A sample at its own time, s, m; returns the velocity, m/s. One that is not newer than the
     /// last, or not finite, changes nothing, until there have been more than kMostRepeats: a device

@@ -16,13 +16,17 @@ namespace palpate {
 /// the sub-steps it would fade as they grow in number. In steady movement the hand feels b v.
 class Viscosity final : public Effect {
 public:
-    /// The same everywhere: b in N s/m, >= 0, finite.                                  [setup]
-    explicit Viscosity(double damping) : damping_(damping) {}
+    /// The same everywhere: b in N s/m, >= 0, finite. Throws std::invalid_argument where it is not.
+    /// [setup]
+    explicit Viscosity(double damping) : damping_(damping) {
+        require("viscosity: damping", damping, kNotNegative);
+    }
 
     /// b over the value of a field at the frame's start: the function's strengths are read as N
-    /// s/m, finite; nothing is felt where the field has no data. [setup]
+    /// s/m, finite; nothing is felt where the field has no data. Throws std::invalid_argument where
+    /// they are not, and where there is no field.                                      [setup]
     Viscosity(std::shared_ptr<const ScalarField> field, const TransferFunction& damping)
-        : damping_(0.0, {std::move(field), damping}) {}
+        : damping_(0.0, {required("viscosity: field", std::move(field)), damping}) {}
 
     void begin(const FrameContext& frame) noexcept override {
         start_ = frame.start;
@@ -31,6 +35,7 @@ public:
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         if (spring_n_per_m_ > 0.0) primitives.add_spring(start_, spring_n_per_m_);
     }
+    std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {damping_.samples(), 0, 0}; }
 
 private:

@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -39,9 +41,10 @@ Vec3 between(const Vec3& from, const Vec3& to, double t) noexcept { return from 
 } // namespace
 
 LevelScale LevelScale::of(const ScalarField& field, const LevelSettings& settings) {
-    if (!(settings.strength_n > 0.0) || !(settings.certificate_m > 0.0) || !(settings.free_m > 0.0))
-        throw std::invalid_argument(
-            "surface: strength, certificate and free distance must be above 0");
+    require("surface: level", settings.level, kFiniteRange);
+    require("surface: strength_n", settings.strength_n, kPositiveOrInfinite);
+    require("surface: certificate_m", settings.certificate_m, kPositive);
+    require("surface: free_m", settings.free_m, kPositive);
     const double slope = field.typical_slope(settings.level);
     if (!(slope > 0.0))
         throw std::invalid_argument(
@@ -91,11 +94,11 @@ std::optional<ContactPlane> plane_within(const FieldSample& sample, const Vec3& 
 
 VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings, const TextureSettings& texture)
-    : field_(std::move(field)), settings_(settings), offered_settings_(settings),
-      scale_(LevelScale::of(*field_, settings)), bare_trust_m_(scale_.trust_m),
-      bare_patch_cosine_(field_->patch_cosine()), patch_cosine_(bare_patch_cosine_),
-      sampler_(field_->make_sampler()), texture_(texture, field_->relief_limit_m()),
-      level_(settings.level) {
+    : field_(required("volume contact: field", std::move(field))), settings_(settings),
+      offered_settings_(settings), scale_(LevelScale::of(*field_, settings)),
+      bare_trust_m_(scale_.trust_m), bare_patch_cosine_(field_->patch_cosine()),
+      patch_cosine_(bare_patch_cosine_), sampler_(field_->make_sampler()),
+      texture_(texture, field_->relief_limit_m()), level_(settings.level) {
     set_gain({});
     set_texture_gain(1.0);
 }

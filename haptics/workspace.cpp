@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -27,19 +29,12 @@ double reach_of(const PrimitiveSet& primitives, const Vec3& pull, const Vec3& pr
     return drawn ? std::numeric_limits<double>::infinity() : glm::length(pull - proxy);
 }
 
-void check_strength(double strength_n) {
-    if (!(strength_n >= 0.0))
-        throw std::invalid_argument("workspace: its strength must be 0 N or more, or infinite");
-}
-
 } // namespace
 
 WorkspaceSphere::WorkspaceSphere(const Vec3& center, double radius_m, LocalStrength strength)
     : center_(center), radius_m_(radius_m), strength_(std::move(strength)) {
-    if (!is_finite(center)) throw std::invalid_argument("workspace: its center is not finite");
-    if (!(radius_m > 0.0) || !std::isfinite(radius_m))
-        throw std::invalid_argument("workspace: its radius must be above 0 m and finite");
-    check_strength(strength_.now());
+    require_finite("workspace: center", center);
+    require("workspace: radius_m", radius_m, kPositive);
 }
 
 void WorkspaceSphere::begin(const FrameContext& frame) noexcept {
@@ -74,10 +69,10 @@ void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexce
 
 WorkspaceBox::WorkspaceBox(const Box& box, LocalStrength strength)
     : box_(box), strength_(std::move(strength)) {
-    if (!is_finite(box.lower) || !is_finite(box.upper) || box.empty())
-        throw std::invalid_argument(
-            "workspace: its box must be finite, each lower bound at most the upper one");
-    check_strength(strength_.now());
+    require_finite("workspace: box.lower", box.lower);
+    require_finite("workspace: box.upper", box.upper);
+    if (box.empty())
+        throw std::invalid_argument("workspace: box.upper is below box.lower; swap them");
 }
 
 void WorkspaceBox::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {

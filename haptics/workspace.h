@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include <palpate/haptics/effect.h>
@@ -36,6 +37,9 @@ public:
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
+    std::size_t most_primitives() const noexcept override {
+        return std::isinf(strength_.now()) ? kCuts : 1;
+    }
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
 
 private:
@@ -68,6 +72,7 @@ public:
         strength_.at(frame);
     }
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
+    std::size_t most_primitives() const noexcept override { return 6; } // a plane for each side
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
 
 private:

@@ -27,7 +27,6 @@ void read_file(const TomlTable& table, const SceneDescription& scene, std::strin
 void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
     constexpr std::array<std::string_view, 7> keys{
         "type", "surface", "speed_m_per_s", "depth_min_mm", "depth_max_mm", "duration_s", "turns"};
-    constexpr double deepest_mm = 50.0;
     table.allow_only(keys, "with type = \"orbit\"");
     if (table.has("surface"))
         device.surface = name_in(table, "surface", scene.surfaces, "surfaces");
@@ -35,15 +34,13 @@ void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDes
         table.fail(table.line(),
                    fmt::format("the orbit {} has no surface to go around", table.where()),
                    "add a [surface.NAME]");
-    device.speed_m_per_s =
-        table.number("speed_m_per_s", {0.0, 100.0, Range::Ends::low_open}, device.speed_m_per_s);
-    device.depth_min_mm = table.number("depth_min_mm", {0.0, deepest_mm}, device.depth_min_mm);
+    device.speed_m_per_s = table.number("speed_m_per_s", kOrbitSpeed, device.speed_m_per_s);
+    device.depth_min_mm = table.number("depth_min_mm", kOrbitDepthMm, device.depth_min_mm);
     // Without a depth_max_mm a deeper depth_min_mm takes it along.
-    device.depth_max_mm = table.number("depth_max_mm", {device.depth_min_mm, deepest_mm},
+    device.depth_max_mm = table.number("depth_max_mm", {device.depth_min_mm, kOrbitDepthMm.high},
                                        std::max(device.depth_min_mm, device.depth_max_mm));
-    device.duration_s =
-        table.number("duration_s", {0.0, 3600.0, Range::Ends::low_open}, device.duration_s);
-    device.turns = table.integer("turns", 1, 500, device.turns);
+    device.duration_s = table.number("duration_s", kOrbitDurationS, device.duration_s);
+    device.turns = table.integer("turns", kOrbitTurns.low, kOrbitTurns.high, device.turns);
 }
 
 /// How something that a hand holds stands to the patient.
@@ -72,13 +69,14 @@ DevicePlacementSettings read_placement(const TomlTable& table) {
 
 HandDescription read_hand(const TomlTable& table) {
     HandDescription hand;
-    hand.seed = table.integer("seed", 0, 1000000000, hand.seed);
-    hand.stiffness_n_per_m = table.number(
-        "arm_stiffness_n_per_m", {0.0, 1e5, Range::Ends::low_open}, hand.stiffness_n_per_m);
-    hand.tremor_um = table.number("tremor_um", {0.0, 1e4}, hand.tremor_um);
-    hand.damping_n_s_per_m = table.number("damping_n_s_per_m", {0.0, 1e3}, hand.damping_n_s_per_m);
-    hand.step_um = table.number("step_um", {0.0, 1e4}, hand.step_um);
-    hand.delay_ms = table.number("delay_ms", {0.0, 20.0}, hand.delay_ms);
+    hand.seed = table.integer("seed", kHandSeed.low, kHandSeed.high, hand.seed);
+    hand.stiffness_n_per_m =
+        table.number("arm_stiffness_n_per_m", kArmStiffness, hand.stiffness_n_per_m);
+    hand.tremor_um = table.number("tremor_um", kTremorUm, hand.tremor_um);
+    hand.damping_n_s_per_m =
+        table.number("damping_n_s_per_m", kDeviceDamping, hand.damping_n_s_per_m);
+    hand.step_um = table.number("step_um", kEncoderStepUm, hand.step_um);
+    hand.delay_ms = table.number("delay_ms", kDelayMs, hand.delay_ms);
     return hand;
 }
 
@@ -92,8 +90,8 @@ void read_press(const TomlTable& table, const SceneDescription& scene, DeviceDes
                    "add a [surface.NAME], or file = \"PATH.csv\": where the arm wants the probe");
     if (table.has("from"))
         device.from = static_cast<PatientSide>(table.choice("from", kPatientSideNames));
-    device.depth_mm = table.number("depth_mm", {0.0, 100.0}, device.depth_mm);
-    device.duration_s = table.number("duration_s", {3.0, 3600.0}, device.duration_s);
+    device.depth_mm = table.number("depth_mm", kPressDepthMm, device.depth_mm);
+    device.duration_s = table.number("duration_s", kPressDurationS, device.duration_s);
 }
 
 } // namespace

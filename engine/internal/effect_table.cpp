@@ -27,8 +27,6 @@ constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "st
 constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"};
 constexpr std::array<std::string_view, 2> kPatternNames{"bumps", "grating"};
 
-constexpr Range kForceN{-1.0e3, 1.0e3}; // along an axis: as far as limits.force_n goes
-
 /// [[x, y, z], ...] in mm; m.
 std::vector<Vec3> read_points(const TomlTable& table, std::string_view key, std::size_t fewest,
                               std::size_t most) {
@@ -193,7 +191,7 @@ void read_texture(const TomlTable& table, const SceneDescription& scene,
                        "remove it, or give pattern = \"grating\"");
         return;
     }
-    texture.direction = read_triple(table, "direction", ", across the grooves", kAnyFinite);
+    texture.direction = read_triple(table, "direction", ", across the grooves", kFiniteRange);
     if (!(glm::length(texture.direction) > 0.0))
         table.fail(table.line_of("direction"),
                    fmt::format("direction {} has no length", table.where()),
@@ -246,7 +244,7 @@ void read_guide(const TomlTable& table, const SceneDescription& scene, EffectDes
     table.require("strength_n", "give the force in N above which the guide lets the proxy slip");
     effect.guide_settings.strength_n = read_strength_by_place(table, scene, effect, kHoldingN, 0.0);
     effect.guide_settings.capture_m =
-        1e-3 * table.number("capture_mm", {0.0, kInfinity, Range::Ends::low_open}, kInfinity);
+        1e-3 * table.number("capture_mm", kPositiveOrInfinite, kInfinity);
     if (table.has("ends"))
         effect.ends = static_cast<PolylineEnds>(table.choice("ends", kEndsNames));
     const std::size_t needed = effect.ends == PolylineEnds::closed ? 3 : 2;
@@ -274,7 +272,7 @@ void read_workspace(const TomlTable& table, const SceneDescription& scene,
         table.fail(table.line(),
                    fmt::format("a workspace {} is either a ball or a box", table.where()), remedy);
     if (table.has("radius_mm")) {
-        effect.radius_m = 1e-3 * table.number("radius_mm", {0.0, 1e6, Range::Ends::low_open}, 0.0);
+        effect.radius_m = 1e-3 * table.number("radius_mm", kRadiusMm, 0.0);
         effect.center_m = 1e-3 * read_triple(table, "center_mm", " in mm", kPlaceMm);
         return;
     }
@@ -288,40 +286,11 @@ void read_workspace(const TomlTable& table, const SceneDescription& scene,
 
 void read_vibration(const TomlTable& table, EffectDescription& effect) {
     ContactVibrationSettings& v = effect.vibration;
-    v.amplitude_n_s_per_m = table.number("amplitude_n_s_per_m", {0.0, 1e3}, v.amplitude_n_s_per_m);
-    v.frequency_hz =
-        table.number("frequency_hz", {0.0, 1e4, Range::Ends::low_open}, v.frequency_hz);
-    v.decay_s = 1e-3 * table.number("decay_ms", {0.0, 1e4, Range::Ends::low_open}, 1e3 * v.decay_s);
-    v.most_n = table.number("most_n", {0.0, 1e3}, v.most_n);
-}
-
-/// Whether two workspaces share a place at least.
-bool overlap(const EffectDescription& a, const EffectDescription& b) {
-    if (a.radius_m > 0.0 && b.radius_m > 0.0)
-        return glm::distance(a.center_m, b.center_m) <= a.radius_m + b.radius_m;
-    if (b.radius_m > 0.0) return overlap(b, a);
-    if (a.radius_m > 0.0)
-        return glm::distance(a.center_m, glm::clamp(a.center_m, b.box_m.lower, b.box_m.upper)) <=
-               a.radius_m;
-    return !Box{glm::max(a.box_m.lower, b.box_m.lower), glm::min(a.box_m.upper, b.box_m.upper)}
-                .empty();
-}
-
-/// Refuses two that never yield and cannot both hold the proxy.
-void check_workspaces(const TomlTable& top, const SceneDescription& scene) {
-    std::vector<const EffectDescription*> holding;
-    for (const EffectDescription& effect : scene.effects) {
-        if (effect.kind != EffectKind::workspace || std::isfinite(effect.guide_settings.strength_n))
-            continue;
-        for (const EffectDescription* other : holding)
-            if (!overlap(*other, effect))
-                top.fail(effect.line,
-                         fmt::format("the workspace in [[effect]] has no place in common with that "
-                                     "of line {}, and neither yields",
-                                     other->line),
-                         "move or enlarge one of them, or give one a finite strength_n");
-        holding.push_back(&effect);
-    }
+    v.amplitude_n_s_per_m =
+        table.number("amplitude_n_s_per_m", kVibrationAmplitude, v.amplitude_n_s_per_m);
+    v.frequency_hz = table.number("frequency_hz", kVibrationHz, v.frequency_hz);
+    v.decay_s = 1e-3 * table.number("decay_ms", kVibrationDecayMs, 1e3 * v.decay_s);
+    v.most_n = table.number("most_n", kVibrationMostN, v.most_n);
 }
 
 /// surface = "a" or ["a", "b"]: one effect for each; one without where there is no such key.
@@ -361,18 +330,17 @@ void read_kind(const TomlTable& table, const SceneDescription& scene, EffectDesc
     case EffectKind::magnet:
         table.require("strength_n", "give the force in N that it takes to pull the proxy off");
         effect.magnet.strength_n = read_strength_by_place(table, scene, effect, kStrengthN, 0.0);
-        effect.magnet.capture_m =
-            1e-3 * table.number("capture_mm", {0.0, 1e3, Range::Ends::low_open}, 1.0);
+        effect.magnet.capture_m = 1e-3 * table.number("capture_mm", kMagnetCaptureMm, 1.0);
         break;
     case EffectKind::constant_force: {
-        const Vec3 force = read_triple(table, "force_n", " in N", kForceN);
+        const Vec3 force = read_triple(table, "force_n", " in N", kAxisForceN);
         effect.force_n = {force.x, force.y, force.z};
         break;
     }
     case EffectKind::gravity_compensation: {
         table.require("mass_kg", "give the mass of the device's handle in kg");
-        effect.mass_kg = table.number("mass_kg", {0.0, 100.0}, 0.0);
-        effect.down = read_triple(table, "down", ", the direction of gravity", kAnyFinite);
+        effect.mass_kg = table.number("mass_kg", kHandleKg, 0.0);
+        effect.down = read_triple(table, "down", ", the direction of gravity", kFiniteRange);
         if (!(glm::length(effect.down) > 0.0))
             table.fail(table.line_of("down"),
                        fmt::format("down {} has no direction", table.where()),
@@ -450,19 +418,6 @@ std::vector<EffectDescription> read_effect_table(const TomlTable& table,
         effects.push_back(effect);
     }
     return effects;
-}
-
-void check_effects(const TomlTable& top, const SceneDescription& scene) {
-    check_workspaces(top, scene);
-    for (const EffectDescription& effect : scene.effects) {
-        const double frequency_hz = effect.vibration.frequency_hz;
-        if (effect.kind == EffectKind::vibration && !(2.0 * frequency_hz < scene.loop.rate_hz))
-            top.fail(effect.line,
-                     fmt::format(
-                         "frequency_hz = {} in [[effect]] is not below half of [loop] rate_hz = {}",
-                         frequency_hz, scene.loop.rate_hz),
-                     "lower it, or raise the rate");
-    }
 }
 
 } // namespace palpate::internal

@@ -8,9 +8,6 @@
 namespace palpate::internal {
 namespace {
 
-constexpr Range kCoefficient{0.0, 10.0};
-constexpr Range kWavelengthMm{0.0, 1e3, Range::Ends::low_open};
-
 /// A length in mm, where there is one; m.
 std::optional<double> read_length(const TomlTable& table, std::string_view key, const Range& range,
                                   const std::optional<double>& fallback) {

@@ -7,21 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include <palpate/engine/internal/scene_ranges.h>
 #include <palpate/engine/internal/toml_reader.h>
 #include <palpate/engine/scene_description.h>
 
 /// Parts of a scene file that are read table by table.
 namespace palpate::internal {
-
-using Names = std::vector<std::string_view>;
-
-template <class Map>
-Names names_of(const Map& map) {
-    Names names;
-    for (const auto& [name, value] : map)
-        names.push_back(name);
-    return names;
-}
 
 /// The value of a key that must be the name of something in `map`; `noun` in the plural.
 template <class Map>
@@ -44,13 +35,6 @@ std::filesystem::path existing_file(const TomlTable& table, std::string_view key
 Vec3 read_triple(const TomlTable& table, std::string_view key, std::string_view unit,
                  const Range& range);
 
-/// Places of a scene, mm.
-inline constexpr Range kPlaceMm{-1e6, 1e6};
-
-// Strengths, N. What draws goes as far as limits.force_n; what holds may be as good as hard.
-inline constexpr Range kStrengthN{0.0, 1e3};
-inline constexpr Range kHoldingN{0.0, 1e6, Range::Ends::closed, true}; ///< inf: never yields
-
 /// Under a key: a number within the range or [[value, UNIT], ...] of finite ones; infinite where
 /// there is none.
 TransferFunction read_function(const TomlTable& table, std::string_view key, const Range& range,
@@ -64,12 +48,6 @@ void refuse_labels(const TomlTable& table, std::string_view key, const SceneDesc
 /// [volume.NAME]
 VolumeDescription read_volume_table(const TomlTable& table,
                                     const std::filesystem::path& scene_file);
-
-/// N s/m.
-inline constexpr Range kDamping{0.0, 1e3};
-
-/// Heights of textures, mm.
-inline constexpr Range kHeightMm{0.0, 1e3};
 
 /// Coefficients under the keys `static` and `dynamic`, each the material's where it is missing, and
 /// `dynamic` else as `static`.
@@ -96,8 +74,5 @@ std::vector<EffectDescription> read_effect_table(const TomlTable& table,
 
 /// [device]; the scene has its surfaces already.
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene);
-
-/// Refuses effects that do not go with the loop, which the scene has already.
-void check_effects(const TomlTable& top, const SceneDescription& scene);
 
 } // namespace palpate::internal

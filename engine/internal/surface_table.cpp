@@ -23,8 +23,6 @@ constexpr std::array<std::string_view, 2> kYieldingNames{"holds", "opens"};
 constexpr std::array<std::string_view, 2> kMeshUnitNames{"mm", "m"};
 constexpr std::array<std::string_view, 2> kMeshFrameNames{"LPS", "RAS"};
 
-constexpr Range kFiniteFromZero{0.0, kInfinity, Range::Ends::high_open};
-
 /// Refuses each of these keys that is there; the remedy ends in removing it.
 void refuse_keys(const TomlTable& table, std::span<const std::string_view> keys,
                  std::string_view what, std::string_view remedy) {
@@ -55,7 +53,7 @@ TransferFunction read_nodes(const TomlTable& table, std::string_view key, const 
                        fmt::format("{} {} is not a pair", label, table.where()),
                        fmt::format("give [value, {}]", unit));
         TransferFunction::Node node;
-        node.value = table.number_in((*numbers)[0], label + "[0]", kAnyFinite);
+        node.value = table.number_in((*numbers)[0], label + "[0]", kFiniteRange);
         node.strength_n = table.number_in((*numbers)[1], label + "[1]", range);
         if (function.count > 0 && node.value <= function.nodes[function.count - 1].value)
             table.fail(internal::line_of(pair),
@@ -91,7 +89,7 @@ std::optional<ComponentPolicy> keep_from(std::string_view text) {
     }
     if (text.starts_with('>')) {
         const auto volume_mm3 = number_from<double>(text.substr(1));
-        if (!volume_mm3 || !kFiniteFromZero.contains(*volume_mm3)) return std::nullopt;
+        if (!volume_mm3 || !kNotNegative.contains(*volume_mm3)) return std::nullopt;
         keep.kind = Kind::volume;
         keep.volume_mm3 = *volume_mm3;
         return keep;
@@ -174,7 +172,7 @@ Box read_region(const TomlTable& table) {
         Vec3 point;
         for (int axis = 0; axis < 3; ++axis)
             point[axis] = table.number_in((*numbers)[static_cast<std::size_t>(axis)], "region_mm",
-                                          kAnyFinite);
+                                          kFiniteRange);
         region.add(point);
     }
     const Vec3 extent = region.extent();
@@ -208,7 +206,7 @@ void read_source(const TomlTable& table, const SceneDescription& scene, bool ana
                                    table.where(), surface.volume),
                        "give label = \"...\", or remove labels from the volume");
     }
-    surface.iso_value = table.number("iso_value", kAnyFinite, 0.0);
+    surface.iso_value = table.number("iso_value", kFiniteRange, 0.0);
     if (table.has("region_mm")) surface.region_mm = read_region(table);
 }
 
@@ -259,7 +257,7 @@ void read_volume_part(const TomlTable& table, const SceneDescription& scene,
             fmt::format("volume \"{}\" {} is a formula of vectors", surface.volume, table.where()),
             "name a volume of scalars");
     read_source(table, scene, analytic, surface);
-    surface.smooth_voxels = table.number("smooth_voxels", {0.0, 5.0}, surface.smooth_voxels);
+    surface.smooth_voxels = table.number("smooth_voxels", kSmoothingVoxels, surface.smooth_voxels);
     if (table.has("iso_after_smoothing"))
         surface.iso_after_smoothing = read_iso_after_smoothing(table, surface);
     surface.keep = read_keep(table);
@@ -341,8 +339,7 @@ void read_contact(const TomlTable& table, const SceneDescription& scene,
     if (kind == ContactKind::direct)
         refuse_keys(table, of_strength, "does not go with contact \"direct\", which never yields",
                     "take another contact");
-    if (table.has("leash_mm"))
-        surface.leash_mm = table.number("leash_mm", {0.0, 10.0, Range::Ends::low_open}, 0.0);
+    if (table.has("leash_mm")) surface.leash_mm = table.number("leash_mm", kLeashMm, 0.0);
     if (table.has("yield")) surface.yielding = read_yielding(table);
 }
 
@@ -396,11 +393,9 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
     read_contact(table, scene, surface);
     read_surface_strength(table, scene, surface);
     if (table.has("facet_size_mm"))
-        surface.facet_size_mm =
-            table.number("facet_size_mm", {0.0, 50.0, Range::Ends::low_open}, 0.0);
+        surface.facet_size_mm = table.number("facet_size_mm", kFacetSizeMm, 0.0);
     if (table.has("facet_distance_mm"))
-        surface.facet_distance_mm =
-            table.number("facet_distance_mm", {0.0, 10.0, Range::Ends::low_open}, 0.0);
+        surface.facet_distance_mm = table.number("facet_distance_mm", kFacetDistanceMm, 0.0);
     return surface;
 }
 

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
-#include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -46,59 +44,7 @@ std::string on_one_line(std::string_view text) {
     throw std::runtime_error(on_one_line(fmt::format("{}: {}; {}", place, what, remedy)));
 }
 
-/// A name is near when at most a third of it, and at least two typing errors, is different.
-bool is_near(std::string_view given, std::string_view valid) {
-    return edit_distance(given, valid) <= std::max<std::size_t>(2, valid.size() / 3) &&
-           edit_distance(given, valid) < valid.size();
-}
-
 } // namespace
-
-bool Range::contains(double value) const noexcept {
-    if (std::isnan(value)) return false;
-    if (or_infinite && value == kInfinity) return true;
-    const bool low_open = ends == Ends::low_open || ends == Ends::open;
-    const bool high_open = ends == Ends::high_open || ends == Ends::open;
-    return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
-}
-
-std::string Range::text() const {
-    const bool low_open = ends == Ends::low_open || ends == Ends::open;
-    const bool high_open = ends == Ends::high_open || ends == Ends::open;
-    return fmt::format("{}{}, {}{}{}", low_open ? '(' : '[', low, high, high_open ? ')' : ']',
-                       or_infinite ? " or inf" : "");
-}
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    // Row i of the table of distances between the first i bytes of a and all beginnings of b.
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row[b.size()];
-}
-
-std::string joined(std::span<const std::string_view> names) {
-    return fmt::format("{}", fmt::join(names.begin(), names.end(), ", "));
-}
-
-std::string remedy_for_name(std::string_view given, std::span<const std::string_view> valid,
-                            std::string_view noun) {
-    if (valid.empty()) return fmt::format("there are no {}", noun);
-    const auto nearest =
-        std::min_element(valid.begin(), valid.end(), [&](std::string_view a, std::string_view b) {
-            return edit_distance(given, a) < edit_distance(given, b);
-        });
-    if (is_near(given, *nearest)) return fmt::format("did you mean \"{}\"?", *nearest);
-    return fmt::format("{}: {}", noun, joined(valid));
-}
 
 int line_of(const toml::node& node) noexcept { return static_cast<int>(node.source().begin.line); }
 

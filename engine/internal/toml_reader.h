@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,34 +10,11 @@
 
 #include <toml++/toml.h>
 
+#include <palpate/engine/internal/nearest_name.h>
+#include <palpate/geometry/range.h>
+
 /// Reading TOML strictly: every getter checks type and range and knows the line it complains about.
 namespace palpate::internal {
-
-/// What a number may be; NaN is never in it.
-struct Range {
-    enum class Ends { closed, low_open, high_open, open };
-    double low = -std::numeric_limits<double>::infinity();
-    double high = std::numeric_limits<double>::infinity();
-    Ends ends = Ends::closed;
-    bool or_infinite = false; ///< infinity, too, beyond `high`
-
-    bool contains(double value) const noexcept;
-    std::string text() const; ///< as "(0, 1000]" or "[0, 1000] or inf"
-};
-
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-inline constexpr Range kAnyFinite{-kInfinity, kInfinity, Range::Ends::open};
-
-/// Whole-word edit distance (Levenshtein): insertions, deletions and replacements of a byte cost 1.
-std::size_t edit_distance(std::string_view a, std::string_view b);
-
-/// What to do about a name that does not exist: `did you mean "bone"?` when a valid one is near,
-/// else "NOUN: a, b, c" with all of them, or "there are no NOUN".
-std::string remedy_for_name(std::string_view given, std::span<const std::string_view> valid,
-                            std::string_view noun);
-
-/// "a, b, c".
-std::string joined(std::span<const std::string_view> names);
 
 /// A table of a TOML document with what messages need: its name and its file. The document outlives
 /// it.

@@ -71,7 +71,7 @@ private:
     std::string path_;
 };
 
-Spread read_spread(const Object& object) {
+SpreadSummary read_spread(const Object& object) {
     return {object.number("frames"), object.number("mean"), object.number("rms"),
             object.number("p50"),    object.number("p99"),  object.number("max")};
 }

@@ -11,7 +11,7 @@ namespace palpate::internal {
 using Number = std::optional<double>;
 
 /// How a column of numbers is distributed.
-struct Spread {
+struct SpreadSummary {
     Number frames, mean, rms, p50, p99, max;
 };
 
@@ -20,7 +20,7 @@ struct SurfaceSummary {
     std::string name, contact;
     Number level;                      ///< the volume's unit
     Number shift_mean_mm, shift_sd_mm; ///< of the level's surface by smoothing
-    Spread distance_um; ///< of the proxy from the level, or from the mesh that alone is felt
+    SpreadSummary distance_um; ///< of the proxy from the level, or from the mesh that alone is felt
     Number chord_value, chord_tolerance; ///< the volume's unit, above the level
     Number chord_depth_mm, chord_frame;
     Number chords_through_mesh;
@@ -43,7 +43,7 @@ struct TraceSummary {
     std::string cpu, system;
     Number cores;
     Number frames, trials, frames_in_contact, overruns;
-    Spread spent_us, sub_steps, evaluations, force_n, truth_level_um, truth_position_um;
+    SpreadSummary spent_us, sub_steps, evaluations, force_n, truth_level_um, truth_position_um;
     Number field_samples, roots, surface_queries; ///< per frame
     std::vector<SurfaceSummary> surfaces;
     std::vector<FlagSummary> flags;

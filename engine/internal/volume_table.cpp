@@ -12,29 +12,9 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kSlicesNames{"refuse", "repair"};
 constexpr std::array<std::string_view, 3> kTransformNames{"automatic", "sform", "qform"};
-constexpr double kLongestMm =
-    1.0e6; // of a formula: 1 km, far beyond any anatomy and far within double
-
-/// A formula with the keys that it takes, all of them required.
-struct Formula {
-    std::string_view name;
-    std::array<std::string_view, 3> keys;
-    std::size_t key_count;
-};
-constexpr std::array<Formula, 7> kFormulas{{
-    {"sphere_cavity", {"radius_mm"}, 1},
-    {"solid_sphere", {"radius_mm"}, 1},
-    {"bumpy_cavity", {"radius_mm", "amplitude_mm", "wavelength_mm"}, 3},
-    {"slab", {"thickness_mm"}, 1},
-    {"wedge", {"angle_deg"}, 1},
-    {"torus", {"radius_mm", "tube_mm"}, 2},
-    {"helix", {"radius_mm", "pitch_mm"}, 2},
-}};
 
 double formula_parameter(const TomlTable& table, std::string_view key) {
-    constexpr Range length_mm{0.0, kLongestMm, Range::Ends::low_open};
-    constexpr Range angle_deg{0.0, 360.0, Range::Ends::open};
-    const double value = table.number(key, key == "angle_deg" ? angle_deg : length_mm, 0.0);
+    const double value = table.number(key, parameter_range(key), 0.0);
     if (key == "angle_deg" && value == 180.0)
         table.fail(table.line_of(key), fmt::format("{} = 180 {} has no edge", key, table.where()),
                    "give an angle in (0, 180) or (180, 360)");

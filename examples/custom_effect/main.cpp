@@ -4,6 +4,7 @@
 // while the loop runs.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <memory>
 #include <numbers>
@@ -36,6 +37,9 @@ public:
     void gather(const Vec3&, palpate::PrimitiveSet& primitives) noexcept override {
         primitives.add_force(felt_n_);
     }
+    // It pushes a hand that did nothing: a device with motors has to know by how much.
+    double unasked_force_n() const noexcept override { return kAmplitude_n; }
+    std::size_t most_primitives() const noexcept override { return 0; } // a force needs no room
     palpate::QueryCount queries() const noexcept override { return {}; }
 
 private:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <palpate/engine/haptic_loop.h>
@@ -73,13 +74,11 @@ TEST(SafeCoupling, IsNoStifferThanTheDeviceIsMadeFor) {
     EXPECT_NE(safe.warning, "");
 }
 
-TEST(SafetySettings, TakeTheSmallerForceAndWhatActsOfItself) {
-    const auto scene = [](const std::string& effects) {
-        return parse_scene("[limits]\nforce_n = 5\nslew_n_per_s = 1500\n" + effects, "x.toml");
-    };
+TEST(SafetySettings, TakeTheSmallerForce) {
+    const LimitsDescription limits{5.0, 1500.0};
     DeviceProperties weak = motors(0.3);
     weak.force_n = 3.0;
-    const SafetySettings plain = safety_settings(scene(""), 500.0, 250.0, weak);
+    const SafetySettings plain = safety_settings(limits, 500.0, 250.0, weak);
     EXPECT_EQ(plain.feedback, ForceFeedback::motors);
     EXPECT_EQ(plain.force_n, 3.0);
     EXPECT_EQ(plain.slew_n_per_s, 1500.0);
@@ -87,12 +86,8 @@ TEST(SafetySettings, TakeTheSmallerForceAndWhatActsOfItself) {
     EXPECT_EQ(plain.passivity.stiffness_n_per_m, 250.0);
     EXPECT_EQ(plain.passivity.damping_n_s_per_m, 0.3);
     EXPECT_EQ(plain.passivity.active_w, 0.0);
-    const SafetySettings heavy =
-        safety_settings(scene("[[effect]]\ntype = \"constant_force\"\nforce_n = [0.6, 0.8, 0]\n"),
-                        1000.0, 500.0, weak);
-    EXPECT_DOUBLE_EQ(heavy.small_force_n, 1.2) << "or it would wait for ever";
-    EXPECT_GT(heavy.passivity.active_w, 0.0);
-    EXPECT_EQ(safety_settings(scene(""), 1000.0, 500.0, {}).feedback, ForceFeedback::none);
+    EXPECT_EQ(safety_settings({9.0, 1500.0}, 500.0, 250.0, motors()).force_n, 8.0);
+    EXPECT_EQ(safety_settings(limits, 1000.0, 500.0, {}).feedback, ForceFeedback::none);
 }
 
 std::shared_ptr<const Scene> ball(const std::string& more = "") {
@@ -208,6 +203,112 @@ TEST_F(OnMotors, AVelocityOfItsOwnIsTaken) {
     const FrameReport report = loop().frame(state);
     EXPECT_EQ(report.force, Vec3(0.0));
     EXPECT_TRUE(report.flags & kForceNotFinite);
+}
+
+/// Pushes along x, as an embedder's own effect.
+class Push final : public Effect {
+public:
+    Push(double force_n, bool says_so) : force_n_(force_n), says_so_(says_so) {}
+    void begin(const FrameContext&) noexcept override {}
+    void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
+        primitives.add_force({force_n_, 0, 0});
+    }
+    double unasked_force_n() const noexcept override { return says_so_ ? std::abs(force_n_) : 0.0; }
+    std::size_t most_primitives() const noexcept override { return 0; }
+    QueryCount queries() const noexcept override { return {}; }
+
+private:
+    double force_n_;
+    bool says_so_;
+};
+
+std::vector<std::unique_ptr<Effect>> pushing(double force_n, bool says_so) {
+    std::vector<std::unique_ptr<Effect>> own;
+    own.push_back(std::make_unique<Push>(force_n, says_so));
+    return own;
+}
+
+/// What a hand that holds still in the air feels after a second, N.
+double felt_x(HapticLoop& loop) {
+    DeviceState state;
+    state.position = {0, 0, 0.1};
+    FrameReport report;
+    for (int i = 0; i < 1000; ++i) {
+        state.time_s = kPeriod * i;
+        report = loop.frame(state);
+    }
+    return report.force.x;
+}
+
+TEST(OnMotorsUnasked, APushOfTheEmbeddersOwnIsFeltAsTheScenesIs) {
+    test::ScriptedClock clock;
+    const auto push = [](const std::string& force) {
+        return ball("[[effect]]\ntype = \"constant_force\"\nforce_n = " + force + "\n");
+    };
+    const LoopDescription loop;
+    for (const double force_n : {0.1, 0.5, 3.0}) {
+        HapticLoop own(ball(), clock, loop, motors(), pushing(force_n, true));
+        HapticLoop scenes(push(fmt::format("[{}, 0, 0]", force_n)), clock, loop, motors());
+        EXPECT_NEAR(felt_x(own), force_n, 1e-9);
+        EXPECT_NEAR(felt_x(scenes), force_n, 1e-9);
+    }
+    HapticLoop silent(ball(), clock, loop, motors(), pushing(0.5, false));
+    EXPECT_EQ(felt_x(silent), 0.0) << "what does not say so has to be approached";
+}
+
+TEST(OnMotorsUnasked, AGainIsTakenIntoAccount) {
+    test::ScriptedClock clock;
+    const LoopDescription loop;
+    const auto scene =
+        ball("[[effect]]\ntype = \"constant_force\"\nforce_n = [0.5, 0, 0]\n"
+             "[[effect]]\ntype = \"gravity_compensation\"\nmass_kg = 0.05\ndown = [1, 0, 0]\n");
+    HapticLoop twice(scene, clock, loop, motors(), pushing(0.3, true));
+    for (std::size_t effect = 1; effect < 4; ++effect)
+        ASSERT_TRUE(twice.set_gain(effect, 2.0));
+    EXPECT_NEAR(felt_x(twice), 2.0 * (0.5 - 0.05 * 9.80665 + 0.3), 1e-9);
+    HapticLoop off(ball(), clock, loop, motors(), pushing(3.0, true));
+    ASSERT_TRUE(off.set_gain(1, 0.0));
+    EXPECT_EQ(felt_x(off), 0.0);
+}
+
+// The bound on what a claim may do: no more is sent than before, it only comes without waiting.
+TEST(OnMotorsUnasked, AClaimThatIsNoNumberIsNone) {
+    class Claim final : public Effect {
+    public:
+        void begin(const FrameContext&) noexcept override {}
+        void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
+            primitives.add_force({0.5, 0, 0});
+        }
+        double unasked_force_n() const noexcept override {
+            return std::numeric_limits<double>::quiet_NaN();
+        }
+        QueryCount queries() const noexcept override { return {}; }
+    };
+    test::ScriptedClock clock;
+    std::vector<std::unique_ptr<Effect>> own;
+    own.push_back(std::make_unique<Claim>());
+    HapticLoop loop(ball(), clock, LoopDescription{}, motors(), std::move(own));
+    EXPECT_EQ(felt_x(loop), 0.0);
+}
+
+TEST(LoopWarnings, AreAskedOfTheEffectsThemselves) {
+    class Fence final : public Effect {
+    public:
+        void begin(const FrameContext&) noexcept override {}
+        void gather(const Vec3&, PrimitiveSet&) noexcept override {}
+        std::size_t most_primitives() const noexcept override { return 40; }
+        QueryCount queries() const noexcept override { return {}; }
+    };
+    test::ScriptedClock clock;
+    EXPECT_TRUE(HapticLoop(ball(), clock, pushing(5.0, true)).warnings().empty());
+    const auto heavy = HapticLoop(ball(), clock, pushing(5.5, true)).warnings();
+    ASSERT_EQ(heavy.size(), 1u);
+    EXPECT_TRUE(heavy[0].starts_with("custom effect 1 alone is up to 5.5 N")) << heavy[0];
+    std::vector<std::unique_ptr<Effect>> own;
+    own.push_back(std::make_unique<Fence>());
+    const auto full = HapticLoop(ball(), clock, std::move(own)).warnings();
+    ASSERT_EQ(full.size(), 1u);
+    EXPECT_NE(full[0].find("up to 43 planes, lines and points"), std::string::npos) << full[0];
 }
 
 TEST(OnPaths, NothingOfTheChainButItsLimitsActs) {

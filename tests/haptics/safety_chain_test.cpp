@@ -2,6 +2,7 @@
 #include <palpate/haptics/safety_chain.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -17,6 +18,8 @@ constexpr double kForce = 5.0; // N, the default limit
 constexpr double kSlew = 2.0;  // N per frame of 1 ms
 // Lengths of a few N, scaled and added: a few roundings of 1e-16 each.
 constexpr double kRounding = 1.0 + 1e-14;
+// A fade's last step may be as much longer, so that rounding leaves no further one.
+constexpr double kFadesOut = 1.0 + 1e-8;
 
 SafetySettings motors() {
     SafetySettings settings;
@@ -353,6 +356,97 @@ TEST(SafetyChain, AWallThatPushesHarderOnTheWayOutGivesNoMoreThanTheBank) {
     EXPECT_NEAR(given(SafetyChain({})), 64 * 1e-3, 3e-3);
     // Of one frame the movement is foreseen up to v' T: 4e-2 x 0.02 x 1 ms x 2 N = 1.6 uJ.
     EXPECT_LE(given(chain), PassivitySettings{}.bank_j + 2e-6);
+}
+
+/// Any number a double can be, and those that a hand, a device or an effect gives most often.
+double anything(std::mt19937_64& random) {
+    switch (std::uniform_int_distribution<int>(0, 11)(random)) {
+    case 0:
+        return kNan;
+    case 1:
+        return kInfinite;
+    case 2:
+        return -kInfinite;
+    case 3:
+        return std::bit_cast<double>(random()); // any bits
+    case 4:
+        return 0.0;
+    default:
+        return std::uniform_real_distribution<double>(-8.0, 8.0)(random);
+    }
+}
+
+/// Whether `now` may follow `before`: within the limit, and no further than the slew limit allows;
+/// on its way to zero after a fault, with motors, than the fade.
+testing::AssertionResult may_follow(const Vec3& now, const Vec3& before,
+                                    const SafetySettings& settings) {
+    if (!is_finite(now)) return testing::AssertionFailure() << "not finite";
+    if (glm::length(now) > settings.force_n * kRounding)
+        return testing::AssertionFailure() << glm::length(now) << " N is beyond the limit";
+    const double change = glm::length(now - before);
+    const double rounding_n = (kRounding - 1.0) * settings.force_n; // of the forces' last digits
+    const double slew = settings.slew_n_per_s * settings.period_s;
+    if (change <= slew + rounding_n) return testing::AssertionSuccess();
+    const double fade = settings.period_s * settings.force_n / settings.fade_s;
+    const bool fades = settings.feedback == ForceFeedback::motors && change <= fade * kFadesOut &&
+                       glm::length(now) + change <= glm::length(before) * kRounding;
+    return fades ? testing::AssertionSuccess()
+                 : testing::AssertionFailure() << "a step of " << change << " N";
+}
+
+TEST(SafetyChain, WhateverComesInWhatLeavesIsFiniteLimitedAndSlewed) {
+    std::mt19937_64 random(20);
+    const auto draw = [&](double low, double high) {
+        return low * std::pow(high / low, std::uniform_real_distribution<double>(0.0, 1.0)(random));
+    };
+    for (int run = 0; run < 400; ++run) {
+        SafetySettings settings;
+        settings.feedback = run % 4 == 0 ? ForceFeedback::none : ForceFeedback::motors;
+        settings.force_n = draw(1e-3, 1e3);
+        settings.slew_n_per_s = draw(1e-3, 1e7);
+        settings.period_s = draw(5e-5, 2e-2);
+        settings.soften_s = settings.period_s * draw(1.01, 100.0);
+        settings.calm_s = draw(1e-6, 1e-3);
+        settings.ramp_s = draw(1e-6, 0.1);
+        settings.fade_s = draw(1e-4, 1.0);
+        settings.passivity.stiffness_n_per_m = draw(1e-300, 1e5);
+        settings.passivity.damping_n_s_per_m = draw(1e-6, 1e3);
+        settings.passivity.delay_s = draw(1e-6, 1.0);
+        SafetyChain chain(settings);
+        const bool wild = run % 2 == 0; // else what a chain that has waited sends on
+        Vec3 before{0.0};
+        for (int frame = 0; frame < 500; ++frame) {
+            const bool odd = wild && std::uniform_int_distribution<int>(0, 20)(random) == 0;
+            const auto number = [&] { return odd ? anything(random) : draw(1e-3, 8.0) - 1.0; };
+            const double calm = frame < 100 ? 0.0 : 1.0; // at first it waits for little
+            const Vec3 wanted = odd ? Vec3{number(), number(), number()}
+                                    : calm * Vec3{number(), number(), number()};
+            const Vec3 probe = odd ? Vec3{number(), number(), number()} : Vec3{1e-6 * frame};
+            const Vec3 velocity = odd ? Vec3{number(), number(), number()} : Vec3{1e-3};
+            if (odd) chain.expect(anything(random), frame % 2 == 0);
+            std::uint32_t flags = 0;
+            const Vec3 now = odd && frame % 3 == 0 ? chain.fade(flags)
+                                                   : chain.send(wanted, probe, velocity, flags);
+            ASSERT_TRUE(may_follow(now, before, settings)) << run << " " << frame;
+            ASSERT_EQ(now, chain.sent());
+            before = now;
+        }
+    }
+}
+
+// What pushes by itself is little; what it grows by, with a gain, as well.
+TEST(SafetyChain, WaitsForNoLessThanWhatEffectsPush) {
+    SafetyChain chain(motors());
+    for (int i = 0; i < 100; ++i)
+        ASSERT_TRUE(send(chain, {0, 0, 0.5}).flags & kWaitsForSmallForce);
+    chain.expect(0.5, false);
+    for (int i = 0; i < 12; ++i)
+        send(chain, {0, 0, 0.5});
+    EXPECT_GT(chain.sent().z, 0.0);
+    SafetyChain weak(motors());
+    weak.expect(kNan, false);
+    for (int i = 0; i < 100; ++i)
+        ASSERT_TRUE(send(weak, {0, 0, 0.5}).flags & kWaitsForSmallForce) << "no number is nothing";
 }
 
 } // namespace
