@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/direct_contact.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <palpate/geometry/range.h>
@@ -10,6 +11,14 @@ namespace {
 
 constexpr double kAnyDistance =
     1.0; // m: the plane is wanted however far the facet is in front of the level
+
+// Normals that differ by less than 60 degrees are of one sheet: a wall seen from both sides, and
+// the two flanks of a crease, are not.
+constexpr double kSamePatch = 0.5;
+
+double depth_m(const ContactPlane& contact) noexcept {
+    return -contact.level_gap / contact.gradient_length;
+}
 
 } // namespace
 
@@ -21,9 +30,12 @@ DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
       strength_n_(settings.strength_n), scale_(LevelScale::of(*field_, settings)),
       patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()) {}
 
-bool DirectContact::restart(const Vec3&) noexcept {
+/// Behind a facet, but not behind the level, no ray would find what the proxy is at.
+bool DirectContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
-    engaged_ = false;
+    const auto here =
+        plane_within(sampler_->sample(proxy), proxy, settings_, scale_, scale_.trust_m);
+    engaged_ = strength_n_ > 0.0 && here && depth_m(*here) <= settings_.free_m;
     return false;
 }
 
@@ -37,6 +49,7 @@ void DirectContact::set_gain(const Gain& gain) noexcept {
 
 void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     offered_ = 0;
+    depth_m_ = 0.0;
     if (!engaged_) return;
     bundle_.forget_beyond(proxy, scale_.trust_m);
     // Where the facet was hit, the level may be a facet's chord error away.
@@ -49,6 +62,7 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         // Each plane has the surface's whole strength: of one that yields only the newest.
         if (std::isfinite(strength_n_)) bundle_.clear();
         bundle_.remember(contact, proxy, patch_cosine_);
+        depth_m_ = std::max(0.0, depth_m(contact));
     } else {
         bundle_.clear();
     }
@@ -82,11 +96,25 @@ Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
     if (!level_plane(sampler_->sample(hit->position), hit->position, settings_.level,
                      at_any_distance, scale_, contact))
         return {};
+    // In front of the level there, or no deeper than it begins: the chord passes the facet. The
+    // next begins behind it, where rays see nothing more of the surface: from here on its level is
+    // followed.
     const double reached = glm::dot(contact.plane.normal, to - contact.plane.anchor);
-    if (reached >= -settings_.free_m) return {}; // the chord stays in front of the level there
-    bundle_.remember(contact, hit->position, patch_cosine_);
+    const bool passes =
+        reached >= -std::max(settings_.free_m, depth_m_) || is_offered(contact, *hit);
     engaged_ = true;
+    if (passes) return {};
+    bundle_.remember(contact, hit->position, patch_cosine_);
     return {hit->distance_m / glm::length(chord), false};
+}
+
+/// Whether a facet that was met is of the patch whose plane the proxy has just been offered: what
+/// is wanted behind it has been weighed against it already.
+bool DirectContact::is_offered(const ContactPlane& contact, const SurfaceHit& hit) const noexcept {
+    if (offered_ == 0 || hit.distance_m > scale_.trust_m) return false;
+    for (std::size_t i = 0; i < bundle_.size(); ++i)
+        if (glm::dot(bundle_[i].plane.normal, contact.plane.normal) > kSamePatch) return true;
+    return false;
 }
 
 QueryCount DirectContact::queries() const noexcept {

@@ -44,6 +44,8 @@ public:
     QueryCount queries() const noexcept override;
 
 private:
+    bool is_offered(const ContactPlane& contact, const SurfaceHit& hit) const noexcept;
+
     std::shared_ptr<const SurfaceScene> surface_;
     std::shared_ptr<const ScalarField> field_;
     LevelSettings settings_;
@@ -55,6 +57,7 @@ private:
     bool engaged_ = false;
     PlaneBundle bundle_;
     std::uint32_t offered_ = 0;
+    double depth_m_ = 0.0; // below the level, where planes were offered last; 0 in front of it
     std::uint64_t rays_ = 0;
 };
 

@@ -378,13 +378,35 @@ bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcep
 
 Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left,
                             double residual_m) noexcept {
+    const bool only_one = settings_.method != SteppingMethod::adaptive && steps_left == 0 &&
+                          steps_left_.size() == 1; // evaluation of the frame
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated) || sunk_m_[i] > 0.0) continue;
-        if (const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy)) return *nearer;
+        if (any_state(i, MultiplierState::saturated)) continue;
+        // Where only a part may be restored, the planes' way comes first, if there is another try.
+        if (sunk_m_[i] > 0.0 && unmoved_ == 0 && !only_one) continue;
+        const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy);
+        if (!nearer) continue;
+        if (sunk_m_[i] == 0.0) return *nearer;
+        const Vec3 lift = lift_share(i, proxy, *nearer) * (*nearer - proxy);
+        if (glm::length(lift) > kStuck) return proxy + lift;
     }
     if (settings_.method == SteppingMethod::adaptive) return curved_candidate(proxy, residual_m);
     if (steps_left == 0) return solution_.proxy;
     return proxy + (solution_.proxy - proxy) / (steps_left + 1.0); // eq. (9)
+}
+
+/// How much of the way from a proxy to a point farther from the probe leaves the coupling no more
+/// energy than it had at the frame's start, but for what the surface's drift has taken.
+double Subdivision::lift_share(std::size_t surface, const Vec3& proxy,
+                               const Vec3& to) const noexcept {
+    const Vec3 ahead = proxy - frame_.probe, way = to - proxy;
+    const double free_m2 = squared_length(frame_.start - frame_.probe) +
+                           2.0 * banks_[surface].energy_j() / frame_.stiffness -
+                           squared_length(ahead);
+    const double length_m2 = squared_length(way), along_m2 = glm::dot(ahead, way);
+    if (!(free_m2 > 0.0) || !(length_m2 > 0.0)) return 0.0;
+    const double root = std::sqrt(along_m2 * along_m2 + length_m2 * free_m2);
+    return std::clamp((root - along_m2) / length_m2, 0.0, 1.0);
 }
 
 Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcept {

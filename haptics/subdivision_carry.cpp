@@ -93,8 +93,10 @@ bool Subdivision::rests_firmly(const SurfaceContact& surface, const Vec3& proxy)
 Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_left,
                       SubdivisionResult& result) noexcept {
     Vec3 pull = this->pull();
-    if (settings_.method != SteppingMethod::adaptive)
+    if (settings_.method != SteppingMethod::adaptive) {
         pull = proxy + (pull - proxy) / (steps_left + 1.0); // eq. (9)
+        ++legs_left_; // every share has a leg of its own: kMostLegs are for corners between
+    }
     if (!is_a_place(pull)) {
         result.flags |= kForceNotFinite | kStalled;
         return proxy;
@@ -121,7 +123,8 @@ Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_l
         }
         proxy = accepted(leg.corner, result);
     }
-    result.flags |= kEvaluationCap;
+    if (settings_.method == SteppingMethod::adaptive || steps_left == 0)
+        result.flags |= kEvaluationCap; // otherwise the next share begins where this one ended
     return proxy;
 }
 
