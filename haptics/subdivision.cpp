@@ -89,6 +89,7 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
         strength.restart();
     friction_.restart();
     magnets_.restart();
+    settling_.restart();
     primitives_.clear();
     for (Effect* effect : effects_)
         effect->restart(proxy);
@@ -138,6 +139,9 @@ SubdivisionResult Subdivision::run() noexcept {
 
 /// Gains take their step; what is on anchors what depends on the path.
 void Subdivision::begin(SubdivisionResult& result) noexcept {
+    settling_n_per_m_ = settling_.begin(frame_);
+    frame_.held = settling_.held();
+    if (settling_n_per_m_ > 0.0) result.flags |= kCalmed;
     bool all_one = true;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         GainRamp& gain = surface_gains_[i];
@@ -258,6 +262,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
     magnets_.gather(contacts_);
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
+    if (settling_n_per_m_ > 0.0) primitives_.add_spring(frame_.start, settling_n_per_m_);
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         if (!is_on(i)) continue;
         primitives_.set_gain(effect_gains_[i].gain(frame_.force_limit_n));
@@ -411,6 +416,7 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     }
     note_open(result);
     friction_.commit();
+    settling_.end(proxy);
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) effects_[i]->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)

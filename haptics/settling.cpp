@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/settling.h>
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// A proxy that goes so many times as far as the probe does, and back, does not follow it.
+constexpr double kFollows = 8.0;
+// It has turned back where a step goes against the one before and is not much shorter: what halves
+// from frame to frame comes to rest by itself.
+constexpr double kAgainst = -0.25; // cosine
+constexpr double kNoShorter = 0.5;
+// Or where its way is so many times as long as where it has led to: it goes round.
+constexpr double kRound = 4.0;
+// With each turn back; from the coupling's own stiffness on.
+constexpr double kStiffer = 4.0;
+// Beyond it the spring would be all there is of the sum.
+constexpr double kStiffest = 1e12; // of the coupling's
+// On so long a way of the probe three quarters of the spring are forgotten.
+constexpr double kForgets = 10e-6; // m
+// Below it nothing is left to damp.
+constexpr double kWeakest = 1e-3; // of the coupling's
+
+} // namespace
+
+double Settling::begin(const FrameContext& frame) noexcept {
+    held_ = begun_ && frame.probe == frame_.probe && frame.start == end_ &&
+            frame.stiffness == frame_.stiffness;
+    probe_step_m_ = begun_ ? glm::length(frame.probe - frame_.probe) : 0.0;
+    if (!begun_) look_anew(frame.start);
+    begun_ = true;
+    frame_ = frame;
+    const double kept = 1.0 + probe_step_m_ / kForgets;
+    damping_ /= kept * kept;
+    if (damping_ < kWeakest * frame.stiffness) damping_ = 0.0;
+    return damping_;
+}
+
+void Settling::look_anew(const Vec3& proxy) noexcept {
+    from_ = proxy;
+    way_m_ = probe_way_m_ = 0.0;
+}
+
+bool Settling::turned_back(const Vec3& step) const noexcept {
+    const double length = glm::length(step), before = glm::length(last_step_);
+    if (length > kFollows * probe_step_m_ && length > kNoShorter * before && before > 0.0 &&
+        glm::dot(step, last_step_) < kAgainst * length * before)
+        return true;
+    return way_m_ > kRound * glm::length(frame_.start + step - from_) + kFollows * probe_way_m_;
+}
+
+void Settling::end(const Vec3& proxy) noexcept {
+    const Vec3 step = proxy - frame_.start;
+    end_ = proxy;
+    if (step == Vec3{0.0}) {
+        last_step_ = step;
+        return;
+    }
+    way_m_ += glm::length(step);
+    probe_way_m_ += probe_step_m_;
+    if (turned_back(step)) {
+        damping_ = std::clamp(kStiffer * damping_, frame_.stiffness, kStiffest * frame_.stiffness);
+        look_anew(proxy);
+    } else if (way_m_ <= kFollows * probe_way_m_) {
+        look_anew(proxy);
+    }
+    last_step_ = step;
+}
+
+} // namespace palpate
