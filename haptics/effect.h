@@ -20,6 +20,7 @@ struct FrameContext {
     bool held = false; ///< Subdivision's: the probe is where it was in the frame before, to the bit,
                        ///< and the proxy where that frame left it. What bends looks there first: a
                        ///< proxy that is at rest is found so at once
+    bool rests = false; ///< Subdivision's: so held, it has all but stopped and keeps its bits
 };
 
 /// How a frame ended.

@@ -16,10 +16,14 @@ constexpr double kNoShorter = 0.5;
 constexpr double kRound = 4.0;
 // With each turn back; from the coupling's own stiffness on.
 constexpr double kStiffer = 4.0;
+// With each frame after the first of these: what would go on for ever is over in some hundred.
+constexpr double kStifferWithTime = 1.02;
 // Beyond it the spring would be all there is of the sum.
 constexpr double kStiffest = 1e12; // of the coupling's
 // On so long a way of the probe three quarters of the spring are forgotten.
 constexpr double kForgets = 10e-6; // m
+// A frame of so short a way hardly moves the proxy: a micrometre in a second at 1 kHz.
+constexpr double kStill = 1e-9; // m
 // Below it nothing is left to damp.
 constexpr double kWeakest = 1e-3; // of the coupling's
 
@@ -32,8 +36,10 @@ double Settling::begin(const FrameContext& frame) noexcept {
     if (!begun_) look_anew(frame.start);
     begun_ = true;
     frame_ = frame;
+    if (!held_) still_ = 0;
     const double kept = 1.0 + probe_step_m_ / kForgets;
     damping_ /= kept * kept;
+    if (held_) damping_ = std::min(kStifferWithTime * damping_, kStiffest * frame.stiffness);
     if (damping_ < kWeakest * frame.stiffness) damping_ = 0.0;
     return damping_;
 }
@@ -51,9 +57,22 @@ bool Settling::turned_back(const Vec3& step) const noexcept {
     return way_m_ > kRound * glm::length(frame_.start + step - from_) + kFollows * probe_way_m_;
 }
 
-void Settling::end(const Vec3& proxy) noexcept {
+bool Settling::rests(const Vec3& asked, double tolerance_m) noexcept {
+    if (!stopped()) {
+        rested_ = 0;
+        return false;
+    }
+    if (++rested_ <= 2) asked_ = asked;
+    if (glm::length(asked - asked_) <= tolerance_m) return true;
+    still_ = rested_ = 0;
+    return false;
+}
+
+void Settling::end(const Vec3& proxy, double slowness) noexcept {
     const Vec3 step = proxy - frame_.start;
     end_ = proxy;
+    if (!(slowness * glm::length(step) < kStill)) still_ = 0;
+    else if (still_ < kStillFrames) ++still_;
     if (step == Vec3{0.0}) {
         last_step_ = step;
         return;

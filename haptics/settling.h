@@ -10,8 +10,12 @@ namespace palpate {
 /// the way, as a streamline that slips does, the next frame's balance may be the start of the one
 /// before, and so on for ever. A spring g/2 |x - x0|^2 towards the frame's start makes of the
 /// frames a proximal-point iteration: its steps shorten as k / (k + g), and once g exceeds what the
-/// effects bend by, each frame takes energy out. g grows with each turn back, stays while the probe
-/// does, and is forgotten as the probe goes on. 0: the frame is untouched.
+/// effects bend by, each frame takes energy out. g grows with each turn back, and then with each
+/// frame that the probe stands still; it is forgotten as the probe goes on. 0: the frame is
+/// untouched.
+///
+/// A proxy that has all but stopped under a held probe keeps its bits from then on, until what is
+/// asked of it there changes.
 class Settling {
 public:
     /// A new trial.                                                                     [loop]
@@ -21,10 +25,21 @@ public:
     /// Whether the probe is where the frame before had it, to the bit, and the proxy where that
     /// frame left it.                                                                   [loop]
     bool held() const noexcept { return held_; }
-    /// The frame ends with the proxy at `proxy`, m, scene frame.                        [loop]
-    void end(const Vec3& proxy) noexcept;
+    /// Whether it has all but stopped, so that rests() is likely.                       [loop]
+    bool stopped() const noexcept { return held_ && still_ >= kStillFrames; }
+    /// Whether the proxy is at rest, and the frame over, though its first evaluation asks for
+    /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
+    /// within `tolerance_m`.                                                            [loop]
+    bool rests(const Vec3& asked, double tolerance_m) noexcept;
+    /// The frame ends with the proxy at `proxy`, m, scene frame; `slowness` >= 1: how many times
+    /// shorter its media made its way.                                                  [loop]
+    void end(const Vec3& proxy, double slowness) noexcept;
 
 private:
+    // So many of them are rest: longer than anything takes to begin that a frame remembers of the
+    // one before (FrameLag: 0.9 a frame).
+    static constexpr int kStillFrames = 32;
+
     bool turned_back(const Vec3& step) const noexcept;
     void look_anew(const Vec3& proxy) noexcept;
 
@@ -35,6 +50,9 @@ private:
     Vec3 end_{0.0};             // of the last frame
     Vec3 last_step_{0.0};       // of the proxy, in the frame before
     double damping_ = 0.0;      // g
+    int still_ = 0;             // frames in a row that hardly moved the proxy
+    int rested_ = 0;            // frames of the rest
+    Vec3 asked_{0.0};           // in its second frame, when all is as the first has left it
 
     // Since the last turn back.
     Vec3 from_{0.0};

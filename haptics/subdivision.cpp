@@ -141,6 +141,7 @@ SubdivisionResult Subdivision::run() noexcept {
 void Subdivision::begin(SubdivisionResult& result) noexcept {
     settling_n_per_m_ = settling_.begin(frame_);
     frame_.held = settling_.held();
+    frame_.rests = settling_.stopped();
     if (settling_n_per_m_ > 0.0) result.flags |= kCalmed;
     bool all_one = true;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -200,7 +201,10 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
                 result.flags |= kEvaluationCap;
             break;
         }
-        if (keeps_its_place(result)) break;
+        if (keeps_its_place(result)) {
+            converged_ = true;
+            break;
+        }
         const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
@@ -364,8 +368,10 @@ int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcep
 
 /// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
 /// held proxy.
-bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcept {
+bool Subdivision::keeps_its_place(const SubdivisionResult& result) noexcept {
     if (result.residual_m < (friction_.holds() ? kStuck : kNoMovement)) return true;
+    if (result.evaluations == 1 && settling_.rests(solution_.proxy, settings_.tolerance_m))
+        return true;
     // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
     const double unspent_m =
         primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result.residual_m;
@@ -416,7 +422,8 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     }
     note_open(result);
     friction_.commit();
-    settling_.end(proxy);
+    settling_.end(proxy, (primitives_.total_stiffness(frame_.stiffness) - settling_n_per_m_) /
+                             frame_.stiffness);
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) effects_[i]->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)

@@ -130,7 +130,7 @@ private:
     std::uint32_t steps_still_affordable(const SubdivisionResult& result) noexcept;
     bool all_flat() const noexcept;
     int evaluations_left(const SubdivisionResult& result) const noexcept;
-    bool keeps_its_place(const SubdivisionResult& result) const noexcept;
+    bool keeps_its_place(const SubdivisionResult& result) noexcept;
     Vec3 candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept;
     Vec3 curved_candidate(const Vec3& proxy, double residual_m) noexcept;
     Vec3 carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept;
