@@ -18,18 +18,22 @@ constexpr double kRound = 4.0;
 constexpr double kStiffer = 4.0;
 // With each frame after the first of these: what would go on for ever is over in some hundred.
 constexpr double kStifferWithTime = 1.02;
-// Beyond it the spring would be all there is of the sum.
-constexpr double kStiffest = 1e12; // of the coupling's
+// With it a millimetre is a nanometre: what moves then is constraints that contradict each other.
+constexpr double kStiffest = 1e6; // of the coupling's
 // On so long a way of the probe three quarters of the spring are forgotten.
 constexpr double kForgets = 10e-6; // m
 // A frame of so short a way hardly moves the proxy: a micrometre in a second at 1 kHz.
 constexpr double kStill = 1e-9; // m
+// So many of them are rest: longer than anything takes to begin that a frame remembers of the one
+// before (FrameLag: 0.9 a frame).
+constexpr int kStillFrames = 32;
 // Below it nothing is left to damp.
 constexpr double kWeakest = 1e-3; // of the coupling's
 
 } // namespace
 
 double Settling::begin(const FrameContext& frame) noexcept {
+    const bool was_held = held_;
     held_ = begun_ && frame.probe == frame_.probe && frame.start == end_ &&
             frame.stiffness == frame_.stiffness;
     probe_step_m_ = begun_ ? glm::length(frame.probe - frame_.probe) : 0.0;
@@ -37,6 +41,7 @@ double Settling::begin(const FrameContext& frame) noexcept {
     begun_ = true;
     frame_ = frame;
     if (!held_) still_ = 0;
+    if (held_ && !was_held) look_anew(frame.start);
     const double kept = 1.0 + probe_step_m_ / kForgets;
     damping_ /= kept * kept;
     if (held_) damping_ = std::min(kStifferWithTime * damping_, kStiffest * frame.stiffness);
@@ -57,6 +62,10 @@ bool Settling::turned_back(const Vec3& step) const noexcept {
     return way_m_ > kRound * glm::length(frame_.start + step - from_) + kFollows * probe_way_m_;
 }
 
+bool Settling::stopped() const noexcept {
+    return held_ && (still_ >= kStillFrames || damping_ >= kStiffest * frame_.stiffness);
+}
+
 bool Settling::rests(const Vec3& asked, double tolerance_m) noexcept {
     if (!stopped()) {
         rested_ = 0;
@@ -65,6 +74,7 @@ bool Settling::rests(const Vec3& asked, double tolerance_m) noexcept {
     if (++rested_ <= 2) asked_ = asked;
     if (glm::length(asked - asked_) <= tolerance_m) return true;
     still_ = rested_ = 0;
+    damping_ = 0.0;
     return false;
 }
 

@@ -26,7 +26,7 @@ public:
     /// frame left it.                                                                   [loop]
     bool held() const noexcept { return held_; }
     /// Whether it has all but stopped, so that rests() is likely.                       [loop]
-    bool stopped() const noexcept { return held_ && still_ >= kStillFrames; }
+    bool stopped() const noexcept;
     /// Whether the proxy is at rest, and the frame over, though its first evaluation asks for
     /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
     /// within `tolerance_m`.                                                            [loop]
@@ -36,10 +36,6 @@ public:
     void end(const Vec3& proxy, double slowness) noexcept;
 
 private:
-    // So many of them are rest: longer than anything takes to begin that a frame remembers of the
-    // one before (FrameLag: 0.9 a frame).
-    static constexpr int kStillFrames = 32;
-
     bool turned_back(const Vec3& step) const noexcept;
     void look_anew(const Vec3& proxy) noexcept;
 
