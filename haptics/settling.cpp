@@ -44,7 +44,8 @@ double Settling::begin(const FrameContext& frame) noexcept {
     if (held_ && !was_held) look_anew(frame.start);
     const double kept = 1.0 + probe_step_m_ / kForgets;
     damping_ /= kept * kept;
-    if (held_) damping_ = std::min(kStifferWithTime * damping_, kStiffest * frame.stiffness);
+    if (held_ && !stopped())
+        damping_ = std::min(kStifferWithTime * damping_, kStiffest * frame.stiffness);
     if (damping_ < kWeakest * frame.stiffness) damping_ = 0.0;
     return damping_;
 }
@@ -56,7 +57,7 @@ void Settling::look_anew(const Vec3& proxy) noexcept {
 
 bool Settling::turned_back(const Vec3& step) const noexcept {
     const double length = glm::length(step), before = glm::length(last_step_);
-    if (length > kFollows * probe_step_m_ && length > kNoShorter * before && before > 0.0 &&
+    if (length > kFollows * probe_since_m_ && length > kNoShorter * before && before > 0.0 &&
         glm::dot(step, last_step_) < kAgainst * length * before)
         return true;
     return way_m_ > kRound * glm::length(frame_.start + step - from_) + kFollows * probe_way_m_;
@@ -83,12 +84,10 @@ void Settling::end(const Vec3& proxy, double slowness) noexcept {
     end_ = proxy;
     if (!(slowness * glm::length(step) < kStill)) still_ = 0;
     else if (still_ < kStillFrames) ++still_;
-    if (step == Vec3{0.0}) {
-        last_step_ = step;
-        return;
-    }
-    way_m_ += glm::length(step);
+    probe_since_m_ += probe_step_m_;
     probe_way_m_ += probe_step_m_;
+    if (step == Vec3{0.0}) return;
+    way_m_ += glm::length(step);
     if (turned_back(step)) {
         damping_ = std::clamp(kStiffer * damping_, frame_.stiffness, kStiffest * frame_.stiffness);
         look_anew(proxy);
@@ -96,6 +95,7 @@ void Settling::end(const Vec3& proxy, double slowness) noexcept {
         look_anew(proxy);
     }
     last_step_ = step;
+    probe_since_m_ = 0.0;
 }
 
 } // namespace palpate

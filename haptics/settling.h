@@ -44,7 +44,8 @@ private:
     FrameContext frame_;
     double probe_step_m_ = 0.0; // in this frame
     Vec3 end_{0.0};             // of the last frame
-    Vec3 last_step_{0.0};       // of the proxy, in the frame before
+    Vec3 last_step_{0.0};       // of the proxy, where it moved last
+    double probe_since_m_ = 0.0; // the probe's way since then
     double damping_ = 0.0;      // g
     int still_ = 0;             // frames in a row that hardly moved the proxy
     int rested_ = 0;            // frames of the rest
