@@ -22,8 +22,9 @@ constexpr double kStifferWithTime = 1.02;
 constexpr double kStiffest = 1e6; // of the coupling's
 // On so long a way of the probe three quarters of the spring are forgotten.
 constexpr double kForgets = 10e-6; // m
-// A frame of so short a way hardly moves the proxy: a micrometre in a second at 1 kHz.
-constexpr double kStill = 1e-9; // m
+// A frame that goes so small a share of the loop's tolerance hardly moves the proxy: five
+// micrometres in a second at 1 kHz and 0.1 um.
+constexpr double kStill = 0.05;
 // So many of them are rest: longer than anything takes to begin that a frame remembers of the one
 // before (FrameLag: 0.9 a frame).
 constexpr int kStillFrames = 32;
@@ -67,13 +68,13 @@ bool Settling::stopped() const noexcept {
     return held_ && (still_ >= kStillFrames || damping_ >= kStiffest * frame_.stiffness);
 }
 
-bool Settling::rests(const Vec3& asked, double tolerance_m) noexcept {
+bool Settling::rests(const Vec3& asked) noexcept {
     if (!stopped()) {
         rested_ = 0;
         return false;
     }
     if (++rested_ <= 2) asked_ = asked;
-    if (glm::length(asked - asked_) <= tolerance_m) return true;
+    if (glm::length(asked - asked_) <= tolerance_m_) return true;
     still_ = rested_ = 0;
     damping_ = 0.0;
     return false;
@@ -82,8 +83,8 @@ bool Settling::rests(const Vec3& asked, double tolerance_m) noexcept {
 void Settling::end(const Vec3& proxy, double slowness) noexcept {
     const Vec3 step = proxy - frame_.start;
     end_ = proxy;
-    if (!(slowness * glm::length(step) < kStill)) still_ = 0;
-    else if (still_ < kStillFrames) ++still_;
+    const bool hardly = slowness * glm::length(step) < kStill * tolerance_m_;
+    still_ = hardly ? std::min(still_ + 1, kStillFrames) : 0;
     probe_since_m_ += probe_step_m_;
     probe_way_m_ += probe_step_m_;
     if (step == Vec3{0.0}) return;

@@ -18,8 +18,11 @@ namespace palpate {
 /// asked of it there changes.
 class Settling {
 public:
+    /// `tolerance_m`: what the loop may leave of a way, m, > 0.                         [setup]
+    explicit Settling(double tolerance_m) noexcept : tolerance_m_(tolerance_m) {}
+
     /// A new trial.                                                                     [loop]
-    void restart() noexcept { *this = {}; }
+    void restart() noexcept { *this = Settling(tolerance_m_); }
     /// A frame begins: the stiffness g of the spring towards its start, N/m, >= 0.      [loop]
     double begin(const FrameContext& frame) noexcept;
     /// Whether the probe is where the frame before had it, to the bit, and the proxy where that
@@ -29,8 +32,8 @@ public:
     bool stopped() const noexcept;
     /// Whether the proxy is at rest, and the frame over, though its first evaluation asks for
     /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
-    /// within `tolerance_m`.                                                            [loop]
-    bool rests(const Vec3& asked, double tolerance_m) noexcept;
+    /// within the tolerance.                                                            [loop]
+    bool rests(const Vec3& asked) noexcept;
     /// The frame ends with the proxy at `proxy`, m, scene frame; `slowness` >= 1: how many times
     /// shorter its media made its way.                                                  [loop]
     void end(const Vec3& proxy, double slowness) noexcept;
@@ -39,6 +42,7 @@ private:
     bool turned_back(const Vec3& step) const noexcept;
     void look_anew(const Vec3& proxy) noexcept;
 
+    double tolerance_m_;
     bool begun_ = false;
     bool held_ = false;
     FrameContext frame_;

@@ -48,6 +48,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       clock_(clock), estimator_(settings.budget_us),
       friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
       magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
+      settling_(settings.tolerance_m),
       surface_gains_(surfaces_.size()), friction_gains_(surfaces_.size()),
       magnet_gains_(surfaces_.size()), texture_gains_(surfaces_.size()),
       effect_gains_(effects_.size()), first_contact_(surfaces_.size() + 1, 0),
@@ -370,8 +371,7 @@ int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcep
 /// held proxy.
 bool Subdivision::keeps_its_place(const SubdivisionResult& result) noexcept {
     if (result.residual_m < (friction_.holds() ? kStuck : kNoMovement)) return true;
-    if (result.evaluations == 1 && settling_.rests(solution_.proxy, settings_.tolerance_m))
-        return true;
+    if (result.evaluations == 1 && settling_.rests(solution_.proxy)) return true;
     // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
     const double unspent_m =
         primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result.residual_m;
