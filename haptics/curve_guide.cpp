@@ -13,6 +13,8 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // Below this part of a unit vector its direction is noise: the pull leads straight on beyond an
 // end.
 constexpr double kStraightOn = 1e-9;
+// A proxy this near to a corner is at it, m.
+constexpr double kAtCorner = 1e-9;
 
 // Of places in their order along the curve, corners even and pieces odd: the next piece in either
 // sense. The shift rounds down, below 0 too.
@@ -52,7 +54,7 @@ void CurveGuide::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!capture_.holds() || !(capture_.strength_n() > 0.0)) return;
     if (evaluations_++ == 0) {
         pull_ = primitives.pull(frame_.probe, frame_.stiffness);
-        step_to(pull_ + lean_);
+        step_to(first_target());
     } else {
         next_footing();
     }
@@ -63,6 +65,17 @@ void CurveGuide::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     primitives.add_line({anchor_, axis_, capture_.strength_n()});
     if (place_.cut)
         primitives.add({anchor_, (place_.along_m > 0.0 ? -1.0 : 1.0) * axis_, kInfinite});
+}
+
+/// Under a held probe, the place that the proxy is at: where it rests, nothing else need be tried.
+/// Not from a corner or an end itself, whose line is across the pull.
+Vec3 CurveGuide::first_target() const noexcept {
+    if (frame_.held) {
+        const PolylinePlace place = curve_.walk(place_, frame_.start);
+        if (!place.at_corner || glm::length(frame_.start - curve_.position(place)) > kAtCorner)
+            return frame_.start;
+    }
+    return pull_ + lean_;
 }
 
 /// Where the way along the curve towards a point ends.
@@ -210,11 +223,12 @@ void CurveGuide::leave_end() noexcept {
     step_on({piece, at_begin ? 0.0 : curve_.length_m(piece), false, false});
 }
 
-void CurveGuide::commit(const FrameOutcome&) noexcept {
+void CurveGuide::commit(const FrameOutcome& outcome) noexcept {
     if (evaluations_ == 0 || !capture_.holds()) return;
     // The next frame begins where this one's pull along the curve vanished: a held probe finds the
-    // same line.
-    lean_ = place_.cut ? Vec3{0.0} : glm::dot(end_ - pull_, axis_) * axis_;
+    // same line. At rest nothing is to be learnt from a first evaluation.
+    if (!(frame_.held && outcome.proxy == frame_.start))
+        lean_ = place_.cut ? Vec3{0.0} : glm::dot(end_ - pull_, axis_) * axis_;
     place_.piece = curve_.first_round(place_.piece);
     place_.cut = false;
 }

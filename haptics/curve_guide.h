@@ -57,6 +57,7 @@ private:
         point, // at an open end
     };
 
+    Vec3 first_target() const noexcept;
     void step_to(const Vec3& target) noexcept;
     void step_on(const PolylinePlace& place) noexcept;
     void step_on_corner(std::int64_t corner, const Vec3& axis) noexcept;

@@ -26,6 +26,7 @@ enum FrameFlag : std::uint32_t {
     kEnergyBounded = 1u << 14,
     kEnergyExceeded = 1u << 15,
     kSoftened = 1u << 16,
+    kCalmed = 1u << 17,
 };
 
 /// A flag with its name in files, what it means and what to do about it.
@@ -35,7 +36,7 @@ struct FrameFlagText {
     const char* meaning;
 };
 
-inline constexpr std::array<FrameFlagText, 17> kFrameFlagTexts{{
+inline constexpr std::array<FrameFlagText, 18> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
      "the device gave a position that is not a number, or 1000 km away and more: proxy held, force "
      "to zero; check the device or path"},
@@ -81,6 +82,10 @@ inline constexpr std::array<FrameFlagText, 17> kFrameFlagTexts{{
     {kSoftened, "softened",
      "the coupling was softer than the scene says, as it had given too much energy; lower the "
      "stiffness, or declare the device's damping and delay"},
+    {kCalmed, "calmed",
+     "the proxy went to and fro by itself, though the probe hardly moved: it was slowed down until "
+     "it rests, which may be before the forces balance; where it lasts, weaken one of the effects "
+     "that hold it, or use method adaptive"},
 }};
 
 } // namespace palpate

@@ -26,11 +26,16 @@ public:
 
     /// A frame begins at `start` (m, scene frame) and finds `found` there; what it is to take.
     /// `stiffness`: k of the coupling, N/m, > 0.                                        [loop]
-    Value follow(const Value& found, const Vec3& start, double stiffness) noexcept {
+    /// `rests`: FrameContext::rests.
+    Value follow(const Value& found, const Vec3& start, double stiffness,
+                 bool rests = false) noexcept {
         if (!begun_) gain_ = 0.0;
         if (begun_) {
             const double way = stiffness * glm::length(start - start_);
-            if (way > kNoWay_n) gain_ = std::max(kRemembered * gain_, size(found - found_) / way);
+            if (way > kNoWay_n)
+                gain_ = std::max(kRemembered * gain_, size(found - found_) / way);
+            else if (rests || size(found - now_) <= kNoWay_n)
+                return now_; // nothing to follow: it keeps its bits
         }
         now_ = begun_ && gain_ > 0.0 ? now_ + (found - now_) / (1.0 + gain_) : found;
         begun_ = true;

@@ -50,6 +50,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       clock_(clock), estimator_(settings.budget_us),
       friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
       magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
+      settling_(settings.tolerance_m),
       surface_gains_(surfaces_.size()), friction_gains_(surfaces_.size()),
       magnet_gains_(surfaces_.size()), texture_gains_(surfaces_.size()),
       effect_gains_(effects_.size()), first_contact_(surfaces_.size() + 1, 0),
@@ -92,6 +93,7 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
         strength.restart();
     friction_.restart();
     magnets_.restart();
+    settling_.restart();
     primitives_.clear();
     for (Effect* effect : effects_)
         effect->restart(proxy);
@@ -141,6 +143,10 @@ SubdivisionResult Subdivision::run() noexcept {
 
 /// Gains take their step; what is on anchors what depends on the path.
 void Subdivision::begin(SubdivisionResult& result) noexcept {
+    settling_n_per_m_ = settling_.begin(frame_);
+    frame_.held = settling_.held();
+    frame_.rests = settling_.stopped();
+    if (settling_n_per_m_ > 0.0) result.flags |= kCalmed;
     bool all_one = true;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         GainRamp& gain = surface_gains_[i];
@@ -199,7 +205,10 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
                 result.flags |= kEvaluationCap;
             break;
         }
-        if (keeps_its_place(result)) break;
+        if (keeps_its_place(result)) {
+            converged_ = true;
+            break;
+        }
         const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
@@ -261,6 +270,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
     magnets_.gather(contacts_);
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
+    if (settling_n_per_m_ > 0.0) primitives_.add_spring(frame_.start, settling_n_per_m_);
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         if (!is_on(i)) continue;
         primitives_.set_gain(effect_gains_[i].gain(frame_.force_limit_n));
@@ -367,8 +377,9 @@ int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcep
 
 /// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
 /// held proxy.
-bool Subdivision::keeps_its_place(const SubdivisionResult& result) const noexcept {
+bool Subdivision::keeps_its_place(const SubdivisionResult& result) noexcept {
     if (result.residual_m < (friction_.holds() ? kStuck : kNoMovement)) return true;
+    if (result.evaluations == 1 && settling_.rests(solution_.proxy)) return true;
     // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
     const double unspent_m =
         primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result.residual_m;
@@ -441,6 +452,8 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     }
     note_open(result);
     friction_.commit();
+    settling_.end(proxy, (primitives_.total_stiffness(frame_.stiffness) - settling_n_per_m_) /
+                             frame_.stiffness);
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) effects_[i]->commit({proxy, result.felt});
     for (std::size_t i = 0; i < primitives_.planes().size(); ++i)

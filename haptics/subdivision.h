@@ -11,6 +11,7 @@
 #include <palpate/haptics/level_bank.h>
 #include <palpate/haptics/local_strength.h>
 #include <palpate/haptics/proxy_solver.h>
+#include <palpate/haptics/settling.h>
 #include <palpate/haptics/step_time_estimator.h>
 #include <palpate/haptics/surface_contact.h>
 #include <palpate/haptics/surface_magnets.h>
@@ -141,7 +142,7 @@ private:
     std::uint32_t steps_still_affordable(const SubdivisionResult& result) noexcept;
     bool all_flat() const noexcept;
     int evaluations_left(const SubdivisionResult& result) const noexcept;
-    bool keeps_its_place(const SubdivisionResult& result) const noexcept;
+    bool keeps_its_place(const SubdivisionResult& result) noexcept;
     Vec3 candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept;
     double lift_share(std::size_t surface, const Vec3& proxy, const Vec3& to) const noexcept;
     Vec3 curved_candidate(const Vec3& proxy, double residual_m) noexcept;
@@ -167,6 +168,7 @@ private:
     SurfaceMagnets magnets_;
     std::vector<LocalStrength> strengths_; // of each surface, where they depend on the place
     std::vector<LevelBank> banks_;         // of each surface
+    Settling settling_;
     std::vector<GainRamp> surface_gains_;
     std::vector<GainRamp> friction_gains_; // of each surface
     std::vector<GainRamp> magnet_gains_;   // of each surface
@@ -181,6 +183,7 @@ private:
 
     // Of one frame.
     FrameContext frame_;
+    double settling_n_per_m_ = 0.0; // of the spring towards the frame's start
     double began_us_ = 0.0;      // t_0
     double last_us_ = 0.0;       // t_n
     bool begins_ = false;        // nothing gathered yet

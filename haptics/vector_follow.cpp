@@ -33,7 +33,7 @@ std::optional<LinePrimitive> VectorFollow::line_at(const Vec3& point) noexcept {
 
 void VectorFollow::begin(const FrameContext& frame) noexcept {
     if (guide_ == FollowGuide::tangent) return;
-    end_ = frame.probe;
+    end_ = frame.held ? frame.start : frame.probe;
     last_try_.reset();
     evaluations_ = 0;
     start_ = line_at(frame.start);

@@ -45,7 +45,8 @@ void VectorSheet::begin(const FrameContext& frame) noexcept {
     start_ = PlanePrimitive{frame.start, *normal, strength_n};
     probe_ = frame.probe;
     give_m_ = strength_n / frame.stiffness;
-    guessed_ = false;
+    guessed_ = frame.held;
+    end_ = frame.start;
 }
 
 /// The likely end before there is a solution: where this sheet alone lets the probe draw the proxy.

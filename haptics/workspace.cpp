@@ -55,7 +55,8 @@ void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexce
     if (cuts_ == 0) {
         const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
         const double reach = reach_of(primitives, pull, proxy);
-        if (glm::length(pull - center_) + reach > radius_m_) cut_towards(pull);
+        if (glm::length(pull - center_) + reach > radius_m_)
+            cut_towards(frame_.held ? frame_.start : pull);
     }
     const double rounding = kRounding * (radius_m_ + glm::length(center_));
     if (glm::length(end_ - center_) > radius_m_ + rounding) cut_towards(end_);
