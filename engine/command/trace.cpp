@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -13,6 +14,7 @@
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/device_factory.h>
 #include <palpate/engine/internal/whole_file.h>
+#include <palpate/engine/no_contact.h>
 #include <palpate/engine/realtime_run.h>
 #include <palpate/engine/recorded_run.h>
 #include <palpate/engine/report_page.h>
@@ -31,10 +33,14 @@ struct Options {
     std::string pace = "asap";
     std::optional<int> cpu;
     bool events = false;
+    Replace replace = Replace::own;
     SceneOverrides overrides;
 
     bool is_realtime() const { return pace == "realtime"; }
 };
+
+constexpr std::array<const char*, 4> kTraceFiles{"frames.csv", "timing.csv", "summary.json",
+                                                 "recording.h5"};
 
 /// Refuses what does not go with the pace.
 void check(const Options& options, const SceneDescription& scene) {
@@ -63,10 +69,25 @@ std::uint64_t most_frames(const Options& options, double rate_hz, const SceneDev
 Trace run_asap(const std::shared_ptr<const Scene>& scene, const Options& options,
                const SceneDevice& device) {
     SteadyClock clock;
+    const std::uint64_t most = most_frames(options, scene->description().loop.rate_hz, device);
+    std::uint64_t done = 0;
     RunDisplay display(*scene, options.events ? Shown::events : Shown::bar);
-    return run_trace(scene, device.placed(), clock,
-                     most_frames(options, scene->description().loop.rate_hz, device),
-                     display.watch());
+    RunWatch watch = display.watch();
+    watch.frame = [&done, shown = watch.frame](const RunFrame& run) {
+        ++done;
+        if (shown) shown(run);
+    };
+    try {
+        return run_trace(scene, device.placed(), clock, most, watch);
+    } catch (const std::runtime_error&) {
+        if (stop_wanted())
+            fmt::print(stderr,
+                       "palpate: stopped: the {} frames that were computed so far are thrown away, "
+                       "and nothing is written; let it end, take fewer with --frames, or use "
+                       "--pace realtime, which keeps what was felt\n",
+                       done);
+        throw;
+    }
 }
 
 Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options& options,
@@ -97,8 +118,10 @@ int trace(const Options& options) {
         changed_scene(read_scene(options.scene), options.overrides);
     check(options, description);
     // Before the work, not after it.
+    check_every(description, options.overrides.every.has_value());
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
                                                : options.out);
+    check_outputs(out.files(kTraceFiles), input_files(description), options.replace);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
@@ -116,6 +139,8 @@ int trace(const Options& options) {
     for (const SurfaceAudit& audit : trace.audits)
         if (const std::string warning = guard_warning(audit); !warning.empty())
             fmt::print(stderr, "palpate: warning: {}\n", warning);
+    if (const std::string warning = no_contact_warning(*scene, trace.frames); !warning.empty())
+        fmt::print(stderr, "palpate: warning: {}\n", warning);
     for (const std::string& warning : flag_warnings(trace.frames))
         fmt::print(stderr, "palpate: warning: {}\n", warning);
     const std::string title =
@@ -165,6 +190,7 @@ void add_trace(CLI::App& app, Run& run) {
         ->add_option("--every", options->overrides.every,
                      "each K-th row of a path, K times as fast")
         ->check(CLI::Range(1, 1000000));
+    add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return trace(*options); }; });
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <new>
 #include <stdexcept>
 #include <string_view>
@@ -127,6 +128,13 @@ Handle chunked(hsize_t rows, hsize_t width) {
 }
 
 } // namespace
+
+bool is_sealed_recording(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string mark(kSealMark.size(), '\0');
+    stream.seekg(-static_cast<std::streamoff>(kSealSize), std::ios::end);
+    return stream.read(mark.data(), static_cast<std::streamsize>(mark.size())) && mark == kSealMark;
+}
 
 struct RecordingWriter::State {
     Silence silence;
