@@ -130,7 +130,7 @@ bool is_written_by_palpate(const std::filesystem::path& file) {
     if (text.starts_with("method,setting,pace,scenes_own,") || is_drift(text)) return true;
     if (text.starts_with(kPlyBeginning) || internal::is_own_png(text) || is_page(text)) return true;
     if (text.starts_with('{')) return is_summary(file);
-    return internal::is_sealed_recording(file) || is_written_volume(file);
+    return internal::is_sealed_recording(file) || is_journal(file) || is_written_volume(file);
 }
 
 std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {

@@ -214,8 +214,8 @@ std::filesystem::path temporary_beside(const std::filesystem::path& file) {
 } // namespace
 
 bool is_written_volume(const std::filesystem::path& file) {
-    constexpr std::size_t header_bytes = 348, description = 148; // of NIfTI-1
-    constexpr std::size_t most_bytes = 4096;                     // of our NRRD headers
+    constexpr std::size_t header_bytes = 348, auxiliary_file = 228; // of NIfTI-1
+    constexpr std::size_t most_bytes = 4096;                        // of our NRRD headers
     const std::string ending = known_ending(file);
     if (ending == ".nrrd") {
         std::string text(most_bytes, '\0');
@@ -227,7 +227,7 @@ bool is_written_volume(const std::filesystem::path& file) {
     try {
         std::string header(header_bytes, '\0');
         InputBytes(file, 0, InputBytes::Packing::by_look).read(header, "its header");
-        return header.substr(description).starts_with(std::string(kMark) + '\0');
+        return header.substr(auxiliary_file).starts_with(std::string(kMark) + '\0');
     } catch (const std::runtime_error&) {
         return false;
     }
@@ -243,10 +243,9 @@ void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) 
         io = itk::NiftiImageIO::New().GetPointer();
     describe(volume, *io);
     io->SetUseCompression(known_ending(file) != ".nii");
-    // NRRD keeps any key, NIfTI this one as its description.
+    // NRRD keeps any key; NIfTI has 23 letters for the name of another file, which nobody reads.
     itk::EncapsulateMetaData<std::string>(
-        io->GetMetaDataDictionary(), known_ending(file) == ".nrrd" ? kNrrdMark : "ITK_FileNotes",
-        kMark);
+        io->GetMetaDataDictionary(), known_ending(file) == ".nrrd" ? kNrrdMark : "aux_file", kMark);
 
     const std::filesystem::path temporary = temporary_beside(file);
     std::error_code ignored;

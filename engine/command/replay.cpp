@@ -48,9 +48,15 @@ void require_consistent(const Recording& recording, const std::filesystem::path&
 
 constexpr std::array<const char*, 3> kReplayFiles{"frames.csv", "timing.csv", "summary.json"};
 
-int replay(const std::filesystem::path& file, const std::string& out, bool check, Replace replace) {
+int replay(const std::filesystem::path& named, const std::string& out, bool check,
+           Replace replace) {
+    const std::filesystem::path file = found_recording(named);
     const Recording recording = read_recording(file);
     require_consistent(recording, file);
+    if (is_journal(file))
+        fmt::print(stderr,
+                   "palpate: warning: {}: its run was cut off; {} frames were kept until then\n",
+                   file.string(), recording.frames.size());
     std::optional<ResultFolder> folder;
     if (!out.empty()) {
         folder.emplace(out);

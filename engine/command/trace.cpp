@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -17,6 +18,7 @@
 #include <palpate/engine/no_contact.h>
 #include <palpate/engine/realtime_run.h>
 #include <palpate/engine/recorded_run.h>
+#include <palpate/engine/recording_journal.h>
 #include <palpate/engine/report_page.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/trace.h>
@@ -39,8 +41,8 @@ struct Options {
     bool is_realtime() const { return pace == "realtime"; }
 };
 
-constexpr std::array<const char*, 4> kTraceFiles{"frames.csv", "timing.csv", "summary.json",
-                                                 "recording.h5"};
+constexpr std::array<const char*, 5> kTraceFiles{"frames.csv", "timing.csv", "summary.json",
+                                                 "recording.h5", "recording.h5.part"};
 
 /// Refuses what does not go with the pace.
 void check(const Options& options, const SceneDescription& scene) {
@@ -91,7 +93,7 @@ Trace run_asap(const std::shared_ptr<const Scene>& scene, const Options& options
 }
 
 Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options& options,
-                       const SceneDevice& device) {
+                       const SceneDevice& device, RecordingJournal& journal) {
     RealtimeSettings settings;
     settings.cpu = options.cpu;
     settings.most_frames = std::min(options.frames, device.states);
@@ -100,7 +102,13 @@ Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options&
     {
         RunDisplay display(*scene, options.events ? Shown::events : Shown::line);
         const SignalsOnlyAsk one_is_enough;
-        trace = run_realtime(scene, device.placed(), settings, display.watch());
+        RunWatch watch = display.watch();
+        watch.kept = [&journal, is_told = false](const Trace& so_far) mutable {
+            if (journal.add(so_far) || std::exchange(is_told, true)) return;
+            fmt::print(stderr, "palpate: warning: what is felt cannot be kept while it goes on; "
+                               "check the space in the results' folder\n");
+        };
+        trace = run_realtime(scene, device.placed(), settings, watch);
     }
     if (trace.realtime->dropped > 0)
         fmt::print(stderr,
@@ -128,11 +136,15 @@ int trace(const Options& options) {
     if (!is_sequence(description.device))
         fmt::print(stderr, "palpate: {}\n", device.placement.in_words());
 
-    const Trace trace = options.is_realtime() ? run_by_the_clock(scene, options, device)
-                                              : run_asap(scene, options, device);
+    std::optional<RecordingJournal> journal;
+    if (options.is_realtime())
+        journal.emplace(out / "recording.h5", recorded(*scene, options.overrides, {}));
+    const Trace trace = journal ? run_by_the_clock(scene, options, device, *journal)
+                                : run_asap(scene, options, device);
     write_frames_csv(out / "frames.csv", trace.frames);
     write_timing_csv(out / "timing.csv", trace.frames);
     write_recording(out / "recording.h5", recorded(*scene, options.overrides, trace));
+    if (journal) journal->remove();
     const std::string summary = summarize(*scene, trace);
     internal::write_whole_file(out / "summary.json", summary);
 

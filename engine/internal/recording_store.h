@@ -50,6 +50,8 @@ bool is_sealed_recording(const std::filesystem::path& file);
 class RecordingReader {
 public:
     explicit RecordingReader(const std::filesystem::path& file);
+    /// The same of bytes that were read; `file` is named in messages.
+    RecordingReader(const std::filesystem::path& file, std::string bytes);
     ~RecordingReader();
 
     void read_column(const std::string& name, std::vector<double>& values) const;
