@@ -97,13 +97,14 @@ void require_level_of_formula(const VolumeDescription& source, const BakedSurfac
         above ? "below" : "above"));
 }
 
-/// What an earlier run baked under this key; false where there is nothing usable, which is then
+/// What an earlier run baked under this name; false where there is nothing usable, which is then
 /// baked again.
-bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
-    if (!std::filesystem::exists(file)) return false;
+bool read_cached(const ResultCache& cache, const std::string& name, BakedSurface& baked) {
+    const auto file = cache.find(name);
+    if (!file) return false;
     try {
         std::map<std::string, std::string> metadata;
-        std::shared_ptr<const GridField> grid = GridField::read_vdb(file, metadata);
+        std::shared_ptr<const GridField> grid = GridField::read_vdb(*file, metadata);
         baked = internal::baked_from_json(metadata.at("palpate_baked"));
         baked.grid = grid;
         baked.field = grid;
@@ -112,6 +113,32 @@ bool read_cached(const std::filesystem::path& file, BakedSurface& baked) {
     } catch (const std::exception&) {
         return false;
     }
+}
+
+/// Refuses what would fill the memory: CGAL's triangles take some 500 bytes each while it works.
+void require_affordable(const TriangleMesh& preview, double facet_size_m) {
+    constexpr double most_triangles = 5e6;
+    double area_m2 = 0.0;
+    for (const auto& t : preview.triangles) {
+        const Vec3& a = preview.vertices[t[0]];
+        area_m2 +=
+            0.5 * glm::length(glm::cross(preview.vertices[t[1]] - a, preview.vertices[t[2]] - a));
+    }
+    // An equilateral triangle in a circle of that radius; most are smaller.
+    const double triangles = area_m2 / (1.3 * facet_size_m * facet_size_m);
+    if (triangles <= most_triangles) return;
+    throw std::runtime_error(fmt::format(
+        "a surface of {:.3g} mm2 would have some {:.2g} million facets of {:.3g} mm; give a larger "
+        "facet_size_mm (--facet-size), or a smaller region_mm",
+        1e6 * area_m2, 1e-6 * triangles, 1e3 * facet_size_m));
+}
+
+/// Millimetres and back round: the run that extracts a mesh takes the same bits as one that reads
+/// it.
+void round_as_written(TriangleMesh& mesh) {
+    for (Vec3& vertex : mesh.vertices)
+        for (int axis = 0; axis < 3; ++axis)
+            vertex[axis] = (1e3 * vertex[axis]) / 1e3;
 }
 
 } // namespace
@@ -182,7 +209,7 @@ const std::string& VolumeReader::key(const std::string& name) {
 }
 
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
-                          VolumeReader& reader, const std::filesystem::path& cache,
+                          VolumeReader& reader, const ResultCache& cache,
                           const Progress& progress) {
     const SurfaceDescription& description = scene.surfaces.at(surface);
     const VolumeDescription& source = scene.volumes.at(description.volume);
@@ -197,19 +224,18 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
     internal::report(progress, 0.0, "reading " + source.file.filename().string());
     const std::vector<std::string> alike = labels_felt_alike(scene, surface);
     const std::string key = bake_key(reader.key(description.volume), source, description, alike);
-    const std::filesystem::path file = cache / (key.substr(0, 32) + ".vdb");
+    const std::string name = key.substr(0, 32) + ".vdb";
     BakedSurface baked;
-    if (cache.empty() || !read_cached(file, baked)) {
+    if (!read_cached(cache, name, baked)) {
         const std::string place = where(scene, surface);
         baked = description.labels.empty()
-                    ? internal::bake_level(reader.volume(description.volume), description, place,
-                                           progress)
-                    : internal::bake_labels(reader.labels(description.volume), description, alike,
-                                            place, progress);
-        if (!cache.empty()) {
-            std::filesystem::create_directories(cache);
+                    ? internal::bake_level(source.file, reader.volume(description.volume),
+                                           description, place, progress)
+                    : internal::bake_labels(source.file, reader.labels(description.volume),
+                                            description, alike, place, progress);
+        cache.keep(name, [&baked](const std::filesystem::path& file) {
             baked.grid->write_vdb(file, {{"palpate_baked", baked_as_json(baked)}});
-        }
+        });
     }
     baked.key = key;
     internal::report(progress, 1.0, "field ready");
@@ -217,7 +243,7 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
 }
 
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
-                          const std::filesystem::path& cache, const Progress& progress) {
+                          const ResultCache& cache, const Progress& progress) {
     VolumeReader reader(scene);
     return bake_surface(scene, surface, reader, cache, progress);
 }
@@ -238,7 +264,7 @@ IsosurfaceSettings mesh_settings(const SurfaceDescription& description, const Ba
 }
 
 BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& settings,
-                       const IsosurfaceExtractor& extract, const std::filesystem::path& cache,
+                       const IsosurfaceExtractor& extract, const ResultCache& cache,
                        const Progress& progress) {
     if (!surface.grid)
         throw std::runtime_error(
@@ -246,10 +272,10 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
     const std::string key = sha256_of_text(fmt::format(
         "palpate mesh {} {} {:a} {:a} {:a} {:a}", kCacheVersion, surface.key, surface.level,
         settings.facet_angle_deg, settings.facet_size_m, settings.facet_distance_m));
-    const std::filesystem::path file = cache / (key.substr(0, 32) + ".ply");
+    const std::string name = key.substr(0, 32) + ".ply";
     BakedMesh result;
-    if (!cache.empty() && std::filesystem::exists(file)) {
-        result.mesh = std::make_shared<TriangleMesh>(read_ply(file));
+    if (const auto file = cache.find(name)) {
+        result.mesh = std::make_shared<TriangleMesh>(read_ply(*file));
         result.from_cache = true;
     } else {
         if (!extract)
@@ -262,15 +288,15 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
             return sampler->value(p) - level;
         };
         wanted.bounds = surface.field->bounds();
-        wanted.seeds = choose_seeds(surface.grid->preview(surface.level), settings.facet_size_m,
-                                    kSmallestComponentTriangles);
-        result.mesh = std::make_shared<TriangleMesh>(extract(wanted, settings, progress));
-        if (!cache.empty()) {
-            std::filesystem::create_directories(cache);
-            write_ply(*result.mesh, file, {"palpate mesh " + key});
-            // Millimetres and back round: the first run takes the same bits as every later one.
-            result.mesh = std::make_shared<TriangleMesh>(read_ply(file));
-        }
+        const TriangleMesh preview = surface.grid->preview(surface.level);
+        require_affordable(preview, settings.facet_size_m);
+        wanted.seeds = choose_seeds(preview, settings.facet_size_m, kSmallestComponentTriangles);
+        auto mesh = std::make_shared<TriangleMesh>(extract(wanted, settings, progress));
+        cache.keep(name, [&](const std::filesystem::path& file) {
+            write_ply(*mesh, file, {"palpate mesh " + key});
+        });
+        round_as_written(*mesh);
+        result.mesh = std::move(mesh);
     }
     return result;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <palpate/engine/result_cache.h>
 #include <palpate/engine/scene_description.h>
 #include <palpate/geometry/isosurface.h>
 #include <palpate/volume/grid_field.h>
@@ -72,15 +72,15 @@ private:
     std::unique_ptr<Kept> kept_;
 };
 
-/// Bakes a surface of a scene; what was baked before comes from `cache` (a folder; empty = no
-/// cache), without its volume being read.     [setup] Throws std::runtime_error "FILE:LINE: what is
+/// Bakes a surface of a scene; what was baked before comes from `cache`, without its volume being
+/// read.     [setup] Throws std::runtime_error "FILE:LINE: what is
 /// wrong; what to do": file errors as read_volume(), a level that no voxel reaches, a label that
 /// does not exist, a policy that keeps nothing; or progress cancelled it.
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
-                          VolumeReader& reader, const std::filesystem::path& cache,
+                          VolumeReader& reader, const ResultCache& cache,
                           const Progress& progress = {});
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
-                          const std::filesystem::path& cache, const Progress& progress = {});
+                          const ResultCache& cache, const Progress& progress = {});
 
 /// A mesh of a baked surface.
 struct BakedMesh {
@@ -100,7 +100,7 @@ IsosurfaceSettings mesh_settings(const SurfaceDescription& description, const Ba
 /// Throws as `extract` does, and std::runtime_error when `extract` is empty (a build without CGAL)
 /// or the surface is a formula.
 BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& settings,
-                       const IsosurfaceExtractor& extract, const std::filesystem::path& cache,
+                       const IsosurfaceExtractor& extract, const ResultCache& cache,
                        const Progress& progress = {});
 
 } // namespace palpate

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include <palpate/engine/internal/file_info_kinds.h>
+#include <palpate/engine/recording.h>
 
 namespace palpate {
 namespace {
@@ -28,7 +29,7 @@ FileInfo file_info(const std::filesystem::path& file, const FileInfoSettings& se
     if (ending == ".ply" || ending == ".stl" || ending == ".obj")
         return internal::mesh_info(file, settings);
     if (ending == ".toml") return internal::scene_info(file);
-    if (ending == ".h5") return internal::recording_info(file);
+    if (ending == ".h5" || is_journal(file)) return internal::recording_info(file);
     return internal::volume_info(file, settings);
 }
 

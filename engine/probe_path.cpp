@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -82,11 +83,26 @@ void check_arguments(double rate_hz, int every) {
             fmt::format("read_probe_path: every = {}; give an integer >= 1", every));
 }
 
+/// What a trace writes is not what it reads: the two are easily confused.
+void refuse_results(const std::filesystem::path& file) {
+    std::string start(64, '\0');
+    std::ifstream(file, std::ios::binary).read(start.data(), 64);
+    const bool is_frames = start.starts_with("frame,trial,time_s,");
+    if (!is_frames && !start.starts_with("\x89HDF")) return;
+    const std::filesystem::path recording = is_frames ? file.parent_path() / "recording.h5" : file;
+    throw std::runtime_error(
+        fmt::format("{}:1: is {} of a trace, and no path; play its recording with type = "
+                    "\"recording\" and file = \"{}\" (--device recording:{})",
+                    file.string(), is_frames ? "the frames" : "the recording", recording.string(),
+                    recording.string()));
+}
+
 } // namespace
 
 std::vector<DeviceState> read_probe_path(const std::filesystem::path& file, double rate_hz,
                                          int every) {
     check_arguments(rate_hz, every);
+    refuse_results(file);
     internal::CsvRows rows(file, kHeader);
     FrameList frames(rate_hz, every);
     for (std::array<double, 4> numbers; rows.next(numbers);) {

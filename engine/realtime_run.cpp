@@ -22,6 +22,7 @@ using internal::LoopThreadGrants;
 using internal::ServoLoop;
 
 constexpr std::chrono::milliseconds kDrained{5}; // between two looks into the rings
+constexpr std::chrono::milliseconds kKept{500};  // between two times that what is felt is kept
 constexpr double kReserve_s = 2.0; // how long the recorder may be held up before frames drop
 constexpr std::size_t kMostDecisions = std::size_t{1} << 22; // of as long, some 0.5 us each
 
@@ -136,12 +137,18 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
         for (const std::string& refusal : internal::refusals(thread_settings, grants))
             if (watch.warning) watch.warning(refusal);
         thread.go();
+        auto kept_at = std::chrono::steady_clock::now();
         while (!thread.has_ended_within(kDrained)) {
             record();
+            if (watch.kept && std::chrono::steady_clock::now() - kept_at >= kKept) {
+                watch.kept(trace);
+                kept_at = std::chrono::steady_clock::now();
+            }
             if (watch.progress && !watch.progress(done(), "in real time")) servo.ask_to_stop();
         }
     }
     record();
+    if (watch.kept) watch.kept(trace);
     counts.dropped = servo.dropped();
     trace.realtime = counts;
     if (watch.progress) watch.progress(1.0, "in real time");

@@ -2,14 +2,19 @@
 #include <palpate/engine/recording.h>
 
 #include <fstream>
+#include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include <palpate/engine/internal/journal_format.h>
 #include <palpate/engine/internal/recording_store.h>
 #include <palpate/engine/internal/sha256.h>
+#include <palpate/engine/internal/text_file.h>
 #include <palpate/engine/internal/whole_file.h>
 
 namespace palpate {
@@ -153,7 +158,7 @@ std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader
 
 } // namespace
 
-void write_recording(const std::filesystem::path& file, const Recording& recording) {
+std::string recording_bytes(const std::filesystem::path& file, const Recording& recording) {
     internal::RecordingWriter writer(file);
     writer.write_texts("format", {kFormat});
     writer.write_column("format_version", "1", std::vector<std::uint64_t>{kFormatVersion});
@@ -180,11 +185,16 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
     for_each_frame_column(column_writer(writer, "frames", recording.frames));
     writer.make_group("clock");
     writer.write_column("clock/steps_left", "1", recording.steps_left);
-    internal::write_whole_file(file, writer.bytes());
+    return writer.bytes();
 }
 
-Recording read_recording(const std::filesystem::path& file) {
-    const internal::RecordingReader reader(file);
+void write_recording(const std::filesystem::path& file, const Recording& recording) {
+    internal::write_whole_file(file, recording_bytes(file, recording));
+}
+
+namespace {
+
+Recording read_one(const internal::RecordingReader& reader) {
     const std::uint64_t format_version = check_format(reader);
 
     Recording recording;
@@ -198,6 +208,54 @@ Recording read_recording(const std::filesystem::path& file) {
     for_each_frame_column(column_reader(reader, "frames", recording.frames));
     reader.read_column("clock/steps_left", recording.steps_left);
     return recording;
+}
+
+/// What was kept until the run was cut off: whatever is not whole is its end.
+Recording read_journal(const std::filesystem::path& file, std::string_view parts) {
+    std::optional<Recording> all;
+    while (const auto part = internal::next_journal_part(parts)) {
+        Recording next = read_one({file, std::string(*part)});
+        if (!all) {
+            all = std::move(next);
+            continue;
+        }
+        const auto append = [](auto& to, const auto& from) {
+            to.insert(to.end(), from.begin(), from.end());
+        };
+        append(all->inputs, next.inputs);
+        append(all->frames, next.frames);
+        append(all->steps_left, next.steps_left);
+    }
+    if (!all)
+        throw std::runtime_error(file.string() + ": nothing was kept before its run was cut off; "
+                                                 "record again");
+    return std::move(*all);
+}
+
+} // namespace
+
+std::filesystem::path found_recording(const std::filesystem::path& file) {
+    std::filesystem::path journal = file;
+    journal += internal::kJournalEnding;
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored) || !std::filesystem::exists(journal, ignored))
+        return file;
+    return journal;
+}
+
+bool is_journal(const std::filesystem::path& file) {
+    std::string start(internal::kJournalMark.size(), '\0');
+    std::ifstream stream(file, std::ios::binary);
+    return stream.read(start.data(), static_cast<std::streamsize>(start.size())) &&
+           start == internal::kJournalMark;
+}
+
+Recording read_recording(const std::filesystem::path& file) {
+    const std::filesystem::path found = found_recording(file);
+    std::string bytes = internal::read_text_file(found, "a recording of palpate trace");
+    if (bytes.starts_with(internal::kJournalMark))
+        return read_journal(found, std::string_view(bytes).substr(internal::kJournalMark.size()));
+    return read_one({found, std::move(bytes)});
 }
 
 std::string sha256_of_file(const std::filesystem::path& file) {

@@ -38,9 +38,19 @@ struct Recording {
 /// Complete or not at all; throws std::runtime_error naming the file.
 void write_recording(const std::filesystem::path& file, const Recording& recording);
 
-/// Reads it back, bit for bit; of an older version of the format, what it does not have is as a
-/// DeviceState and DeviceProperties begin.                                              [setup]
-/// Throws std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
+/// The bytes of such a file; `file` is named in messages.                                [setup]
+std::string recording_bytes(const std::filesystem::path& file, const Recording& recording);
+
+/// Where a recording is read from: the file or, where there is none, the journal beside it of a run
+/// that was cut off (RecordingJournal).                                                  [setup]
+std::filesystem::path found_recording(const std::filesystem::path& file);
+
+/// Whether a file is the journal of a run, which was cut off.                            [setup]
+bool is_journal(const std::filesystem::path& file);
+
+/// Reads it back, bit for bit; of a journal, all whole parts; of an older version of the format,
+/// what it does not have is as a DeviceState and DeviceProperties begin. [setup] Throws
+/// std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
 /// recording.
 Recording read_recording(const std::filesystem::path& file);
 

@@ -29,11 +29,15 @@ struct RunFrame {
     Overrun overrun = Overrun::none;
 };
 
+struct Trace;
+
 /// Who is told of a run while it goes on, in the thread that started it. Each may be empty.
 struct RunWatch {
     std::function<void(const std::string&)> warning; ///< before the first frame, each once
     std::function<void(const RunFrame&)> frame;      ///< every frame that is recorded, in order
-    Progress progress;                               ///< several times a second; false ends the run
+    std::function<void(const Trace&)> kept; ///< in real time, twice a second and at the end: all
+                                            ///< that is recorded so far
+    Progress progress; ///< several times a second; false ends the run
 };
 
 } // namespace palpate

@@ -90,6 +90,21 @@ void apply(const SceneOverrides& overrides, SceneDescription& scene) {
     set("--budget-us", overrides.budget_us, 1e-3, 1e6 / scene.loop.rate_hz, scene.loop.budget_us);
 }
 
+void check_used(const SceneOverrides& overrides, const SceneDescription& scene) {
+    const auto of_method = [&](const char* option, bool is_given, SteppingMethod method) {
+        if (!is_given || scene.loop.method == method) return;
+        throw std::invalid_argument(fmt::format(
+            "{}: is of method {} and changes nothing with {}; add --method {}, or leave "
+            "it out",
+            option, name(method), name(scene.loop.method), name(method)));
+    };
+    of_method("--sub-steps", overrides.sub_steps.has_value(), SteppingMethod::fixed);
+    of_method("--tolerance-um", overrides.tolerance_um.has_value(), SteppingMethod::adaptive);
+    of_method("--budget-us", overrides.budget_us.has_value(), SteppingMethod::paper);
+    if (overrides.contact && scene.surfaces.empty())
+        throw std::invalid_argument("--contact: the scene has no surface to touch; leave it out");
+}
+
 std::string to_json(const SceneOverrides& overrides) {
     nlohmann::json json = nlohmann::json::object();
     const auto put = [&](const char* key, const auto& value) {

@@ -25,6 +25,11 @@ struct SceneOverrides {
 /// Throws std::invalid_argument that names option, value and what is allowed.
 void apply(const SceneOverrides& overrides, SceneDescription& scene);
 
+/// Refuses options that change nothing in a scene which they were applied to: --sub-steps where the
+/// method is not fixed, and so on. Recordings may have such.                            [setup]
+/// Throws std::invalid_argument that names the option and what it goes with.
+void check_used(const SceneOverrides& overrides, const SceneDescription& scene);
+
 std::string to_json(const SceneOverrides& overrides); ///< [setup]
 SceneOverrides
 overrides_from_json(const std::string& text); ///< throws std::runtime_error on bad JSON [setup]

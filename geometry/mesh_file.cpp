@@ -15,7 +15,10 @@
 #include <system_error>
 #include <utility>
 
+#include <unistd.h>
+
 #include <palpate/geometry/internal/mesh_formats.h>
+#include <palpate/geometry/patient_size.h>
 
 namespace palpate {
 namespace {
@@ -28,7 +31,7 @@ constexpr double kMmPerM = 1000.0;
 
 std::string ply_header(const TriangleMesh& mesh, const std::vector<std::string>& comments) {
     std::ostringstream header;
-    header << "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS\ncomment UNIT=mm\n";
+    header << kPlyBeginning;
     for (const std::string& comment : comments) {
         if (comment.find_first_of("\r\n") != std::string::npos)
             throw std::invalid_argument(
@@ -110,11 +113,8 @@ void settle_unit(const MeshSource& source, MeshUnit asked, FileMesh& file, MeshF
 }
 
 /// Anatomy in the wrong unit is a thousand times too small or too large: said wherever it looks so.
-void doubt_size(const MeshFile& file, std::vector<std::string>& warnings) {
+void doubt_size(const MeshFile& file, const Box& bounds, std::vector<std::string>& warnings) {
     constexpr double kSmallest = 2.0e-3, kLargest = 20.0; // m; from an ossicle to a whale
-    Box bounds;
-    for (const Vec3& p : file.mesh.vertices)
-        bounds.add(p);
     if (bounds.empty()) return;
     const double size = std::max({bounds.extent().x, bounds.extent().y, bounds.extent().z});
     const bool in_metres = file.unit == MeshUnit::metre;
@@ -143,9 +143,27 @@ MeshFile understood(const MeshSource& source, FileMesh read, const MeshFileSetti
     settle_unit(source, settings.unit, read, file);
     file.mesh = std::move(read.mesh);
     bring_into_scene(file);
-    doubt_size(file, read.warnings);
+    Box bounds;
+    for (const Vec3& p : file.mesh.vertices)
+        bounds.add(p);
+    if (const auto implausible = implausible_bounds(bounds)) source.fail(implausible->what);
+    doubt_size(file, bounds, read.warnings);
     file.warnings = std::move(read.warnings);
     return file;
+}
+
+[[noreturn]] void refuse_no_mesh(const std::filesystem::path& file, const std::string& ending) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file, ignored))
+        throw std::runtime_error(file.string() + ": is a folder; name a mesh file in it");
+    const std::string name = file.filename().string();
+    for (const std::string volume : {".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".vdb"})
+        if (name.size() > volume.size() && name.ends_with(volume))
+            throw std::runtime_error(file.string() +
+                                     ": is a volume, where a mesh is wanted; name it under "
+                                     "[volume.NAME], or give a mesh as .ply, .stl or .obj");
+    throw std::runtime_error(file.string() + ": unknown ending '" + ending +
+                             "'; give a mesh as .ply, .stl or .obj");
 }
 
 std::string lower_case_ending(const std::filesystem::path& file) {
@@ -176,7 +194,7 @@ void write_ply(const TriangleMesh& mesh, const std::filesystem::path& file,
                const std::vector<std::string>& comments) {
     const std::string header = ply_header(mesh, comments);
     std::filesystem::path unfinished = file;
-    unfinished += ".part";
+    unfinished += ".part" + std::to_string(::getpid());
     const auto fail = [&](const std::string& what) {
         std::error_code ignored;
         std::filesystem::remove(unfinished, ignored);
@@ -201,9 +219,7 @@ MeshFile read_mesh(const std::filesystem::path& file, const MeshFileSettings& se
                       : ending == ".stl" ? read_stl_mesh
                       : ending == ".obj" ? read_obj_mesh
                                          : nullptr;
-    if (!read)
-        throw std::runtime_error(file.string() + ": unknown ending '" + ending +
-                                 "'; give a mesh as .ply, .stl or .obj");
+    if (!read) refuse_no_mesh(file, ending);
     MeshSource source(file);
     MeshFile result = understood(source, read(source), settings);
     if (result.mesh.triangles.empty()) source.fail("has no triangle; export a surface");

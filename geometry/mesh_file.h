@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <palpate/geometry/triangle_mesh.h>
@@ -42,6 +43,10 @@ struct MeshFile {
 /// an index that no vertex has, a coordinate that is not finite, no triangle, an unknown or
 /// contradictory SPACE= or UNIT= that `settings` do not settle.
 MeshFile read_mesh(const std::filesystem::path& file, const MeshFileSettings& settings = {});
+
+/// How a file of write_ply() begins.
+inline constexpr std::string_view kPlyBeginning =
+    "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS\ncomment UNIT=mm\n";
 
 /// Writes a binary little-endian PLY: double vertices in millimetres, LPS, said so in comments
 /// ("SPACE=LPS", "UNIT=mm"), which `comments` follow, a line each. The file appears under its name

@@ -20,7 +20,7 @@ if "$top/scripts/fetch_data.sh" "$data"; then
     notes=(--note "The skull is a real head CT (Debian package invesalius-examples), bone at 226 HU; the brain is the ch2better template (mricron-data), cortex at 60; the eight structures are labels of its AAL atlas. Left and right of the skull are not verified.")
 else
     echo "The real volumes cannot be had here: a generated phantom takes their place."
-    "$palpate" phantom "$data/phantom.nrrd"
+    "$palpate" phantom "$data/phantom.nrrd" --force
     subjects=(phantom)
     labels=no
     notes=(--note "The real volumes could not be had on this machine: this is a generated phantom.")
@@ -30,12 +30,12 @@ main=${subjects[0]}
 step "Volumes"
 for subject in "${subjects[@]}"; do
     case $subject in
-        skull) "$palpate" info "$data/skull.nhdr" --picture "$out/skull.png" --iso 226 ;;
-        brain) "$palpate" info "$data/brain.nii.gz" --picture "$out/brain.png" --iso 60 ;;
-        phantom) "$palpate" info "$data/phantom.nrrd" --picture "$out/phantom.png" --iso 226 ;;
+        skull) "$palpate" info "$data/skull.nhdr" --picture "$out/skull.png" --iso 226 --force ;;
+        brain) "$palpate" info "$data/brain.nii.gz" --picture "$out/brain.png" --iso 60 --force ;;
+        phantom) "$palpate" info "$data/phantom.nrrd" --picture "$out/phantom.png" --iso 226 --force ;;
     esac
 done
-[ $labels = no ] || "$palpate" info "$data/aal.nii.gz" --picture "$out/aal.png"
+[ $labels = no ] || "$palpate" info "$data/aal.nii.gz" --picture "$out/aal.png" --force
 
 step "Surfaces"
 extract() {

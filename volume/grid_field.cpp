@@ -20,6 +20,7 @@
 #include <openvdb/tools/Prune.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
+#include <palpate/geometry/patient_size.h>
 #include <palpate/volume/internal/grid_nodes.h>
 #include <palpate/volume/internal/grid_preview.h>
 #include <palpate/volume/internal/grid_sampler.h>
@@ -60,6 +61,8 @@ void check_volume(const VoxelVolume& volume, float background) {
         throw std::invalid_argument(
             "volume: the background is not finite; give a value below every level");
     check_affine(volume.index_to_scene);
+    if (const auto implausible = implausible_grid(volume.size, volume.index_to_scene))
+        throw std::invalid_argument("volume: it " + implausible->what);
 }
 
 openvdb::CoordBBox voxel_box(const std::array<int, 3>& size) {
@@ -191,7 +194,8 @@ openvdb::FloatGrid::Ptr read_stream(const std::filesystem::path& file,
     openvdb::initialize();
     std::ifstream stream(file, std::ios::binary);
     if (!stream) throw std::runtime_error("cannot be opened; check its name and permissions");
-    // Where a file ends too early OpenVDB goes on with whatever is in memory: the stream must throw.
+    // Where a file ends too early OpenVDB goes on with whatever is in memory: the stream must
+    // throw.
     stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
     // Delayed loading would read leaves from the disk inside the loop.
     openvdb::io::Stream input(stream, /*delayLoad=*/false);
@@ -363,7 +367,8 @@ std::unique_ptr<GridField> GridField::read_vdb(const std::filesystem::path& file
         auto grid = std::make_unique<Grid>(vdb, size, read_affine(*vdb));
         return std::unique_ptr<GridField>(new GridField(std::move(grid)));
     } catch (const std::ios_base::failure&) {
-        throw std::runtime_error(file.string() + ": is truncated or cannot be read; write it again");
+        throw std::runtime_error(file.string() +
+                                 ": is truncated or cannot be read; write it again");
     } catch (const std::runtime_error& error) { // ours: they say what to do
         throw std::runtime_error(file.string() + ": " + error.what());
     } catch (const std::invalid_argument& error) {

@@ -150,7 +150,7 @@ double level_keeping_volume(const VoxelVolume& smoothed, double volume_m3) {
         (next.excess_m3 > 0.0 ? low : high) = next;
         halve = high.level - low.level > 0.5 * width;
     }
-    throw std::runtime_error("level_keeping_volume: no level of the smoothed labels encloses " +
+    throw std::runtime_error("no level of the smoothed labels encloses " +
                              std::to_string(kMm3PerM3 * volume_m3) + " mm3; smooth less");
 }
 

@@ -74,6 +74,7 @@ LabelVolume read_label_volume(const std::filesystem::path& file,
     LabelVolume volume;
     std::error_code ignored; // what is no file, read_volume() refuses
     if (is_nrrd(file) && std::filesystem::is_regular_file(file, ignored)) {
+        require_choices(file, selection);
         ComponentImage image = read_nrrd_image(file);
         if (is_segmentation(image)) return read_segmentation(file, std::move(image), names);
         volume = as_labels(file, as_scalar_volume(file, std::move(image)));

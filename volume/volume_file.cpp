@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include <itkMetaDataObject.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <unistd.h>
@@ -18,6 +19,7 @@
 #include <palpate/volume/internal/component_image.h>
 #include <palpate/volume/internal/dicom_series.h>
 #include <palpate/volume/internal/volume_import.h>
+#include <palpate/volume/internal/voxel_bytes.h>
 
 namespace palpate {
 namespace {
@@ -45,6 +47,11 @@ Format format_of(const std::filesystem::path& file) {
     if (ending == ".vdb") return Format::vdb;
     if (!ending.empty()) return Format::component_image;
     if (is_dicom_file(file)) return Format::dicom;
+    for (const std::string ending : {".ply", ".stl", ".obj"})
+        if (file.extension() == ending)
+            throw import_error(file,
+                               "is a mesh, where a volume is wanted; give it to a surface with "
+                               "mesh = \"...\", or name a volume");
     throw import_error(file,
                        "is not a volume by its name; .nrrd, .nhdr, .nii, .nii.gz, .mha, .mhd, "
                        ".vdb and folders of DICOM slices are read");
@@ -70,6 +77,13 @@ void require_choices(const std::filesystem::path& file, Format format,
     if (!selection.grid.empty() && format != Format::vdb)
         throw import_error(file, "is not OpenVDB and has no grid \"" + selection.grid +
                                      "\"; leave grid out");
+    if (selection.slices != VolumeSelection::Slices::refuse && format != Format::dicom)
+        throw import_error(file, "is not DICOM and has no slices to repair; leave slices out");
+    const std::string ending = known_ending(file);
+    if (selection.nifti_transform != VolumeSelection::NiftiTransform::automatic &&
+        ending != ".nii" && ending != ".nii.gz")
+        throw import_error(file, "is not NIfTI and has no sform or qform; leave nifti_transform "
+                                 "out");
 }
 
 /// Checks what can be said of any file; returns its format.
@@ -80,6 +94,10 @@ Format checked_format(const std::filesystem::path& file) {
 }
 
 } // namespace
+
+void require_choices(const std::filesystem::path& file, const VolumeSelection& selection) {
+    require_choices(file, checked_format(file), selection);
+}
 
 VoxelVolume read_volume(const std::filesystem::path& file, const VolumeSelection& selection) {
     const Format format = checked_format(file);
@@ -133,6 +151,10 @@ std::string description(const itk::ExceptionObject& error) {
     return text.substr(0, 200);
 }
 
+// What is said of ours in their headers.
+constexpr const char* kMark = "palpate";
+constexpr const char* kNrrdMark = "written_by";
+
 // A NIfTI qform holds a rotation only, and ITK builds the sform from the same directions.
 constexpr double kOrthogonal = 1e-6; // cosine: float rounding of a header
 constexpr int kMaxNiftiSize = std::numeric_limits<short>::max();
@@ -142,8 +164,7 @@ void require_writable(const VoxelVolume& volume, const std::filesystem::path& fi
     if (std::min({i, j, k}) < 1 || volume.values.size() != volume.voxels())
         throw std::invalid_argument(file.string() +
                                     ": the volume to write is empty or its values do not fill it");
-    require_regular(file, volume.index_to_scene.linear, volume.index_to_scene.offset,
-                    "the volume's index_to_scene");
+    require_plausible(file, volume.size, volume.index_to_scene, "the volume's index_to_scene");
     const std::string ending = known_ending(file);
     if (ending != ".nrrd" && ending != ".nii" && ending != ".nii.gz")
         throw import_error(file, "is not a name that a volume is written to; use .nrrd, .nii or "
@@ -192,6 +213,26 @@ std::filesystem::path temporary_beside(const std::filesystem::path& file) {
 
 } // namespace
 
+bool is_written_volume(const std::filesystem::path& file) {
+    constexpr std::size_t header_bytes = 348, auxiliary_file = 228; // of NIfTI-1
+    constexpr std::size_t most_bytes = 4096;                        // of our NRRD headers
+    const std::string ending = known_ending(file);
+    if (ending == ".nrrd") {
+        std::string text(most_bytes, '\0');
+        std::ifstream(file, std::ios::binary).read(text.data(), most_bytes);
+        return text.starts_with("NRRD") &&
+               text.find(std::string("\n") + kNrrdMark + ":=" + kMark + "\n") != std::string::npos;
+    }
+    if (ending != ".nii" && ending != ".nii.gz") return false;
+    try {
+        std::string header(header_bytes, '\0');
+        InputBytes(file, 0, InputBytes::Packing::by_look).read(header, "its header");
+        return header.substr(auxiliary_file).starts_with(std::string(kMark) + '\0');
+    } catch (const std::runtime_error&) {
+        return false;
+    }
+}
+
 void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) {
     require_writable(volume, file);
     const QuietItk quiet;
@@ -202,6 +243,9 @@ void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) 
         io = itk::NiftiImageIO::New().GetPointer();
     describe(volume, *io);
     io->SetUseCompression(known_ending(file) != ".nii");
+    // NRRD keeps any key; NIfTI has 23 letters for the name of another file, which nobody reads.
+    itk::EncapsulateMetaData<std::string>(
+        io->GetMetaDataDictionary(), known_ending(file) == ".nrrd" ? kNrrdMark : "aux_file", kMark);
 
     const std::filesystem::path temporary = temporary_beside(file);
     std::error_code ignored;

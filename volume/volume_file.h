@@ -50,6 +50,9 @@ struct VolumeEntry {
 /// Throws as read_volume() for what cannot be read at all.
 std::vector<VolumeEntry> list_volumes(const std::filesystem::path& file);
 
+/// Whether a file is of write_volume(), which marks what it writes.                        [setup]
+bool is_written_volume(const std::filesystem::path& file);
+
 /// Writes a volume as .nrrd, .nii or .nii.gz (millimetres, LPS directions), float32; complete or
 /// not at all.      [setup] Throws std::runtime_error naming the file.
 void write_volume(const VoxelVolume& volume, const std::filesystem::path& file);

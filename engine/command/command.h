@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <palpate/engine/output_files.h>
 #include <palpate/engine/scene.h>
 
 namespace palpate::command {
@@ -45,8 +46,11 @@ void add_phantom(CLI::App& app, Run& run);
 /// ~/.cache/palpate, else nowhere.
 std::filesystem::path cache_folder();
 
-/// What the command gives a scene to be built with: the cache, CGAL where this build has it, a
-/// progress bar.
+/// --force: outputs may replace files that Palpate did not write.
+void add_force(CLI::App& command, Replace& replace);
+
+/// What the command gives a scene to be built with: the cache, whose warnings go to stderr, CGAL
+/// where this build has it, a progress bar.
 SceneResources resources();
 
 /// Draws a progress bar with the time that is left on stderr where that is a terminal, and nothing

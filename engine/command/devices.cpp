@@ -29,13 +29,15 @@ void add_devices(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         app.add_subcommand("devices", "what is attached, and why something is not usable");
-    command->add_flag("--why", options->why,
-                      "what is in the way of each device, and what to do about it");
-    CLI::Option* json = command->add_flag("--json", options->json, "as JSON, with every finding");
+    CLI::Option* why = command->add_flag(
+        "--why", options->why, "what is in the way of each device, and what to do about it");
+    CLI::Option* json =
+        command->add_flag("--json", options->json, "as JSON, with every finding")->excludes(why);
     command
         ->add_flag("--udev-rules", options->rules,
                    "print the rules that let you use the devices without being root")
-        ->excludes(json);
+        ->excludes(json)
+        ->excludes(why);
     command->callback([options, &run] { run = [options] { return devices(*options); }; });
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <stdexcept>
 
@@ -31,7 +32,25 @@ struct Options {
     std::optional<double> facet_size_mm;
     std::optional<double> facet_distance_mm;
     std::string method = "cgal";
+    Replace replace = Replace::own;
 };
+
+/// Refuses what would change nothing.
+void check_used(const Options& options) {
+    const auto refuse = [](const char* option, bool is_given, const char* why) {
+        if (is_given) throw UsageError(fmt::format("{}: {}; leave it out", option, why));
+    };
+    refuse("--labels", !options.volume.labels.empty() && options.labels.empty(),
+           "names labels, and --label takes none");
+    const bool is_preview = options.method == "preview";
+    refuse("--facet-size", is_preview && options.facet_size_mm.has_value(),
+           "is of --method cgal; the preview's facets are the voxels'");
+    refuse("--facet-distance", is_preview && options.facet_distance_mm.has_value(),
+           "is of --method cgal; the preview's facets are the voxels'");
+    const double smooth = options.smooth_voxels.value_or(options.labels.empty() ? 0.0 : 1.0);
+    refuse("--iso-after-smoothing", !options.iso_after_smoothing.empty() && smooth == 0.0,
+           "goes with --smooth-voxels, and nothing is smoothed");
+}
 
 IsoAfterSmoothing iso_after_smoothing(const Options& options) {
     if (options.iso_after_smoothing.empty())
@@ -133,12 +152,10 @@ int extract(const Options& options) {
     const SceneDescription scene = described(options);
     // Said now rather than after a minute of work.
     const std::filesystem::path file(options.mesh);
-    const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+    check_used(options);
     if (file.extension() != ".ply")
         throw UsageError(fmt::format("-o {}: is written as PLY; name it .ply", options.mesh));
-    if (!std::filesystem::is_directory(folder))
-        throw std::runtime_error(fmt::format("{}: its folder does not exist; make {} first",
-                                             options.mesh, folder.string()));
+    check_outputs(std::array{file}, input_files(scene), options.replace);
     const SceneResources with = resources();
     const BakedSurface baked = bake_surface(scene, "surface", with.cache, with.progress);
     print(baked_in_words(baked));
@@ -194,6 +211,7 @@ void add_extract(CLI::App& app, Run& run) {
                      "cgal: bounded angles; preview: at once, by OpenVDB, poor angles")
         ->check(CLI::IsMember({"cgal", "preview"}));
     add_volume_options(*command, options->volume);
+    add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return extract(*options); }; });
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <filesystem>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -20,7 +22,34 @@ struct Options {
     std::optional<double> iso;
     std::string mesh_frame;
     std::string mesh_unit;
+    Replace replace = Replace::own;
 };
+
+/// Refuses options of meshes for volumes, and those of volumes for meshes, scenes and recordings.
+void check_kind(const Options& options) {
+    std::string ending = std::filesystem::path(options.volume.file).extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const bool is_mesh = ending == ".ply" || ending == ".stl" || ending == ".obj";
+    const bool is_volume = !is_mesh && ending != ".toml" && ending != ".h5";
+    const auto refuse = [&](const char* option, bool is_given, const char* kind) {
+        if (is_given)
+            throw UsageError(fmt::format("{}: is for {}, and {} is none; leave it out", option,
+                                         kind, options.volume.file));
+    };
+    if (!is_mesh) {
+        refuse("--mesh-frame", !options.mesh_frame.empty(), "a mesh");
+        refuse("--mesh-unit", !options.mesh_unit.empty(), "a mesh");
+    }
+    if (!is_volume) {
+        refuse("--labels", !options.volume.labels.empty(), "a volume");
+        refuse("--series", !options.volume.series.empty(), "a volume");
+        refuse("--grid", !options.volume.grid.empty(), "a volume");
+        refuse("--slices", options.volume.slices != "refuse", "a volume");
+        refuse("--nifti-transform", options.volume.nifti_transform != "automatic", "a volume");
+        refuse("--iso", options.iso.has_value(), "a volume");
+    }
+}
 
 /// Said now rather than after a large volume was read.
 void check_picture(const Options& options) {
@@ -31,10 +60,9 @@ void check_picture(const Options& options) {
     if (picture.extension() != ".png")
         throw UsageError(
             fmt::format("--picture {}: is written as PNG; name it .png", options.picture));
-    const std::filesystem::path folder = std::filesystem::absolute(picture).parent_path();
-    if (!std::filesystem::is_directory(folder))
-        throw std::runtime_error(fmt::format("{}: its folder does not exist; make {} first",
-                                             options.picture, folder.string()));
+    SceneDescription read; // no scene, but what there is to be read of a volume
+    read.volumes["volume"] = described(options.volume);
+    check_outputs(std::array{picture}, input_files(read), options.replace);
 }
 
 FileInfoSettings settings_of(const Options& options) {
@@ -56,6 +84,7 @@ FileInfoSettings settings_of(const Options& options) {
 
 int info(const Options& options) {
     const std::string& file = options.volume.file;
+    check_kind(options);
     check_picture(options);
     FileInfo info = file_info(file, settings_of(options));
     if (!options.picture.empty() && info.picture.empty())
@@ -95,6 +124,7 @@ void add_info(CLI::App& app, Run& run) {
                      "unit of a mesh's coordinates, whatever the file says: mm or m")
         ->check(CLI::IsMember({"mm", "m"}));
     add_volume_options(*command, options->volume);
+    add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return info(*options); }; });
 }
 

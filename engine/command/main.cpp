@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -13,6 +14,7 @@
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/interrupt.h>
 #include <palpate/engine/device_factory.h>
+#include <palpate/engine/internal/toml_reader.h>
 #include <palpate/geometry/isosurface.h>
 #include <palpate/version.h>
 
@@ -71,9 +73,19 @@ Progress progress_bar() {
     };
 }
 
+void add_force(CLI::App& command, Replace& replace) {
+    command.add_flag_callback(
+        "--force", [&replace] { replace = Replace::any; },
+        "replace files that Palpate did not write; what is being read is never replaced");
+}
+
 SceneResources resources() {
+    // One for all that a command builds, so that its warnings come once.
+    static const ResultCache cache(cache_folder(), [](const std::string& warning) {
+        fmt::print(stderr, "palpate: warning: {}\n", warning);
+    });
     SceneResources result;
-    result.cache = cache_folder();
+    result.cache = cache;
     result.progress = progress_bar();
 #ifdef PALPATE_WITH_CGAL
     result.extract = extract_isosurface;
@@ -88,6 +100,45 @@ void print(const std::string& text) {
 }
 
 namespace {
+
+/// The names of an app's options, as "--out"; of all its parents, too.
+std::vector<std::string> option_names(const CLI::App& app) {
+    std::vector<std::string> names{"--help"};
+    for (const CLI::Option* option : app.get_options())
+        for (const std::string& name : option->get_lnames())
+            names.push_back("--" + name);
+    return names;
+}
+
+std::string unknown_in_words(const std::string& what, const std::string& given,
+                             const std::vector<std::string>& known, std::string_view noun) {
+    return fmt::format("unknown {} \"{}\"; {}", what, given,
+                       internal::remedy_for_name(
+                           given, std::vector<std::string_view>(known.begin(), known.end()), noun));
+}
+
+/// What is said of a sub-command or a long option that there is not, with the nearest that there
+/// is; empty where all are known, and something else is wrong.
+std::string unknown_name(const CLI::App& app, const std::vector<std::string>& arguments) {
+    if (arguments.empty()) return {};
+    const CLI::App* chosen = &app;
+    std::vector<std::string> commands;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+        commands.push_back(command->get_name());
+        if (commands.back() == arguments.front()) chosen = command;
+    }
+    if (chosen == &app && !arguments.front().starts_with('-'))
+        return unknown_in_words("command", arguments.front(), commands, "commands");
+    const std::vector<std::string> options = option_names(*chosen);
+    for (const std::string& argument : arguments) {
+        if (argument == "--") break;
+        const std::string name = argument.substr(0, argument.find('='));
+        if (name.starts_with("--") &&
+            std::find(options.begin(), options.end(), name) == options.end())
+            return unknown_in_words("option", name, options, "options");
+    }
+    return {};
+}
 
 int run(int argc, char** argv) {
     CLI::App app{"palpate: feel segmented anatomy. Results go to files and stdout, progress and "
@@ -106,8 +157,14 @@ int run(int argc, char** argv) {
     add_phantom(app, chosen);
     try {
         app.parse(argc, argv);
+    } catch (const CLI::Success& help) {
+        return app.exit(help);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? kDone : kUsage;
+        if (const std::string unknown = unknown_name(app, {argv + 1, argv + argc});
+            !unknown.empty())
+            throw UsageError(unknown);
+        app.exit(error);
+        return kUsage;
     }
     return chosen();
 }

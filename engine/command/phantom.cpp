@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
+
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/phantom.h>
 #include <palpate/volume/volume_file.h>
@@ -6,14 +8,21 @@
 namespace palpate::command {
 
 void add_phantom(CLI::App& app, Run& run) {
-    const auto file = std::make_shared<std::string>();
+    struct Options {
+        std::string file;
+        Replace replace = Replace::own;
+    };
+    const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
         "phantom", "writes a generated CT of a bumpy, grooved shell: a volume to try things on");
-    command->add_option("FILE", *file, ".nrrd, .nii or .nii.gz to write")->required();
-    command->callback([file, &run] {
-        run = [file] {
-            write_volume(make_phantom(), *file);
-            print(*file + ": bone is at 226");
+    command->add_option("FILE", options->file, ".nrrd, .nii or .nii.gz to write")->required();
+    add_force(*command, options->replace);
+    command->callback([options, &run] {
+        run = [options] {
+            const std::filesystem::path& file = options->file;
+            check_outputs(std::array{file}, {}, options->replace);
+            write_volume(make_phantom(), file);
+            print(options->file + ": bone is at 226");
             return kDone;
         };
     });

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -44,18 +46,30 @@ void require_consistent(const Recording& recording, const std::filesystem::path&
                              ": its inputs, frames and clock do not belong together; record again");
 }
 
-int replay(const std::filesystem::path& file, const std::string& out, bool check) {
+constexpr std::array<const char*, 3> kReplayFiles{"frames.csv", "timing.csv", "summary.json"};
+
+int replay(const std::filesystem::path& named, const std::string& out, bool check,
+           Replace replace) {
+    const std::filesystem::path file = found_recording(named);
     const Recording recording = read_recording(file);
     require_consistent(recording, file);
+    if (is_journal(file))
+        fmt::print(stderr,
+                   "palpate: warning: {}: its run was cut off; {} frames were kept until then\n",
+                   file.string(), recording.frames.size());
+    std::optional<ResultFolder> folder;
+    if (!out.empty()) {
+        folder.emplace(out);
+        check_outputs(folder->files(kReplayFiles), input_files(recording, file), replace);
+    }
     const auto scene = recorded_scene(recording, file, resources());
     const Trace trace = run_again(
         scene, {recording.inputs, recording.frames, recording.steps_left, recording.device},
         progress_bar());
-    if (!out.empty()) {
-        const ResultFolder folder(out);
-        write_frames_csv(folder / "frames.csv", trace.frames);
-        write_timing_csv(folder / "timing.csv", trace.frames);
-        internal::write_whole_file(folder / "summary.json", summarize(*scene, trace));
+    if (folder) {
+        write_frames_csv(*folder / "frames.csv", trace.frames);
+        write_timing_csv(*folder / "timing.csv", trace.frames);
+        internal::write_whole_file(*folder / "summary.json", summarize(*scene, trace));
     }
     if (!check) {
         print(fmt::format("replayed {} frames", trace.frames.size()));
@@ -77,6 +91,7 @@ void add_replay(CLI::App& app, Run& run) {
         std::string recording;
         std::string out;
         bool check = false;
+        Replace replace = Replace::own;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("replay", "computes a recording's frames again");
@@ -84,8 +99,11 @@ void add_replay(CLI::App& app, Run& run) {
     command->add_option("--out", options->out,
                         "folder for frames.csv, timing.csv and summary.json");
     command->add_flag("--check", options->check, "compare bit for bit; exit 1 where frames differ");
+    add_force(*command, options->replace);
     command->callback([options, &run] {
-        run = [options] { return replay(options->recording, options->out, options->check); };
+        run = [options] {
+            return replay(options->recording, options->out, options->check, options->replace);
+        };
     });
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <map>
 #include <stdexcept>
 
@@ -61,9 +62,24 @@ std::string method_of(const std::string& summary, const std::filesystem::path& f
     }
 }
 
+/// Before meshes are extracted and pictures drawn.
+void check_output(const std::vector<std::string>& folders, const std::string& out,
+                  Replace replace) {
+    std::vector<std::filesystem::path> inputs;
+    for (const std::filesystem::path folder : folders) {
+        const std::filesystem::path file = folder / "recording.h5";
+        const std::vector<std::filesystem::path> read = input_files(read_recording(file), file);
+        inputs.insert(inputs.end(), read.begin(), read.end());
+        inputs.push_back(folder / "summary.json");
+    }
+    const std::array<std::filesystem::path, 1> outputs{out};
+    check_outputs(outputs, inputs, replace);
+}
+
 /// Traces over the same scene are one subject: its first surface gives the picture.
 int report(const std::vector<std::string>& folders, const std::string& out,
-           const std::vector<std::string>& notes) {
+           const std::vector<std::string>& notes, Replace replace) {
+    check_output(folders, out, replace);
     std::vector<ReportSubject> subjects;
     std::map<std::string, std::size_t> subject_of;
     for (const std::filesystem::path folder : folders) {
@@ -97,6 +113,7 @@ void add_report(CLI::App& app, Run& run) {
         std::vector<std::string> folders;
         std::string out = "report.html";
         std::vector<std::string> notes;
+        Replace replace = Replace::own;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command =
@@ -104,8 +121,11 @@ void add_report(CLI::App& app, Run& run) {
     command->add_option("FOLDER", options->folders, "folders that palpate trace wrote")->required();
     command->add_option("-o,--out", options->out, "HTML file to write");
     command->add_option("--note", options->notes, "a paragraph of text above the table");
+    add_force(*command, options->replace);
     command->callback([options, &run] {
-        run = [options] { return report(options->folders, options->out, options->notes); };
+        run = [options] {
+            return report(options->folders, options->out, options->notes, options->replace);
+        };
     });
 }
 

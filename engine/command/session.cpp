@@ -14,10 +14,21 @@ namespace palpate::command {
 SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& overrides) {
     try {
         apply(overrides, scene);
+        check_used(overrides, scene);
     } catch (const std::invalid_argument& error) {
         throw UsageError(error.what());
     }
     return scene;
+}
+
+void check_every(const SceneDescription& scene, bool is_given) {
+    using Kind = DeviceDescription::Kind;
+    const Kind kind = scene.device.kind;
+    const bool has_rows = kind == Kind::path || kind == Kind::orbit ||
+                          (kind == Kind::hand && !scene.device.file.empty());
+    if (is_given && !has_rows)
+        throw UsageError("--every: takes each K-th row of a path or an orbit, and the device is "
+                         "neither; leave it out");
 }
 
 void warn_of_sources(const Scene& scene) {
@@ -41,6 +52,13 @@ ResultFolder::ResultFolder(std::filesystem::path folder) : folder_(std::move(fol
     if (!std::filesystem::is_directory(folder_))
         throw std::runtime_error(fmt::format(
             "{}: cannot be made a folder; name another one with --out", folder_.string()));
+}
+
+std::vector<std::filesystem::path> ResultFolder::files(std::span<const char* const> names) const {
+    std::vector<std::filesystem::path> files;
+    for (const char* name : names)
+        files.push_back(folder_ / name);
+    return files;
 }
 
 ResultFolder::~ResultFolder() {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <palpate/engine/scene.h>
 #include <palpate/engine/scene_overrides.h>
@@ -16,6 +18,9 @@ SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& ove
 /// once.
 void warn_of_sources(const Scene& scene);
 
+/// Refuses --every where nothing is taken row by row.
+void check_every(const SceneDescription& scene, bool is_given);
+
 /// A folder for results, made before the work; if nothing comes of it, a folder that was made goes
 /// again.
 class ResultFolder {
@@ -27,6 +32,8 @@ public:
     ResultFolder& operator=(const ResultFolder&) = delete;
 
     std::filesystem::path operator/(const char* name) const { return folder_ / name; }
+    /// The files of these names in it.
+    std::vector<std::filesystem::path> files(std::span<const char* const> names) const;
     std::string string() const { return folder_.string(); }
 
 private:

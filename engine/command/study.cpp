@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
+#include <palpate/engine/no_contact.h>
 #include <palpate/engine/paced_run.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/study.h>
@@ -19,7 +21,11 @@ struct Options {
     std::size_t frames = 0;
     int every = 1;
     bool real_time = false;
+    Replace replace = Replace::own;
 };
+
+constexpr std::array<const char*, 4> kStudyFiles{"study.csv", "drift.csv", "study.json",
+                                                 "index.html"};
 
 /// The command that gives these numbers again, as far as clocks do.
 std::string command_of(const Options& options) {
@@ -50,20 +56,24 @@ void add_real_time(std::shared_ptr<const Scene> scene, const std::vector<DeviceS
     progress(1.0, "in real time");
 }
 
-void warn_of_no_contact(const Scene& scene, const Study& study) {
-    if (std::none_of(study.runs.begin(), study.runs.end(),
-                     [](const StudyRun& run) { return run.frames_in_contact > 0; }))
-        fmt::print(stderr,
-                   "palpate: warning: {}: nothing is touched in any of the {} frames, and nothing "
-                   "was measured; lead the probe to what can be felt\n",
-                   scene.description().file.string(), study.time_s.size());
+void warn_of_no_contact(const Scene& scene, const Study& study,
+                        const std::vector<DeviceState>& inputs) {
+    if (std::any_of(study.runs.begin(), study.runs.end(),
+                    [](const StudyRun& run) { return run.frames_in_contact > 0; }))
+        return;
+    std::vector<Vec3> probes;
+    for (const DeviceState& input : inputs)
+        probes.push_back(input.position);
+    fmt::print(stderr, "palpate: warning: {}\n", no_contact_in_words(scene, probes));
 }
 
 int study(const Options& options) {
     const SceneDescription description = read_scene(options.scene);
+    check_every(description, options.every > 1);
     // Before the work, not after it.
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-study"
                                                : options.out);
+    check_outputs(out.files(kStudyFiles), input_files(description), options.replace);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     check_study(*scene);
@@ -76,7 +86,7 @@ int study(const Options& options) {
     for (StudyRun& run : run_baselines(*scene, inputs, clock, progress_bar()))
         study.runs.push_back(std::move(run));
     if (options.real_time) add_real_time(scene, inputs, study);
-    warn_of_no_contact(*scene, study);
+    warn_of_no_contact(*scene, study, inputs);
     write_study(out.string(), *scene, study, command_of(options));
     print(study_table(study));
     print(fmt::format("written to {}: study.csv drift.csv study.json index.html", out.string()));
@@ -99,6 +109,7 @@ void add_study(CLI::App& app, Run& run) {
     command->add_flag("--real-time", options->real_time,
                       "single and paper also at the clock's pace, and released from it, with the "
                       "ordinary scheduler and SCHED_FIFO: eight times the path's duration");
+    add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return study(*options); }; });
 }
 

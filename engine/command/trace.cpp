@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,8 +15,10 @@
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/device_factory.h>
 #include <palpate/engine/internal/whole_file.h>
+#include <palpate/engine/no_contact.h>
 #include <palpate/engine/realtime_run.h>
 #include <palpate/engine/recorded_run.h>
+#include <palpate/engine/recording_journal.h>
 #include <palpate/engine/report_page.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/trace.h>
@@ -31,10 +35,14 @@ struct Options {
     std::string pace = "asap";
     std::optional<int> cpu;
     bool events = false;
+    Replace replace = Replace::own;
     SceneOverrides overrides;
 
     bool is_realtime() const { return pace == "realtime"; }
 };
+
+constexpr std::array<const char*, 5> kTraceFiles{"frames.csv", "timing.csv", "summary.json",
+                                                 "recording.h5", "recording.h5.part"};
 
 /// Refuses what does not go with the pace.
 void check(const Options& options, const SceneDescription& scene) {
@@ -63,14 +71,29 @@ std::uint64_t most_frames(const Options& options, double rate_hz, const SceneDev
 Trace run_asap(const std::shared_ptr<const Scene>& scene, const Options& options,
                const SceneDevice& device) {
     SteadyClock clock;
+    const std::uint64_t most = most_frames(options, scene->description().loop.rate_hz, device);
+    std::uint64_t done = 0;
     RunDisplay display(*scene, options.events ? Shown::events : Shown::bar);
-    return run_trace(scene, device.placed(), clock,
-                     most_frames(options, scene->description().loop.rate_hz, device),
-                     display.watch());
+    RunWatch watch = display.watch();
+    watch.frame = [&done, shown = watch.frame](const RunFrame& run) {
+        ++done;
+        if (shown) shown(run);
+    };
+    try {
+        return run_trace(scene, device.placed(), clock, most, watch);
+    } catch (const std::runtime_error&) {
+        if (stop_wanted())
+            fmt::print(stderr,
+                       "palpate: stopped: the {} frames that were computed so far are thrown away, "
+                       "and nothing is written; let it end, take fewer with --frames, or use "
+                       "--pace realtime, which keeps what was felt\n",
+                       done);
+        throw;
+    }
 }
 
 Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options& options,
-                       const SceneDevice& device) {
+                       const SceneDevice& device, RecordingJournal& journal) {
     RealtimeSettings settings;
     settings.cpu = options.cpu;
     settings.most_frames = std::min(options.frames, device.states);
@@ -79,7 +102,13 @@ Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options&
     {
         RunDisplay display(*scene, options.events ? Shown::events : Shown::line);
         const SignalsOnlyAsk one_is_enough;
-        trace = run_realtime(scene, device.placed(), settings, display.watch());
+        RunWatch watch = display.watch();
+        watch.kept = [&journal, is_told = false](const Trace& so_far) mutable {
+            if (journal.add(so_far) || std::exchange(is_told, true)) return;
+            fmt::print(stderr, "palpate: warning: what is felt cannot be kept while it goes on; "
+                               "check the space in the results' folder\n");
+        };
+        trace = run_realtime(scene, device.placed(), settings, watch);
     }
     if (trace.realtime->dropped > 0)
         fmt::print(stderr,
@@ -97,25 +126,33 @@ int trace(const Options& options) {
         changed_scene(read_scene(options.scene), options.overrides);
     check(options, description);
     // Before the work, not after it.
+    check_every(description, options.overrides.every.has_value());
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
                                                : options.out);
+    check_outputs(out.files(kTraceFiles), input_files(description), options.replace);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
     if (!is_sequence(description.device))
         fmt::print(stderr, "palpate: {}\n", device.placement.in_words());
 
-    const Trace trace = options.is_realtime() ? run_by_the_clock(scene, options, device)
-                                              : run_asap(scene, options, device);
+    std::optional<RecordingJournal> journal;
+    if (options.is_realtime())
+        journal.emplace(out / "recording.h5", recorded(*scene, options.overrides, {}));
+    const Trace trace = journal ? run_by_the_clock(scene, options, device, *journal)
+                                : run_asap(scene, options, device);
     write_frames_csv(out / "frames.csv", trace.frames);
     write_timing_csv(out / "timing.csv", trace.frames);
     write_recording(out / "recording.h5", recorded(*scene, options.overrides, trace));
+    if (journal) journal->remove();
     const std::string summary = summarize(*scene, trace);
     internal::write_whole_file(out / "summary.json", summary);
 
     for (const SurfaceAudit& audit : trace.audits)
         if (const std::string warning = guard_warning(audit); !warning.empty())
             fmt::print(stderr, "palpate: warning: {}\n", warning);
+    if (const std::string warning = no_contact_warning(*scene, trace.frames); !warning.empty())
+        fmt::print(stderr, "palpate: warning: {}\n", warning);
     for (const std::string& warning : flag_warnings(trace.frames))
         fmt::print(stderr, "palpate: warning: {}\n", warning);
     const std::string title =
@@ -165,6 +202,7 @@ void add_trace(CLI::App& app, Run& run) {
         ->add_option("--every", options->overrides.every,
                      "each K-th row of a path, K times as fast")
         ->check(CLI::Range(1, 1000000));
+    add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return trace(*options); }; });
 }
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <palpate/volume/label_filters.h>
+#include <palpate/volume/label_volume.h>
 
 namespace palpate::internal {
 namespace {
@@ -27,6 +28,48 @@ void require_level_in_range(const VoxelVolume& volume, double level, const std::
                     place, level, low, high));
 }
 
+/// Two values are a mask, whose surface lies between them; more are names, which nothing lies
+/// between. A table of names beside it makes either a label map.
+bool is_label_map(const std::filesystem::path& file, const VoxelVolume& volume) {
+    const std::string name = file.filename().string();
+    if (name.ends_with(".seg.nrrd") || name.ends_with(".seg.nhdr")) return true;
+    if (!looks_like_labels(volume)) return false;
+    const auto [low, high] = value_range(volume);
+    const bool is_mask =
+        std::all_of(volume.values.begin(), volume.values.end(), [low = low, high = high](float v) {
+            return static_cast<double>(v) == low || static_cast<double>(v) == high;
+        });
+    return !is_mask || !find_name_table(file).empty();
+}
+
+void require_no_label_map(const std::filesystem::path& file, const VoxelVolume& volume,
+                          double level, const std::string& place) {
+    if (!is_label_map(file, volume)) return;
+    throw std::runtime_error(
+        fmt::format("{}: iso_value {} is of the label map {}, whose values are names and not to be "
+                    "interpolated; give label = \"NAME\" or a number (`palpate info` lists them)",
+                    place, level, file.string()));
+}
+
+/// Measured images have hundreds of values; a label map of so many comes with names, or its regions
+/// are larger than single voxels.
+void require_label_map(const std::filesystem::path& file, const LabelVolume& volume,
+                       const std::string& place) {
+    constexpr std::size_t most_unseen = 64; // so few labels are believed without a look
+    const bool is_named =
+        std::any_of(volume.labels.begin(), volume.labels.end(),
+                    [](const Label& label) { return label.name != std::to_string(label.value); });
+    if (volume.labels.size() <= most_unseen || is_named || volume.layers.size() != 1) return;
+    VoxelVolume image;
+    image.size = volume.size;
+    image.values.assign(volume.layers.front().begin(), volume.layers.front().end());
+    if (looks_like_labels(image)) return;
+    throw std::runtime_error(fmt::format(
+        "{}: label is of {}, which is no label map: it has {} values, most of them beside others; "
+        "give iso_value = ..., or name a label volume",
+        place, file.string(), volume.labels.size()));
+}
+
 VoxelVolume region_of(const VoxelVolume& volume, const SurfaceDescription& surface,
                       const std::string& place) {
     const Box region_m{1e-3 * surface.region_mm->lower, 1e-3 * surface.region_mm->upper};
@@ -39,14 +82,19 @@ VoxelVolume region_of(const VoxelVolume& volume, const SurfaceDescription& surfa
 
 /// The level of the smoothed field, as the scene wants it chosen.
 double level_after_smoothing(const VoxelVolume& before, double level, const VoxelVolume& smoothed,
-                             IsoAfterSmoothing rule, double label_volume_mm3) {
-    switch (rule) {
-    case IsoAfterSmoothing::keep_position:
-        return level_keeping_position(before, level, smoothed);
-    case IsoAfterSmoothing::keep_volume:
-        return level_keeping_volume(smoothed, label_volume_mm3 / kMm3PerM3);
-    case IsoAfterSmoothing::as_given:
-        break;
+                             IsoAfterSmoothing rule, double label_volume_mm3,
+                             const std::string& place) {
+    try {
+        switch (rule) {
+        case IsoAfterSmoothing::keep_position:
+            return level_keeping_position(before, level, smoothed);
+        case IsoAfterSmoothing::keep_volume:
+            return level_keeping_volume(smoothed, label_volume_mm3 / kMm3PerM3);
+        case IsoAfterSmoothing::as_given:
+            break;
+        }
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(fmt::format("{}: smooth_voxels: {}", place, error.what()));
     }
     return level;
 }
@@ -90,8 +138,10 @@ void report(const Progress& progress, double fraction, std::string_view what) {
     if (progress && !progress(fraction, what)) throw std::runtime_error("cancelled");
 }
 
-BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& surface,
-                        const std::string& place, const Progress& progress) {
+BakedSurface bake_level(const std::filesystem::path& file, const VoxelVolume& volume,
+                        const SurfaceDescription& surface, const std::string& place,
+                        const Progress& progress) {
+    require_no_label_map(file, volume, surface.iso_value, place);
     require_level_in_range(volume, surface.iso_value, place);
     const auto [low, high] = value_range(volume);
     const float background = static_cast<float>(low);
@@ -109,7 +159,7 @@ BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& sur
         smooth(field, surface.smooth_voxels);
         report(progress, 0.4, "choosing the level again");
         baked.level = level_after_smoothing(before, surface.iso_value, field,
-                                            surface.iso_after_smoothing, 0.0);
+                                            surface.iso_after_smoothing, 0.0, place);
         require_level_in_range(field, baked.level, place);
         baked.shift = surface_shift(before, surface.iso_value, field, baked.level);
     }
@@ -118,9 +168,10 @@ BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& sur
     return baked;
 }
 
-BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& surface,
-                         std::span<const std::string> alike, const std::string& place,
-                         const Progress& progress) {
+BakedSurface bake_labels(const std::filesystem::path& file, const LabelVolume& volume,
+                         const SurfaceDescription& surface, std::span<const std::string> alike,
+                         const std::string& place, const Progress& progress) {
+    require_label_map(file, volume, place);
     std::vector<std::size_t> chosen;
     try {
         chosen = find_labels(volume, surface.labels);
@@ -150,7 +201,7 @@ BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& su
         field = smooth_against_neighbours(volume, chosen, before, surface.smooth_voxels);
         report(progress, 0.4, "choosing the level again");
         baked.level = level_after_smoothing(before, kLabelLevel, field, surface.iso_after_smoothing,
-                                            baked.volume_before_mm3);
+                                            baked.volume_before_mm3, place);
         baked.shift = surface_shift(before, kLabelLevel, field, baked.level);
         baked.thin_parts = thin_parts(before, field, baked.level);
     }

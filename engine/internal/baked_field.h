@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 
@@ -9,15 +10,18 @@
 
 namespace palpate::internal {
 
-/// Bakes a field for an isosurface of a measured volume.                                [setup]
-/// `place` begins messages: "FILE:LINE: [surface.bone]". Throws std::runtime_error.
-BakedSurface bake_level(const VoxelVolume& volume, const SurfaceDescription& surface,
-                        const std::string& place, const Progress& progress);
+/// Bakes a field for an isosurface of a measured volume, read from `file`.               [setup]
+/// `place` begins messages: "FILE:LINE: [surface.bone]". Throws std::runtime_error; refuses label
+/// maps.
+BakedSurface bake_level(const std::filesystem::path& file, const VoxelVolume& volume,
+                        const SurfaceDescription& surface, const std::string& place,
+                        const Progress& progress);
 
 /// Bakes a field for the border of labels, without a groove along borders with those of `alike`:
-/// labels_felt_alike().                                                                  [setup]
-BakedSurface bake_labels(const LabelVolume& volume, const SurfaceDescription& surface,
-                         std::span<const std::string> alike, const std::string& place,
+/// labels_felt_alike(). Refuses measured images.                                         [setup]
+BakedSurface bake_labels(const std::filesystem::path& file, const LabelVolume& volume,
+                         const SurfaceDescription& surface, std::span<const std::string> alike,
+                         const std::string& place,
                          const Progress& progress);
 
 /// Tells progress, and throws std::runtime_error "cancelled" where it says so.          [setup]

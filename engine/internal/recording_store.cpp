@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <new>
 #include <stdexcept>
 #include <string_view>
@@ -127,6 +128,13 @@ Handle chunked(hsize_t rows, hsize_t width) {
 }
 
 } // namespace
+
+bool is_sealed_recording(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string mark(kSealMark.size(), '\0');
+    stream.seekg(-static_cast<std::streamoff>(kSealSize), std::ios::end);
+    return stream.read(mark.data(), static_cast<std::streamsize>(mark.size())) && mark == kSealMark;
+}
 
 struct RecordingWriter::State {
     Silence silence;
@@ -299,9 +307,11 @@ struct RecordingReader::State {
 };
 
 RecordingReader::RecordingReader(const std::filesystem::path& file)
+    : RecordingReader(file, read_text_file(file, "a recording of palpate trace")) {}
+
+RecordingReader::RecordingReader(const std::filesystem::path& file, std::string bytes)
     : state_(std::make_unique<State>()) {
     state_->path = file;
-    std::string bytes = read_text_file(file, "a recording of palpate trace");
     if (!bytes.starts_with(kSignature)) state_->fail("is not an HDF5 file");
     if (bytes.size() < kSealSize) state_->fail("is damaged or was cut short");
     const std::string seal = bytes.substr(bytes.size() - kSealSize);
@@ -309,7 +319,10 @@ RecordingReader::RecordingReader(const std::filesystem::path& file)
     if (!seal.starts_with(kSealMark)) state_->fail("is not a recording or was cut short");
     if (seal != seal_of(bytes)) state_->fail("is damaged or was changed after it was recorded");
 
-    state_->file = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    H5Pset_fapl_core(access.id(), bytes.size(), 0);
+    H5Pset_file_image(access.id(), bytes.data(), bytes.size());
+    state_->file = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose);
     if (!state_->file.valid()) state_->fail("cannot be opened by HDF5");
 }
 

@@ -42,11 +42,16 @@ private:
     std::unique_ptr<State> state_;
 };
 
+/// Whether a file ends as those of RecordingWriter do; the hash is not looked at.       [setup]
+bool is_sealed_recording(const std::filesystem::path& file);
+
 /// Reads what RecordingWriter wrote, and nothing else; HDF5 itself stays silent.        [setup]
 /// Throws std::runtime_error "FILE: what is wrong; what to do".
 class RecordingReader {
 public:
     explicit RecordingReader(const std::filesystem::path& file);
+    /// The same of bytes that were read; `file` is named in messages.
+    RecordingReader(const std::filesystem::path& file, std::string bytes);
     ~RecordingReader();
 
     void read_column(const std::string& name, std::vector<double>& values) const;

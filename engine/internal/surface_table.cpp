@@ -20,7 +20,6 @@ using IsoAfterSmoothing = SurfaceDescription::IsoAfterSmoothing;
 constexpr std::array<std::string_view, 4> kContactNames{"mesh", "volume", "guarded", "direct"};
 constexpr std::array<std::string_view, 3> kIsoNames{"keep_position", "keep_volume", "as_given"};
 constexpr std::array<std::string_view, 2> kYieldingNames{"holds", "opens"};
-constexpr std::array<std::string_view, 2> kMeshUnitNames{"mm", "m"};
 constexpr std::array<std::string_view, 2> kMeshFrameNames{"LPS", "RAS"};
 
 /// Refuses each of these keys that is there; the remedy ends in removing it.
@@ -224,6 +223,16 @@ IsoAfterSmoothing read_iso_after_smoothing(const TomlTable& table,
 
 // Meshes and contact.
 
+/// All are told: "cm" is near to both names, and means neither.
+MeshUnit read_mesh_unit(const TomlTable& table) {
+    const std::string unit = table.text("mesh_unit");
+    if (unit == "mm") return MeshUnit::millimetre;
+    if (unit == "m") return MeshUnit::metre;
+    table.fail(table.line_of("mesh_unit"),
+               fmt::format("unknown mesh_unit = \"{}\" {}", unit, table.where()),
+               "known are \"mm\" and \"m\"; convert the mesh to one of them");
+}
+
 /// mesh = "bone.ply", and what it is to be read as.
 void read_mesh_file(const TomlTable& table, const SceneDescription& scene,
                     SurfaceDescription& surface) {
@@ -237,9 +246,7 @@ void read_mesh_file(const TomlTable& table, const SceneDescription& scene,
     refuse_keys(table, of_extraction, "does not go with mesh, which is taken as it is",
                 "leave mesh out");
     surface.mesh = existing_file(table, "mesh", scene.file);
-    if (table.has("mesh_unit"))
-        surface.mesh_file.unit =
-            table.choice("mesh_unit", kMeshUnitNames) == 0 ? MeshUnit::millimetre : MeshUnit::metre;
+    if (table.has("mesh_unit")) surface.mesh_file.unit = read_mesh_unit(table);
     if (table.has("mesh_frame"))
         surface.mesh_file.frame =
             table.choice("mesh_frame", kMeshFrameNames) == 0 ? MeshFrame::lps : MeshFrame::ras;

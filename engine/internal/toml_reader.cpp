@@ -44,11 +44,102 @@ std::string on_one_line(std::string_view text) {
     throw std::runtime_error(on_one_line(fmt::format("{}: {}; {}", place, what, remedy)));
 }
 
+/// Looks at a document before it is parsed: toml++ calls itself for every part of a dotted key and
+/// for every bracket, so that a file of some ten thousand of them would end the process.
+class ShallowScan {
+public:
+    ShallowScan(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+
+    void run() {
+        if (text_.size() > kMostBytes)
+            throw_message(file_, 0, "is larger than 16 MB",
+                          "put long lists into files of their own");
+        while (at_ < text_.size())
+            step();
+    }
+
+private:
+    // What a scene has: two and three parts, brackets in brackets two or three deep.
+    static constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+    static constexpr int kMostParts = 16;
+    static constexpr int kMostDepth = 16;
+
+    void step() {
+        const char c = text_[at_];
+        switch (c) {
+        case '\n':
+            ++line_;
+            dots_ = 0;
+            break;
+        case '#':
+            at_ = std::min(text_.find('\n', at_), text_.size());
+            return;
+        case '"':
+        case '\'':
+            skip_string(c);
+            return;
+        case '.':
+            if (++dots_ >= kMostParts) fail("a key of more than 16 parts");
+            break;
+        case '[':
+        case '{':
+            if (++depth_ > kMostDepth) fail("brackets in more than 16 others");
+            dots_ = 0;
+            break;
+        case ']':
+        case '}':
+            depth_ = std::max(depth_ - 1, 0);
+            dots_ = 0;
+            break;
+        case '=':
+        case ',':
+            dots_ = 0;
+            break;
+        default:
+            break;
+        }
+        ++at_;
+    }
+
+    /// To behind the string that begins here; one of a single line ends with it at the latest.
+    void skip_string(char quote) {
+        const std::string three(3, quote);
+        const bool is_long = text_.substr(at_).starts_with(three);
+        at_ += is_long ? 3 : 1;
+        for (; at_ < text_.size(); ++at_) {
+            if (text_[at_] == '\\' && quote == '"') {
+                if (++at_ < text_.size() && text_[at_] == '\n') ++line_;
+                continue;
+            }
+            if (text_[at_] == '\n') {
+                if (!is_long) return;
+                ++line_;
+            }
+            if (is_long ? text_.substr(at_).starts_with(three) : text_[at_] == quote) {
+                at_ += is_long ? 3 : 1;
+                return;
+            }
+        }
+    }
+
+    [[noreturn]] void fail(std::string_view what) const {
+        throw_message(file_, line_, what, "a scene needs no such thing: correct this line");
+    }
+
+    std::string_view text_;
+    const std::string& file_;
+    std::size_t at_ = 0;
+    int line_ = 1;
+    int dots_ = 0;
+    int depth_ = 0;
+};
+
 } // namespace
 
 int line_of(const toml::node& node) noexcept { return static_cast<int>(node.source().begin.line); }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
+    ShallowScan(text, file).run();
     try {
         return toml::parse(text, std::string_view(file));
     } catch (const toml::parse_error& error) {

@@ -204,8 +204,7 @@ void place(const std::filesystem::path& folder, const Stack& stack, VoxelVolume&
     volume.index_to_scene.linear[1] = kMetresPerMm * first.row_spacing * first.along_column;
     volume.index_to_scene.linear[2] = kMetresPerMm * stack.step;
     volume.index_to_scene.offset = kMetresPerMm * first.position;
-    require_regular(folder, volume.index_to_scene.linear, volume.index_to_scene.offset,
-                    "the placement of its slices");
+    require_plausible(folder, volume.size, volume.index_to_scene, "the placement of its slices");
     const Vec3 normal = glm::cross(first.along_row, first.along_column);
     const double along = glm::dot(stack.step, normal);
     const double degrees =
@@ -312,6 +311,7 @@ VoxelVolume stack_slices(const std::filesystem::path& folder, const DicomSeries&
     place(folder, stack, volume);
     volume.source_type = type_name(format);
     warn_of_pixels(stack, volume.warnings);
+    require_memory(folder, static_cast<double>(volume.voxels()));
     try {
         volume.values.resize(volume.voxels());
         fill(stack, volume);

@@ -220,7 +220,8 @@ void place(const MetaHeader& header, std::size_t dimensions, ComponentImage& ima
     for (int axis = 0; axis < 3; ++axis)
         map.linear[axis] = kMetresPerMm * spacing[axis] * directions[axis];
     if (!origin.empty()) map.offset = kMetresPerMm * Vec3(origin[0], origin[1], origin[2]);
-    require_regular(header.file, map.linear, map.offset, "its TransformMatrix");
+    require_plausible(header.file, image.size, map, "its TransformMatrix",
+                      {{"elementspacing", "elementsize"}, {"offset", "position", "origin"}});
     check_letters(header, directions, image.warnings);
     for (const double c : header.numbers({"CenterOfRotation"}, dimensions))
         if (c != 0.0 && directions != Mat3(1.0)) {

@@ -367,8 +367,8 @@ ComponentImage read_nifti_image(const std::filesystem::path& file, NiftiTransfor
     check_length(file, input, start, voxels * components * coding.type.bytes);
 
     const Form form = choose_form(file, header, image.size, transform, image.warnings);
-    require_regular(file, form.linear, form.offset, "its voxel-to-patient matrix");
     image.index_to_scene = scene_from(form, unit_mm(header));
+    require_plausible(file, image.size, image.index_to_scene, "its voxel-to-patient matrix");
     image.axes = conventional_axes(header, image);
     if (part == ImagePart::header) return image;
     if (part == ImagePart::scalar) require_scalar(file, image);

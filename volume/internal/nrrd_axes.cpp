@@ -135,7 +135,7 @@ void check_units(const std::filesystem::path& file, const NrrdText& text) {
     for (const std::string& unit : nrrd_words(text.field("spaceunits")))
         if (unit != "mm" && !unit.empty())
             throw import_error(file, "has space units " + short_text(text.field("spaceunits")) +
-                                         "; state it in \"mm\"");
+                                         ", of which only \"mm\" is known; state it in \"mm\"");
 }
 
 Vec3 three_numbers(const std::filesystem::path& file, const NrrdVector& vector, const char* what) {
@@ -161,7 +161,6 @@ AffineTransform stated_frame(const std::filesystem::path& file, const NrrdText& 
         frame.offset =
             three_numbers(file, vectors.size() == 1 ? vectors[0] : NrrdVector(), "a space origin");
     }
-    require_regular(file, frame.linear, frame.offset, "its space directions");
     return frame;
 }
 
@@ -186,6 +185,8 @@ void place(const std::filesystem::path& file, const NrrdText& text, const std::v
         result.index_to_scene.linear[axis] = kMetresPerMm * signs * frame.linear[axis];
     }
     result.index_to_scene.offset = kMetresPerMm * signs * frame.offset;
+    require_plausible(file, result.size, result.index_to_scene, "its space directions",
+                      {{"spacedirections", "spacings"}, {"spaceorigin"}});
     result.component_axes.words =
         "the axes of its space" + (lps ? " (" + text.field("space") + ")" : std::string());
 }

@@ -209,8 +209,8 @@ public:
 
     double run(double start) {
         if (points_.empty())
-            throw std::runtime_error("level_keeping_position: the original has no surface at " +
-                                     std::to_string(start) + "; choose a level within its range");
+            throw std::runtime_error("the volume has no surface at " + std::to_string(start) +
+                                     "; choose a level within its range");
         Sample here = measure_at(start);
         if (std::abs(here.shift) <= kLevelTolerance) return here.level;
         const Sample there = find_other_sign(here);
@@ -264,8 +264,8 @@ private:
 
     [[noreturn]] void fail() const {
         throw std::runtime_error(
-            "level_keeping_position: no level of the smoothed volume keeps "
-            "the surface in its place; smooth less or keep the level as given");
+            "no level of the smoothed volume keeps the surface in its place; smooth less or keep "
+            "the level as given");
     }
 
     std::vector<SurfacePoint> points_;

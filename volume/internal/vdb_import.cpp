@@ -157,7 +157,6 @@ AffineTransform index_to_scene(const std::filesystem::path& file, const openvdb:
             result.linear[axis][row] = kMetresPerMm * column[row];
     }
     result.offset = kMetresPerMm * Vec3(origin.x(), origin.y(), origin.z());
-    require_regular(file, result.linear, result.offset, "its transform");
     return result;
 }
 
@@ -228,6 +227,8 @@ VoxelVolume read_vdb_volume(const std::filesystem::path& file, const std::string
     VoxelVolume volume;
     volume.size = dense_size(file, box);
     volume.index_to_scene = index_to_scene(file, *grid, box.min());
+    require_plausible(file, volume.size, volume.index_to_scene, "its transform");
+    require_memory(file, static_cast<double>(volume.voxels()));
     volume.values = dense_values(file, *grid, box, volume.source_type);
     if (grid->getGridClass() == openvdb::GRID_LEVEL_SET)
         volume.warnings.emplace_back("is a level set, negative inside; material is where values "

@@ -6,8 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <limits>
 #include <system_error>
+
+#include <unistd.h>
+
+#include <palpate/geometry/patient_size.h>
 
 namespace palpate {
 namespace {
@@ -21,6 +26,30 @@ constexpr double kMaxVoxels = 1e12;
 constexpr double kMinAxesVolume = 1e-6;
 
 constexpr std::uint64_t kMaxDeflation = 1032; // zlib.net/zlib_tech.html
+
+constexpr int kMostHeaderLines = 10000; // no header comes near; the rest of a file is voxels
+
+/// "Element Spacing = 1 1 1" or "space directions: ..." as "elementspacing", "spacedirections".
+std::string key_of_line(const std::string& line) {
+    std::string key;
+    for (const char c : line.substr(0, line.find_first_of(":=")))
+        if (std::isspace(static_cast<unsigned char>(c)) == 0)
+            key += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return key;
+}
+
+/// The line of a text header that states one of the keys; 0 where there is none.
+int line_of_key(const std::filesystem::path& file, const std::vector<std::string_view>& keys) {
+    if (keys.empty()) return 0;
+    std::ifstream header(file, std::ios::binary);
+    std::string line;
+    for (int n = 1; n <= kMostHeaderLines && std::getline(header, line); ++n) {
+        const std::string key = key_of_line(line);
+        for (const std::string_view wanted : keys)
+            if (key == wanted) return n;
+    }
+    return 0;
+}
 
 } // namespace
 
@@ -73,6 +102,28 @@ void require_regular(const std::filesystem::path& file, const Mat3& linear, cons
         throw import_error(file, what +
                                      " is singular: an axis has no length or lies in the plane of "
                                      "the others; correct its spacing and directions");
+}
+
+void require_plausible(const std::filesystem::path& file, const std::array<int, 3>& size,
+                       const AffineTransform& index_to_scene, const std::string& what,
+                       const HeaderKeys& keys) {
+    require_regular(file, index_to_scene.linear, index_to_scene.offset, what);
+    const std::optional<Implausible> found = implausible_grid(size, index_to_scene);
+    if (!found) return;
+    const bool is_spacing = found->part == Implausible::Part::spacing;
+    const int line = line_of_key(file, is_spacing ? keys.spacing : keys.origin);
+    if (line == 0) throw import_error(file, found->what);
+    throw import_error(file.string() + ":" + std::to_string(line), found->what);
+}
+
+void require_memory(const std::filesystem::path& file, double numbers) {
+    const double pages = static_cast<double>(sysconf(_SC_PHYS_PAGES));
+    const double memory = pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+    const double bytes = numbers * static_cast<double>(sizeof(float));
+    if (!(memory > 0.0) || bytes <= memory) return; // not known, or enough
+    throw import_error(file, "takes " + short_number(1e-9 * bytes) +
+                                 " GB of memory, where this machine has " +
+                                 short_number(1e-9 * memory) + "; crop or resample it");
 }
 
 std::array<int, 3> require_three_dimensions(const std::filesystem::path& file,

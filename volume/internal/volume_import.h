@@ -38,6 +38,22 @@ std::optional<double> parsed_number(std::string_view text) noexcept;
 void require_regular(const std::filesystem::path& file, const Mat3& linear, const Vec3& offset,
                      const std::string& what);
 
+/// Throws import_error unless a volume of that size and place (m) is regular and one that a patient
+/// can have (implausible_grid()). `what` says where the place comes from; in a text header the
+/// message names the line of `keys`: those of the spacing first, those of the origin second. Comes
+/// before memory is asked for.                                                           [setup]
+struct HeaderKeys {
+    std::vector<std::string_view> spacing; ///< in lower case, without blanks
+    std::vector<std::string_view> origin;
+};
+void require_plausible(const std::filesystem::path& file, const std::array<int, 3>& size,
+                       const AffineTransform& index_to_scene, const std::string& what,
+                       const HeaderKeys& keys = {});
+
+/// Throws import_error where `numbers` floats are more than this machine has memory for: asked for,
+/// they would be given, and the program killed when it fills them.                       [setup]
+void require_memory(const std::filesystem::path& file, double numbers);
+
 /// Throws import_error unless the sizes are three (longer: trailing ones are dropped), each in
 /// [1, INT_MAX], and their bytes countable. Returns them.                               [setup]
 std::array<int, 3> require_three_dimensions(const std::filesystem::path& file,
@@ -47,6 +63,10 @@ std::array<int, 3> require_three_dimensions(const std::filesystem::path& file,
 /// shrinks by more than 1032, so this refuses absurd headers before memory is asked for. [setup]
 void require_plausible_deflation(const std::filesystem::path& file, std::uint64_t stored_bytes,
                                  std::uint64_t bytes);
+
+/// Throws import_error where a choice is not one that the file offers: it was meant for another, or
+/// would have no effect.                                                                 [setup]
+void require_choices(const std::filesystem::path& file, const VolumeSelection& selection);
 
 /// Reads a scalar grid of an OpenVDB file: the one of that name, or when `name` is empty the one
 /// named "density", or the only one.                                                    [setup]

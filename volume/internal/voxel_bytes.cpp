@@ -199,6 +199,7 @@ void require_room(const std::filesystem::path& file, bool deflated, std::uint64_
 VoxelSink::VoxelSink(const std::filesystem::path& file, std::size_t voxels, std::size_t components,
                      Components order)
     : voxels_(voxels), components_(components), order_(order) {
+    require_memory(file, static_cast<double>(voxels) * static_cast<double>(components));
     try {
         values_.resize(voxels * components);
     } catch (const std::exception&) { // bad_alloc, length_error

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is felt in real time outlives the program.
+#include <chrono>
+#include <cstdlib>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+
+#include "tests/command/command_run.h"
+#include "tests/command/scenes.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class CommandKilled : public test::CommandRun {};
+
+/// The number in "replayed N frames".
+std::size_t frames_in(const std::string& words) {
+    const std::size_t at = words.find("replayed ");
+    return at == std::string::npos ? 0 : std::strtoul(words.c_str() + at + 9, nullptr, 10);
+}
+
+// SIGKILL took everything that had been recorded.
+TEST_F(CommandKilled, ARunInRealTimeLosesAtMostASecondAndTheRestIsReplayedBitForBit) {
+    std::string path = "t_s,x_m,y_m,z_m\n"; // 60 s, one trial, pressing and letting go
+    for (int i = 0; i < 60000; ++i)
+        path += fmt::format("{:.17g},{:.17g},0,0\n", 1e-3 * i, 0.020 - 2e-6 * (i % 1000));
+    make("probe.csv", path);
+    make("ball.toml", test::ball_scene());
+    const pid_t child = start({"trace", "ball.toml", "--out", "t", "--pace", "realtime"});
+    ASSERT_TRUE(has_grown(*this / "t/recording.h5.part", 1000));
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+    ::kill(child, SIGKILL);
+    ASSERT_EQ(end(child).signal, SIGKILL);
+    EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5")) << "it is not complete";
+
+    for (const char* name : {"t/recording.h5", "t/recording.h5.part"}) {
+        const test::CommandResult replayed = run({"replay", name});
+        EXPECT_EQ(replayed.exit, 0) << replayed.err;
+        EXPECT_THAT(replayed.err, HasSubstr("its run was cut off"));
+        // Of 2.5 s after the first part, with the second that may be lost, at 1 kHz; half of it for
+        // a machine that is busy.
+        EXPECT_GE(frames_in(replayed.out), 750u) << replayed.out;
+    }
+    const test::CommandResult checked = run({"replay", "t/recording.h5.part", "--check"});
+    EXPECT_EQ(checked.exit, 0) << checked.out << checked.err;
+    EXPECT_THAT(run({"info", "t/recording.h5.part"}).out, HasSubstr("recording"));
+
+    // A part that was being written is passed over; a run that ends leaves no journal.
+    const std::string journal = test::content_of(*this / "t/recording.h5.part");
+    make("t/recording.h5.part", journal.substr(0, journal.size() - 100));
+    EXPECT_EQ(run({"replay", "t/recording.h5", "--check"}).exit, 0);
+    const test::CommandResult whole =
+        run({"trace", "ball.toml", "--out", "t", "--pace", "realtime", "--seconds", "1.5"});
+    EXPECT_EQ(whole.exit, 0) << whole.err;
+    EXPECT_TRUE(std::filesystem::exists(*this / "t/recording.h5"));
+    EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
+    EXPECT_EQ(run({"replay", "t/recording.h5", "--check"}).times("cut off"), 0u);
+}
+
+} // namespace
+} // namespace palpate

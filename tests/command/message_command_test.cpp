@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// What only the command says: names that do not exist, options without effect, paths that miss.
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+
+#include "tests/command/command_run.h"
+#include "tests/command/scenes.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class CommandMessages : public test::CommandRun {
+protected:
+    CommandMessages() {
+        make("ball.toml", test::ball_scene());
+        make("probe.csv", test::pressing_path());
+    }
+
+    void expect_usage(const std::vector<std::string>& arguments, const std::string& words) {
+        const test::CommandResult result = run(arguments);
+        EXPECT_EQ(result.exit, 2) << result.err;
+        EXPECT_THAT(result.err, HasSubstr(words));
+        EXPECT_EQ(result.times("\n"), 1u) << result.err;
+    }
+};
+
+TEST_F(CommandMessages, AMisspeltCommandOrOptionIsToldTheNearest) {
+    expect_usage({"tarce", "ball.toml"}, "unknown command \"tarce\"; did you mean \"trace\"?");
+    expect_usage({"xyz"}, "commands: info, devices");
+    expect_usage({"trace", "ball.toml", "--methd", "single"},
+                 "unknown option \"--methd\"; did you mean \"--method\"?");
+    expect_usage({"trace", "ball.toml", "--sub-stebs=4"}, "did you mean \"--sub-steps\"?");
+    expect_usage({"trace", "--otu", "x"}, "did you mean \"--out\"?");
+    EXPECT_EQ(run({"trace", "--help"}).exit, 0);
+    EXPECT_EQ(run({"--version"}).exit, 0);
+}
+
+TEST_F(CommandMessages, OptionsThatWouldChangeNothingAreRefused) {
+    expect_usage({"trace", "ball.toml", "--sub-steps", "8"}, "add --method fixed");
+    expect_usage({"trace", "ball.toml", "--tolerance-um", "1", "--method", "paper"},
+                 "--tolerance-um: is of method adaptive");
+    expect_usage({"trace", "ball.toml", "--budget-us", "100"}, "--budget-us: is of method paper");
+    expect_usage({"trace", "ball.toml", "--device", "hand", "--every", "2"}, "--every: takes each");
+    expect_usage({"info", "probe.csv", "--mesh-unit", "mm"}, "--mesh-unit: is for a mesh");
+    expect_usage({"info", "ball.toml", "--series", "1"}, "--series: is for a volume");
+    expect_usage({"extract", "a.nrrd", "-o", "a.ply", "--iso", "1", "--method", "preview",
+                  "--facet-size", "1"},
+                 "--facet-size: is of --method cgal");
+    expect_usage(
+        {"extract", "a.nrrd", "-o", "a.ply", "--iso", "1", "--iso-after-smoothing", "as_given"},
+        "--iso-after-smoothing: goes with --smooth-voxels");
+    EXPECT_EQ(run({"trace", "ball.toml", "--method", "fixed", "--sub-steps", "8"}).exit, 0);
+    EXPECT_EQ(run({"trace", "ball.toml", "--every", "2"}).exit, 0);
+}
+
+// A path in millimetres, or in RAS, gave exit 0 and no contact, without a word.
+TEST_F(CommandMessages, APathThatTouchesNothingIsToldWhereItIsAndWhereItWouldBe) {
+    make("probe.csv", test::pressing_path(1e3));
+    const test::CommandResult result = run({"trace", "ball.toml", "--out", "t"});
+    EXPECT_EQ(result.exit, 0) << result.err;
+    EXPECT_EQ(result.times("nothing is touched"), 1u) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("the probe is within 1.802e+04 0 0 to 2.2e+04 0 0 mm"));
+    EXPECT_THAT(result.err, HasSubstr("the nearest 1.8e+04 mm away"));
+    EXPECT_THAT(result.err, HasSubstr("in millimetres it would be "));
+    make("probe.csv", test::pressing_path());
+    EXPECT_EQ(run({"trace", "ball.toml", "--out", "t"}).times("nothing is touched"), 0u);
+}
+
+TEST_F(CommandMessages, AnInterruptedTraceSaysWhatWasThrownAway) {
+    make("long.toml", "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n[surface.s]\n"
+                      "volume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n"
+                      "[device]\ntype = \"orbit\"\nduration_s = 600\n[loop]\nmethod = \"paper\"\n");
+    const pid_t child = start({"trace", "long.toml", "--out", "t"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500)); // of 540 s
+    ::kill(child, SIGINT);
+    const test::CommandResult result = end(child);
+    EXPECT_EQ(result.signal, SIGINT) << result.err;
+    EXPECT_EQ(result.times("thrown away"), 1u) << result.err;
+    EXPECT_FALSE(std::filesystem::exists(*this / "t")) << "an empty folder is not left behind";
+}
+
+// The parser called itself for each part of a key until the process ended with a signal.
+TEST_F(CommandMessages, ADeepKeyIsBadInputAndNoCrash) {
+    std::string key = "a";
+    for (int i = 1; i < 40000; ++i)
+        key += ".a";
+    make("deep.toml", "# a comment.with.dots\n" + key + " = 1\n");
+    const test::CommandResult result = run({"explain", "deep.toml"});
+    EXPECT_EQ(result.exit, 3) << result.signal;
+    EXPECT_THAT(result.err, HasSubstr("deep.toml:2: a key of more than 16 parts"));
+}
+
+} // namespace
+} // namespace palpate

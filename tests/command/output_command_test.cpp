@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the command writes is never what it reads, nor somebody else's.
+#include <string>
+
+#include <gmock/gmock.h>
+
+#include "tests/command/command_run.h"
+#include "tests/command/scenes.h"
+
+namespace palpate {
+namespace {
+
+using test::content_of;
+using testing::HasSubstr;
+using testing::Not;
+
+class CommandOutputs : public test::CommandRun {
+protected:
+    CommandOutputs() {
+        make("ball.toml", test::ball_scene());
+        make("probe.csv", test::pressing_path());
+    }
+
+    /// Refused with one line that says `why`, and everything as it was.
+    void expect_refused(const std::vector<std::string>& arguments, const std::string& kept,
+                        const std::string& why) {
+        const std::string before = content_of(*this / kept);
+        ASSERT_FALSE(before.empty());
+        const test::CommandResult result = run(arguments);
+        EXPECT_EQ(result.exit, 3) << result.err;
+        EXPECT_THAT(result.err, HasSubstr(why));
+        EXPECT_EQ(result.times("\n"), 1u) << result.err;
+        EXPECT_EQ(content_of(*this / kept), before) << kept;
+    }
+};
+
+// A path that happens to be called frames.csv was replaced by the frames that it led to.
+TEST_F(CommandOutputs, APathCalledFramesCsvIsNotReplacedByTheFramesOfItsTrace) {
+    make("frames.csv", test::pressing_path());
+    make("own.toml", test::ball_scene("frames.csv"));
+    expect_refused({"trace", "own.toml", "--out", "."}, "frames.csv", "is what is read as");
+    expect_refused({"trace", "own.toml", "--out", ".", "--force"}, "frames.csv",
+                   "is what is read as");
+    expect_refused({"trace", "ball.toml", "--device", "path:frames.csv", "--out", "."},
+                   "frames.csv", "is what is read as");
+}
+
+TEST_F(CommandOutputs, LinksToAnInputAreTheInput) {
+    std::filesystem::create_directory(*this / "hard");
+    std::filesystem::create_hard_link(*this / "probe.csv", *this / "hard/frames.csv");
+    expect_refused({"trace", "ball.toml", "--out", "hard", "--force"}, "hard/frames.csv",
+                   "is what is read as");
+    std::filesystem::create_directory(*this / "soft");
+    std::filesystem::create_symlink("../probe.csv", *this / "soft/timing.csv");
+    expect_refused({"trace", "ball.toml", "--out", "soft", "--force"}, "probe.csv",
+                   "is what is read as");
+    std::filesystem::create_directory(*this / "scene");
+    std::filesystem::create_symlink("../ball.toml", *this / "scene/index.html");
+    expect_refused({"study", "ball.toml", "--out", "scene"}, "ball.toml", "is what is read as");
+}
+
+// What was being played was replaced by what came of it.
+TEST_F(CommandOutputs, ARecordingIsNotReplacedByTheOneOfItsPlaying) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "r"}).exit, 0);
+    expect_refused(
+        {"trace", "ball.toml", "--device", "recording:r/recording.h5", "--out", "r", "--force"},
+        "r/recording.h5", "is what is read as");
+    ASSERT_EQ(
+        run({"trace", "ball.toml", "--device", "recording:r/recording.h5", "--out", "q"}).exit, 0);
+    std::filesystem::create_hard_link(*this / "r/recording.h5", *this / "q/again.h5");
+    std::filesystem::rename(*this / "q/again.h5", *this / "q/summary.json");
+    expect_refused({"replay", "r/recording.h5", "--out", "q", "--force"}, "r/recording.h5",
+                   "is what is read as");
+}
+
+TEST_F(CommandOutputs, AFileOfSomebodyElseIsReplacedOnlyByForceAndOwnOnesAlways) {
+    std::filesystem::create_directory(*this / "t");
+    make("t/summary.json", "{\"mine\": 1}\n");
+    expect_refused({"trace", "ball.toml", "--out", "t"}, "t/summary.json",
+                   "was not written by Palpate");
+    EXPECT_FALSE(std::filesystem::exists(*this / "t/frames.csv")) << "before anything is computed";
+    EXPECT_EQ(run({"trace", "ball.toml", "--out", "t", "--force"}).exit, 0);
+    EXPECT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0) << "all four are ours now";
+    EXPECT_EQ(run({"replay", "t/recording.h5", "--out", "t"}).exit, 0);
+
+    make("note.html", "<!DOCTYPE html><title>Palpate, my notes</title>");
+    make("shape.ply", "ply\nformat ascii 1.0\nend_header\n");
+    make("picture.png", "\x89PNG somebody's");
+    make("head.nrrd", "NRRD0004\n");
+    expect_refused({"report", "t", "-o", "note.html"}, "note.html", "was not written by Palpate");
+    expect_refused({"phantom", "head.nrrd"}, "head.nrrd", "was not written by Palpate");
+    for (const char* name : {"head.nrrd", "ct.nii", "ct.nii.gz"}) {
+        EXPECT_EQ(run({"phantom", name, "--force"}).exit, 0) << name;
+        EXPECT_EQ(run({"phantom", name}).exit, 0) << name;
+    }
+    expect_refused(
+        {"extract", "head.nrrd", "-o", "shape.ply", "--iso", "226", "--method", "preview"},
+        "shape.ply", "was not written by Palpate");
+    expect_refused({"info", "head.nrrd", "--picture", "picture.png"}, "picture.png",
+                   "was not written by Palpate");
+    for (const char* how : {"--force", "--keep"}) {
+        std::vector<std::string> extract{"extract", "head.nrrd", "-o",       "shape.ply",
+                                         "--iso",   "226",       "--method", "preview"};
+        std::vector<std::string> picture{"info", "head.nrrd", "--picture", "picture.png"};
+        if (how == std::string("--force")) {
+            extract.push_back(how);
+            picture.push_back(how);
+        }
+        EXPECT_EQ(run(extract).exit, 0) << how;
+        EXPECT_EQ(run(picture).exit, 0) << how;
+    }
+    EXPECT_EQ(run({"study", "ball.toml", "--frames", "50", "--out", "st"}).exit, 0);
+    EXPECT_EQ(run({"study", "ball.toml", "--frames", "50", "--out", "st"}).exit, 0);
+}
+
+// The page replaced the scene, exit 0; and a folder that is not there was found after minutes.
+TEST_F(CommandOutputs, ReportFailsBeforeItComputes) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    expect_refused({"report", "t", "-o", "ball.toml", "--force"}, "ball.toml",
+                   "is what is read as");
+    expect_refused({"report", "t", "-o", "t/summary.json"}, "t/summary.json", "is what is read as");
+    expect_refused({"report", "t", "-o", "none/page.html"}, "ball.toml",
+                   "its folder does not exist");
+    const test::CommandResult result = run({"report", "t", "-o", "none/page.html"});
+    EXPECT_THAT(result.out, Not(HasSubstr("adaptive"))) << "no table: nothing was computed";
+}
+
+TEST_F(CommandOutputs, WhatIsNoOrdinaryFileIsNotReplaced) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    std::filesystem::create_symlink("nowhere", *this / "page.html");
+    for (const char* name : {"page.html", "t", "/dev/null"}) {
+        const test::CommandResult result = run({"report", "t", "-o", name, "--force"});
+        EXPECT_EQ(result.exit, 3) << name;
+        EXPECT_THAT(result.err, HasSubstr("no ordinary file"));
+    }
+    EXPECT_TRUE(std::filesystem::is_symlink(*this / "page.html"));
+}
+
+} // namespace
+} // namespace palpate
