@@ -26,6 +26,8 @@ struct Recording {
     std::string
         overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
     std::vector<RecordedSource> sources;   ///< volumes and meshes
+    std::vector<std::string> felt_names;   ///< bit i of FrameReport::surfaces_felt is entry i;
+                                           ///< empty where that was not recorded
     DeviceProperties device;               ///< what felt it, as the scene met it, without its
                                            ///< workspace
     std::vector<DeviceState> inputs;       ///< a row per frame, scene frame
@@ -39,9 +41,8 @@ struct Recording {
 void write_recording(const std::filesystem::path& file, const Recording& recording);
 
 /// Reads it back, bit for bit; of an older version of the format, what it does not have is as a
-/// DeviceState and DeviceProperties begin.                                              [setup]
-/// Throws std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
-/// recording.
+/// DeviceState, DeviceProperties and FrameReport begin. [setup] Throws std::runtime_error "FILE:
+/// what is wrong; what to do" when it is missing, damaged or not a recording.
 Recording read_recording(const std::filesystem::path& file);
 
 /// SHA-256 of a file's bytes, hexadecimal; throws std::runtime_error when it cannot be read.

@@ -12,6 +12,7 @@
 #include <palpate/engine/command/run_display.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/device_factory.h>
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/internal/whole_file.h>
 #include <palpate/engine/realtime_run.h>
 #include <palpate/engine/recorded_run.h>
@@ -102,12 +103,19 @@ int trace(const Options& options) {
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
+    if (const std::string& why = scene->plan().uncertified;
+        !why.empty() && description.loop.method == SteppingMethod::adaptive)
+        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), why);
+    if (const std::string warning = felt_warning(*scene); !warning.empty())
+        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), warning);
+    for (const std::string& note : device.notes)
+        fmt::print(stderr, "palpate: warning: {}\n", note);
     if (!is_sequence(description.device))
         fmt::print(stderr, "palpate: {}\n", device.placement.in_words());
 
     const Trace trace = options.is_realtime() ? run_by_the_clock(scene, options, device)
                                               : run_asap(scene, options, device);
-    write_frames_csv(out / "frames.csv", trace.frames);
+    write_frames_csv(out / "frames.csv", trace.frames, felt_names(*scene));
     write_timing_csv(out / "timing.csv", trace.frames);
     write_recording(out / "recording.h5", recorded(*scene, options.overrides, trace));
     const std::string summary = summarize(*scene, trace);
@@ -116,11 +124,12 @@ int trace(const Options& options) {
     for (const SurfaceAudit& audit : trace.audits)
         if (const std::string warning = guard_warning(audit); !warning.empty())
             fmt::print(stderr, "palpate: warning: {}\n", warning);
-    for (const std::string& warning : flag_warnings(trace.frames))
-        fmt::print(stderr, "palpate: warning: {}\n", warning);
+    for (const std::string& line : flags_in_words(trace.frames))
+        fmt::print(stderr, "palpate: flag {}\n", line);
     const std::string title =
         fmt::format("{} {}", description.file.stem().string(), name(description.loop.method));
-    print(report_table({{title, nullptr, {{title, summary, {}}}}}));
+    const ReportTrace shown{title, summary, {}};
+    print(report_table({{title, nullptr, {shown}}}) + path_in_words(shown));
     print(fmt::format("written to {}: frames.csv timing.csv summary.json recording.h5",
                       out.string()));
     return kDone;
@@ -137,7 +146,7 @@ void add_trace(CLI::App& app, Run& run) {
                         "folder for the results (default: the scene's name with -trace)");
     command->add_option(
         "--device", options->overrides.device,
-        "orbit, path:FILE, recording:FILE, hand, hand:FILE or hid:ADDRESS, instead of the "
+        "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE or hid:ADDRESS, instead of the "
         "scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
