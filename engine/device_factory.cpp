@@ -72,7 +72,7 @@ std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::
     orbit.duration_s /= static_cast<double>(surfaces.size());
     PathChain chain(rate_hz);
     for (const SceneSurface* surface : surfaces) {
-        Orbit found = find_orbit(orbit_target(*surface), orbit, rate_hz, is_free);
+        Orbit found = find_orbit(orbit_target(scene, *surface), orbit, rate_hz, is_free);
         if (found.spiral_share < 1.0)
             notes.push_back(fmt::format(
                 "the orbit around {} ends after {:.0f} % of its {} turn{}, as its time is over: "
@@ -93,7 +93,7 @@ std::vector<DeviceState> tours(const Scene& scene, int every, std::vector<std::s
     tour.speed_m_per_s *= every;
     PathChain chain(rate_hz);
     for (const SceneSurface* surface : internal::surfaces_of_device(scene))
-        chain.add(make_tour(mesh_of(*surface), orbit_target(*surface), tour, rate_hz,
+        chain.add(make_tour(mesh_of(*surface), orbit_target(scene, *surface), tour, rate_hz,
                             kMostFrames - chain.size(), is_free));
     if (chain.size() == kMostFrames)
         notes.push_back(fmt::format("the tour ends after {} frames, before it was everywhere: "

@@ -14,7 +14,6 @@
 namespace palpate {
 namespace {
 
-using internal::ProxyFollower;
 using internal::SurfaceWalk;
 using internal::TouchPlace;
 
@@ -130,8 +129,7 @@ Orbit walked(const OrbitTarget& target, const DeviceDescription& orbit, double r
     const Spiral spiral = find_spiral(target, orbit, turns);
     SurfaceWalk walk({orbit.speed_m_per_s, rate_hz, most,
                       [&](const TouchPlace& place) { return in_front_of(place, spiral, is_free); }},
-                     target.make_contact ? std::make_unique<ProxyFollower>(target.make_contact())
-                                         : nullptr);
+                     internal::follower_of(target));
     Orbit result;
     result.turns = turns;
     for (const Stretch& stretch : spiral.stretches) {
@@ -143,6 +141,15 @@ Orbit walked(const OrbitTarget& target, const DeviceDescription& orbit, double r
     }
     result.states = walk.take();
     return result;
+}
+
+/// A contact with a surface that never yields.
+std::unique_ptr<SurfaceContact> hard_contact(const SceneSurface& surface) {
+    if (surface.is_felt_by_mesh())
+        return std::make_unique<MeshContact>(surface.mesh.certified, MeshContactSettings{});
+    LevelSettings hard = surface.level;
+    hard.strength_n = std::numeric_limits<double>::infinity();
+    return std::make_unique<VolumeContact>(surface.baked.field, hard);
 }
 
 } // namespace
@@ -195,12 +202,22 @@ OrbitTarget orbit_target(const SceneSurface& surface) {
     OrbitTarget target = surface.is_felt_by_mesh()
                              ? orbit_target(*surface.mesh.scene)
                              : orbit_target(*surface.baked.field, surface.level.level);
-    target.make_contact = [&surface]() -> std::unique_ptr<SurfaceContact> {
-        if (surface.is_felt_by_mesh())
-            return std::make_unique<MeshContact>(surface.mesh.certified, MeshContactSettings{});
-        LevelSettings hard = surface.level;
-        hard.strength_n = std::numeric_limits<double>::infinity();
-        return std::make_unique<VolumeContact>(surface.baked.field, hard);
+    target.make_contacts = [&surface] {
+        std::vector<std::unique_ptr<SurfaceContact>> contacts;
+        contacts.push_back(hard_contact(surface));
+        return contacts;
+    };
+    return target;
+}
+
+OrbitTarget orbit_target(const Scene& scene, const SceneSurface& surface) {
+    OrbitTarget target = orbit_target(surface);
+    target.stiffness_n_per_m = scene.description().coupling.stiffness_n_per_m;
+    target.make_contacts = [&scene, &surface] {
+        std::vector<std::unique_ptr<SurfaceContact>> contacts;
+        for (const SceneSurface& one : scene.surfaces())
+            contacts.push_back(&one == &surface ? hard_contact(one) : scene.make_contact(one));
+        return contacts;
     };
     return target;
 }
@@ -245,10 +262,12 @@ std::vector<DeviceState> make_orbit(const ScalarField& field, double level,
                                     const DeviceDescription& orbit, double rate_hz) {
     OrbitTarget target = orbit_target(field, level);
     const std::shared_ptr<const ScalarField> borrowed(std::shared_ptr<void>{}, &field);
-    target.make_contact = [borrowed, level] {
+    target.make_contacts = [borrowed, level] {
         LevelSettings settings;
         settings.level = level;
-        return std::make_unique<VolumeContact>(borrowed, settings);
+        std::vector<std::unique_ptr<SurfaceContact>> contacts;
+        contacts.push_back(std::make_unique<VolumeContact>(borrowed, settings));
+        return contacts;
     };
     return make_orbit(target, orbit, rate_hz);
 }

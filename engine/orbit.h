@@ -23,9 +23,10 @@ struct OrbitTarget {
     std::function<bool(const Vec3& point)> inside; ///< in the material, not in free space
     /// Unit normal towards free space at a point of the surface; zero where there is none.
     std::function<Vec3(const Vec3& point)> normal;
-    /// A contact with it that never yields; empty where there is none: then nobody knows where the
-    /// path's probe would be held.
-    std::function<std::unique_ptr<SurfaceContact>()> make_contact = {};
+    /// Contacts with all that holds a proxy there, itself without yielding; empty where there are
+    /// none: then nobody knows where the path's probe would be held.
+    std::function<std::vector<std::unique_ptr<SurfaceContact>>()> make_contacts = {};
+    double stiffness_n_per_m = 500.0; ///< of the coupling: what others of them yield by
 };
 
 /// The level of a field: the first root. The field must outlive the target.              [setup]
@@ -36,8 +37,12 @@ OrbitTarget orbit_target(const ScalarField& field, double level);
 /// mesh must outlive the target.  [setup]
 OrbitTarget orbit_target(const SurfaceScene& mesh);
 
-/// What is felt of a surface: its mesh for contact `mesh`, else its level.               [setup]
+/// What is felt of a surface: its mesh for contact `mesh`, else its level. It must outlive the
+/// target.                                                                               [setup]
 OrbitTarget orbit_target(const SceneSurface& surface);
+
+/// The same among the other surfaces of its scene, which hold the proxy as well.         [setup]
+OrbitTarget orbit_target(const Scene& scene, const SceneSurface& surface);
 
 /// A probe path that sweeps over a surface from its free side and presses into it: a spiral from
 /// pole to pole around the centre of the target's bounds, on the first crossing from outside along

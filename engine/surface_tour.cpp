@@ -241,8 +241,7 @@ std::vector<DeviceState> make_tour(std::shared_ptr<const TriangleMesh> mesh,
     SurfaceWalk walk(
         {tour.speed_m_per_s, rate_hz, most_frames,
          [&](const TouchPlace& place) { return in_front_of(place, scene, target, is_free); }},
-        target.make_contact ? std::make_unique<internal::ProxyFollower>(target.make_contact())
-                            : nullptr);
+        internal::follower_of(target));
     LoopOrder order(internal::surface_loops(*mesh, spacing_m));
     while (!walk.is_full()) {
         std::optional<std::size_t> loop = order.next();

@@ -18,10 +18,20 @@ Vec3 nearest_in_ball(const Vec3& point, const Vec3& center, double radius) {
     return distance <= radius ? point : center + (radius / distance) * away;
 }
 
+std::vector<SurfaceContact*>
+pointers_to(const std::vector<std::unique_ptr<SurfaceContact>>& contacts) {
+    std::vector<SurfaceContact*> pointers;
+    for (const auto& contact : contacts)
+        pointers.push_back(contact.get());
+    return pointers;
+}
+
 } // namespace
 
-ProxyFollower::ProxyFollower(std::unique_ptr<SurfaceContact> contact)
-    : contact_(std::move(contact)), subdivision_({}, {contact_.get()}, {}, clock_) {}
+ProxyFollower::ProxyFollower(std::vector<std::unique_ptr<SurfaceContact>> contacts,
+                             double stiffness_n_per_m)
+    : contacts_(std::move(contacts)), stiffness_n_per_m_(stiffness_n_per_m),
+      subdivision_({}, pointers_to(contacts_), {}, clock_) {}
 
 void ProxyFollower::restart(const Vec3& probe) {
     proxy_ = probe;
@@ -32,7 +42,13 @@ void ProxyFollower::follow(const Vec3& probe) {
     FrameContext frame;
     frame.probe = probe;
     frame.start = proxy_;
+    frame.stiffness = stiffness_n_per_m_;
     proxy_ = subdivision_.advance(frame).proxy;
+}
+
+std::unique_ptr<ProxyFollower> follower_of(const OrbitTarget& target) {
+    if (!target.make_contacts) return nullptr;
+    return std::make_unique<ProxyFollower>(target.make_contacts(), target.stiffness_n_per_m);
 }
 
 SurfaceWalk::SurfaceWalk(Settings settings, std::unique_ptr<ProxyFollower> follower)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <palpate/drivers/haptic_device.h>
+#include <palpate/engine/orbit.h>
 #include <palpate/haptics/subdivision.h>
 #include <palpate/haptics/surface_contact.h>
 
@@ -22,7 +23,9 @@ struct TouchPlace {
 /// held. Not for the loop.
 class ProxyFollower {
 public:
-    explicit ProxyFollower(std::unique_ptr<SurfaceContact> contact); ///< [setup]
+    /// Contacts with all that holds it, and the coupling's stiffness, N/m, by which some yield.
+    ProxyFollower(std::vector<std::unique_ptr<SurfaceContact>> contacts,
+                  double stiffness_n_per_m); ///< [setup]
 
     void restart(const Vec3& probe);
     /// Where the proxy is before the next frame, m.
@@ -30,11 +33,15 @@ public:
     void follow(const Vec3& probe); ///< a frame
 
 private:
-    std::unique_ptr<SurfaceContact> contact_;
+    std::vector<std::unique_ptr<SurfaceContact>> contacts_;
+    double stiffness_n_per_m_;
     SteadyClock clock_; // decides nothing of method adaptive
     Subdivision subdivision_;
     Vec3 proxy_{0.0};
 };
+
+/// One for a target; null where nobody knows what holds a proxy there.                   [setup]
+std::unique_ptr<ProxyFollower> follower_of(const OrbitTarget& target);
 
 /// Leads a probe over places of a surface, at one speed, a state per frame, so that it is never
 /// deeper behind what holds it than it was told: where a proxy cannot follow, the probe waits for
