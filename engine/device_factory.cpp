@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -15,6 +17,7 @@
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/probe_path.h>
 #include <palpate/engine/recording.h>
+#include <palpate/engine/surface_tour.h>
 
 namespace palpate {
 namespace {
@@ -27,23 +30,76 @@ std::string place_of(const Scene& scene) {
                        scene.description().device.line);
 }
 
-/// One orbit after the other, each a trial of its own and with its share of the time.
-std::vector<DeviceState> orbits(const Scene& scene, int every) {
+/// Where nothing of a scene is felt yet: trials that begin there begin in front of all of it.
+std::function<bool(const Vec3&)> free_of(const Scene& scene) {
+    std::vector<OrbitTarget> targets;
+    for (const SceneSurface& surface : scene.surfaces())
+        targets.push_back(orbit_target(surface));
+    return [targets = std::move(targets)](const Vec3& point) {
+        return std::none_of(targets.begin(), targets.end(),
+                            [&](const OrbitTarget& target) { return target.inside(point); });
+    };
+}
+
+/// One path after the other, each with trials of its own.
+class PathChain {
+public:
+    explicit PathChain(double rate_hz) : rate_hz_(rate_hz) {}
+
+    void add(std::vector<DeviceState> path) {
+        const std::uint32_t first_trial = states_.empty() ? 0 : states_.back().trial + 1;
+        for (DeviceState& state : path) {
+            state.time_s = static_cast<double>(states_.size()) / rate_hz_;
+            state.trial += first_trial;
+            states_.push_back(state);
+        }
+    }
+    std::size_t size() const { return states_.size(); }
+    std::vector<DeviceState> take() { return std::move(states_); }
+
+private:
+    double rate_hz_;
+    std::vector<DeviceState> states_;
+};
+
+/// An orbit around each surface, with its share of the time.
+std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::string>& notes) {
     const std::vector<const SceneSurface*> surfaces = internal::surfaces_of_device(scene);
     const double rate_hz = scene.description().loop.rate_hz;
+    const std::function<bool(const Vec3&)> is_free = free_of(scene);
     DeviceDescription orbit = scene.description().device;
     orbit.speed_m_per_s *= every;
     orbit.duration_s /= static_cast<double>(surfaces.size());
-    std::vector<DeviceState> states;
+    PathChain chain(rate_hz);
     for (const SceneSurface* surface : surfaces) {
-        const std::uint32_t first_trial = states.empty() ? 0 : states.back().trial + 1;
-        for (DeviceState state : make_orbit(orbit_target(*surface), orbit, rate_hz)) {
-            state.time_s = static_cast<double>(states.size()) / rate_hz;
-            state.trial += first_trial;
-            states.push_back(state);
-        }
+        Orbit found = find_orbit(orbit_target(scene, *surface), orbit, rate_hz, is_free);
+        if (found.spiral_share < 1.0)
+            notes.push_back(fmt::format(
+                "the orbit around {} ends after {:.0f} % of its {} turn{}, as its time is over: "
+                "raise duration_s{}",
+                surface->name, 100.0 * found.spiral_share, found.turns, found.turns == 1 ? "" : "s",
+                orbit.turns > 0 ? " or leave out turns" : " or speed_m_per_s"));
+        chain.add(std::move(found.states));
     }
-    return states;
+    return chain.take();
+}
+
+/// A tour over each surface, as long as it takes.
+std::vector<DeviceState> tours(const Scene& scene, int every, std::vector<std::string>& notes) {
+    constexpr std::size_t kMostFrames = 4000000; // over an hour at 1 kHz, a gigabyte of frames.csv
+    const double rate_hz = scene.description().loop.rate_hz;
+    const std::function<bool(const Vec3&)> is_free = free_of(scene);
+    DeviceDescription tour = scene.description().device;
+    tour.speed_m_per_s *= every;
+    PathChain chain(rate_hz);
+    for (const SceneSurface* surface : internal::surfaces_of_device(scene))
+        chain.add(make_tour(mesh_of(*surface), orbit_target(scene, *surface), tour, rate_hz,
+                            kMostFrames - chain.size(), is_free));
+    if (chain.size() == kMostFrames)
+        notes.push_back(fmt::format("the tour ends after {} frames, before it was everywhere: "
+                                    "raise spacing_mm or speed_m_per_s",
+                                    kMostFrames));
+    return chain.take();
 }
 
 /// Median of the times between a recording's inputs; 0 where there are no two.
@@ -76,9 +132,11 @@ std::vector<DeviceState> recorded_states(const Scene& scene) {
 }
 
 SceneDevice make_sequence(const Scene& scene, int every) {
-    auto states = std::make_shared<const std::vector<DeviceState>>(device_states(scene, every));
+    std::vector<std::string> notes;
+    auto states =
+        std::make_shared<const std::vector<DeviceState>>(device_states(scene, every, &notes));
     const std::size_t count = states->size();
-    return {std::make_unique<SequenceDevice>(std::move(states)), {}, count};
+    return {std::make_unique<SequenceDevice>(std::move(states)), {}, count, std::move(notes)};
 }
 
 /// Where a path of the scene leads an arm.
@@ -143,17 +201,23 @@ SceneDevice make_attached(const Scene& scene) {
 } // namespace
 
 bool is_sequence(const DeviceDescription& device) noexcept {
-    return device.kind == Kind::path || device.kind == Kind::orbit ||
+    return device.kind == Kind::path || device.kind == Kind::orbit || device.kind == Kind::tour ||
            device.kind == Kind::recording;
 }
 
-std::vector<DeviceState> device_states(const Scene& scene, int every) {
+std::vector<DeviceState> device_states(const Scene& scene, int every,
+                                       std::vector<std::string>* notes) {
+    std::vector<std::string> unread;
+    std::vector<std::string>& told = notes != nullptr ? *notes : unread;
+    told.clear();
     const DeviceDescription& device = scene.description().device;
     switch (device.kind) {
     case Kind::path:
         return read_probe_path(device.file, scene.description().loop.rate_hz, every);
     case Kind::orbit:
-        return orbits(scene, every);
+        return orbits(scene, every, told);
+    case Kind::tour:
+        return tours(scene, every, told);
     case Kind::recording:
         return recorded_states(scene);
     case Kind::none:

@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <palpate/drivers/haptic_device.h>
@@ -18,13 +19,16 @@ struct DeviceError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// True where a scene's device is known from beginning to end: a path, an orbit, a recording. [any]
+/// True where a scene's device is known from beginning to end: a path, an orbit, a tour, a
+/// recording. [any]
 bool is_sequence(const DeviceDescription& device) noexcept;
 
 /// The states of a scene's sequence, scene frame.                                       [setup]
 /// `every` = K takes each K-th row of a path, K times as fast. Throws std::runtime_error that says
 /// what the scene has instead, or what is wrong with the file.
-std::vector<DeviceState> device_states(const Scene& scene, int every = 1);
+/// `notes`: replaced by what a user should know of a path that was generated, a line each.
+std::vector<DeviceState> device_states(const Scene& scene, int every = 1,
+                                       std::vector<std::string>* notes = nullptr);
 
 /// A device and how it stands to the scene.
 struct PlacedDevice {
@@ -37,6 +41,7 @@ struct SceneDevice {
     std::unique_ptr<HapticDevice> device;
     DevicePlacement placement; ///< the identity for sequences
     std::uint64_t states = std::numeric_limits<std::uint64_t>::max(); ///< that a sequence has
+    std::vector<std::string> notes = {}; ///< what a user should know of a path that was generated
 
     PlacedDevice placed() const { return {*device, placement}; }
 };

@@ -89,8 +89,9 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
         if (detail == DeviceListDetail::why) text += findings_of(device);
     }
     if (ours == 0)
-        text += "no haptic device is attached; a path, an orbit, a recording or the simulated hand "
-                "serves as well: --device path:FILE, orbit, recording:FILE, hand\n";
+        text += "no haptic device is attached; a path, an orbit, a tour, a recording or the "
+                "simulated hand serves as well: --device path:FILE, orbit, tour, recording:FILE, "
+                "hand\n";
     if (detail == DeviceListDetail::brief && unusable > 0)
         text += "`palpate devices --why` says why something is not usable, and what helps\n";
     if (detail == DeviceListDetail::brief && others > 0)

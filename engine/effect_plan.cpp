@@ -281,6 +281,21 @@ void add_idle_words(const SceneDescription& scene, EffectPlan& plan) {
             plan.left_out.push_back("material " + material + ": no surface names it");
 }
 
+/// See EffectPlan::uncertified.
+std::string why_uncertified(const SceneDescription& scene, const EffectPlan& plan) {
+    bool is_felt = false;
+    for (const PlannedEffect& planned : plan.effects) {
+        if (!planned.on) continue;
+        const EffectKind kind = scene.effects[planned.effect].kind;
+        if (kind == EffectKind::surface) return {};
+        is_felt = is_felt || kind == EffectKind::gradient_surface;
+    }
+    if (!is_felt) return {};
+    return "no surface with a level is felt (a gradient_surface has none): method adaptive has "
+           "nothing to certify here or to come back to and drifts by its few long steps; use "
+           "method paper or fixed or feel a [surface.NAME] of the volume";
+}
+
 } // namespace
 
 bool EffectPlan::uses_surface(const SceneDescription& scene, const std::string& surface) const {
@@ -322,6 +337,7 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
         if (!used_volumes.contains(volume))
             plan.left_out.push_back("volume " + volume + ": nothing that is on needs it" +
                                     (read_in_vain.contains(volume) ? "" : "; it is not read"));
+    plan.uncertified = why_uncertified(scene, plan);
     return plan;
 }
 

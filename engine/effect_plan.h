@@ -36,6 +36,9 @@ struct EffectPlan {
     /// A workspace that never yields keeps the proxy from something, which is off for that: it has
     /// to stay as it is.
     bool relies_on_workspace = false;
+    /// Why method adaptive certifies nothing: what is felt in the place of a surface has no level.
+    /// In words, without a comma; empty where there is a level, or nothing stands for one.
+    std::string uncertified = {};
     std::vector<std::string> warnings; ///< of what will not be felt as the scene says it, in words:
                                        ///< Scene asks the effects once they are made
 

@@ -25,7 +25,7 @@ struct FrameReport {
     double residual_m = 0.0;         ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;         ///< FrameFlag bits
     std::uint64_t surfaces_felt = 0; ///< bit i: Scene::surfaces()[i], up to 64, pushed back at the
-                                     ///< end; not recorded
+                                     ///< end
     std::uint64_t surfaces_open = 0; ///< bit i: it did not hold at its own level, as the proxy was
                                      ///< inside or it yielded; not recorded
     std::uint64_t surfaces_guarded = 0; ///< bit i: its mesh held back what its volume would have

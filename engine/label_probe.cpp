@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <set>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -50,6 +51,17 @@ std::string_view LabelProbe::name_at(const Vec3& point) const noexcept {
         }
     }
     return {};
+}
+
+void SteadyLabel::add(double time_s, const Vec3& probe) {
+    const std::string_view here = labels_.name_at(probe);
+    if (!std::exchange(has_begun_, true)) name_ = next_ = here;
+    // A device's time that jumps back begins the wait again.
+    if (here != next_ || time_s < next_since_s_) {
+        next_ = here;
+        next_since_s_ = time_s;
+    }
+    if (time_s - next_since_s_ >= kSteady_s) name_ = next_;
 }
 
 } // namespace palpate

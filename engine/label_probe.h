@@ -33,4 +33,27 @@ private:
     std::vector<Placed> volumes_;
 };
 
+/// The label around the probe, once it has been the same for kSteady_s: a hand that presses into a
+/// thing, or along the border of two, does not change it all the time.
+class SteadyLabel {
+public:
+    static constexpr double kSteady_s = 0.05; ///< of the device's time
+
+    /// Which must outlive it.                                                           [setup]
+    explicit SteadyLabel(const LabelProbe& labels) : labels_(labels) {}
+
+    /// One more position of the probe, scene frame, m. The first one counts at once.    [setup]
+    void add(double time_s, const Vec3& probe);
+
+    /// Its name; empty where there is none.                                             [any]
+    std::string_view name() const noexcept { return name_; }
+
+private:
+    const LabelProbe& labels_;
+    std::string_view name_;
+    std::string_view next_;     // what it will be if it stays
+    double next_since_s_ = 0.0; // the first time of it
+    bool has_begun_ = false;
+};
+
 } // namespace palpate

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/run_events.h>
 
 namespace palpate {
@@ -19,7 +20,8 @@ std::string bar(double share, std::size_t width) {
 
 } // namespace
 
-LiveLine::LiveLine(const Scene& scene, const LabelProbe& labels) : scene_(scene), labels_(labels) {}
+LiveLine::LiveLine(const Scene& scene, const LabelProbe& labels)
+    : scene_(scene), probe_label_(labels), felt_names_(felt_names(scene)) {}
 
 void LiveLine::add(const RunFrame& run) {
     last_ = run;
@@ -27,6 +29,8 @@ void LiveLine::add(const RunFrame& run) {
     sub_steps_ += run.frame.sub_steps;
     overruns_ += run.overrun != Overrun::none ? 1 : 0;
     strongest_n_ = std::max(strongest_n_, glm::length(run.frame.force));
+    felt_ |= run.frame.surfaces_felt;
+    probe_label_.add(run.frame.time_s, run.frame.probe);
 }
 
 std::string LiveLine::text(double seconds, std::size_t columns) {
@@ -41,9 +45,11 @@ std::string LiveLine::text(double seconds, std::size_t columns) {
         last_.frame.time_s, rate_hz, overruns_, sub_steps,
         bar(strongest_n_ / scene_.description().limits.force_n, kBar), strongest_n_, depth_mm);
     if (last_.silence != Silence::none) line += " SILENT";
-    if (const auto name = labels_.name_at(last_.frame.proxy); !name.empty())
-        line += " " + plain_text(name);
-    frames_ = sub_steps_ = 0;
+    if (const std::string felt = felt_in_words(felt_, felt_names_); !felt.empty())
+        line += " feels " + plain_text(felt);
+    if (const auto name = probe_label_.name(); !name.empty())
+        line += " probe in " + plain_text(name);
+    frames_ = sub_steps_ = felt_ = 0;
     strongest_n_ = 0.0;
     // Not in the middle of a letter.
     if (line.size() > columns) {

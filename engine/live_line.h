@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <palpate/engine/label_probe.h>
 #include <palpate/engine/run_watch.h>
@@ -12,7 +13,7 @@
 namespace palpate {
 
 /// The state of a run as one line for people who watch: time, rate, overruns, sub-steps, force as a
-/// bar, how deep the probe is behind the proxy, label under it.
+/// bar, how deep the probe is behind the proxy, what is felt, the label that the probe stays in.
 class LiveLine {
 public:
     /// Both must outlive it.                                                            [setup]
@@ -26,12 +27,14 @@ public:
 
 private:
     const Scene& scene_;
-    const LabelProbe& labels_;
+    SteadyLabel probe_label_;
+    std::vector<std::string> felt_names_;
     RunFrame last_;
     std::uint64_t frames_ = 0; // since the line before
     std::uint64_t sub_steps_ = 0;
     std::uint64_t overruns_ = 0; // of the whole run
     double strongest_n_ = 0.0;   // since the line before
+    std::uint64_t felt_ = 0;     // bits, since the line before
 };
 
 } // namespace palpate

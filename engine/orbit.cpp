@@ -3,22 +3,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
+
+#include <palpate/engine/internal/surface_walk.h>
+#include <palpate/haptics/mesh_contact.h>
 
 namespace palpate {
 namespace {
 
+using internal::SurfaceWalk;
+using internal::TouchPlace;
+
 constexpr double kSample = 0.25e-3; // m along the spiral between rays: finer than voxels
-constexpr double kSteepest =
-    1.0; // radius change per arc length that the probe follows: not into deep pockets
-constexpr int kFreeFrames = 20;      // in free space, after which a new trial begins
+constexpr double kGap = 1.5e-3;    // m between places of two rays, beyond which they are not of one
+                                   // stretch: six times a sample, a slope of 80 degrees
+constexpr double kShortest = 2e-3; // m of a stretch that is worth a trial
 constexpr double kDepthWave = 30e-3; // m along the spiral from shallow to deep and back
-constexpr double kMargin = 0.01;   // of a mesh's bounds, so that rays begin beyond it; and of a way
-                                   // to a facet, so that rounding does not end it short
-constexpr double kApproach = 5e-3; // m in front of the surface where the path begins
-constexpr double kMissedShare =
-    0.3; // of the largest radius: where rays that meet nothing put the surface
+constexpr double kMargin = 0.01;     // of a mesh's bounds, so that rays begin beyond it; and of a
+                                     // way to a facet, so that rounding does not end it short
+constexpr double kApproach = 5e-3;   // m in front of the surface where a trial begins at least
+constexpr double kFacetReach =
+    1e-3; // m from a point of a mesh within which its facet is looked for
+constexpr int kMostTurns = 500;
+constexpr int kTries = 6; // to find how many turns there is time for
 
 /// Directions of the spiral: from the pole over the equator to the other pole.
 Vec3 spiral_direction(double share, int turns) {
@@ -28,89 +38,134 @@ Vec3 spiral_direction(double share, int turns) {
     return {r * std::cos(around), r * std::sin(around), z};
 }
 
-/// Where rays meet the surface, as a radius over the spiral's samples.
-struct Profile {
-    std::vector<Vec3> direction;
-    std::vector<double> radius; // m from the centre; negative where a ray meets nothing
-    bool cavity = false;        // felt from the centre outwards
-    double mean_radius = 0.0;
+/// A part of the spiral on which the surface goes on from ray to ray.
+struct Stretch {
+    std::vector<TouchPlace> places;
+    std::size_t first_ray = 0;
 };
 
-Profile cast_rays(const OrbitTarget& target, const Vec3& center, double reach, int turns) {
-    Profile profile;
-    profile.cavity = target.inside(center + Vec3{reach, 0, 0}) && !target.inside(center);
+/// The spiral around a target, on its surface.
+struct Spiral {
+    Vec3 center{0.0};
+    double reach = 0.0;     // m from the centre, beyond the bounds
+    bool is_cavity = false; // felt from the centre outwards
+    std::size_t rays = 0;
+    std::vector<Stretch> stretches;
+};
+
+double depth_at(double along_m, const DeviceDescription& orbit) {
+    const double phase = 2.0 * std::numbers::pi * along_m / kDepthWave;
+    return 1e-3 * (orbit.depth_min_mm +
+                   0.5 * (orbit.depth_max_mm - orbit.depth_min_mm) * (1.0 - std::cos(phase)));
+}
+
+double length_of(const std::vector<TouchPlace>& places) {
+    double length = 0.0;
+    for (std::size_t i = 1; i < places.size(); ++i)
+        length += glm::distance(places[i - 1].point, places[i].point);
+    return length;
+}
+
+Spiral find_spiral(const OrbitTarget& target, const DeviceDescription& orbit, int turns) {
+    Spiral spiral;
+    spiral.center = target.bounds.center();
+    spiral.reach = 0.5 * glm::length(target.bounds.extent());
+    spiral.is_cavity =
+        target.inside(spiral.center + Vec3{spiral.reach, 0, 0}) && !target.inside(spiral.center);
     // Length of the spiral on a sphere that fills the bounds, about 4 R per turn.
-    const double length = 4.0 * turns * reach;
-    const std::size_t count = static_cast<std::size_t>(length / kSample) + 1;
-    std::size_t hits = 0;
+    const auto count = static_cast<std::size_t>(4.0 * turns * spiral.reach / kSample) + 1;
+    spiral.rays = count;
+    bool is_one_hit = false, is_new = true;
     for (std::size_t i = 0; i < count; ++i) {
-        const Vec3 direction = spiral_direction((i + 0.5) / count, turns);
-        const Vec3 outside = center + reach * direction;
-        const std::optional<double> share = profile.cavity ? target.first_crossing(center, outside)
-                                                           : target.first_crossing(outside, center);
-        profile.direction.push_back(direction);
-        profile.radius.push_back(!share           ? -1.0
-                                 : profile.cavity ? *share * reach
-                                                  : (1.0 - *share) * reach);
-        if (!share) continue;
-        ++hits;
-        profile.mean_radius += profile.radius.back();
+        const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+        const Vec3 outside = spiral.center + spiral.reach * spiral_direction(share, turns);
+        const Vec3 from = spiral.is_cavity ? spiral.center : outside;
+        const Vec3 to = spiral.is_cavity ? outside : spiral.center;
+        TouchPlace place;
+        if (const std::optional<double> met = target.first_crossing(from, to)) {
+            is_one_hit = true;
+            place.point = from + *met * (to - from);
+            place.normal = target.normal(place.point);
+            place.depth_m = depth_at(static_cast<double>(i) * kSample, orbit);
+        }
+        if (place.normal == Vec3{0.0}) { // nothing met, or nothing that has a side
+            is_new = true;
+            continue;
+        }
+        if (!is_new &&
+            glm::distance(spiral.stretches.back().places.back().point, place.point) > kGap)
+            is_new = true;
+        if (std::exchange(is_new, false)) spiral.stretches.push_back({{}, i});
+        spiral.stretches.back().places.push_back(place);
     }
-    if (hits == 0)
+    if (!is_one_hit)
         throw std::runtime_error("orbit: no ray around the middle of the surface's bounds meets "
                                  "it; give a path instead");
-    profile.mean_radius /= static_cast<double>(hits);
-    return profile;
+    std::erase_if(spiral.stretches,
+                  [](const Stretch& s) { return length_of(s.places) < kShortest; });
+    if (spiral.stretches.empty())
+        throw std::runtime_error("orbit: the rays around the middle of the surface's bounds meet "
+                                 "nothing that is longer than 2 mm; give a path instead");
+    return spiral;
 }
 
-/// Presses the depth into the profile and takes the steepness out, towards free space, so that
-/// nothing becomes deeper.
-void press(Profile& profile, const DeviceDescription& orbit) {
-    const double towards_free = profile.cavity ? -1.0 : 1.0;
-    const double missed =
-        kMissedShare * *std::max_element(profile.radius.begin(), profile.radius.end());
-    const double low = 1e-3 * orbit.depth_min_mm;
-    const double high = 1e-3 * orbit.depth_max_mm;
-    std::vector<double>& radius = profile.radius;
-    for (std::size_t i = 0; i < radius.size(); ++i) {
-        const double phase = 2.0 * std::numbers::pi * (i * kSample) / kDepthWave;
-        const double depth = low + 0.5 * (high - low) * (1.0 - std::cos(phase));
-        if (radius[i] < 0.0)
-            radius[i] = profile.cavity ? profile.mean_radius : missed;
-        else
-            radius[i] -= towards_free * depth;
+/// Where a trial begins, on the ray through a place: the ray is free up to there.
+Vec3 in_front_of(const TouchPlace& place, const Spiral& spiral,
+                 const std::function<bool(const Vec3&)>& is_free) {
+    const Vec3 ray = place.point - spiral.center;
+    const double radius = glm::length(ray);
+    const Vec3 away = spiral.is_cavity ? -ray / radius : ray / radius;
+    const double longest = spiral.is_cavity ? radius : 2.0 * spiral.reach;
+    double distance = std::min(kApproach, longest);
+    // Through what else is felt, from where nothing is.
+    while (is_free && distance < longest && !is_free(place.point + distance * away))
+        distance = std::min(2.0 * distance, longest);
+    return place.point + distance * away;
+}
+
+/// The states of a spiral, up to so many.
+Orbit walked(const OrbitTarget& target, const DeviceDescription& orbit, double rate_hz, int turns,
+             std::size_t most, const std::function<bool(const Vec3&)>& is_free) {
+    const Spiral spiral = find_spiral(target, orbit, turns);
+    SurfaceWalk walk({orbit.speed_m_per_s, rate_hz, most,
+                      [&](const TouchPlace& place) { return in_front_of(place, spiral, is_free); }},
+                     internal::follower_of(target));
+    Orbit result;
+    result.turns = turns;
+    for (const Stretch& stretch : spiral.stretches) {
+        const std::size_t done = walk.add(internal::with_smooth_normals(stretch.places));
+        if (done == stretch.places.size()) continue;
+        result.spiral_share =
+            static_cast<double>(stretch.first_ray + done) / static_cast<double>(spiral.rays);
+        break;
     }
-    const auto limit = [&](std::size_t to, std::size_t from) {
-        const double step = kSteepest * kSample;
-        if (towards_free * (radius[from] - radius[to]) > step)
-            radius[to] = radius[from] - towards_free * step;
-    };
-    for (std::size_t i = 1; i < radius.size(); ++i)
-        limit(i, i - 1);
-    for (std::size_t i = radius.size() - 1; i-- > 0;)
-        limit(i, i + 1);
+    result.states = walk.take();
+    return result;
 }
 
-std::vector<Vec3> corners(const Profile& profile, const Vec3& center) {
-    const double towards_free = profile.cavity ? -1.0 : 1.0;
-    std::vector<Vec3> points;
-    const double first = profile.radius.front();
-    const double start = profile.cavity ? 0.0 : first + towards_free * (kApproach + 0.05);
-    points.push_back(center + std::max(start, 0.0) * profile.direction.front());
-    for (std::size_t i = 0; i < profile.radius.size(); ++i)
-        points.push_back(center + profile.radius[i] * profile.direction[i]);
-    return points;
+/// A contact with a surface that never yields.
+std::unique_ptr<SurfaceContact> hard_contact(const SceneSurface& surface) {
+    if (surface.is_felt_by_mesh())
+        return std::make_unique<MeshContact>(surface.mesh.certified, MeshContactSettings{});
+    LevelSettings hard = surface.level;
+    hard.strength_n = std::numeric_limits<double>::infinity();
+    return std::make_unique<VolumeContact>(surface.baked.field, hard);
 }
 
 } // namespace
 
 OrbitTarget orbit_target(const ScalarField& field, double level) {
     const std::shared_ptr<FieldSampler> sampler = field.make_sampler();
+    const auto normal = [sampler](const Vec3& point) {
+        const Vec3 gradient = sampler->sample(point).gradient;
+        const double length = glm::length(gradient);
+        return length > 0.0 ? -gradient / length : Vec3{0.0};
+    };
     return {field.bounds(),
             [sampler, level](const Vec3& from, const Vec3& to) {
                 return sampler->first_root(from, to, level);
             },
-            [sampler, level](const Vec3& point) { return sampler->value(point) >= level; }};
+            [sampler, level](const Vec3& point) { return sampler->value(point) >= level; }, normal};
 }
 
 OrbitTarget orbit_target(const SurfaceScene& mesh) {
@@ -136,53 +191,85 @@ OrbitTarget orbit_target(const SurfaceScene& mesh) {
         const auto seen = mesh.first_hit(point, centroid + kMargin * (centroid - point));
         return seen && glm::dot(point - seen->position, seen->normal) < 0.0;
     };
-    return {{bounds.lower - margin, bounds.upper + margin}, first_crossing, inside};
+    const auto normal = [&mesh](const Vec3& point) {
+        const std::optional<SurfaceHit> facet = mesh.closest_point(point, kFacetReach);
+        return facet ? facet->normal : Vec3{0.0};
+    };
+    return {{bounds.lower - margin, bounds.upper + margin}, first_crossing, inside, normal};
 }
 
 OrbitTarget orbit_target(const SceneSurface& surface) {
-    return surface.is_felt_by_mesh() ? orbit_target(*surface.mesh.scene)
-                                     : orbit_target(*surface.baked.field, surface.level.level);
+    OrbitTarget target = surface.is_felt_by_mesh()
+                             ? orbit_target(*surface.mesh.scene)
+                             : orbit_target(*surface.baked.field, surface.level.level);
+    target.make_contacts = [&surface] {
+        std::vector<std::unique_ptr<SurfaceContact>> contacts;
+        contacts.push_back(hard_contact(surface));
+        return contacts;
+    };
+    return target;
 }
 
-std::vector<DeviceState> make_orbit(const ScalarField& field, double level,
-                                    const DeviceDescription& orbit, double rate_hz) {
-    return make_orbit(orbit_target(field, level), orbit, rate_hz);
+OrbitTarget orbit_target(const Scene& scene, const SceneSurface& surface) {
+    OrbitTarget target = orbit_target(surface);
+    target.stiffness_n_per_m = scene.description().coupling.stiffness_n_per_m;
+    target.make_contacts = [&scene, &surface] {
+        std::vector<std::unique_ptr<SurfaceContact>> contacts;
+        for (const SceneSurface& one : scene.surfaces())
+            contacts.push_back(&one == &surface ? hard_contact(one) : scene.make_contact(one));
+        return contacts;
+    };
+    return target;
+}
+
+Orbit find_orbit(const OrbitTarget& target, const DeviceDescription& orbit, double rate_hz,
+                 const std::function<bool(const Vec3& point)>& is_free) {
+    const auto most = static_cast<std::size_t>(orbit.duration_s * rate_hz);
+    const auto with = [&](int turns, std::size_t frames) {
+        return walked(target, orbit, rate_hz, turns, frames, is_free);
+    };
+    if (orbit.turns > 0) return with(orbit.turns, most);
+
+    // How long a turn takes depends on the surface: tried, from a body that fills half its bounds.
+    const double reach = 0.5 * glm::length(target.bounds.extent());
+    const double guess = orbit.speed_m_per_s * orbit.duration_s / (2.0 * reach);
+    int turns = static_cast<int>(std::clamp(guess, 1.0, 1.0 * kMostTurns));
+    std::optional<Orbit> best;
+    int too_many = kMostTurns + 1;
+    for (int tries = 0; tries < kTries; ++tries) {
+        Orbit orbit_of_turns = with(turns, 4 * most);
+        const double share =
+            static_cast<double>(orbit_of_turns.states.size()) / static_cast<double>(most);
+        if (share > 1.0) {
+            too_many = turns;
+            if (turns == 1) break;
+        } else if (!best || turns > best->turns) {
+            best = std::move(orbit_of_turns);
+        }
+        const int fewest = best ? best->turns + 1 : 1;
+        if (fewest >= too_many) break;
+        turns = static_cast<int>(std::clamp(turns / share, 1.0 * fewest, too_many - 1.0));
+    }
+    return best ? std::move(*best) : with(1, most);
 }
 
 std::vector<DeviceState> make_orbit(const OrbitTarget& target, const DeviceDescription& orbit,
                                     double rate_hz) {
-    const Vec3 center = target.bounds.center();
-    const double reach = 0.5 * glm::length(target.bounds.extent());
-    Profile profile = cast_rays(target, center, reach, orbit.turns);
-    press(profile, orbit);
-    const std::vector<Vec3> path = corners(profile, center);
+    return find_orbit(target, orbit, rate_hz).states;
+}
 
-    // Walked at constant speed: a state per frame.
-    std::vector<DeviceState> states;
-    const double step = orbit.speed_m_per_s / rate_hz;
-    const auto most = static_cast<std::size_t>(orbit.duration_s * rate_hz);
-    int free_frames = 0;
-    std::size_t corner = 0;
-    double along = 0.0; // of the current edge
-    while (corner + 1 < path.size() && states.size() < most) {
-        const Vec3 edge = path[corner + 1] - path[corner];
-        const double length = glm::length(edge);
-        if (along > length) {
-            along -= length;
-            ++corner;
-            continue;
-        }
-        DeviceState state;
-        state.time_s = static_cast<double>(states.size()) / rate_hz;
-        state.position = path[corner] + (length > 0.0 ? along / length : 0.0) * edge;
-        if (!states.empty()) state.velocity = (state.position - states.back().position) * rate_hz;
-        free_frames = target.inside(state.position) ? 0 : free_frames + 1;
-        state.trial =
-            (states.empty() ? 0 : states.back().trial) + (free_frames == kFreeFrames ? 1 : 0);
-        states.push_back(state);
-        along += step;
-    }
-    return states;
+std::vector<DeviceState> make_orbit(const ScalarField& field, double level,
+                                    const DeviceDescription& orbit, double rate_hz) {
+    OrbitTarget target = orbit_target(field, level);
+    const std::shared_ptr<const ScalarField> borrowed(std::shared_ptr<void>{}, &field);
+    target.make_contacts = [borrowed, level] {
+        LevelSettings settings;
+        settings.level = level;
+        std::vector<std::unique_ptr<SurfaceContact>> contacts;
+        contacts.push_back(std::make_unique<VolumeContact>(borrowed, settings));
+        return contacts;
+    };
+    return make_orbit(target, orbit, rate_hz);
 }
 
 } // namespace palpate

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/version.h>
 #include <palpate/volume/volume_sources.h>
@@ -55,6 +56,7 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
     recording.scene_text = scene.description().text;
     recording.overrides = to_json(overrides);
     recording.sources = sources(scene);
+    recording.felt_names = felt_names(scene);
     recording.device = trace.device;
     recording.inputs = trace.inputs;
     recording.frames = trace.frames;

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/internal/journal_format.h>
 #include <palpate/engine/internal/recording_store.h>
 #include <palpate/engine/internal/sha256.h>
@@ -21,8 +22,8 @@ namespace palpate {
 namespace {
 
 constexpr const char* kFormat = "palpate recording";
-// 1: inputs without buttons, freshness and orientation, no device.
-constexpr std::uint64_t kFormatVersion = 2;
+// 1: inputs without buttons, freshness and orientation, no device. 2: not which surfaces are felt.
+constexpr std::uint64_t kFormatVersion = 3;
 
 /// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and
 /// reader, of what a version of the format has.
@@ -40,7 +41,7 @@ void for_each_input_column(std::uint64_t version, Columns&& column) {
 
 /// The same for the frames.
 template <typename Columns>
-void for_each_frame_column(Columns&& column) {
+void for_each_frame_column(std::uint64_t version, Columns&& column) {
     column("frame", "1", &FrameReport::frame);
     column("trial", "1", &FrameReport::trial);
     column("time_s", "s", &FrameReport::time_s);
@@ -58,6 +59,8 @@ void for_each_frame_column(Columns&& column) {
     column("spent_us", "us", &FrameReport::spent_us);
     column("estimate_us", "us", &FrameReport::estimate_us);
     column("late_us", "us", &FrameReport::late_us);
+    if (version < 3) return;
+    column("surfaces_felt", "bits, of surfaces/name", &FrameReport::surfaces_felt);
 }
 
 /// Writes the columns of `rows` into a group.
@@ -101,6 +104,15 @@ std::uint64_t check_format(const internal::RecordingReader& reader) {
     if (version.size() != 1 || version.front() < 1 || version.front() > kFormatVersion)
         reader.fail(fmt::format("has another version of the format than 1 to {}", kFormatVersion));
     return version.front();
+}
+
+constexpr const char* kFeltNames = "surfaces/name"; // row i is bit i of frames/surfaces_felt
+
+std::vector<std::string> read_felt_names(const internal::RecordingReader& reader) {
+    std::vector<std::string> names = reader.read_texts(kFeltNames);
+    if (names.size() > kFeltBits)
+        reader.fail(fmt::format("is damaged: data set {} has more names than bits", kFeltNames));
+    return names;
 }
 
 /// The same for the device: numbers of which there is one each.
@@ -181,8 +193,10 @@ std::string recording_bytes(const std::filesystem::path& file, const Recording& 
     write_device(writer, recording.device);
     writer.make_group("inputs");
     for_each_input_column(kFormatVersion, column_writer(writer, "inputs", recording.inputs));
+    writer.make_group("surfaces");
+    writer.write_texts(kFeltNames, recording.felt_names);
     writer.make_group("frames");
-    for_each_frame_column(column_writer(writer, "frames", recording.frames));
+    for_each_frame_column(kFormatVersion, column_writer(writer, "frames", recording.frames));
     writer.make_group("clock");
     writer.write_column("clock/steps_left", "1", recording.steps_left);
     return writer.bytes();
@@ -205,7 +219,8 @@ Recording read_one(const internal::RecordingReader& reader) {
     recording.sources = read_sources(reader);
     if (format_version >= 2) recording.device = read_device(reader);
     for_each_input_column(format_version, column_reader(reader, "inputs", recording.inputs));
-    for_each_frame_column(column_reader(reader, "frames", recording.frames));
+    for_each_frame_column(format_version, column_reader(reader, "frames", recording.frames));
+    if (format_version >= 3) recording.felt_names = read_felt_names(reader);
     reader.read_column("clock/steps_left", recording.steps_left);
     return recording;
 }

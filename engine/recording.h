@@ -26,6 +26,8 @@ struct Recording {
     std::string
         overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
     std::vector<RecordedSource> sources;   ///< volumes and meshes
+    std::vector<std::string> felt_names;   ///< bit i of FrameReport::surfaces_felt is entry i;
+                                           ///< empty where that was not recorded
     DeviceProperties device;               ///< what felt it, as the scene met it, without its
                                            ///< workspace
     std::vector<DeviceState> inputs;       ///< a row per frame, scene frame
@@ -49,7 +51,7 @@ std::filesystem::path found_recording(const std::filesystem::path& file);
 bool is_journal(const std::filesystem::path& file);
 
 /// Reads it back, bit for bit; of a journal, all whole parts; of an older version of the format,
-/// what it does not have is as a DeviceState and DeviceProperties begin. [setup] Throws
+/// what it does not have is as a DeviceState, DeviceProperties and FrameReport begin. [setup] Throws
 /// std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
 /// recording.
 Recording read_recording(const std::filesystem::path& file);

@@ -163,6 +163,60 @@ std::string surfaces_table(const std::vector<Entry>& entries) {
            html_table("Surfaces", columns, rows);
 }
 
+std::string felt_table(const std::vector<Entry>& entries) {
+    std::vector<Cells> rows;
+    for (const auto& [trace, summary] : entries)
+        for (const internal::FeltSummary& felt : summary.felt)
+            rows.push_back({trace->title, felt.name, readable(felt.frames),
+                            readable(felt.contact_s), readable(felt.force_mean_n),
+                            readable(felt.force_max_n), readable(felt.path_mm)});
+    if (rows.empty()) return {};
+    return "<h2>What was felt</h2>\n" +
+           paragraph("Each surface while it pushed back at a frame's end: for how long, with which "
+                     "force, and how far the proxy went on it. Where several are felt at once, "
+                     "each has the force of all of them.") +
+           html_table("What was felt",
+                      {{"", "Trace", false},
+                       {"", "Surface", false},
+                       {"In contact", "frames"},
+                       {"In contact", "s"},
+                       {"Force, N", "mean"},
+                       {"Force, N", "max"},
+                       {"", "Path, mm"}},
+                      rows);
+}
+
+std::string paths_table(const std::vector<Entry>& entries) {
+    std::vector<Cells> rows;
+    for (const auto& [trace, s] : entries) {
+        if (s.path.type.empty()) continue;
+        Cells row{trace->title, s.path.type};
+        for (const Number& number :
+             {s.depth_mm.p50, s.depth_mm.p99, s.depth_mm.max, s.path.deeper_frames})
+            row.push_back(readable(number));
+        std::string covered;
+        for (const internal::CoverageSummary& one : s.path.coverage)
+            covered += (covered.empty() ? "" : ", ") + one.surface + " " +
+                       readable(one.felt_percent) + " % within " + readable(one.within_mm) + " mm";
+        row.push_back(covered.empty() ? readable(Number{}) : covered);
+        rows.push_back(row);
+    }
+    if (rows.empty()) return {};
+    return "<h2>Where the probe was led</h2>\n" +
+           paragraph("Depth: how far the probe was behind the proxy while in contact, and in how "
+                     "many frames farther than the path was asked to be. Covered: the share of a "
+                     "surface's area that is near a place where it was felt.") +
+           html_table("Where the probe was led",
+                      {{"", "Trace", false},
+                       {"", "Path", false},
+                       {"Depth, mm", "median"},
+                       {"Depth, mm", "99 %"},
+                       {"Depth, mm", "max"},
+                       {"", "Deeper, frames"},
+                       {"", "Covered", false}},
+                      rows);
+}
+
 std::string truth_table(const std::vector<Entry>& entries) {
     std::vector<Cells> rows;
     for (const auto& [trace, summary] : entries) {
@@ -350,8 +404,8 @@ void write_report_page(const std::filesystem::path& file,
     page += main_table(entries);
     for (std::size_t i = 0; i < subjects.size(); ++i)
         page += subject_section(subjects[i], i);
-    page += surfaces_table(entries) + truth_table(entries) + flags_table(entries) +
-            effects_table(entries);
+    page += felt_table(entries) + paths_table(entries) + surfaces_table(entries) +
+            truth_table(entries) + flags_table(entries) + effects_table(entries);
     page += "<footer>\n" + machine_lines(entries) + "</footer>\n</main>\n</body>\n</html>\n";
     internal::write_whole_file(file, page);
 }

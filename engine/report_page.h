@@ -31,6 +31,10 @@ struct ReportSubject {
 /// `palpate trace` writes.
 std::string report_table(const std::vector<ReportSubject>& subjects);
 
+/// How deep the probe of a generated path was, and how much of each surface it felt, a line each;
+/// empty for other traces.                                             [setup] Throws as above.
+std::string path_in_words(const ReportTrace& trace);
+
 /// Writes a self-contained HTML page: the table, per subject pictures of the surface with its first
 /// trace from two sides and a chart of each trace's force over time, and tables of surfaces, flags
 /// and effects. `notes` are paragraphs of plain text above it; a subject without mesh has no

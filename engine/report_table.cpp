@@ -73,4 +73,18 @@ std::string report_table(const std::vector<ReportSubject>& subjects) {
     return table;
 }
 
+std::string path_in_words(const ReportTrace& trace) {
+    const internal::TraceSummary s = internal::read_trace_summary(trace.title, trace.summary);
+    if (s.path.type.empty()) return {};
+    std::string text = "depth of the " + s.path.type + "'s probe behind what held it, mm: median " +
+                       readable(s.depth_mm.p50) + ", 99 % " + readable(s.depth_mm.p99) + ", max " +
+                       readable(s.depth_mm.max) + "; deeper than asked for in " +
+                       readable(s.path.deeper_frames) + " frames\n";
+    for (const internal::CoverageSummary& one : s.path.coverage)
+        text += "covered: " + readable(one.felt_percent) + " % of " + one.surface + " (" +
+                readable(one.area_cm2) + " cm2), within " + readable(one.within_mm) +
+                " mm of where it was felt\n";
+    return text;
+}
+
 } // namespace palpate

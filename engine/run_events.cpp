@@ -38,7 +38,7 @@ std::string plain_text(std::string_view text) {
 }
 
 RunEvents::RunEvents(const Scene& scene, const LabelProbe& labels)
-    : scene_(scene), labels_(labels) {}
+    : scene_(scene), has_labels_(!labels.empty()), probe_label_(labels) {}
 
 /// What a matter is now. The first time, `unsaid` is what needs no words.
 void RunEvents::set(const std::string& matter, std::string now, std::string_view unsaid) {
@@ -60,9 +60,10 @@ std::vector<std::string> RunEvents::add(const RunFrame& run) {
         const bool is_felt = (frame.surfaces_felt >> i & 1) != 0;
         set("surface " + name, (is_felt ? "contact " : "left ") + name, "left " + name);
     }
-    if (!labels_.empty()) {
-        const std::string name = plain_text(labels_.name_at(frame.proxy));
-        set("label", name.empty() ? "in no label" : "in " + name, "in no label");
+    if (has_labels_) {
+        probe_label_.add(frame.time_s, frame.probe);
+        const std::string name = plain_text(probe_label_.name());
+        set("label", name.empty() ? "probe in no label" : "probe in " + name, "probe in no label");
     }
     set("limit", frame.flags & kForceClamped ? "force limit reached" : "force below its limit",
         "force below its limit");

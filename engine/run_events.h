@@ -14,9 +14,11 @@
 namespace palpate {
 
 /// What happens in a run, as lines of plain text for people who listen: "0.512 s contact bone",
-/// "0.731 s left bone", "2.004 s device silent, force to zero". One event a line, no control
-/// characters. Of one matter no more than two lines a second of the device's time: what changes
-/// faster is told as it is once half a second is over, so that the last line of a matter is true.
+/// "0.600 s probe in Thalamus_L", "0.731 s left bone", "2.004 s device silent, force to zero". What
+/// is felt is told by its surface; which label the probe is in, once it has stayed there
+/// (SteadyLabel). One event a line, no control characters. Of one matter no more than two lines a
+/// second of the device's time: what changes faster is told as it is once half a second is over, so
+/// that the last line of a matter is true.
 class RunEvents {
 public:
     static constexpr double kQuiet_s = 0.5; ///< between two lines about one matter
@@ -41,7 +43,8 @@ private:
     void set(const std::string& matter, std::string now, std::string_view unsaid = {});
 
     const Scene& scene_;
-    const LabelProbe& labels_;
+    bool has_labels_;
+    SteadyLabel probe_label_;
     std::map<std::string, Matter> matters_;
     double time_s_ = 0.0;
     std::uint64_t frames_ = 0;

@@ -185,7 +185,7 @@ struct HandDescription {
 
 /// What moves the probe.
 struct DeviceDescription {
-    enum class Kind { none, path, orbit, recording, hand, hid };
+    enum class Kind { none, path, orbit, tour, recording, hand, hid };
     Kind kind = Kind::none;
     std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
                                 ///< hand: CSV of where the arm wants the probe, scene frame
@@ -196,12 +196,16 @@ struct DeviceDescription {
         5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
     std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it
     DevicePlacementSettings placement; ///< hand and hid; the others are in the scene frame
-    std::string surface; ///< orbit, hand that presses: key of surfaces; empty = all, the first one
-    double speed_m_per_s = 0.2; ///< orbit, (0, 100]
+    std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
+                         ///< first one
+    double speed_m_per_s = 0.2; ///< orbit, tour, (0, 100]
     double depth_min_mm = 1.0;  ///< orbit: pressed at least this deep, [0, 50]
     double depth_max_mm = 5.0;  ///< orbit: and at most this deep, [depth_min_mm, 50]
     double duration_s = 20.0;   ///< orbit, (0, 3600]; hand that presses, [3, 3600]
-    int turns = 12;             ///< orbit: turns of the spiral from pole to pole, [1, 500]
+    int turns = 0; ///< orbit: turns of the spiral from pole to pole, [1, 500]; 0: as many as
+                   ///< duration_s leaves time for
+    double spacing_mm = 5.0; ///< tour: between two lines over a surface, [0.2, 100]
+    double press_mm = 2.0;   ///< tour: how deep, [0, 50]; depth_mm in the scene
     int line = 0;
 };
 

@@ -42,6 +42,8 @@ void set_device(const std::string& text, DeviceDescription& device) {
     };
     if (text == "orbit") {
         device.kind = Kind::orbit;
+    } else if (text == "tour") {
+        device.kind = Kind::tour;
     } else if (text == "hand") {
         device.kind = Kind::hand;
         device.file.clear();
@@ -58,10 +60,10 @@ void set_device(const std::string& text, DeviceDescription& device) {
         device.kind = Kind::hid;
         device.address = *address;
     } else {
-        throw std::invalid_argument(
-            fmt::format("--device {}: must be orbit, path:FILE, recording:FILE, hand, hand:FILE or "
-                        "hid:ADDRESS",
-                        text));
+        throw std::invalid_argument(fmt::format(
+            "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE or "
+            "hid:ADDRESS",
+            text));
     }
 }
 

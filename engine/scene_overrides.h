@@ -11,8 +11,8 @@ namespace palpate {
 /// Options that change a scene for one run; kept in the recording, so that a replay changes it
 /// alike.
 struct SceneOverrides {
-    std::optional<std::string> device;  ///< "orbit", "path:FILE", "recording:FILE", "hand:FILE" or
-                                        ///< "hid:ADDRESS"
+    std::optional<std::string> device; ///< "orbit", "tour", "path:FILE", "recording:FILE",
+                                       ///< "hand:FILE" or "hid:ADDRESS"
     std::optional<std::string> method;  ///< as [loop] method
     std::optional<std::string> contact; ///< as [surface.X] contact, for every surface
     std::optional<int> sub_steps;

@@ -143,6 +143,8 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
         LoopDescription own = scene->description().loop;
         own.method = loop.method;
         study.runs.back().is_the_scenes = same_setting(loop, own);
+        if (loop.method == SteppingMethod::adaptive)
+            study.runs.back().note = scene->plan().uncertified;
     }
     if (progress) progress(1.0, "studying");
     return study;

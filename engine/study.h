@@ -58,6 +58,9 @@ struct StudyRun {
                                              ///< force, where it is held back by over 0.5 mm
     std::optional<std::size_t> elsewhere;    ///< frames that end over 2 mm from that proxy
 
+    std::string note; ///< why the run does not show what its method is for, without a comma; empty
+                      ///< as a rule
+
     std::vector<double> level_m; ///< per frame, signed, > 0 inside; NaN where not known
 };
 
@@ -95,6 +98,9 @@ std::string_view method_of(const StudyRun& run) noexcept;
 
 /// A run as tables name it: "fixed 46", "adaptive 0.1 um", "single, 1000 Hz SCHED_FIFO". [any]
 std::string title(const StudyRun& run);
+
+/// The same, with a word where its note says that it does not show what its method is for. [any]
+std::string title_with_mark(const StudyRun& run);
 
 /// The runs as plain text, a line each.                                                 [setup]
 std::string study_table(const Study& study);

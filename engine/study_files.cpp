@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -31,13 +32,13 @@ std::string runs_csv(const Study& study) {
     std::string text = "method,setting,pace,scenes_own";
     for (const StudyColumn& column : internal::study_columns())
         text += fmt::format(",{}", column.key);
-    text += "\n";
+    text += ",note\n";
     for (const StudyRun& run : study.runs) {
         text += fmt::format("{},{},{},{}", method_of(run), cell(internal::setting_of(run)),
                             run.pace.empty() ? "asap" : run.pace, run.is_the_scenes ? 1 : 0);
         for (const StudyColumn& column : internal::study_columns())
             text += "," + cell(column.value(run));
-        text += "\n";
+        text += "," + run.note + "\n";
     }
     return text;
 }
@@ -69,7 +70,8 @@ json runs_json(const Study& study) {
     for (const StudyRun& run : study.runs) {
         json entry = {{"method", method_of(run)},
                       {"pace", run.pace.empty() ? "asap" : run.pace},
-                      {"scenes_own", run.is_the_scenes}};
+                      {"scenes_own", run.is_the_scenes},
+                      {"note", run.note}};
         const std::optional<double> setting = internal::setting_of(run);
         entry["setting"] = setting ? json(*setting) : json();
         for (const StudyColumn& column : internal::study_columns()) {
@@ -96,6 +98,17 @@ std::string study_json(const Scene& scene, const Study& study, const std::string
     return internal::json_text(document) + "\n";
 }
 
+/// What the marked rows' runs are not, a line each.
+std::string notes_of(const Study& study) {
+    std::set<std::string> notes;
+    for (const StudyRun& run : study.runs)
+        if (!run.note.empty()) notes.insert(run.note);
+    std::string text;
+    for (const std::string& note : notes)
+        text += "not certified: " + note + "\n";
+    return text;
+}
+
 } // namespace
 
 std::string_view method_of(const StudyRun& run) noexcept {
@@ -110,6 +123,10 @@ std::string title(const StudyRun& run) {
         text += fmt::format(" {:.6g}{}", *setting, has_unit ? unit : "");
     }
     return text + (run.pace.empty() ? "" : ", " + run.pace);
+}
+
+std::string title_with_mark(const StudyRun& run) {
+    return title(run) + (run.note.empty() ? "" : " (not certified)");
 }
 
 std::string study_table(const Study& study) {
@@ -127,12 +144,14 @@ std::string study_table(const Study& study) {
     for (const StudyRun& run : study.runs) {
         const bool felt = run.frames_in_contact > 0;
         const bool known = run.level.frames > 0;
-        text += fmt::format(fmt::runtime(kRow), title(run), number(felt, run.evaluations_mean),
-                            number(felt, run.spent_p50_us), number(felt, run.spent_p99_us),
-                            number(known, run.level.rms_um), number(known, run.level.max_um),
-                            count(run.frames_inside), internal::readable(run.deepest_um),
-                            count(run.lost_contact), count(run.elsewhere));
+        text += fmt::format(fmt::runtime(kRow), title_with_mark(run),
+                            number(felt, run.evaluations_mean), number(felt, run.spent_p50_us),
+                            number(felt, run.spent_p99_us), number(known, run.level.rms_um),
+                            number(known, run.level.max_um), count(run.frames_inside),
+                            internal::readable(run.deepest_um), count(run.lost_contact),
+                            count(run.elsewhere));
     }
+    text += notes_of(study);
     return text +
            "inside: frames that end deeper than the certificate's tolerance; lost: with less "
            "than a tenth of the force of a\nproxy that no chord takes through the surface; "

@@ -81,9 +81,8 @@ void warn_of_coupling(const Scene& scene, const DeviceProperties& device, const 
 /// their price.   [setup]
 std::string summarize(const Scene& scene, const Trace& trace);
 
-/// What to warn of in frames, in words, a line each: primitives that were left out, and forces that
-/// were no numbers. [any]
-std::vector<std::string> flag_warnings(std::span<const FrameReport> frames);
+/// The flags of frames, a line each: in how many of them, what it means and what to do. [any]
+std::vector<std::string> flags_in_words(std::span<const FrameReport> frames);
 
 /// Median price of each planned effect, us per evaluation, measured on this machine at places where
 /// it is felt; what is of a surface, as what it adds to that. 0 for effects that are off. [setup]

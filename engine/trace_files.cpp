@@ -4,11 +4,14 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <map>
+#include <string>
 #include <string_view>
 
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/internal/whole_file.h>
 
 namespace palpate {
@@ -16,7 +19,7 @@ namespace {
 
 constexpr std::string_view kFramesHeader =
     "frame,trial,time_s,probe_x_m,probe_y_m,probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,"
-    "force_x_n,force_y_n,force_z_n,sub_steps,evaluations,contacts,residual_m,flags\n";
+    "force_x_n,force_y_n,force_z_n,sub_steps,evaluations,contacts,residual_m,flags,felt\n";
 
 constexpr std::string_view kTimingHeader =
     "frame,spent_us,estimate_us,late_us,surface_queries,field_samples,root_queries\n";
@@ -43,6 +46,11 @@ public:
         return *this;
     }
     Row& vector(const Vec3& value) { return number(value.x).number(value.y).number(value.z); }
+    Row& text(std::string_view value) {
+        separate();
+        text_.append(value);
+        return *this;
+    }
     void end() { text_.push_back('\n'); }
 
 private:
@@ -55,13 +63,41 @@ private:
     bool first_ = true;
 };
 
+/// A text as one cell, in quotes where it needs them (RFC 4180).
+std::string quoted(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string cell = "\"";
+    for (const char letter : text) {
+        if (letter == '"') cell += '"';
+        cell += letter;
+    }
+    return cell + "\"";
+}
+
+/// Cells of what is felt, each made once.
+class FeltCells {
+public:
+    explicit FeltCells(std::span<const std::string> names) : names_(names) {}
+    const std::string& of(std::uint64_t felt) {
+        const auto [cell, is_new] = cells_.try_emplace(felt);
+        if (is_new) cell->second = quoted(felt_in_words(felt, names_));
+        return cell->second;
+    }
+
+private:
+    std::span<const std::string> names_;
+    std::map<std::uint64_t, std::string> cells_;
+};
+
 void write_text(const std::filesystem::path& file, const fmt::memory_buffer& text) {
     internal::write_whole_file(file, std::string_view(text.data(), text.size()));
 }
 
 } // namespace
 
-void write_frames_csv(const std::filesystem::path& file, std::span<const FrameReport> frames) {
+void write_frames_csv(const std::filesystem::path& file, std::span<const FrameReport> frames,
+                      std::span<const std::string> felt_names) {
+    FeltCells felt(felt_names);
     fmt::memory_buffer text;
     text.append(kFramesHeader);
     for (const FrameReport& f : frames) {
@@ -69,7 +105,7 @@ void write_frames_csv(const std::filesystem::path& file, std::span<const FrameRe
         row.count(f.frame).count(f.trial).number(f.time_s);
         row.vector(f.probe).vector(f.proxy).vector(f.force);
         row.count(f.sub_steps).count(f.evaluations).count(f.contacts);
-        row.number(f.residual_m).count(f.flags).end();
+        row.number(f.residual_m).count(f.flags).text(felt.of(f.surfaces_felt)).end();
     }
     write_text(file, text);
 }

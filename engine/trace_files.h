@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include <palpate/engine/frame_report.h>
@@ -15,8 +16,10 @@ inline constexpr std::string_view kFramesColumns =
 inline constexpr std::string_view kTimingColumns = "frame,spent_us,estimate_us,late_us,";
 
 /// Writes frames.csv: a row per frame, 17 significant digits, no clock in it: the same bytes for
-/// the same inputs.    [setup] Complete or not at all; throws std::runtime_error naming the file.
-void write_frames_csv(const std::filesystem::path& file, std::span<const FrameReport> frames);
+/// the same inputs. The last column says what is felt, by the names of felt_names(): "a+b".
+/// [setup] Complete or not at all; throws std::runtime_error naming the file.
+void write_frames_csv(const std::filesystem::path& file, std::span<const FrameReport> frames,
+                      std::span<const std::string> felt_names);
 
 /// Writes timing.csv: what the clock said and how many queries each frame made.         [setup]
 void write_timing_csv(const std::filesystem::path& file, std::span<const FrameReport> frames);

@@ -8,11 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/internal/machine.h>
 #include <palpate/engine/internal/spread.h>
 #include <palpate/engine/orbit.h>
 #include <palpate/engine/recording.h>
 #include <palpate/engine/scene_file.h>
+#include <palpate/engine/surface_tour.h>
 #include <palpate/engine/trace.h>
 #include <palpate/version.h>
 
@@ -91,6 +93,50 @@ json surface_summary(const SurfaceAudit& audit) {
     return summary;
 }
 
+json felt_summary(const Scene& scene, std::span<const FrameReport> frames) {
+    json list = json::array();
+    const double period_s = 1.0 / scene.description().loop.rate_hz;
+    for (const FeltSurface& felt : felt_surfaces(felt_names(scene), frames, period_s))
+        list.push_back({{"bit", list.size()},
+                        {"name", felt.name},
+                        {"frames", felt.frames},
+                        {"contact_s", felt.contact_s},
+                        {"force_mean_n", felt.force_mean_n},
+                        {"force_max_n", felt.force_max_n},
+                        {"path_mm", 1e3 * felt.path_m}});
+    return list;
+}
+
+/// How deep the probe was behind what held it, frame by frame in contact, mm.
+std::vector<double> depths_mm(std::span<const FrameReport> frames) {
+    std::vector<double> depths;
+    for (const FrameReport& frame : frames)
+        if (frame.contacts > 0) depths.push_back(1e3 * glm::distance(frame.probe, frame.proxy));
+    return depths;
+}
+
+/// What a path that was generated was to do, and what of it came true; null for other devices.
+json generated_path(const Scene& scene, std::span<const FrameReport> frames) {
+    constexpr double kRounding_mm = 0.05; // a step at 0.2 m/s leaves a probe at 1 mm 20 um deeper
+    const DeviceDescription& device = scene.description().device;
+    const bool is_tour = device.kind == DeviceDescription::Kind::tour;
+    if (!is_tour && device.kind != DeviceDescription::Kind::orbit) return {};
+    const double least = is_tour ? device.press_mm : device.depth_min_mm;
+    const double most = is_tour ? device.press_mm : device.depth_max_mm;
+    const std::vector<double> depths = depths_mm(frames);
+    const auto deeper = std::count_if(depths.begin(), depths.end(),
+                                      [&](double depth) { return depth > most + kRounding_mm; });
+    json path = {{"type", is_tour ? "tour" : "orbit"},
+                 {"depth_asked_mm", {least, most}},
+                 {"deeper_frames", deeper}};
+    for (const SurfaceCoverage& one : tour_coverage(scene, frames))
+        path["coverage"].push_back({{"surface", one.surface},
+                                    {"area_cm2", 1e4 * one.area_m2},
+                                    {"within_mm", 1e3 * one.within_m},
+                                    {"felt_percent", 100.0 * one.felt_share}});
+    return path;
+}
+
 std::ptrdiff_t frames_with(FrameFlag flag, std::span<const FrameReport> frames) {
     return std::count_if(frames.begin(), frames.end(),
                          [&](const FrameReport& frame) { return (frame.flags & flag) != 0; });
@@ -167,15 +213,13 @@ std::string contact_names(const Scene& scene) {
 
 } // namespace
 
-std::vector<std::string> flag_warnings(std::span<const FrameReport> frames) {
-    std::vector<std::string> warnings;
-    for (const FrameFlagText& text : kFrameFlagTexts) {
-        if (text.flag != kPrimitivesFull && text.flag != kForceNotFinite) continue;
+std::vector<std::string> flags_in_words(std::span<const FrameReport> frames) {
+    std::vector<std::string> lines;
+    for (const FrameFlagText& text : kFrameFlagTexts)
         if (const auto count = frames_with(text.flag, frames); count > 0)
-            warnings.push_back(fmt::format("{} in {} of {} frames: {}", text.name, count,
-                                           frames.size(), text.meaning));
-    }
-    return warnings;
+            lines.push_back(fmt::format("{} in {} of {} frames: {}", text.name, count,
+                                        frames.size(), text.meaning));
+    return lines;
 }
 
 std::string summarize(const Scene& scene, const Trace& trace) {
@@ -212,9 +256,13 @@ std::string summarize(const Scene& scene, const Trace& trace) {
         {"surface_queries", mean([](const FrameReport& f) { return f.surface_queries; })}};
     summary["force_n"] =
         statistics_of(frames, [](const FrameReport& f) { return glm::length(f.force); });
+    summary["depth_mm"] = statistics(depths_mm(frames));
+    if (const json path = generated_path(scene, frames); !path.is_null())
+        summary["generated_path"] = path;
     summary["surfaces"] = json::array();
     for (const SurfaceAudit& audit : trace.audits)
         summary["surfaces"].push_back(surface_summary(audit));
+    summary["felt"] = felt_summary(scene, frames);
     summary["truth"] = truth(scene, trace);
     summary["flags"] = flag_summary(frames);
     summary["effects"] = effect_summary(scene);

@@ -44,14 +44,19 @@ inline constexpr std::array<FrameFlagText, 18> kFrameFlagTexts{{
      "the proxy is certified but not at its end yet and goes on in the next frame; move slower or "
      "raise the cap"},
     {kStalled, "stalled",
-     "no certified step was left towards the probe: the proxy stays; usually one frame long"},
+     "no certified step was left towards the probe: the proxy stays; where it lasts, lead the "
+     "probe "
+     "out of the groove or smooth the volume more"},
     {kInsideAtStart, "inside_at_start",
      "the trial began inside a surface, which is not felt until the proxy has left it; begin in "
      "free space"},
     {kForceClamped, "force_clamped",
-     "the coupling's force exceeded limits.force_n and was shortened to it"},
+     "the coupling's force exceeded limits.force_n and was shortened to it; press less deep, lower "
+     "the stiffness or raise the limit"},
     {kForceSlewed, "force_slewed",
-     "the force changed faster than limits.slew_n_per_s and was held back"},
+     "the force changed faster than limits.slew_n_per_s and was held back; move slower or raise "
+     "the "
+     "limit"},
     {kSolverCap, "solver_cap",
      "the solver ran into its iteration cap: forces may not balance in this frame, the certificate "
      "still holds; where it lasts, use fewer effects in one place"},

@@ -48,6 +48,7 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
                                      {"effects", effects},
                                      {"surfaces", surfaces},
                                      {"left_out", scene.plan().left_out},
+                                     {"uncertified", scene.plan().uncertified},
                                      {"warnings", scene.plan().warnings}};
     return document.dump(2);
 }
@@ -90,6 +91,8 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
         text += "no effects: a frame computes nothing but the free motion\n";
     for (const std::string& line : scene.plan().left_out)
         text += "left out: " + line + "\n";
+    if (!scene.plan().uncertified.empty())
+        text += "not certified: " + scene.plan().uncertified + "\n";
     for (const std::string& line : scene.plan().warnings)
         text += "warning: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())

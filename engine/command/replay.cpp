@@ -9,6 +9,7 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/internal/whole_file.h>
 #include <palpate/engine/recorded_run.h>
 #include <palpate/engine/trace_files.h>
@@ -24,13 +25,13 @@ bool same_bits(const Vec3& a, const Vec3& b) {
     return same_bits(a.x, b.x) && same_bits(a.y, b.y) && same_bits(a.z, b.z);
 }
 
-/// Everything that frames.csv says.
-bool same_frame(const FrameReport& a, const FrameReport& b) {
-    return a.frame == b.frame && a.trial == b.trial && same_bits(a.time_s, b.time_s) &&
-           same_bits(a.probe, b.probe) && same_bits(a.proxy, b.proxy) &&
-           same_bits(a.force, b.force) && a.sub_steps == b.sub_steps &&
-           a.evaluations == b.evaluations && a.contacts == b.contacts &&
-           same_bits(a.residual_m, b.residual_m) && a.flags == b.flags;
+/// Everything that frames.csv says; what is felt only where the recording has it.
+bool same_frame(const FrameReport& a, const FrameReport& b, bool felt_is_recorded) {
+    return (!felt_is_recorded || a.surfaces_felt == b.surfaces_felt) && a.frame == b.frame &&
+           a.trial == b.trial && same_bits(a.time_s, b.time_s) && same_bits(a.probe, b.probe) &&
+           same_bits(a.proxy, b.proxy) && same_bits(a.force, b.force) &&
+           a.sub_steps == b.sub_steps && a.evaluations == b.evaluations &&
+           a.contacts == b.contacts && same_bits(a.residual_m, b.residual_m) && a.flags == b.flags;
 }
 
 /// A recording that another program edited may not be one run any more.
@@ -67,7 +68,7 @@ int replay(const std::filesystem::path& named, const std::string& out, bool chec
         scene, {recording.inputs, recording.frames, recording.steps_left, recording.device},
         progress_bar());
     if (folder) {
-        write_frames_csv(*folder / "frames.csv", trace.frames);
+        write_frames_csv(*folder / "frames.csv", trace.frames, felt_names(*scene));
         write_timing_csv(*folder / "timing.csv", trace.frames);
         internal::write_whole_file(*folder / "summary.json", summarize(*scene, trace));
     }
@@ -75,9 +76,10 @@ int replay(const std::filesystem::path& named, const std::string& out, bool chec
         print(fmt::format("replayed {} frames", trace.frames.size()));
         return kDone;
     }
+    const bool felt_is_recorded = !recording.felt_names.empty();
     std::size_t different = 0;
     for (std::size_t i = 0; i < trace.frames.size(); ++i) {
-        if (same_frame(trace.frames[i], recording.frames[i])) continue;
+        if (same_frame(trace.frames[i], recording.frames[i], felt_is_recorded)) continue;
         if (different++ == 0) print(fmt::format("first difference: frame {}", i));
     }
     print(fmt::format("{} of {} frames differ", different, trace.frames.size()));

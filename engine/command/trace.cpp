@@ -14,6 +14,7 @@
 #include <palpate/engine/command/run_display.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/device_factory.h>
+#include <palpate/engine/felt_surfaces.h>
 #include <palpate/engine/internal/whole_file.h>
 #include <palpate/engine/no_contact.h>
 #include <palpate/engine/realtime_run.h>
@@ -133,6 +134,13 @@ int trace(const Options& options) {
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
+    if (const std::string& why = scene->plan().uncertified;
+        !why.empty() && description.loop.method == SteppingMethod::adaptive)
+        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), why);
+    if (const std::string warning = felt_warning(*scene); !warning.empty())
+        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), warning);
+    for (const std::string& note : device.notes)
+        fmt::print(stderr, "palpate: warning: {}\n", note);
     if (!is_sequence(description.device))
         fmt::print(stderr, "palpate: {}\n", device.placement.in_words());
 
@@ -141,7 +149,7 @@ int trace(const Options& options) {
         journal.emplace(out / "recording.h5", recorded(*scene, options.overrides, {}));
     const Trace trace = journal ? run_by_the_clock(scene, options, device, *journal)
                                 : run_asap(scene, options, device);
-    write_frames_csv(out / "frames.csv", trace.frames);
+    write_frames_csv(out / "frames.csv", trace.frames, felt_names(*scene));
     write_timing_csv(out / "timing.csv", trace.frames);
     write_recording(out / "recording.h5", recorded(*scene, options.overrides, trace));
     if (journal) journal->remove();
@@ -153,11 +161,12 @@ int trace(const Options& options) {
             fmt::print(stderr, "palpate: warning: {}\n", warning);
     if (const std::string warning = no_contact_warning(*scene, trace.frames); !warning.empty())
         fmt::print(stderr, "palpate: warning: {}\n", warning);
-    for (const std::string& warning : flag_warnings(trace.frames))
-        fmt::print(stderr, "palpate: warning: {}\n", warning);
+    for (const std::string& line : flags_in_words(trace.frames))
+        fmt::print(stderr, "palpate: flag {}\n", line);
     const std::string title =
         fmt::format("{} {}", description.file.stem().string(), name(description.loop.method));
-    print(report_table({{title, nullptr, {{title, summary, {}}}}}));
+    const ReportTrace shown{title, summary, {}};
+    print(report_table({{title, nullptr, {shown}}}) + path_in_words(shown));
     print(fmt::format("written to {}: frames.csv timing.csv summary.json recording.h5",
                       out.string()));
     return kDone;
@@ -174,7 +183,7 @@ void add_trace(CLI::App& app, Run& run) {
                         "folder for the results (default: the scene's name with -trace)");
     command->add_option(
         "--device", options->overrides.device,
-        "orbit, path:FILE, recording:FILE, hand, hand:FILE or hid:ADDRESS, instead of the "
+        "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE or hid:ADDRESS, instead of the "
         "scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,

@@ -13,7 +13,7 @@ using Kind = DeviceDescription::Kind;
 
 // Spelled in the order of the enumeration, without `none` and `hid`, which is followed by an
 // address.
-constexpr std::array<std::string_view, 4> kNames{"path", "orbit", "recording", "hand"};
+constexpr std::array<std::string_view, 5> kNames{"path", "orbit", "tour", "recording", "hand"};
 constexpr std::string_view kHid = "hid:";
 
 void read_file(const TomlTable& table, const SceneDescription& scene, std::string_view remedy,
@@ -24,16 +24,34 @@ void read_file(const TomlTable& table, const SceneDescription& scene, std::strin
     device.file = existing_file(table, "file", scene.file);
 }
 
-void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
-    constexpr std::array<std::string_view, 7> keys{
-        "type", "surface", "speed_m_per_s", "depth_min_mm", "depth_max_mm", "duration_s", "turns"};
-    table.allow_only(keys, "with type = \"orbit\"");
+/// The surface that a generated path goes to, or all.
+void read_surface(const TomlTable& table, const SceneDescription& scene,
+                  DeviceDescription& device) {
     if (table.has("surface"))
         device.surface = name_in(table, "surface", scene.surfaces, "surfaces");
     else if (scene.surfaces.empty())
         table.fail(table.line(),
-                   fmt::format("the orbit {} has no surface to go around", table.where()),
+                   fmt::format("the {} {} has no surface to go {}", table.text("type"),
+                               table.where(), device.kind == Kind::orbit ? "around" : "over"),
                    "add a [surface.NAME]");
+}
+
+void read_tour(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
+    constexpr std::array<std::string_view, 5> keys{"type", "surface", "speed_m_per_s", "depth_mm",
+                                                   "spacing_mm"};
+    table.allow_only(keys, "with type = \"tour\"");
+    read_surface(table, scene, device);
+    device.speed_m_per_s =
+        table.number("speed_m_per_s", {0.0, 100.0, Range::Ends::low_open}, device.speed_m_per_s);
+    device.press_mm = table.number("depth_mm", {0.0, 50.0}, device.press_mm);
+    device.spacing_mm = table.number("spacing_mm", {0.2, 100.0}, device.spacing_mm);
+}
+
+void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
+    constexpr std::array<std::string_view, 7> keys{
+        "type", "surface", "speed_m_per_s", "depth_min_mm", "depth_max_mm", "duration_s", "turns"};
+    table.allow_only(keys, "with type = \"orbit\"");
+    read_surface(table, scene, device);
     device.speed_m_per_s = table.number("speed_m_per_s", kOrbitSpeed, device.speed_m_per_s);
     device.depth_min_mm = table.number("depth_min_mm", kOrbitDepthMm, device.depth_min_mm);
     // Without a depth_max_mm a deeper depth_min_mm takes it along.
@@ -137,6 +155,9 @@ DeviceDescription read_device_table(const TomlTable& table, const SceneDescripti
         break;
     case Kind::orbit:
         read_orbit(table, scene, device);
+        break;
+    case Kind::tour:
+        read_tour(table, scene, device);
         break;
     case Kind::recording:
         read_file(table, scene, "name a recording.h5 of `palpate trace`", device);

@@ -86,6 +86,7 @@ std::vector<Vec3> places_on(const SceneSurface& surface, double depth_mm) {
     DeviceDescription orbit;
     orbit.depth_min_mm = orbit.depth_max_mm = depth_mm;
     orbit.speed_m_per_s = kSpeed;
+    orbit.turns = 12;
     orbit.duration_s = kPlaces / 1000.0 + 0.5;
     try {
         for (const DeviceState& state : make_orbit(orbit_target(surface), orbit, 1000.0))

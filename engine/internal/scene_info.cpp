@@ -49,6 +49,7 @@ FileInfo recording_info(const std::filesystem::path& file) {
     const json document = {{"kind", "recording"},
                            {"frames", recording.frames.size()},
                            {"frames_in_contact", in_contact},
+                           {"felt_names", recording.felt_names},
                            {"scene", recording.scene_file},
                            {"version", recording.version},
                            {"sources", sources}};

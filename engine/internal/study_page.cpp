@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -70,7 +71,7 @@ std::string accuracy_table(const Study& study) {
     for (const StudyRun& run : study.runs) {
         if (!is_in_accuracy_chart(run)) continue;
         const std::string letter = letter_of(run, study);
-        rows.push_back({(letter.empty() ? "" : letter + ": ") + title(run),
+        rows.push_back({(letter.empty() ? "" : letter + ": ") + title_with_mark(run),
                         readable(run.spent_p50_us), readable(run.level.rms_um)});
     }
     return html_table("The points of the chart",
@@ -132,7 +133,7 @@ std::string table(const Study& study) {
         columns.push_back({column.group, column.heading});
     std::vector<std::vector<std::string>> rows;
     for (const StudyRun& run : study.runs) {
-        std::vector<std::string> row{title(run) + (run.is_the_scenes ? " *" : "")};
+        std::vector<std::string> row{title_with_mark(run) + (run.is_the_scenes ? " *" : "")};
         for (const StudyColumn& column : study_columns())
             row.push_back(readable(column.value(run)));
         rows.push_back(std::move(row));
@@ -183,6 +184,9 @@ void write_study_page(const std::filesystem::path& file, const Scene& scene, con
                   "real time, as the table names them. Distances below 0.000001 um, a "
                   "picometre, are rounding and are drawn there.");
     page += table(study);
+    const auto noted = std::find_if(study.runs.begin(), study.runs.end(),
+                                    [](const StudyRun& run) { return !run.note.empty(); });
+    if (noted != study.runs.end()) page += paragraph("Not certified: " + noted->note + ".");
     page += paragraph(
         "Inside: frames that end deeper than the certificate's tolerance. The certified proxy is "
         "that of method adaptive, which no chord takes through the surface: contact is lost in "

@@ -97,6 +97,21 @@ SurfaceSummary read_surface(const Object& object) {
     return surface;
 }
 
+FeltSummary read_felt(const Object& object) {
+    return {object.text("name"),           object.number("frames"),      object.number("contact_s"),
+            object.number("force_mean_n"), object.number("force_max_n"), object.number("path_mm")};
+}
+
+PathSummary read_path(const Object& object) {
+    PathSummary path;
+    path.type = object.text("type");
+    path.deeper_frames = object.number("deeper_frames");
+    for (const Object& one : object.list("coverage"))
+        path.coverage.push_back({one.text("surface"), one.number("area_cm2"),
+                                 one.number("within_mm"), one.number("felt_percent")});
+    return path;
+}
+
 FlagSummary read_flag(const Object& object) {
     FlagSummary flag{object.text("name"), object.text("meaning"), object.number("frames")};
     for (const FrameFlagText& known : kFrameFlagTexts)
@@ -137,6 +152,8 @@ TraceSummary read_trace_summary(const std::string& title, const std::string& tex
     summary.sub_steps = read_spread(root.object("sub_steps"));
     summary.evaluations = read_spread(root.object("evaluations"));
     summary.force_n = read_spread(root.object("force_n"));
+    summary.depth_mm = read_spread(root.object("depth_mm"));
+    summary.path = read_path(root.object("generated_path"));
     summary.truth_level_um = read_spread(root.object("truth").object("level_um"));
     summary.truth_position_um = read_spread(root.object("truth").object("position_um"));
     summary.field_samples = root.object("queries_per_frame").number("field_samples");
@@ -144,6 +161,8 @@ TraceSummary read_trace_summary(const std::string& title, const std::string& tex
     summary.surface_queries = root.object("queries_per_frame").number("surface_queries");
     for (const Object& entry : root.list("surfaces"))
         summary.surfaces.push_back(read_surface(entry));
+    for (const Object& entry : root.list("felt"))
+        summary.felt.push_back(read_felt(entry));
     for (const Object& entry : root.list("flags"))
         summary.flags.push_back(read_flag(entry));
     for (const Object& entry : root.list("effects"))

@@ -27,6 +27,25 @@ struct SurfaceSummary {
     Number guarded_frames, guarded_events; ///< in which the mesh held the proxy back
 };
 
+/// How a surface was felt.
+struct FeltSummary {
+    std::string name;
+    Number frames, contact_s, force_mean_n, force_max_n, path_mm;
+};
+
+/// How much of a surface a tour felt.
+struct CoverageSummary {
+    std::string surface;
+    Number area_cm2, within_mm, felt_percent;
+};
+
+/// A path that was generated, and what it did.
+struct PathSummary {
+    std::string type; ///< empty: it was not generated
+    Number deeper_frames;
+    std::vector<CoverageSummary> coverage;
+};
+
 struct FlagSummary {
     std::string name, meaning;
     Number frames;
@@ -43,9 +62,12 @@ struct TraceSummary {
     std::string cpu, system;
     Number cores;
     Number frames, trials, frames_in_contact, overruns;
-    SpreadSummary spent_us, sub_steps, evaluations, force_n, truth_level_um, truth_position_um;
+    SpreadSummary spent_us, sub_steps, evaluations, force_n, truth_level_um, truth_position_um,
+        depth_mm; ///< of the probe behind the proxy
+    PathSummary path;
     Number field_samples, roots, surface_queries; ///< per frame
     std::vector<SurfaceSummary> surfaces;
+    std::vector<FeltSummary> felt;
     std::vector<FlagSummary> flags;
     std::vector<EffectSummary> effects;
 };

@@ -49,6 +49,7 @@ Recording random_recording(std::size_t frames, std::uint64_t seed) {
     recording.device.position_step_m = 3e-5;
     recording.device.delay_s = 2e-3;
     recording.device.velocity_source = VelocitySource::device;
+    recording.felt_names = {"bone", "Haut, \"dünn\"", "brain"};
     recording.sources = {{"/data/skull.nhdr", std::string(64, 'a')}, {"/d", std::string(64, '0')}};
     for (std::size_t i = 0; i < frames; ++i) {
         DeviceState input;
@@ -79,6 +80,7 @@ Recording random_recording(std::size_t frames, std::uint64_t seed) {
         f.spent_us = number();
         f.estimate_us = number();
         f.late_us = number();
+        f.surfaces_felt = random();
         recording.frames.push_back(f);
     }
     return recording;
@@ -106,7 +108,8 @@ bool same_bits(const FrameReport& a, const FrameReport& b) {
            same_bits(a.residual_m, b.residual_m) && a.flags == b.flags &&
            a.field_samples == b.field_samples && a.surface_queries == b.surface_queries &&
            a.root_queries == b.root_queries && same_bits(a.spent_us, b.spent_us) &&
-           same_bits(a.estimate_us, b.estimate_us) && same_bits(a.late_us, b.late_us);
+           same_bits(a.estimate_us, b.estimate_us) && same_bits(a.late_us, b.late_us) &&
+           a.surfaces_felt == b.surfaces_felt;
 }
 template <typename Row>
 bool same_bits(const std::vector<Row>& a, const std::vector<Row>& b) {
@@ -118,7 +121,8 @@ bool same_bits(const std::vector<Row>& a, const std::vector<Row>& b) {
 bool same_bits(const Recording& a, const Recording& b) {
     bool same = a.version == b.version && a.scene_file == b.scene_file &&
                 a.scene_text == b.scene_text && a.overrides == b.overrides &&
-                a.sources.size() == b.sources.size() && a.steps_left == b.steps_left;
+                a.sources.size() == b.sources.size() && a.steps_left == b.steps_left &&
+                a.felt_names == b.felt_names;
     for (std::size_t i = 0; same && i < a.sources.size(); ++i)
         same = a.sources[i].file == b.sources[i].file && a.sources[i].sha256 == b.sources[i].sha256;
     same = same && a.device.name == b.device.name && a.device.force_n == b.device.force_n &&
@@ -284,17 +288,44 @@ void set_version(hid_t h5, std::uint64_t version) {
     H5Dclose(set);
 }
 
+/// Takes from a file and from what is expected of it what the second version did not have.
+void forget_what_is_felt(hid_t h5, Recording& expected) {
+    for (const char* name : {"frames/surfaces_felt", "surfaces"})
+        EXPECT_GE(H5Ldelete(h5, name, H5P_DEFAULT), 0);
+    expected.felt_names.clear();
+    for (FrameReport& frame : expected.frames)
+        frame.surfaces_felt = 0;
+}
+
+TEST_F(RecordingFile, TheSecondVersionIsReadWithWhatItHas) {
+    Recording expected = random_recording(20, 12);
+    write_recording(file(), expected);
+    change(file(), [&](hid_t h5) {
+        forget_what_is_felt(h5, expected);
+        set_version(h5, 2);
+    });
+    EXPECT_TRUE(same_bits(read_recording(file()), expected));
+}
+
+TEST_F(RecordingFile, MoreNamesThanBitsAreRefused) {
+    Recording recording = random_recording(3, 13);
+    recording.felt_names.assign(65, "a");
+    write_recording(file(), recording);
+    EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
+                HasSubstr("surfaces/name has more names than bits"));
+}
+
 // The first version knew neither buttons, freshness and orientation nor the device.
 TEST_F(RecordingFile, TheFirstVersionIsReadWithWhatItHas) {
-    const Recording whole = random_recording(20, 9);
-    write_recording(file(), whole);
-    change(file(), [](hid_t h5) {
+    Recording expected = random_recording(20, 9);
+    write_recording(file(), expected);
+    change(file(), [&](hid_t h5) {
         for (const char* name :
              {"inputs/buttons", "inputs/freshness", "inputs/orientation_wxyz", "device"})
             EXPECT_GE(H5Ldelete(h5, name, H5P_DEFAULT), 0);
+        forget_what_is_felt(h5, expected);
         set_version(h5, 1);
     });
-    Recording expected = whole;
     expected.device = {};
     for (DeviceState& input : expected.inputs) {
         const DeviceState fresh;
@@ -307,9 +338,9 @@ TEST_F(RecordingFile, TheFirstVersionIsReadWithWhatItHas) {
 
 TEST_F(RecordingFile, AVersionToComeIsRefused) {
     write_recording(file(), random_recording(5, 10));
-    change(file(), [](hid_t h5) { set_version(h5, 3); });
+    change(file(), [](hid_t h5) { set_version(h5, 4); });
     EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
-                HasSubstr("another version of the format than 1 to 2"));
+                HasSubstr("another version of the format than 1 to 3"));
 }
 
 TEST_F(RecordingFile, AFreshnessThatMeansNothingIsRefused) {

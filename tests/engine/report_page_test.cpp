@@ -41,6 +41,8 @@ constexpr const char* kSummary = R"({
   {"name": "bone", "contact": "volume", "level": 255.5, "shift_mean_mm": 0.001, "shift_sd_mm": 0.11,
    "level_distance_um": {"frames": 26700, "mean": 0.01, "rms": 0.14, "p50": 0.0, "p99": 0.05, "max": 15.5},
    "deepest_chord": {"value_above_level": 9.99, "tolerance": 10.0, "depth_mm": 0.023, "frame": 3121}}],
+ "felt": [{"bit": 0, "name": "periosteum", "frames": 26701, "contact_s": 26.7, "force_mean_n": 1.22,
+   "force_max_n": 4.31, "path_mm": 5343.0}],
  "truth": {"level_um": {"mean": 0.31, "rms": 0.41, "p99": 0.51, "max": 0.61}, "position_um": {}},
  "flags": [{"name": "stalled", "frames": 12}, {"name": "odd", "frames": 1, "meaning": "never <seen>"}],
  "effects": [{"type": "surface", "surface": "bone", "cost_us": 0.93}]})";
@@ -178,7 +180,8 @@ TEST_F(ReportPage, ShowsTablesPicturesAndCharts) {
     EXPECT_EQ(count_of(page, "<svg class=\"chart\""), 2u);
     EXPECT_EQ(count_of(page, "<svg class=\"legend\""), 2u);
     for (const char* number :
-         {"48197", "26700", "7.3", "2.12", "15.5", "9.99", "3121", "0.023", "0.11", "0.93", "0.61"})
+         {"48197", "26700", "7.3", "2.12", "15.5", "9.99", "3121", "0.023", "0.11", "0.93", "0.61",
+          "periosteum", "26701", "26.7", "1.22", "4.31"})
         EXPECT_THAT(page, HasSubstr(">" + std::string(number) + "<"));
     // The meaning of a flag that the summary only names.
     EXPECT_THAT(page, HasSubstr("no certified step was left"));

@@ -36,7 +36,7 @@ protected:
         RunFrame run;
         run.frame.frame = count_;
         run.frame.time_s = 1e-3 * static_cast<double>(count_++);
-        run.frame.proxy = Vec3{1.0}; // in no label
+        run.frame.probe = run.frame.proxy = Vec3{1.0}; // in no label
         return run;
     }
     static RunFrame in_contact(RunFrame run) {
@@ -113,12 +113,32 @@ TEST_F(Events, NoNameBringsControlCharactersIntoALine) {
     RunEvents events(scene_, labels);
     for (int i = 0; i < 1600; ++i) {
         RunFrame run = next();
-        run.frame.proxy = i < 600 ? Vec3{0.0} : Vec3{i < 1200 ? 0.012 : 1.0, 0.0, 0.0};
+        run.frame.probe = i < 600 ? Vec3{0.0} : Vec3{i < 1200 ? 0.012 : 1.0, 0.0, 0.0};
         feed(events, run);
     }
-    EXPECT_EQ(lines_, (std::vector<std::string>{"0.000 s in thala?mus?", "0.600 s in Cortex",
-                                                "1.200 s in no label"}));
+    EXPECT_EQ(lines_,
+              (std::vector<std::string>{"0.000 s probe in thala?mus?", "0.650 s probe in Cortex",
+                                        "1.250 s probe in no label"}))
+        << "50 ms later than the probe, as it must stay";
     EXPECT_EQ(plain_text("a\tb\x7f\xc2\x9bm ä"), "a?b??m ä") << "C1 as UTF-8 spells it";
+}
+
+// What was told of a hand that pressed steadily: the label of the proxy, which is on the border:
+// "in Cortex", "in no label", "in Cortex" .. twice a second.
+TEST_F(Events, PressingSteadilyIntoOneThingIsToldOnce) {
+    const LabelProbe labels(std::vector<LabelVolume>{two_labels()});
+    RunEvents events(scene_, labels);
+    for (int i = 0; i < 5000; ++i) {
+        const bool is_pressing = i >= 100;
+        RunFrame run = is_pressing ? in_contact(next()) : next();
+        run.frame.proxy = {0.015 + (i % 2 == 0 ? 1e-5 : -1e-5), 0.0, 0.0}; // the label's border
+        run.frame.probe = {is_pressing ? 0.013 : 0.018, 0.0, 0.0};
+        // A tremor that takes the probe over the border for up to 49 ms.
+        if (i > 1000 && i % 100 < 49) run.frame.probe = {0.0151, 0.0, 0.0};
+        feed(events, run);
+    }
+    EXPECT_EQ(lines_,
+              (std::vector<std::string>{"0.100 s contact bone", "0.150 s probe in Cortex"}));
 }
 
 TEST(LabelProbe, FindsTheVoxelAroundAPoint) {
@@ -138,15 +158,15 @@ TEST_F(Events, TheLiveLineFitsAnyTerminalAndSaysWhatIsFelt) {
         RunFrame run = in_contact(next());
         run.frame.force = {0.0, 0.0, 2.5};
         run.frame.sub_steps = 2;
-        run.frame.probe = {0.01, 0.0, -0.005};
-        run.frame.proxy = {0.01, 0.0, 0.0};
+        run.frame.probe = {0.01, 0.004, 0.0};
+        run.frame.proxy = {0.01, -0.001, 0.0};
         run.overrun = i == 7 ? Overrun::own_work : Overrun::none;
         live.add(run);
     }
     LiveLine narrow = live;
     EXPECT_EQ(live.text(0.1, 200),
               "     0.1 s  1000 Hz    1 overruns  2.0 sub-steps [##########..........]  2.5 N  "
-              "5.00 mm Cortex");
+              "5.00 mm feels bone probe in Cortex");
     for (std::size_t columns = 0; columns < 120; ++columns)
         EXPECT_LE(LiveLine(narrow).text(0.1, columns).size(), columns);
     EXPECT_NE(live.text(0.1, 200).find("    0 Hz"), std::string::npos)

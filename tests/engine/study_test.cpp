@@ -70,6 +70,28 @@ TEST(StudySettings, LeaveATenthOfThePeriod) {
     EXPECT_EQ(longest_us, 150.0) << "200 us is the whole period, 100 us less than the scene's own";
 }
 
+// The paper's own cavity has no level: there adaptive came out worst, beside the words "the
+// certified proxy is that of adaptive".
+TEST(Study, DoesNotOfferAdaptiveAsCertifiedWhereThereIsNoLevel) {
+    LoopDescription adaptive;
+    adaptive.method = SteppingMethod::adaptive;
+    const Study without = study_of(gradient_cavity(kHard), {fixed(8), adaptive});
+    EXPECT_EQ(without.runs[0].note, "");
+    EXPECT_THAT(without.runs[1].note, HasSubstr("no surface with a level is felt"));
+    EXPECT_THAT(without.runs[1].note, Not(HasSubstr(","))) << "it is a cell of study.csv";
+    const std::string table = study_table(without);
+    EXPECT_THAT(table, HasSubstr("adaptive 0.1 um (not certified)"));
+    EXPECT_THAT(table, HasSubstr("not certified: " + without.runs[1].note));
+    const test::TemporaryFolder folder;
+    write_study(folder.path(), *gradient_cavity(kHard), without, "palpate study");
+    for (const char* file : {"study.csv", "study.json", "index.html"})
+        EXPECT_THAT(test::content_of(folder / file), HasSubstr("no surface with a level is felt"));
+
+    const Study with = study_of(surface_cavity(), {fixed(8), adaptive});
+    EXPECT_EQ(with.runs[1].note, "");
+    EXPECT_THAT(study_table(with), Not(HasSubstr("not certified")));
+}
+
 TEST(Study, FixedEvaluatesAsOftenAsItIsTold) {
     const Study study = study_of(gradient_cavity(kHard), {fixed(1), fixed(2), fixed(8), fixed(64)});
     const std::vector<double> expected{1.0, 2.0, 8.0, 64.0};
@@ -240,7 +262,9 @@ TEST(StudyFiles, SayTheSameNumbers) {
         const json& run = document["runs"][i];
         ASSERT_EQ(cells.size(), keys.size());
         EXPECT_EQ(cells[0], run["method"]);
-        for (std::size_t k = 4; k < keys.size(); ++k)
+        ASSERT_EQ(keys.back(), "note");
+        EXPECT_EQ(cells.back(), run["note"]);
+        for (std::size_t k = 4; k + 1 < keys.size(); ++k)
             EXPECT_EQ(cells[k], run[keys[k]].is_null()
                                     ? ""
                                     : fmt::format("{:.17g}", run[keys[k]].get<double>()))

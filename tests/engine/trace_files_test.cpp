@@ -16,10 +16,14 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/felt_surfaces.h>
+
 #include "tests/support/temporary_folder.h"
 
 namespace palpate {
 namespace {
+
+const std::vector<std::string> kFelt{"bone", "skin", "brain"};
 
 class TraceFiles : public testing::Test {
 protected:
@@ -75,6 +79,7 @@ std::vector<FrameReport> random_frames(std::size_t count, std::uint64_t seed) {
         f.spent_us = any_number(random);
         f.estimate_us = any_number(random);
         f.late_us = any_number(random);
+        f.surfaces_felt = random() % 8;
     }
     return frames;
 }
@@ -86,13 +91,15 @@ TEST_F(TraceFiles, FramesCsvGivesEveryBitBack) {
     constexpr std::uint64_t kSeed = 7;
     SCOPED_TRACE(kSeed);
     const std::vector<FrameReport> frames = random_frames(500, kSeed);
-    write_frames_csv(folder() / "frames.csv", frames);
+    write_frames_csv(folder() / "frames.csv", frames, kFelt);
     const auto rows = cells_of(test::content_of(folder() / "frames.csv"));
     ASSERT_EQ(rows.size(), frames.size() + 1);
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const FrameReport& f = frames[i];
         const std::vector<std::string>& row = rows[i + 1];
-        ASSERT_EQ(row.size(), 17u);
+        // A cell at the end of a line that is empty is none for cells_of().
+        ASSERT_EQ(row.size(), f.surfaces_felt == 0 ? 17u : 18u);
+        if (f.surfaces_felt != 0) EXPECT_EQ(row[17], felt_in_words(f.surfaces_felt, kFelt));
         const double numbers[] = {f.time_s,  f.probe.x, f.probe.y, f.probe.z, f.proxy.x,
                                   f.proxy.y, f.proxy.z, f.force.x, f.force.y, f.force.z};
         for (std::size_t k = 0; k < std::size(numbers); ++k)
@@ -129,13 +136,31 @@ TEST_F(TraceFiles, TimingCsvGivesEveryBitBack) {
 }
 
 TEST_F(TraceFiles, HeadersAreThoseThatStudiesRelyOn) {
-    write_frames_csv(folder() / "frames.csv", {});
+    write_frames_csv(folder() / "frames.csv", {}, {});
     write_timing_csv(folder() / "timing.csv", {});
     EXPECT_EQ(test::content_of(folder() / "frames.csv"),
               "frame,trial,time_s,probe_x_m,probe_y_m,probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,"
-              "force_x_n,force_y_n,force_z_n,sub_steps,evaluations,contacts,residual_m,flags\n");
+              "force_x_n,force_y_n,force_z_n,sub_steps,evaluations,contacts,residual_m,flags,"
+              "felt\n");
     EXPECT_EQ(test::content_of(folder() / "timing.csv"),
               "frame,spent_us,estimate_us,late_us,surface_queries,field_samples,root_queries\n");
+}
+
+TEST_F(TraceFiles, WhatIsFeltIsNamedInEveryRow) {
+    const std::vector<std::string> names{"bone", "skin, \"thin\"", "brain"};
+    std::vector<FrameReport> frames(4);
+    frames[1].surfaces_felt = 0b001;
+    frames[2].surfaces_felt = 0b101;
+    frames[3].surfaces_felt = 0b010;
+    write_frames_csv(folder() / "frames.csv", frames, names);
+    std::istringstream text(test::content_of(folder() / "frames.csv"));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);)
+        lines.push_back(line);
+    EXPECT_TRUE(lines[1].ends_with(",0,")) << lines[1];
+    EXPECT_TRUE(lines[2].ends_with(",0,bone")) << lines[2];
+    EXPECT_TRUE(lines[3].ends_with(",0,bone+brain")) << lines[3];
+    EXPECT_TRUE(lines[4].ends_with(",0,\"skin, \"\"thin\"\"\"")) << "quoted as RFC 4180 says";
 }
 
 TEST_F(TraceFiles, NotNumbersAreSpelledAlikeWhateverTheirSign) {
@@ -144,7 +169,7 @@ TEST_F(TraceFiles, NotNumbersAreSpelledAlikeWhateverTheirSign) {
     FrameReport frame;
     frame.probe = Vec3(kNan, -kNan, kInf);
     frame.proxy = Vec3(-kInf, -0.0, 0.1);
-    write_frames_csv(folder() / "frames.csv", std::vector{frame});
+    write_frames_csv(folder() / "frames.csv", std::vector{frame}, {});
     const auto rows = cells_of(test::content_of(folder() / "frames.csv"));
     const std::vector<std::string> expected{"nan",  "nan", "inf",
                                             "-inf", "-0",  "0.10000000000000001"};
@@ -153,17 +178,17 @@ TEST_F(TraceFiles, NotNumbersAreSpelledAlikeWhateverTheirSign) {
 
 TEST_F(TraceFiles, ClockColumnsDoNotChangeFramesCsv) {
     std::vector<FrameReport> frames = random_frames(20, 9);
-    write_frames_csv(folder() / "a.csv", frames);
+    write_frames_csv(folder() / "a.csv", frames, {});
     for (FrameReport& f : frames)
         f.spent_us = f.late_us = f.estimate_us = 1.0;
-    write_frames_csv(folder() / "b.csv", frames);
+    write_frames_csv(folder() / "b.csv", frames, {});
     EXPECT_EQ(test::content_of(folder() / "a.csv"), test::content_of(folder() / "b.csv"));
 }
 
 TEST_F(TraceFiles, MissingFolderIsAnErrorThatNamesTheFile) {
     const std::filesystem::path file = folder() / "missing" / "frames.csv";
     try {
-        write_frames_csv(file, {});
+        write_frames_csv(file, {}, {});
         FAIL() << "nothing was thrown";
     } catch (const std::runtime_error& error) {
         const std::string message = error.what();
@@ -176,14 +201,14 @@ TEST_F(TraceFiles, MissingFolderIsAnErrorThatNamesTheFile) {
 TEST_F(TraceFiles, NothingIsLeftWhenTheFinalNameIsTaken) {
     // A folder of that name: the rename at the end fails after everything was written.
     std::filesystem::create_directories(folder() / "frames.csv" / "occupied");
-    EXPECT_THROW(write_frames_csv(folder() / "frames.csv", random_frames(10, 1)),
+    EXPECT_THROW(write_frames_csv(folder() / "frames.csv", random_frames(10, 1), {}),
                  std::runtime_error);
     EXPECT_EQ(test::files_in(folder()), 1u);
 }
 
 TEST_F(TraceFiles, OlderFileIsReplaced) {
-    write_frames_csv(folder() / "frames.csv", random_frames(50, 2));
-    write_frames_csv(folder() / "frames.csv", random_frames(3, 3));
+    write_frames_csv(folder() / "frames.csv", random_frames(50, 2), {});
+    write_frames_csv(folder() / "frames.csv", random_frames(3, 3), {});
     EXPECT_EQ(cells_of(test::content_of(folder() / "frames.csv")).size(), 4u);
     EXPECT_EQ(test::files_in(folder()), 1u);
 }
@@ -191,7 +216,7 @@ TEST_F(TraceFiles, OlderFileIsReplaced) {
 TEST_F(TraceFiles, HundredThousandRowsAreWrittenInReasonableTime) {
     const std::vector<FrameReport> frames = random_frames(100000, 4);
     const auto start = std::chrono::steady_clock::now();
-    write_frames_csv(folder() / "frames.csv", frames);
+    write_frames_csv(folder() / "frames.csv", frames, kFelt);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     RecordProperty("seconds", std::to_string(spent.count()));
     // Measured 0.3 s on the reference machine; sanitizers and a busy machine get a factor of 30.
