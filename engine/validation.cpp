@@ -79,7 +79,9 @@ void check_device(const SceneDescription& scene, const DeviceDescription& device
     const bool presses = device.kind == Kind::hand && device.file.empty();
     check.number("duration_s", device.duration_s,
                  presses ? internal::kPressDurationS : internal::kOrbitDurationS);
-    check.integer("turns", device.turns, internal::kOrbitTurns);
+    if (device.turns != 0) check.integer("turns", device.turns, internal::kOrbitTurns);
+    check.number("press_mm", device.press_mm, internal::kTourDepthMm);
+    check.number("spacing_mm", device.spacing_mm, internal::kTourSpacingMm);
     check_hand(device.hand);
     check_placement(device.placement);
 }

@@ -41,10 +41,9 @@ void read_tour(const TomlTable& table, const SceneDescription& scene, DeviceDesc
                                                    "spacing_mm"};
     table.allow_only(keys, "with type = \"tour\"");
     read_surface(table, scene, device);
-    device.speed_m_per_s =
-        table.number("speed_m_per_s", {0.0, 100.0, Range::Ends::low_open}, device.speed_m_per_s);
-    device.press_mm = table.number("depth_mm", {0.0, 50.0}, device.press_mm);
-    device.spacing_mm = table.number("spacing_mm", {0.2, 100.0}, device.spacing_mm);
+    device.speed_m_per_s = table.number("speed_m_per_s", kOrbitSpeed, device.speed_m_per_s);
+    device.press_mm = table.number("depth_mm", kTourDepthMm, device.press_mm);
+    device.spacing_mm = table.number("spacing_mm", kTourSpacingMm, device.spacing_mm);
 }
 
 void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {

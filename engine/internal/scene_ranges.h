@@ -77,6 +77,8 @@ inline constexpr Range kOrbitSpeed{0.0, 100.0, Range::Ends::low_open}; // m/s
 inline constexpr Range kOrbitDepthMm{0.0, 50.0};
 inline constexpr Range kOrbitDurationS{0.0, 3600.0, Range::Ends::low_open};
 inline constexpr IntegerRange kOrbitTurns{1, 500};
+inline constexpr Range kTourDepthMm{0.0, 50.0};
+inline constexpr Range kTourSpacingMm{0.2, 100.0};
 inline constexpr IntegerRange kHandSeed{0, 1000000000};
 inline constexpr Range kArmStiffness{0.0, 1e5, Range::Ends::low_open}; // N/m
 inline constexpr Range kTremorUm{0.0, 1e4};
