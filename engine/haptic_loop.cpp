@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -48,7 +49,8 @@ SteppingSettings stepping(const LoopDescription& loop) {
     settings.method = loop.method;
     settings.sub_steps = loop.sub_steps;
     settings.budget_us = loop.budget_us;
-    settings.tolerance_m = 1e-6 * loop.tolerance_um;
+    // The smallest numbers there are would come to 0 m.
+    settings.tolerance_m = std::max(1e-6 * loop.tolerance_um, std::numeric_limits<double>::min());
     settings.evaluation_cap = loop.evaluation_cap;
     return settings;
 }

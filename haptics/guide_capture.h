@@ -28,10 +28,7 @@ public:
 
     /// Throws std::invalid_argument on settings out of range.                          [setup]
     explicit GuideCapture(const GuideSettings& settings)
-        : capture_m_(settings.capture_m), strength_(settings.strength_n, settings.over) {
-        require("guide: strength_n", settings.strength_n, kNotNegativeOrInfinite);
-        require("guide: capture_m", settings.capture_m, kPositiveOrInfinite);
-    }
+        : capture_m_(checked(settings).capture_m), strength_(settings.strength_n, settings.over) {}
 
     void restart() noexcept { ///< [loop]
         holds_ = false;
@@ -49,7 +46,13 @@ public:
     std::uint64_t samples() const noexcept { return strength_.samples(); } ///< [any]
 
 private:
-    double capture_m_;
+    static const GuideSettings& checked(const GuideSettings& settings) {
+        require("guide: strength_n", settings.strength_n, kNotNegativeOrInfinite);
+        require("guide: capture_m", settings.capture_m, kPositiveOrInfinite);
+        return settings;
+    }
+
+    double capture_m_; // first: what is wrong is said of the guide
     LocalStrength strength_;
     bool holds_ = false;
 };

@@ -143,7 +143,7 @@ Vec3 SafetyChain::faded() noexcept {
 bool SafetyChain::jumped(const Vec3& probe, const Vec3& velocity) const noexcept {
     // Written so that what overflows, or is no number, is one, too.
     const double farthest_m = settings_.fastest_m_per_s * settings_.period_s;
-    const bool near = !placed_ || glm::distance(probe, probe_) <= farthest_m;
+    const bool near = is_finite(probe) && (!placed_ || glm::distance(probe, probe_) <= farthest_m);
     return !(near && glm::length(velocity) <= settings_.fastest_m_per_s);
 }
 

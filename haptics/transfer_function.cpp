@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/transfer_function.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -13,7 +14,13 @@ const TransferFunction& TransferFunction::check(std::string_view what, const Ran
                                     " is out of range; give an integer in [1, " +
                                     std::to_string(kCapacity) + "]");
     Range strengths = range;
-    strengths.or_infinite = strengths.or_infinite && count == 1;
+    if (count > 1) { // between infinite ones there is nothing to interpolate
+        const bool low_open =
+            range.ends == Range::Ends::low_open || range.ends == Range::Ends::open;
+        strengths.or_infinite = false;
+        if (std::isinf(range.high))
+            strengths.ends = low_open ? Range::Ends::open : Range::Ends::high_open;
+    }
     for (std::size_t i = 0; i < count; ++i) {
         const std::string node = field + ".nodes[" + std::to_string(i) + "]";
         require(node + ".strength_n", nodes[i].strength_n, strengths);

@@ -18,9 +18,7 @@ class Viscosity final : public Effect {
 public:
     /// The same everywhere: b in N s/m, >= 0, finite. Throws std::invalid_argument where it is not.
     /// [setup]
-    explicit Viscosity(double damping) : damping_(damping) {
-        require("viscosity: damping", damping, kNotNegative);
-    }
+    explicit Viscosity(double damping) : damping_(checked(damping)) {}
 
     /// b over the value of a field at the frame's start: the function's strengths are read as N
     /// s/m, finite; nothing is felt where the field has no data. Throws std::invalid_argument where
@@ -39,6 +37,11 @@ public:
     QueryCount queries() const noexcept override { return {damping_.samples(), 0, 0}; }
 
 private:
+    static double checked(double damping) {
+        require("viscosity: damping", damping, kNotNegative);
+        return damping;
+    }
+
     LocalStrength damping_; // N s/m
     Vec3 start_{0.0};
     double spring_n_per_m_ = 0.0;

@@ -157,6 +157,8 @@ TEST(SafetyChain, AProbeThatJumpsOrRacesIsAFault) {
         EXPECT_TRUE(send(chain, {1, 0, 0}, Vec3{0.0099, 0, 0} + far).flags & kProbeJumped);
         EXPECT_EQ(chain.sent(), Vec3(0.0));
     }
+    SafetyChain first(motors());
+    EXPECT_TRUE(send(first, {0.1, 0, 0}, {kNan, 0, 0}).flags & kProbeJumped) << "from nowhere, too";
     for (const double speed : {10.1, 1e300, kInfinite, kNan}) {
         SafetyChain chain = engaged();
         EXPECT_TRUE(send(chain, {1, 0, 0}, Vec3{0.0}, {0, speed, 0}).flags & kProbeJumped);
