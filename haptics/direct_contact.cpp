@@ -111,12 +111,12 @@ Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
     if (!level_plane(sampler_->sample(hit->position), hit->position, settings_.level,
                      at_any_distance, scale_, contact))
         return {};
-    // In front of the level there, or no deeper than it begins: the chord passes the facet. The
-    // next begins behind it, where rays see nothing more of the surface: from here on its level is
-    // followed.
+    // In front of the level there, or hardly deeper than it begins where the level is followed: the
+    // chord passes the facet. The next begins behind it, where rays see nothing more of the
+    // surface: from here on its level is followed.
     const double reached = glm::dot(contact.plane.normal, to - contact.plane.anchor);
-    const bool passes =
-        reached >= -std::max(settings_.free_m, depth_m_) || is_offered(contact, *hit);
+    const double tolerated_m = offered_ > 0 ? std::max(settings_.free_m, depth_m_) : 0.0;
+    const bool passes = reached >= -tolerated_m || is_offered(contact, *hit);
     engaged_ = true;
     if (passes) return {};
     bundle_.remember(contact, hit->position, patch_cosine_);
