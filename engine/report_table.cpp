@@ -26,12 +26,15 @@ Number sum(Number a, Number b, Number c) {
     return a.value_or(0.0) + b.value_or(0.0) + c.value_or(0.0);
 }
 
+/// From where the proxy should be, where that is known: on a mesh it may lag without leaving it.
+const internal::Spread& off_by(const SurfaceSummary& surface) {
+    return surface.position_um.rms ? surface.position_um : surface.distance_um;
+}
+
 std::vector<std::string> row_of(const ReportTrace& trace) {
     const internal::TraceSummary s = internal::read_trace_summary(trace.title, trace.summary);
-    const Number rms =
-        largest(s.surfaces, [](const SurfaceSummary& of) { return of.distance_um.rms; });
-    const Number p99 =
-        largest(s.surfaces, [](const SurfaceSummary& of) { return of.distance_um.p99; });
+    const Number rms = largest(s.surfaces, [](const SurfaceSummary& of) { return off_by(of).rms; });
+    const Number p99 = largest(s.surfaces, [](const SurfaceSummary& of) { return off_by(of).p99; });
     const Number chord =
         largest(s.surfaces, [](const SurfaceSummary& of) { return of.chord_depth_mm; });
     const auto pair = [](Number a, Number b) { return readable(a) + " / " + readable(b); };

@@ -54,13 +54,14 @@ std::optional<FeltSphere> FeltSphere::of(const VolumeDescription& volume, double
 
 SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
     : surface_(surface), bit_(bit_in_reports(scene, surface)) {
+    const auto& volumes = scene.description().volumes;
+    const auto volume = volumes.find(scene.description().surfaces.at(surface.name).volume);
+    // A surface that yields is not where the formula says.
+    if (volume != volumes.end() && std::isinf(surface.level.strength_n))
+        sphere_ = FeltSphere::of(volume->second, surface.level.level);
     if (surface.is_felt_by_mesh()) return;
     scale_ = LevelScale::of(*surface.baked.field, surface.level);
     sampler_ = surface.baked.field->make_sampler();
-    const VolumeDescription& volume =
-        scene.description().volumes.at(scene.description().surfaces.at(surface.name).volume);
-    // A surface that yields is not where the formula says.
-    if (std::isinf(surface.level.strength_n)) sphere_ = FeltSphere::of(volume, surface.level.level);
 }
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
@@ -87,6 +88,7 @@ void SurfaceAudit::add_to_mesh(const FrameReport& frame, std::span<const Vec3> p
     if (!(frame.surfaces_felt & bit_)) return;
     if (const auto near = surface_.mesh.scene->closest_point(frame.proxy, kSearchRadius))
         mesh_distance_m_.push_back(near->distance_m);
+    add_position(frame);
 }
 
 /// A chord may begin or end on a facet, or slide along some: these say nothing, and what is behind
@@ -125,6 +127,10 @@ void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> 
     const double distance =
         level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m);
     level_distance_m_.push_back(distance);
+    add_position(frame);
+}
+
+void SurfaceAudit::add_position(const FrameReport& frame) {
     if (sphere_)
         position_error_m_.push_back(glm::length(frame.proxy - sphere_->nearest(frame.probe)));
 }

@@ -47,13 +47,15 @@ public:
 
     const SceneSurface& surface() const noexcept { return surface_; }
 
+    // Of spheres, however they are felt.
+    const std::vector<double>& position_error_m() const noexcept {
+        return position_error_m_;
+    } ///< from the point nearest to the probe; per contact frame
+
     // Of the level; nothing where the mesh alone is felt.
     const std::vector<double>& level_distance_m() const noexcept {
         return level_distance_m_;
     } ///< signed, > 0 inside; per contact frame
-    const std::vector<double>& position_error_m() const noexcept {
-        return position_error_m_;
-    } ///< spheres only: to the closest point
     const std::optional<FeltSphere>& sphere() const noexcept {
         return sphere_;
     } ///< of a surface that is one and does not yield
@@ -83,6 +85,7 @@ public:
 private:
     void add_to_level(const FrameReport& frame, std::span<const Vec3> path);
     void add_to_mesh(const FrameReport& frame, std::span<const Vec3> path);
+    void add_position(const FrameReport& frame);
     void add_guarded(const FrameReport& frame);
     bool passes_through(const Vec3& from, const Vec3& to) const;
 

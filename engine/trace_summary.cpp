@@ -85,6 +85,8 @@ json surface_summary(const SurfaceAudit& audit) {
                        ? json{{"mesh_distance_um", absolute_um(audit.mesh_distance_m())},
                               {"chords_through_mesh", audit.chords_through()}}
                        : level_summary(audit);
+    if (!audit.position_error_m().empty())
+        summary["position_error_um"] = absolute_um(audit.position_error_m());
     summary["name"] = surface.name;
     summary["contact"] = name(surface.contact);
     summary["baked"] = surface.baked.grid ? json::parse(baked_as_json(surface.baked)) : json();
@@ -169,12 +171,12 @@ json effect_summary(const Scene& scene) {
 json truth(const Scene& scene, const Trace& trace) {
     json result = json::object();
     for (const SurfaceAudit& audit : trace.audits) {
-        if (audit.surface().is_felt_by_mesh()) continue;
-        const std::string& volume = scene.description().surfaces.at(audit.surface().name).volume;
-        if (scene.description().volumes.at(volume).analytic.empty()) continue;
-        result["level_um"] = absolute_um(audit.level_distance_m());
         if (!audit.position_error_m().empty())
             result["position_um"] = absolute_um(audit.position_error_m());
+        if (audit.surface().is_felt_by_mesh()) continue;
+        const std::string& volume = scene.description().surfaces.at(audit.surface().name).volume;
+        if (!scene.description().volumes.at(volume).analytic.empty())
+            result["level_um"] = absolute_um(audit.level_distance_m());
     }
     return result;
 }

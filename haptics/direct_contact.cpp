@@ -16,6 +16,9 @@ constexpr double kAnyDistance =
 // the two flanks of a crease, are not.
 constexpr double kSamePatch = 0.5;
 
+// Parallel to nothing that meshes have many facets along.
+const Vec3 kAnyDirection{0.362, 0.541, -0.759};
+
 double depth_m(const ContactPlane& contact) noexcept {
     return -contact.level_gap / contact.gradient_length;
 }
@@ -28,15 +31,29 @@ DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
     : surface_(required("direct contact: surface", std::move(surface))),
       field_(required("direct contact: field", std::move(field))), settings_(settings),
       strength_n_(settings.strength_n), scale_(LevelScale::of(*field_, settings)),
-      patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()) {}
+      patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()) {
+    Box bounds;
+    for (const Vec3& vertex : surface_->mesh().vertices)
+        bounds.add(vertex);
+    way_out_ = glm::length(bounds.extent()) * glm::normalize(kAnyDirection);
+}
 
 /// Behind a facet, but not behind the level, no ray would find what the proxy is at.
 bool DirectContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
-    const auto here =
-        plane_within(sampler_->sample(proxy), proxy, settings_, scale_, scale_.trust_m);
-    engaged_ = strength_n_ > 0.0 && here && depth_m(*here) <= settings_.free_m;
+    const FieldSample here = sampler_->sample(proxy);
+    const bool in_front = here.valid && here.value <= settings_.level + scale_.free;
+    engaged_ =
+        strength_n_ > 0.0 && in_front &&
+        (plane_within(here, proxy, settings_, scale_, scale_.trust_m) || behind_a_facet(proxy));
     return false;
+}
+
+/// Whether the first facet in one direction shows the proxy its back.
+bool DirectContact::behind_a_facet(const Vec3& proxy) noexcept {
+    ++rays_;
+    const std::optional<SurfaceHit> hit = surface_->first_hit(proxy, proxy + way_out_);
+    return hit && glm::dot(hit->normal, way_out_) > 0.0;
 }
 
 /// Once off, it is found again where a ray hits a facet's front: not from inside.
@@ -65,8 +82,8 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         depth_m_ = std::max(0.0, depth_m(contact));
     } else {
         bundle_.clear();
+        engaged_ = behind_a_facet(proxy); // so far in front of the level, or where it has no slope
     }
-    engaged_ = bundle_.size() > 0;
     for (std::size_t i = 0; i < bundle_.size(); ++i)
         if (contacts.add(bundle_[i])) ++offered_;
 }
@@ -96,12 +113,12 @@ Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
     if (!level_plane(sampler_->sample(hit->position), hit->position, settings_.level,
                      at_any_distance, scale_, contact))
         return {};
-    // In front of the level there, or no deeper than it begins: the chord passes the facet. The
-    // next begins behind it, where rays see nothing more of the surface: from here on its level is
-    // followed.
+    // In front of the level there, or hardly deeper than it begins where the level is followed: the
+    // chord passes the facet. The next begins behind it, where rays see nothing more of the
+    // surface: from here on its level is followed.
     const double reached = glm::dot(contact.plane.normal, to - contact.plane.anchor);
-    const bool passes =
-        reached >= -std::max(settings_.free_m, depth_m_) || is_offered(contact, *hit);
+    const double tolerated_m = offered_ > 0 ? std::max(settings_.free_m, depth_m_) : 0.0;
+    const bool passes = reached >= -tolerated_m || is_offered(contact, *hit);
     engaged_ = true;
     if (passes) return {};
     bundle_.remember(contact, hit->position, patch_cosine_);

@@ -45,7 +45,9 @@ std::optional<FrameError> FrameTruth::of_mesh(SurfaceAudit& audit, const FrameRe
     const std::size_t before = audit.mesh_distance_m().size();
     audit.add(frame, {}); // its chords are not asked for
     if (audit.mesh_distance_m().size() == before) return {};
-    return FrameError{audit.mesh_distance_m().back(), {}};
+    FrameError error{audit.mesh_distance_m().back(), {}};
+    if (!audit.position_error_m().empty()) error.position_m = audit.position_error_m().back();
+    return error;
 }
 
 std::optional<FrameError> FrameTruth::of_level(Level& level, const FrameReport& frame) {

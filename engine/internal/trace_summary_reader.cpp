@@ -86,6 +86,7 @@ SurfaceSummary read_surface(const Object& object) {
     surface.distance_um = read_spread(object.object("level_distance_um"));
     if (!surface.distance_um.rms)
         surface.distance_um = read_spread(object.object("mesh_distance_um"));
+    surface.position_um = read_spread(object.object("position_error_um"));
     surface.chords_through_mesh = object.number("chords_through_mesh");
     surface.guarded_frames = object.object("guarded").number("frames");
     surface.guarded_events = object.object("guarded").number("events");

@@ -21,6 +21,7 @@ struct SurfaceSummary {
     Number level;                      ///< the volume's unit
     Number shift_mean_mm, shift_sd_mm; ///< of the level's surface by smoothing
     SpreadSummary distance_um; ///< of the proxy from the level, or from the mesh that alone is felt
+    SpreadSummary position_um; ///< and from where it should be, where that is known
     Number chord_value, chord_tolerance; ///< the volume's unit, above the level
     Number chord_depth_mm, chord_frame;
     Number chords_through_mesh;

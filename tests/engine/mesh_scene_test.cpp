@@ -54,6 +54,35 @@ TEST_F(MeshScene, AMeshAloneIsFeltExactlyAndWithoutAnyField) {
     EXPECT_TRUE(audit.level_distance_m().empty());
 }
 
+// On its facets to rounding, but up to their chord error and its lag from the radial point.
+TEST_F(MeshScene, WhereItsVolumeIsASphereTheAuditKnowsWhereTheProxyShouldBe) {
+    test::make_file(folder_ / "sphere.ply", test::ascii_ply(test::icosphere(kRadius, 4)));
+    const auto one = std::make_shared<const Scene>(
+        parse_scene("[volume.sphere]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n"
+                    "[surface.ball]\nvolume = \"sphere\"\nmesh = \"sphere.ply\"\n"
+                    "mesh_unit = \"m\"\ncontact = \"mesh\"\n"
+                    "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n",
+                    folder_ / "scene.toml"),
+        SceneResources{});
+    std::vector<DeviceState> states = stroke();
+    for (DeviceState& state : states)
+        state.position -= kCenter;
+    const Trace trace = run_trace(one, states, clock_);
+    std::vector<double> expected;
+    for (const FrameReport& frame : trace.frames)
+        if (frame.surfaces_felt & 1u)
+            expected.push_back(glm::length(frame.proxy - kRadius * glm::normalize(frame.probe)));
+    const SurfaceAudit& audit = trace.audits.front();
+    EXPECT_GT(expected.size(), 500u);
+    EXPECT_EQ(audit.position_error_m(), expected);
+    EXPECT_EQ(audit.mesh_distance_m().size(), expected.size());
+    const auto summary = nlohmann::json::parse(summarize(*one, trace));
+    const double max_um = 1e6 * *std::max_element(expected.begin(), expected.end());
+    EXPECT_NEAR(summary["surfaces"][0]["position_error_um"]["max"], max_um, 1e-9 * max_um);
+    EXPECT_NEAR(summary["truth"]["position_um"]["max"], max_um, 1e-9 * max_um);
+    EXPECT_GT(max_um, 10.0); // facets of 1 mm on a ball of 20 mm
+}
+
 TEST_F(MeshScene, TheAuditCountsChordsThatPassThroughTheMesh) {
     const auto one = scene(mesh_);
     SurfaceAudit audit(*one, one->surfaces().front());

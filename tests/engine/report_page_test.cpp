@@ -131,6 +131,14 @@ TEST(ReportTable, ShowsTheNumbersOfTheSummaryWithTheWorstSurface) {
     EXPECT_EQ(words_of(line), expected);
 }
 
+// A proxy may be on its mesh and still far behind.
+TEST(ReportTable, ShowsTheDistanceFromWhereTheProxyShouldBeWhereThatIsKnown) {
+    const std::string table = report_table({subject_of("sphere", R"({"surfaces": [
+        {"name": "wall", "mesh_distance_um": {"rms": 3.5e-12, "p99": 4.5e-12},
+         "position_error_um": {"rms": 483.0, "p99": 512.0}}]})")});
+    EXPECT_THAT(table, HasSubstr("483 / 512"));
+}
+
 TEST(ReportTable, LinesAreOfOneWidthWhateverTheTitles) {
     const std::string table = report_table(
         {subject_of("Sch\u00e4del", kSummary), subject_of("a much longer title", "{}")});
