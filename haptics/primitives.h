@@ -108,9 +108,10 @@ public:
     /// Whether there are lines or points.                                                 [loop]
     bool has_tethers() const noexcept { return !lines_.empty() || !points_.empty(); }
     bool overflowed() const noexcept { return overflowed_; }
+    /// Planes, lines and points together.                                                 [loop]
+    std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
 
 private:
-    std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
     bool has_room() noexcept {
         const bool room = count() < kCapacity;
         overflowed_ = overflowed_ || !room;

@@ -124,6 +124,7 @@ SubdivisionResult Subdivision::run() noexcept {
     begins_ = true;
     bends_ = 0;
     legs_left_ = kMostLegs;
+    work_left_ = all_work();
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
     begin(result);
     note_open(result);
@@ -300,7 +301,8 @@ double Subdivision::depth_not_to_restore(std::size_t surface, const Vec3& proxy)
 }
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
-    solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness);
+    work_left_ -= kWorkOfEvaluation;
+    solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness, work_left_);
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) effects_[i]->solved(solution_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
@@ -360,9 +362,28 @@ bool Subdivision::all_flat() const noexcept {
     return contacts_.size() > 0;
 }
 
+/// Of a frame, by the evaluations that its method may make.
+int Subdivision::all_work() const noexcept {
+    int evaluations = 1;
+    switch (settings_.method) {
+    case SteppingMethod::single:
+        break;
+    case SteppingMethod::fixed:
+        evaluations = settings_.sub_steps;
+        break;
+    case SteppingMethod::adaptive:
+        evaluations = settings_.evaluation_cap;
+        break;
+    case SteppingMethod::paper:
+        evaluations = kMostEvaluations;
+        break;
+    }
+    return kWorkOfSolvers + 2 * kWorkOfEvaluation * evaluations;
+}
+
 /// Of an adaptive frame; none otherwise.
 int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcept {
-    if (settings_.method != SteppingMethod::adaptive) return 0;
+    if (settings_.method != SteppingMethod::adaptive || work_left_ <= 0) return 0;
     return settings_.evaluation_cap + std::min(bends_, kMostBends) -
            static_cast<int>(result.evaluations);
 }
@@ -434,6 +455,7 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     for (std::size_t i = 0; i < primitives_.points().size(); ++i)
         if (squared_length(solution_.points[i].force_n) > 0.0) ++result.contacts;
     result.proxy = proxy;
+    result.work = static_cast<std::uint32_t>(all_work() - work_left_);
 }
 
 Vec3 Subdivision::with_device_forces(Vec3 force_n) const noexcept {

@@ -44,6 +44,7 @@ struct SubdivisionResult {
     std::uint32_t contacts = 0; ///< multipliers above 0 in the last solution
     double residual_m = 0.0;    ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;    ///< FrameFlag bits
+    std::uint32_t work = 0;     ///< as Subdivision::kWorkOfSolvers counts it
     std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
     std::uint64_t open = 0; ///< bit i: surface i did not hold at its own level in a part of the
                             ///< frame: the proxy is inside, or it yielded
@@ -59,6 +60,13 @@ class Subdivision {
 public:
     /// Bounds every frame, also where a clock stands still.
     static constexpr int kMostEvaluations = 4096;
+    /// What a frame may take, in primitives that a solver looks at once: so many for its solvers,
+    /// and twice kWorkOfEvaluation, which is an evaluation without them, for each evaluation that
+    /// its method may make. Evaluations, bends, friction's rounds and solver passes spend of it
+    /// alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and others
+    /// go on with one short round an evaluation (kSolverCap where that does not do).
+    static constexpr int kWorkOfSolvers = 8192;
+    static constexpr int kWorkOfEvaluation = 64;
     /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
     static constexpr int kMostLegs = 1024;
 
@@ -129,6 +137,7 @@ private:
     void solve(const Vec3& proxy, SubdivisionResult& result) noexcept;
     std::uint32_t steps_still_affordable(const SubdivisionResult& result) noexcept;
     bool all_flat() const noexcept;
+    int all_work() const noexcept;
     int evaluations_left(const SubdivisionResult& result) const noexcept;
     bool keeps_its_place(const SubdivisionResult& result) noexcept;
     Vec3 candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept;
@@ -181,6 +190,7 @@ private:
     int unmoved_ = 0;        // evaluations in a row that did not move the proxy
     int bends_ = 0;          // evaluations that an edge of a surface's own cost: not of the cap
     int legs_left_ = 0;      // of kMostLegs
+    int work_left_ = 0;      // of all_work()
     std::span<const std::uint32_t> replayed_;
     std::vector<Vec3> path_;
     std::vector<std::uint32_t> steps_left_;
