@@ -207,7 +207,7 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
             converged_ = true;
             break;
         }
-        const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
+        const Vec3 wanted = within(candidate(proxy, steps_left, result.residual_m)); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
         if (arrived || (result.flags & kStalled)) break;
@@ -429,6 +429,13 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcep
     const double length = glm::length(step);
     if (length > trust_m) step *= trust_m / length;
     return proxy + step;
+}
+
+/// Where a step may end for what the effects never let the proxy leave.
+Vec3 Subdivision::within(Vec3 wanted) const noexcept {
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        if (is_on(i)) wanted = effects_[i]->within(wanted);
+    return wanted;
 }
 
 void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept {

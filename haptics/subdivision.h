@@ -141,6 +141,7 @@ private:
     int evaluations_left(const SubdivisionResult& result) const noexcept;
     bool keeps_its_place(const SubdivisionResult& result) noexcept;
     Vec3 candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept;
+    Vec3 within(Vec3 wanted) const noexcept;
     Vec3 curved_candidate(const Vec3& proxy, double residual_m) noexcept;
     Vec3 carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept;
     Vec3 accepted(const Vec3& proxy, SubdivisionResult& result) noexcept;
