@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -281,6 +282,7 @@ struct HeldEnd {
     std::uint32_t flags = 0; ///< of the last quarter's frames
     double mean_evaluations = 0.0; ///< of the last quarter's frames
     std::uint32_t most_evaluations = 0; ///< of all frames
+    std::uint32_t most_work = 0;        ///< of all frames
     std::uint32_t moved_without_flag = 0; ///< frames of the last quarter
 };
 
@@ -300,6 +302,7 @@ inline HeldEnd hold(HeldScene& s, int frames, Clock& clock) {
         const SubdivisionResult result = loop.advance(frame);
         proxy = result.proxy;
         end.most_evaluations = std::max(end.most_evaluations, result.evaluations);
+        end.most_work = std::max(end.most_work, result.work);
         return result;
     };
     for (const Vec3& probe : s.way)
