@@ -48,11 +48,10 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       clock_(clock), estimator_(settings.budget_us),
       friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
       magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
-      settling_(settings.tolerance_m),
-      surface_gains_(surfaces_.size()), friction_gains_(surfaces_.size()),
-      magnet_gains_(surfaces_.size()), texture_gains_(surfaces_.size()),
-      effect_gains_(effects_.size()), first_contact_(surfaces_.size() + 1, 0),
-      sunk_m_(surfaces_.size(), 0.0) {
+      settling_(settings.tolerance_m), surface_gains_(surfaces_.size()),
+      friction_gains_(surfaces_.size()), magnet_gains_(surfaces_.size()),
+      texture_gains_(surfaces_.size()), effect_gains_(effects_.size()),
+      first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
     for (const StrengthOverField& over :
          of_each(&SurfaceFinish::strength, finish, surfaces_.size()))
         strengths_.push_back(LocalStrength::holding(0.0, over));

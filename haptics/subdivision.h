@@ -63,8 +63,8 @@ public:
     /// What a frame may take, in primitives that a solver looks at once: so many for its solvers,
     /// and twice kWorkOfEvaluation, which is an evaluation without them, for each evaluation that
     /// its method may make. Evaluations, bends, friction's rounds and solver passes spend of it
-    /// alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and others
-    /// go on with one short round an evaluation (kSolverCap where that does not do).
+    /// alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and
+    /// others go on with one short round an evaluation (kSolverCap where that does not do).
     static constexpr int kWorkOfSolvers = 8192;
     static constexpr int kWorkOfEvaluation = 64;
     /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
@@ -181,11 +181,11 @@ private:
     // Of one frame.
     FrameContext frame_;
     double settling_n_per_m_ = 0.0; // of the spring towards the frame's start
-    double began_us_ = 0.0;      // t_0
-    double last_us_ = 0.0;       // t_n
-    bool begins_ = false;        // nothing gathered yet
-    std::vector<double> sunk_m_; // of each surface: how far its planes lie below its level
-    double damping_ = 1.0;       // of tangential steps (contact.md 1.2, step 5)
+    double began_us_ = 0.0;         // t_0
+    double last_us_ = 0.0;          // t_n
+    bool begins_ = false;           // nothing gathered yet
+    std::vector<double> sunk_m_;    // of each surface: how far its planes lie below its level
+    double damping_ = 1.0;          // of tangential steps (contact.md 1.2, step 5)
     double last_residual_m_ = 0.0;
     bool converged_ = false; // the last step is expected to leave less than the tolerance
     int unmoved_ = 0;        // evaluations in a row that did not move the proxy

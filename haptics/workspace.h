@@ -18,10 +18,11 @@ namespace palpate {
 /// jump, in one evaluation, as long as nothing but forces and springs acts beside it. Where
 /// surfaces or guides push the proxy along that plane, further ones touch the ball where the
 /// solutions lead: with an infinite strength up to kCuts of them at once, each of which the ball
-/// satisfies, so that a step ends outside by at most e^2 / (2 R), e its length: less than a picometre
-/// where a frame converges. What would be more than a nanometre, as where curved walls and a jump use
-/// the frame up (kEvaluationCap) or its method has too few sub-steps, ends on the ball instead, which
-/// is never left. Of a finite strength the last plane alone, lest strengths add up.
+/// satisfies, so that a step ends outside by at most e^2 / (2 R), e its length: less than a
+/// picometre where a frame converges. What would be more than a nanometre, as where curved walls
+/// and a jump use the frame up (kEvaluationCap) or its method has too few sub-steps, ends on the
+/// ball instead, which is never left. Of a finite strength the last plane alone, lest strengths add
+/// up.
 class WorkspaceSphere final : public Effect {
 public:
     static constexpr std::size_t kCuts = 4;

@@ -192,9 +192,9 @@ TEST(WorkspaceSphere, HoldsWhereASurfaceLeadsAlongIt) {
     EXPECT_LE(worst_outside, 1e-12) << "in the frame of the jump, too";
 }
 
-// Curved walls and jumps use a frame up before it comes to its end: what it would be outside by, the
-// square of its last movement over 2 R, were millimetres. A step that would leave by more than a
-// nanometre ends on the ball.
+// Curved walls and jumps use a frame up before it comes to its end: what it would be outside by,
+// the square of its last movement over 2 R, were millimetres. A step that would leave by more than
+// a nanometre ends on the ball.
 TEST(WorkspaceSphere, IsNeverLeftWhereCurvedWallsAndJumpsUseAFrameUp) {
     constexpr double kRadius = 12e-3;
     const Vec3 center{6e-3, 2e-3, -1e-3};

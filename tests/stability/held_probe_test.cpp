@@ -52,7 +52,8 @@ TEST(HeldProbe, OneEvaluationAFrameInANotchRestsAndSaysSo) {
     EXPECT_LE(last_moved, kRestBy);
 }
 
-// e' = e g / (k + g) in each frame, g = b / T, down to a thousandth of the loop's tolerance a frame.
+// e' = e g / (k + g) in each frame, g = b / T, down to a thousandth of the loop's tolerance a
+// frame.
 TEST(HeldProbe, AViscousCreepGoesOnToItsEnd) {
     constexpr double kDamping = 100.0; // N s/m: 0.5 % of the way a frame
     constexpr double kSpring = kDamping / 1e-3;
