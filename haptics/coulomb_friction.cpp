@@ -120,10 +120,10 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
     }
 }
 
-ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe,
-                                     double stiffness) noexcept {
-    ProxySolution solution = solve_round(primitives, probe, stiffness);
-    if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, solution);
+ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                                     int& work) noexcept {
+    ProxySolution solution = solve_round(primitives, probe, stiffness, work);
+    if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, work, solution);
     for (std::size_t j = 0; j < contacts_.size(); ++j)
         contacts_[j].state = solution.lines[first_line_ + j].state;
     known_ = contacts_;
@@ -133,10 +133,11 @@ ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe
 /// Multipliers from which the solution's own come out again; `solution` is of the ones to begin
 /// with.
 void CoulombFriction::find_fixed_point(PrimitiveSet& primitives, const Vec3& probe,
-                                       double stiffness, ProxySolution& solution) noexcept {
+                                       double stiffness, int& work,
+                                       ProxySolution& solution) noexcept {
     internal::FixedPoint<PrimitiveSet::kCapacity> fixed_point;
     Vec3 proxy_before{std::numeric_limits<double>::infinity()};
-    for (int round = 1; round < kMostRounds; ++round) {
+    for (int round = 1; round < kMostRounds && work > 0; ++round) {
         proxy_before = solution.proxy;
         FixedVector<double, PrimitiveSet::kCapacity> guess, found;
         for (const Contact& contact : contacts_) {
@@ -146,7 +147,7 @@ void CoulombFriction::find_fixed_point(PrimitiveSet& primitives, const Vec3& pro
         guess = fixed_point.next(guess, found);
         for (std::size_t j = 0; j < contacts_.size(); ++j)
             contacts_[j].multiplier_n = std::max(0.0, guess[j]);
-        solution = solve_round(primitives, probe, stiffness);
+        solution = solve_round(primitives, probe, stiffness, work);
         if (obeys_the_law(solution)) return;
         if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees(solution)) return;
     }
@@ -154,11 +155,14 @@ void CoulombFriction::find_fixed_point(PrimitiveSet& primitives, const Vec3& pro
 }
 
 ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe,
-                                           double stiffness) const noexcept {
+                                           double stiffness, int& work) const noexcept {
     for (std::size_t j = 0; j < contacts_.size(); ++j)
         primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
                                                           contacts_[j].multiplier_n);
-    ProxySolution solution = solve_proxy(primitives, probe, stiffness);
+    const int affordable = work / std::max(1, static_cast<int>(primitives.count()));
+    ProxySolution solution = solve_proxy(primitives, probe, stiffness,
+                                         std::clamp(affordable, kLeastPasses, kLoopPasses));
+    work -= solution.work;
     share_where_planes_coincide(primitives.planes(), solution);
     return solution;
 }

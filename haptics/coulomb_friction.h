@@ -49,8 +49,11 @@ public:
     void gather(const Vec3& proxy, const ContactSet& contacts,
                 std::span<const std::size_t> first_contact, PrimitiveSet& primitives) noexcept;
     /// solve_proxy() with the strengths of the lines that gather() added; capped where their fixed
-    /// point is not found.  [loop]
-    ProxySolution solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness) noexcept;
+    /// point is not found. Spends of `work`, the primitives that may be looked at: one round is
+    /// made whatever is left, of kLeastPasses passes at least.  [loop]
+    ProxySolution solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                        int& work) noexcept;
+    static constexpr int kLeastPasses = 8;
     /// Whether the last solution slips where the proxy was at rest: then the dynamic coefficient
     /// holds for the rest of the frame, which goes on with it.  [loop]
     bool breaks_away() noexcept;
@@ -82,9 +85,9 @@ private:
     };
     using Contacts = FixedVector<Contact, PrimitiveSet::kCapacity>;
 
-    ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe,
-                              double stiffness) const noexcept;
-    void find_fixed_point(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+    ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                              int& work) const noexcept;
+    void find_fixed_point(PrimitiveSet& primitives, const Vec3& probe, double stiffness, int& work,
                           ProxySolution& solution) noexcept;
     bool obeys_the_law(const ProxySolution& solution) const noexcept;
     bool sum_agrees(const ProxySolution& solution) const noexcept;

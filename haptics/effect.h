@@ -18,9 +18,9 @@ struct FrameContext {
     double force_limit_n = 5.0; ///< the longest force that the device is sent, N, > 0
     bool after_silence = false; ///< frames without a device's state came before this one: the probe
                                 ///< came here in more than a period
-    bool held = false; ///< Subdivision's: the probe is where it was in the frame before, to the bit,
-                       ///< and the proxy where that frame left it. What bends looks there first: a
-                       ///< proxy that is at rest is found so at once
+    bool held = false; ///< Subdivision's: the probe is where it was in the frame before, to the
+                       ///< bit, and the proxy where that frame left it. What bends looks there
+                       ///< first: a proxy that is at rest is found so at once
     bool rests = false; ///< Subdivision's: so held, it has all but stopped and keeps its bits
 };
 
@@ -49,6 +49,9 @@ public:
     /// iterations of one problem, so an effect whose geometry bends towards that end looks there,
     /// wherever the stepping method leaves the proxy meanwhile.                         [loop]
     virtual void solved(const Vec3& end) noexcept { static_cast<void>(end); }
+    /// Where a step to `wanted` (m, scene frame) may end: there, or at the nearest place that the
+    /// effect, as gathered last, never lets the proxy leave.                            [loop]
+    virtual Vec3 within(const Vec3& wanted) const noexcept { return wanted; }
     /// The frame has ended.                                                             [loop]
     virtual void commit(const FrameOutcome& outcome) noexcept { static_cast<void>(outcome); }
     /// Force on the device beside the coupling's, N, scene frame, of the frame just committed: what

@@ -122,9 +122,10 @@ public:
     /// Whether everything that was added was finite (strengths: or infinite), and no strength below
     /// 0.                                                                                [loop]
     bool all_finite() const noexcept { return all_finite_; }
+    /// Planes, lines and points together.                                                 [loop]
+    std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
 
 private:
-    std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
     static constexpr Vec3 kAnyDirection{0.0, 0.0, 1.0};
 
     /// Written so that what is no number is none.

@@ -55,6 +55,7 @@ public:
         const int cap = 40 * static_cast<int>(faces_.size()) + 60;
         const int bland_after = 20 * static_cast<int>(faces_.size()) + 30;
         for (int step = 0; step < cap; ++step) {
+            ++steps_;
             const std::size_t entering = most_violated(step > bland_after);
             if (entering == kNone) return true;
             enter(entering);
@@ -62,6 +63,8 @@ public:
         }
         return false;
     }
+
+    int steps() const noexcept { return steps_; }
 
     Vec3 displacement() const noexcept {
         Vec3 y{0.0};
@@ -295,6 +298,7 @@ private:
     std::size_t free_count_ = 0;
     double scale_ = 0.0;
     double tolerance_ = 0.0;
+    int steps_ = 0;
 };
 
 /// One plane, as most evaluations have: lambda is the depth, within its bounds.
@@ -320,6 +324,7 @@ void add_planes(std::span<const PlanePrimitive> planes, const Vec3& target, doub
     if (planes.size() == 1) return add_one_plane(planes.front(), target, stiffness, solution);
     DualProblem problem(planes, target, stiffness);
     solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
+    solution.work += problem.steps() * static_cast<int>(planes.size());
     solution.residual_m = problem.residual();
     solution.error_bound_m = problem.error_bound();
     solution.proxy = target + problem.displacement();
@@ -351,6 +356,7 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, dou
     if (!one_point && !apart) return solve_mixed(primitives, target, stiffness, pass_cap);
 
     ProxySolution solution(primitives, target);
+    solution.work = static_cast<int>(primitives.count());
     if (one_point) add_one_point(points[0], target, stiffness, solution);
     if (!planes.empty()) add_planes(planes, target, stiffness, solution);
     if (!lines.empty()) add_one_line(lines[0], target, stiffness, solution);

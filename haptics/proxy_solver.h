@@ -58,6 +58,7 @@ struct ProxySolution {
     /// so its use is to judge one that is not. 0: closed form.
     double error_bound_m = 0.0;
     int passes = 0; ///< over all primitives, where lines or points are among several; else 0
+    int work = 0;   ///< primitives looked at, each as often as it was: what solving took
     SolveStatus status = SolveStatus::exact;
 };
 

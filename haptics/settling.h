@@ -46,14 +46,14 @@ private:
     bool begun_ = false;
     bool held_ = false;
     FrameContext frame_;
-    double probe_step_m_ = 0.0; // in this frame
-    Vec3 end_{0.0};             // of the last frame
-    Vec3 last_step_{0.0};       // of the proxy, where it moved last
+    double probe_step_m_ = 0.0;  // in this frame
+    Vec3 end_{0.0};              // of the last frame
+    Vec3 last_step_{0.0};        // of the proxy, where it moved last
     double probe_since_m_ = 0.0; // the probe's way since then
-    double damping_ = 0.0;      // g
-    int still_ = 0;             // frames in a row that hardly moved the proxy
-    int rested_ = 0;            // frames of the rest
-    Vec3 asked_{0.0};           // in its second frame, when all is as the first has left it
+    double damping_ = 0.0;       // g
+    int still_ = 0;              // frames in a row that hardly moved the proxy
+    int rested_ = 0;             // frames of the rest
+    Vec3 asked_{0.0};            // in its second frame, when all is as the first has left it
 
     // Since the last turn back.
     Vec3 from_{0.0};

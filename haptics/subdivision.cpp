@@ -50,11 +50,10 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       clock_(clock), estimator_(settings.budget_us),
       friction_(of_each(&SurfaceFinish::friction, finish, surfaces_.size())),
       magnets_(of_each(&SurfaceFinish::magnet, finish, surfaces_.size())), banks_(surfaces_.size()),
-      settling_(settings.tolerance_m),
-      surface_gains_(surfaces_.size()), friction_gains_(surfaces_.size()),
-      magnet_gains_(surfaces_.size()), texture_gains_(surfaces_.size()),
-      effect_gains_(effects_.size()), first_contact_(surfaces_.size() + 1, 0),
-      sunk_m_(surfaces_.size(), 0.0) {
+      settling_(settings.tolerance_m), surface_gains_(surfaces_.size()),
+      friction_gains_(surfaces_.size()), magnet_gains_(surfaces_.size()),
+      texture_gains_(surfaces_.size()), effect_gains_(effects_.size()),
+      first_contact_(surfaces_.size() + 1, 0), sunk_m_(surfaces_.size(), 0.0) {
     for (const StrengthOverField& over :
          of_each(&SurfaceFinish::strength, finish, surfaces_.size()))
         strengths_.push_back(LocalStrength::holding(0.0, over));
@@ -127,6 +126,7 @@ SubdivisionResult Subdivision::run() noexcept {
     begins_ = true;
     bends_ = 0;
     legs_left_ = kMostLegs;
+    work_left_ = all_work();
     if (settings_.method == SteppingMethod::paper) began_us_ = last_us_ = clock_.now_us();
     begin(result);
     note_open(result);
@@ -209,7 +209,7 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
             converged_ = true;
             break;
         }
-        const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
+        const Vec3 wanted = within(candidate(proxy, steps_left, result.residual_m)); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
         if (arrived || (result.flags & kStalled)) break;
@@ -303,7 +303,8 @@ double Subdivision::depth_not_to_restore(std::size_t surface, const Vec3& proxy)
 }
 
 void Subdivision::solve(const Vec3& proxy, SubdivisionResult& result) noexcept {
-    solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness);
+    work_left_ -= kWorkOfEvaluation;
+    solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness, work_left_);
     if (!is_a_place(solution_.proxy)) {
         solution_.proxy = proxy;
         result.flags |= kForceNotFinite;
@@ -368,9 +369,28 @@ bool Subdivision::all_flat() const noexcept {
     return contacts_.size() > 0;
 }
 
+/// Of a frame, by the evaluations that its method may make.
+int Subdivision::all_work() const noexcept {
+    int evaluations = 1;
+    switch (settings_.method) {
+    case SteppingMethod::single:
+        break;
+    case SteppingMethod::fixed:
+        evaluations = settings_.sub_steps;
+        break;
+    case SteppingMethod::adaptive:
+        evaluations = settings_.evaluation_cap;
+        break;
+    case SteppingMethod::paper:
+        evaluations = kMostEvaluations;
+        break;
+    }
+    return kWorkOfSolvers + 2 * kWorkOfEvaluation * evaluations;
+}
+
 /// Of an adaptive frame; none otherwise.
 int Subdivision::evaluations_left(const SubdivisionResult& result) const noexcept {
-    if (settings_.method != SteppingMethod::adaptive) return 0;
+    if (settings_.method != SteppingMethod::adaptive || work_left_ <= 0) return 0;
     return settings_.evaluation_cap + std::min(bends_, kMostBends) -
            static_cast<int>(result.evaluations);
 }
@@ -440,6 +460,13 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcep
     return proxy + step;
 }
 
+/// Where a step may end for what the effects never let the proxy leave.
+Vec3 Subdivision::within(Vec3 wanted) const noexcept {
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        if (is_on(i)) wanted = effects_[i]->within(wanted);
+    return wanted;
+}
+
 void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const bool yielded = any_state(i, MultiplierState::saturated);
@@ -464,6 +491,7 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
     for (std::size_t i = 0; i < primitives_.points().size(); ++i)
         if (squared_length(solution_.points[i].force_n) > 0.0) ++result.contacts;
     result.proxy = proxy;
+    result.work = static_cast<std::uint32_t>(all_work() - work_left_);
 }
 
 Vec3 Subdivision::with_device_forces(Vec3 force_n) const noexcept {

@@ -44,6 +44,7 @@ struct SubdivisionResult {
     std::uint32_t contacts = 0; ///< multipliers above 0 in the last solution
     double residual_m = 0.0;    ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;    ///< FrameFlag bits
+    std::uint32_t work = 0;     ///< as Subdivision::kWorkOfSolvers counts it
     std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
     std::uint64_t open = 0; ///< bit i: surface i did not hold at its own level in a part of the
                             ///< frame: the proxy is inside, or it yielded
@@ -59,6 +60,13 @@ class Subdivision {
 public:
     /// Bounds every frame, also where a clock stands still.
     static constexpr int kMostEvaluations = 4096;
+    /// What a frame may take, in primitives that a solver looks at once: so many for its solvers,
+    /// and twice kWorkOfEvaluation, which is an evaluation without them, for each evaluation that
+    /// its method may make. Evaluations, bends, friction's rounds and solver passes spend of it
+    /// alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and
+    /// others go on with one short round an evaluation (kSolverCap where that does not do).
+    static constexpr int kWorkOfSolvers = 8192;
+    static constexpr int kWorkOfEvaluation = 64;
     /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
     static constexpr int kMostLegs = 1024;
 
@@ -141,10 +149,12 @@ private:
     void solve(const Vec3& proxy, SubdivisionResult& result) noexcept;
     std::uint32_t steps_still_affordable(const SubdivisionResult& result) noexcept;
     bool all_flat() const noexcept;
+    int all_work() const noexcept;
     int evaluations_left(const SubdivisionResult& result) const noexcept;
     bool keeps_its_place(const SubdivisionResult& result) noexcept;
     Vec3 candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept;
     double lift_share(std::size_t surface, const Vec3& proxy, const Vec3& to) const noexcept;
+    Vec3 within(Vec3 wanted) const noexcept;
     Vec3 curved_candidate(const Vec3& proxy, double residual_m) noexcept;
     Vec3 carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept;
     Vec3 accepted(const Vec3& proxy, SubdivisionResult& result) noexcept;
@@ -184,16 +194,17 @@ private:
     // Of one frame.
     FrameContext frame_;
     double settling_n_per_m_ = 0.0; // of the spring towards the frame's start
-    double began_us_ = 0.0;      // t_0
-    double last_us_ = 0.0;       // t_n
-    bool begins_ = false;        // nothing gathered yet
-    std::vector<double> sunk_m_; // of each surface: how far its planes lie below its level
-    double damping_ = 1.0;       // of tangential steps (contact.md 1.2, step 5)
+    double began_us_ = 0.0;         // t_0
+    double last_us_ = 0.0;          // t_n
+    bool begins_ = false;           // nothing gathered yet
+    std::vector<double> sunk_m_;    // of each surface: how far its planes lie below its level
+    double damping_ = 1.0;          // of tangential steps (contact.md 1.2, step 5)
     double last_residual_m_ = 0.0;
     bool converged_ = false; // the last step is expected to leave less than the tolerance
     int unmoved_ = 0;        // evaluations in a row that did not move the proxy
     int bends_ = 0;          // evaluations that an edge of a surface's own cost: not of the cap
     int legs_left_ = 0;      // of kMostLegs
+    int work_left_ = 0;      // of all_work()
     std::span<const std::uint32_t> replayed_;
     std::vector<Vec3> path_;
     std::vector<std::uint32_t> steps_left_;

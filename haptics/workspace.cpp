@@ -50,7 +50,15 @@ void WorkspaceSphere::cut_towards(const Vec3& point) noexcept {
     if (distance > 0.0) normal_[cuts_++ % kCuts] = -way / distance;
 }
 
+Vec3 WorkspaceSphere::within(const Vec3& wanted) const noexcept {
+    const Vec3 way = wanted - center_;
+    const double distance = glm::length(way);
+    if (!never_left_ || !(distance > radius_m_ + kOnPlane)) return wanted;
+    return center_ + (radius_m_ / distance) * way;
+}
+
 void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
+    never_left_ = std::isinf(primitives.scaled_n(strength_.now()));
     if (!(strength_.now() > 0.0)) return;
     if (cuts_ == 0) {
         const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
@@ -61,7 +69,7 @@ void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexce
     const double rounding = kRounding * (radius_m_ + glm::length(center_));
     if (glm::length(end_ - center_) > radius_m_ + rounding) cut_towards(end_);
 
-    const std::size_t kept = std::isinf(primitives.scaled_n(strength_.now())) ? kCuts : 1;
+    const std::size_t kept = never_left_ ? kCuts : 1;
     for (std::size_t i = cuts_ - std::min(cuts_, kept); i < cuts_; ++i) {
         const Vec3& normal = normal_[i % kCuts];
         primitives.add({center_ - radius_m_ * normal, normal, strength_.now()});

@@ -19,10 +19,11 @@ namespace palpate {
 /// jump, in one evaluation, as long as nothing but forces and springs acts beside it. Where
 /// surfaces or guides push the proxy along that plane, further ones touch the ball where the
 /// solutions lead: with an infinite strength up to kCuts of them at once, each of which the ball
-/// satisfies, so that the proxy ends outside by at most e^2 / (2 R), e the frame's last movement:
-/// less than a picometre where a frame converges, millimetres where curved walls and a jump use it
-/// up (kEvaluationCap) or its method has too few sub-steps; the frames that follow draw it in. Of a
-/// finite strength the last plane alone, lest strengths add up.
+/// satisfies, so that a step ends outside by at most e^2 / (2 R), e its length: less than a
+/// picometre where a frame converges. What would be more than a nanometre, as where curved walls
+/// and a jump use the frame up (kEvaluationCap) or its method has too few sub-steps, ends on the
+/// ball instead, which is never left. Of a finite strength the last plane alone, lest strengths add
+/// up.
 class WorkspaceSphere final : public Effect {
 public:
     static constexpr std::size_t kCuts = 4;
@@ -40,6 +41,7 @@ public:
     std::size_t most_primitives() const noexcept override {
         return std::isinf(strength_.now()) ? kCuts : 1;
     }
+    Vec3 within(const Vec3& wanted) const noexcept override;
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
 
 private:
@@ -54,6 +56,7 @@ private:
     Vec3 end_{0.0};                    // where the frame is likely to end
     std::array<Vec3, kCuts> normal_{}; // inwards
     std::size_t cuts_ = 0;             // made so far; the last kCuts of them count
+    bool never_left_ = false;          // with the gain of the last gather()
 };
 
 /// The proxy stays in a box along the scene's axes: s max(0, depth behind it) for each face.

@@ -121,6 +121,7 @@ ProxySolution solve_mixed(const PrimitiveSet& primitives, const Vec3& target, do
         ProxySolution solution =
             Report(primitives, target + y, mixed, multipliers, offsets, stiffness).solution();
         solution.passes = problem.passes();
+        solution.work = solution.passes * static_cast<int>(primitives.count());
         return solution;
     };
     const ProxySolution found = solution_of(end.multipliers);

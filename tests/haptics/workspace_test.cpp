@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/haptics/constant_force.h>
+#include <palpate/haptics/frame_flags.h>
 #include <palpate/haptics/viscosity.h>
 #include <palpate/haptics/workspace.h>
 #include <palpate/volume/analytic_fields.h>
@@ -189,6 +190,27 @@ TEST(WorkspaceSphere, HoldsWhereASurfaceLeadsAlongIt) {
         EXPECT_LE(glm::length(loop.proxy() - expected), 2e-7) << n;
     }
     EXPECT_LE(worst_outside, 1e-12) << "in the frame of the jump, too";
+}
+
+// Curved walls and jumps use a frame up before it comes to its end: what it would be outside by,
+// the square of its last movement over 2 R, were millimetres. A step that would leave by more than
+// a nanometre ends on the ball.
+TEST(WorkspaceSphere, IsNeverLeftWhereCurvedWallsAndJumpsUseAFrameUp) {
+    constexpr double kRadius = 12e-3;
+    const Vec3 center{6e-3, 2e-3, -1e-3};
+    int used_up = 0;
+    for (const SteppingSettings& settings : kMethods) {
+        Anywhere anywhere;
+        ContactLoop loop(settings, test::one_surface(make_bumpy_cavity(14e-3, 1e-3, 8e-3)),
+                         effects(std::make_unique<WorkspaceSphere>(center, kRadius, kInfinite)));
+        loop.start(center);
+        for (int i = 0; i < 500; ++i) {
+            const SubdivisionResult frame = loop.move(center + 0.06 * anywhere.vector());
+            used_up += (frame.flags & kEvaluationCap) != 0;
+            ASSERT_LE(glm::length(loop.proxy() - center), kRadius + 1e-9 + kRounding) << i;
+        }
+    }
+    EXPECT_GT(used_up, 20);
 }
 
 // A magnet draws the proxy further than the coupling does: the box counts on no less. The plate's

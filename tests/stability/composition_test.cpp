@@ -304,7 +304,8 @@ public:
             for (std::size_t i = 0; i < faces_.size(); ++i)
                 primitives.add(faces_[i].plane);
             friction_.gather(proxy_, faces_, kFirst, primitives);
-            end = friction_.solve(primitives, probe, kK).proxy;
+            int work = 1 << 20; // as much as it wants
+            end = friction_.solve(primitives, probe, kK, work).proxy;
         } while (friction_.breaks_away());
         friction_.commit();
         proxy_ = end;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -165,7 +166,7 @@ private:
     void add_effect(HeldScene& s, int kind) {
         const auto felt = [](double n) { return TransferFunction::constant(n); };
         const auto guide = [&] {
-            return chance(0.5) ? FollowGuide::streamline
+            return chance(0.5)   ? FollowGuide::streamline
                    : chance(0.7) ? FollowGuide::midpoint
                                  : FollowGuide::tangent;
         };
@@ -261,8 +262,7 @@ private:
         const Vec3 center = 8e-3 * within_ball();
         if (chance(0.5)) {
             s.words += "ball_workspace ";
-            s.effects.push_back(
-                std::make_unique<WorkspaceSphere>(center, between(3e-3, 15e-3), n));
+            s.effects.push_back(std::make_unique<WorkspaceSphere>(center, between(3e-3, 15e-3), n));
             return;
         }
         s.words += "box_workspace ";
@@ -275,12 +275,13 @@ private:
 
 /// How a held probe's proxy went on.
 struct HeldEnd {
-    int last_moved = 0;      ///< the last held frame that changed a bit, counted from 1
-    double last_way_m = 0.0; ///< the longest way of a frame among the last quarter
-    double last_turn_n = 0.0; ///< and how much its force changed at most
-    std::uint32_t flags = 0; ///< of the last quarter's frames
-    double mean_evaluations = 0.0; ///< of the last quarter's frames
+    int last_moved = 0;                 ///< the last held frame that changed a bit, counted from 1
+    double last_way_m = 0.0;            ///< the longest way of a frame among the last quarter
+    double last_turn_n = 0.0;           ///< and how much its force changed at most
+    std::uint32_t flags = 0;            ///< of the last quarter's frames
+    double mean_evaluations = 0.0;      ///< of the last quarter's frames
     std::uint32_t most_evaluations = 0; ///< of all frames
+    std::uint32_t most_work = 0;        ///< of all frames
     std::uint32_t moved_without_flag = 0; ///< frames of the last quarter
 };
 
@@ -300,6 +301,7 @@ inline HeldEnd hold(HeldScene& s, int frames, Clock& clock) {
         const SubdivisionResult result = loop.advance(frame);
         proxy = result.proxy;
         end.most_evaluations = std::max(end.most_evaluations, result.evaluations);
+        end.most_work = std::max(end.most_work, result.work);
         return result;
     };
     for (const Vec3& probe : s.way)

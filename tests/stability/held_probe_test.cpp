@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// A held probe comes to rest, whatever acts, and what moves slowly is not taken for rest.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/frame_flags.h>
+
+#include "tests/support/contact_loop.h"
+#include "tests/support/effect_lists.h"
+#include "tests/support/held_scenes.h"
+
+namespace palpate {
+namespace {
+
+// Calming takes some 700 frames at most: a factor of 10^6 by 2 % in each.
+constexpr int kFrames = 1600;
+constexpr int kRestBy = 1200;
+
+void expect_rest(std::uint64_t seed, SteppingMethod method) {
+    test::HeldScene scene = test::HeldSceneDraw(seed).scene(method);
+    test::ScriptedClock clock(100.0);
+    const test::HeldEnd end = test::hold(scene, kFrames, clock);
+    EXPECT_LE(end.last_moved, kRestBy)
+        << "seed " << seed << ": " << scene.words << "moves by " << end.last_way_m << " m a frame";
+}
+
+TEST(HeldProbe, ComesToRestToTheBitInAnyMixOfEffects) {
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+        expect_rest(seed, SteppingMethod::adaptive);
+}
+
+TEST(HeldProbe, ComesToRestWithAnyMethod) {
+    for (const SteppingMethod method :
+         {SteppingMethod::single, SteppingMethod::fixed, SteppingMethod::paper})
+        for (std::uint64_t seed = 0; seed < 25; ++seed)
+            expect_rest(seed, method);
+}
+
+// Two faces of a notch in turns: one plane an evaluation cannot hold both. It is said, and ends.
+TEST(HeldProbe, OneEvaluationAFrameInANotchRestsAndSaysSo) {
+    test::ContactLoop loop(test::stepping(SteppingMethod::single),
+                           test::one_surface(make_wedge(240.0)));
+    loop.start({0, 0, 5e-3});
+    std::uint32_t flags = 0;
+    int last_moved = 0;
+    for (int i = 0; i < kFrames; ++i) {
+        const Vec3 before = loop.proxy();
+        flags |= loop.move({0.3e-3, 0, -4e-3}).flags;
+        if (!(loop.proxy() == before)) last_moved = i;
+    }
+    EXPECT_LE(last_moved, kRestBy);
+}
+
+// e' = e g / (k + g) in each frame, g = b / T, down to a thousandth of the loop's tolerance a
+// frame.
+TEST(HeldProbe, AViscousCreepGoesOnToItsEnd) {
+    constexpr double kDamping = 100.0; // N s/m: 0.5 % of the way a frame
+    constexpr double kSpring = kDamping / 1e-3;
+    constexpr double kStays = kSpring / (test::ContactLoop::kStiffness + kSpring);
+    for (const SteppingMethod method : {SteppingMethod::fixed, SteppingMethod::adaptive}) {
+        test::ContactLoop loop(test::stepping(method), {},
+                               test::effects(std::make_unique<Viscosity>(kDamping)));
+        loop.start(Vec3{0.0});
+        double behind_m = 1e-3;
+        for (int i = 0; behind_m > 1e-8; ++i) {
+            const std::uint32_t flags = loop.move({1e-3, 0, 0}).flags;
+            behind_m *= kStays;
+            ASSERT_NEAR(1e-3 - loop.proxy().x, behind_m, 1e-6 * behind_m + 1e-14) << i;
+            ASSERT_EQ(flags, 0u) << i;
+        }
+    }
+}
+
+// A probe that goes on by nanometres is not held: the proxy follows, within the tolerance.
+TEST(HeldProbe, ANanometreAFrameIsFollowed) {
+    test::ContactLoop loop({}, test::one_surface(make_slab(20e-3)),
+                           test::effects(std::make_unique<ConstantForce>(Vec3{0.1, 0, 0}),
+                                         std::make_unique<Viscosity>(0.1)));
+    loop.start({0, 0, 0.0101});
+    Vec3 probe{0, 0, 9e-3};
+    for (int i = 0; i < 200; ++i)
+        loop.move(probe);
+    const double before = loop.proxy().x;
+    for (int i = 0; i < 3000; ++i)
+        loop.move(probe += Vec3{1e-9, 0, 0});
+    EXPECT_NEAR(loop.proxy().x - before, 3e-6, 2e-7);
+}
+
+// What does not come to rest by itself is said: the flag that calms it.
+TEST(HeldProbe, WhatIsCalmedIsFlagged) {
+    int calmed = 0;
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+        test::HeldScene scene = test::HeldSceneDraw(seed).scene();
+        test::ScriptedClock clock(100.0);
+        calmed += (test::hold(scene, 400, clock).flags & kCalmed) != 0;
+    }
+    EXPECT_GT(calmed, 0);
+    EXPECT_LT(calmed, 30) << "most come to rest by themselves";
+}
+
+} // namespace
+} // namespace palpate
