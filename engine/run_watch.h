@@ -37,7 +37,7 @@ struct RunWatch {
     std::function<void(const RunFrame&)> frame;      ///< every frame that is recorded, in order
     std::function<void(const Trace&)> kept; ///< in real time, twice a second and at the end: all
                                             ///< that is recorded so far
-    Progress progress; ///< several times a second; false ends the run
+    Progress progress;                      ///< several times a second; false ends the run
 };
 
 } // namespace palpate

@@ -156,11 +156,11 @@ TEST(NiftiVolume, UnitsOtherThanMillimetresAreHeeded) {
     const TemporaryFolder folder;
     for (const auto& [code, metres] : {std::pair{1, 1.0}, {2, 1e-3}, {3, 1e-6}, {0, 1e-3}}) {
         Nifti nifti;
-        nifti.sform(0.0F, 0.0F, 0.0F);
+        nifti.sform({Mat3(0.25, 0, 0, 0, 0.5, 0, 0, 0, 1), Vec3(0.0)}); // a metre at most
         nifti.set<char>(123, static_cast<char>(code + 8)); // seconds beside it
         make_file(folder / "a.nii", nifti.with(counting(24)));
         const Vec3 spacing = read_volume(folder / "a.nii").spacing_m();
-        EXPECT_LT(glm::length(spacing - Vec3(0.5, 1, 2) * metres), 1e-15 * metres) << code;
+        EXPECT_LT(glm::length(spacing - Vec3(0.25, 0.5, 1) * metres), 1e-15 * metres) << code;
     }
 }
 
