@@ -61,7 +61,8 @@ void SteadyLabel::add(double time_s, const Vec3& probe) {
         next_ = here;
         next_since_s_ = time_s;
     }
-    if (time_s - next_since_s_ >= kSteady_s) name_ = next_;
+    constexpr double kRounding_s = 1e-9; // of times that are added up
+    if (time_s - next_since_s_ >= kSteady_s - kRounding_s) name_ = next_;
 }
 
 } // namespace palpate

@@ -28,7 +28,8 @@ constexpr double kApproach = 5e-3;   // m in front of the surface where a trial 
 constexpr double kFacetReach =
     1e-3; // m from a point of a mesh within which its facet is looked for
 constexpr int kMostTurns = 500;
-constexpr int kTries = 6; // to find how many turns there is time for
+constexpr int kTries = 6;       // to find how many turns there is time for
+constexpr double kFilled = 0.9; // of the time, with which one is content
 
 /// Directions of the spiral: from the pole over the equator to the other pole.
 Vec3 spiral_direction(double share, int turns) {
@@ -237,14 +238,17 @@ Orbit find_orbit(const OrbitTarget& target, const DeviceDescription& orbit, doub
     std::optional<Orbit> best;
     int too_many = kMostTurns + 1;
     for (int tries = 0; tries < kTries; ++tries) {
-        Orbit orbit_of_turns = with(turns, 4 * most);
-        const double share =
-            static_cast<double>(orbit_of_turns.states.size()) / static_cast<double>(most);
-        if (share > 1.0) {
+        Orbit one = with(turns, most);
+        // Of the time: what it takes, or would take.
+        const double share = one.spiral_share < 1.0 ? 1.0 / std::max(one.spiral_share, 0.01)
+                                                    : static_cast<double>(one.states.size()) /
+                                                          static_cast<double>(most);
+        if (one.spiral_share < 1.0) {
             too_many = turns;
-            if (turns == 1) break;
+            if (turns == 1) return one;
         } else if (!best || turns > best->turns) {
-            best = std::move(orbit_of_turns);
+            best = std::move(one);
+            if (share > kFilled) break;
         }
         const int fewest = best ? best->turns + 1 : 1;
         if (fewest >= too_many) break;

@@ -150,10 +150,10 @@ TEST(EffectPlan, SaysWhereMethodAdaptiveHasNoLevelToCertify) {
     const std::string gradient =
         "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"ball\"\nstrength_n = 2\n";
     const auto why = [](const std::string& text) { return scene_of(text)->plan().uncertified; };
-    EXPECT_NE(why(ball(9.0) + gradient).find("no surface with a level is felt"), std::string::npos);
-    EXPECT_NE(why(ball(9.0) + gradient).find("; use method paper or fixed"), std::string::npos);
-    EXPECT_EQ(why(ball(9.0) + gradient + kTouch), "") << "a surface is felt, too";
-    EXPECT_EQ(why(ball(9.0) + kTouch), "");
+    EXPECT_NE(why(ball(0.0) + gradient).find("no surface with a level is felt"), std::string::npos);
+    EXPECT_NE(why(ball(0.0) + gradient).find("; use method paper or fixed"), std::string::npos);
+    EXPECT_EQ(why(ball(0.0) + gradient + kTouch), "") << "a surface is felt, too";
+    EXPECT_EQ(why(ball(0.0) + kTouch), "");
     EXPECT_EQ(why(guides(1)), "") << "nothing stands for a surface";
 }
 

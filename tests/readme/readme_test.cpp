@@ -140,7 +140,7 @@ TEST_F(Readme, EveryCommandOfItsFirstStepsDoesWhatItSays) {
              EXPECT_TRUE(is_png(folder_ / "head.png"));
          }},
         {"palpate info scans/",
-         [](const Outcome& done) { EXPECT_THAT(done.output, HasSubstr("80 x 80 x 52 voxels")); }},
+         [](const Outcome& done) { EXPECT_THAT(done.output, HasSubstr("80 x 80 x 52")); }},
         {"palpate info aal.nii.gz",
          [](const Outcome& done) { EXPECT_THAT(done.output, HasSubstr("Hippocampus_L")); }},
         {"palpate extract head.nii.gz", [&](const Outcome&) { exists("bone.ply"); }},

@@ -32,7 +32,7 @@ std::size_t count_of(const std::string& text, const std::string& what) {
 
 TEST(TraceWords, FlagsAreToldOnceAtTheEndWithCountAndRemedy) {
     const test::CommandFolder folder;
-    // 1.5 mm deep at 1000 N/m is more than a limit of 1 N.
+    // 2 mm deep at 1000 N/m is more than a limit of 1 N.
     make_file(folder / "s.toml", std::string(kBall) +
                                      "[coupling]\nstiffness_n_per_m = 1000\n[limits]\nforce_n = 1\n"
                                      "[device]\ntype = \"tour\"\nspacing_mm = 10\n");
