@@ -169,15 +169,15 @@ TEST(EffectPlan, WarnsOfAForceThatAloneIsBeyondTheLimit) {
         warnings("type = \"gravity_compensation\"\nmass_kg = 0.6\ndown = [0, 0, -2]\n").size(), 1u);
 }
 
-TEST(EffectPlan, WarnsOfFramesWhosePrimitivesDidNotFit) {
+TEST(EffectPlan, FlagsAreToldWithTheirCountAndRemedy) {
     std::vector<FrameReport> frames(5);
-    EXPECT_TRUE(flag_warnings(frames).empty());
+    EXPECT_TRUE(flags_in_words(frames).empty());
     frames[1].flags = kPrimitivesFull | kForceClamped;
     frames[4].flags = kPrimitivesFull;
-    ASSERT_EQ(flag_warnings(frames).size(), 1u);
-    EXPECT_EQ(flag_warnings(frames)[0].find("primitives_full in 2 of 5 frames: "), 0u);
-    frames[2].flags = kForceNotFinite;
-    EXPECT_EQ(flag_warnings(frames).size(), 2u);
+    const std::vector<std::string> lines = flags_in_words(frames);
+    ASSERT_EQ(lines.size(), 2u) << "each flag once";
+    EXPECT_EQ(lines[0].find("force_clamped in 1 of 5 frames: "), 0u);
+    EXPECT_EQ(lines[1].find("primitives_full in 2 of 5 frames: "), 0u);
 }
 
 // Seen: two samples in a frame more than the plan said.
