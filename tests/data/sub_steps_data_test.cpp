@@ -112,15 +112,14 @@ protected:
         return held;
     }
 
-    /// Held from frame 6000 on, for 2000, by any number as by adaptive steps; the more, the nearer
-    /// to them.
-    void expect_held_by_any(const std::function<Surfaces()>& surfaces) const {
-        const Held best = hold(test::adaptive_steps(), surfaces(), 6000, 2000);
+    /// Held for 2000 frames by any number as by adaptive steps; the more, the nearer to them.
+    void expect_held_by_any(const std::function<Surfaces()>& surfaces, std::size_t first) const {
+        const Held best = hold(test::adaptive_steps(), surfaces(), first, 2000);
         EXPECT_GT(best.in_contact, 1500);
         double last_m = 1.0;
         for (const test::SubStepCase& of : test::any_number_of_sub_steps()) {
             SCOPED_TRACE(of.name);
-            const Held held = hold(of, surfaces(), 6000, 2000, best.proxies);
+            const Held held = hold(of, surfaces(), first, 2000, best.proxies);
             EXPECT_NEAR(held.in_contact, best.in_contact, 0.01 * best.in_contact);
             if (of.settings.method == SteppingMethod::paper) {
                 EXPECT_LE(held.lag_m, 1e-6);
@@ -137,11 +136,11 @@ protected:
 };
 
 TEST_F(SubStepsOnASkull, DirectHoldsByAnyNumber) {
-    expect_held_by_any([this] { return direct(); });
+    expect_held_by_any([this] { return direct(); }, 6000);
 }
 
 TEST_F(SubStepsOnASkull, MeshHoldsByAnyNumber) {
-    expect_held_by_any([this] { return mesh(); });
+    expect_held_by_any([this] { return mesh(); }, 0);
 }
 
 // Where the certificate's edge used to stop it: 196 of these frames, up to 120 in a row.
