@@ -36,7 +36,10 @@ public:
     void restart(const Vec3&) noexcept override { strength_.restart(); }
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
-    void solved(const Vec3& end) noexcept override { end_ = end; }
+    void solved(const Vec3& end) noexcept override {
+        if (!looked_) end_ = end;
+        looked_ = false;
+    }
     Vec3 within(const Vec3& wanted) const noexcept override;
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
 
@@ -52,6 +55,7 @@ private:
     Vec3 end_{0.0};                    // where the frame is likely to end
     std::array<Vec3, kCuts> normal_{}; // inwards
     std::size_t cuts_ = 0;             // made so far; the last kCuts of them count
+    bool looks_ = false, looked_ = false;
     bool never_left_ = false;          // with the gain of the last gather()
 };
 
