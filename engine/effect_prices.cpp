@@ -111,7 +111,8 @@ double friction_price(const FrictionCoefficients& coefficients) {
             if (!rubs) return static_cast<void>(solve_proxy(primitives, to, kStiffness));
             friction.begin();
             friction.gather(from - to, contacts, first, primitives);
-            static_cast<void>(friction.solve(primitives, to, kStiffness));
+            int work = Subdivision::kWorkOfSolvers;
+            static_cast<void>(friction.solve(primitives, to, kStiffness, work));
         });
     };
     return std::max(0.0, price(true) - price(false));

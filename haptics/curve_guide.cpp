@@ -31,6 +31,7 @@ void CurveGuide::restart(const Vec3&) noexcept {
 void CurveGuide::begin(const FrameContext& frame) noexcept {
     frame_ = frame;
     evaluations_ = 0;
+    looks_ = frame.held;
     low_.reset();
     high_.reset();
     if (!(capture_.strength_at(frame) > 0.0)) {
@@ -52,9 +53,13 @@ void CurveGuide::begin(const FrameContext& frame) noexcept {
 
 void CurveGuide::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!capture_.holds() || !(capture_.strength_n() > 0.0)) return;
-    if (evaluations_++ == 0) {
+    if (looks_) { // does it rest where it is?
+        looks_ = false;
         pull_ = primitives.pull(frame_.probe, frame_.stiffness);
-        step_to(first_target());
+        step_to(held_target());
+    } else if (evaluations_++ == 0) {
+        pull_ = primitives.pull(frame_.probe, frame_.stiffness);
+        step_to(pull_ + lean_);
     } else {
         next_footing();
     }
@@ -69,12 +74,10 @@ void CurveGuide::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
 
 /// Under a held probe, the place that the proxy is at: where it rests, nothing else need be tried.
 /// Not from a corner or an end itself, whose line is across the pull.
-Vec3 CurveGuide::first_target() const noexcept {
-    if (frame_.held) {
-        const PolylinePlace place = curve_.walk(place_, frame_.start);
-        if (!place.at_corner || glm::length(frame_.start - curve_.position(place)) > kAtCorner)
-            return frame_.start;
-    }
+Vec3 CurveGuide::held_target() const noexcept {
+    const PolylinePlace place = curve_.walk(place_, frame_.start);
+    if (!place.at_corner || glm::length(frame_.start - curve_.position(place)) > kAtCorner)
+        return frame_.start;
     return pull_ + lean_;
 }
 

@@ -57,7 +57,7 @@ private:
         point, // at an open end
     };
 
-    Vec3 first_target() const noexcept;
+    Vec3 held_target() const noexcept;
     void step_to(const Vec3& target) noexcept;
     void step_on(const PolylinePlace& place) noexcept;
     void step_on_corner(std::int64_t corner, const Vec3& axis) noexcept;
@@ -78,6 +78,7 @@ private:
     // Of one frame.
     FrameContext frame_;
     int evaluations_ = 0;
+    bool looks_ = false;
     Vec3 pull_{0.0};   // of the coupling, springs and forces: a'
     Vec3 end_{0.0};    // where the frame is likely to end
     Vec3 anchor_{0.0}; // of the primitive, m

@@ -19,8 +19,8 @@ struct FrameContext {
     bool after_silence = false; ///< frames without a device's state came before this one: the probe
                                 ///< came here in more than a period
     bool held = false; ///< Subdivision's: the probe is where it was in the frame before, to the
-                       ///< bit, and the proxy where that frame left it. What bends looks there
-                       ///< first: a proxy that is at rest is found so at once
+                       ///< bit, and the proxy where that frame left it. What bends is gathered
+                       ///< there once, to see whether it rests, before anything moves
     bool rests = false; ///< Subdivision's: so held, it has all but stopped and keeps its bits
 };
 

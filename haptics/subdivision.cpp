@@ -144,7 +144,7 @@ SubdivisionResult Subdivision::run() noexcept {
 /// Gains take their step; what is on anchors what depends on the path.
 void Subdivision::begin(SubdivisionResult& result) noexcept {
     settling_n_per_m_ = settling_.begin(frame_);
-    frame_.held = settling_.held();
+    frame_.held = settling_.held() && settings_.method == SteppingMethod::adaptive;
     frame_.rests = settling_.stopped();
     if (settling_n_per_m_ > 0.0) result.flags |= kCalmed;
     bool all_one = true;
@@ -209,6 +209,7 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
             converged_ = true;
             break;
         }
+        if (frame_.held && result.evaluations == 1 && steps_left > 0) continue; // it was a look
         const Vec3 wanted = within(candidate(proxy, steps_left, result.residual_m)); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;

@@ -33,7 +33,8 @@ std::optional<LinePrimitive> VectorFollow::line_at(const Vec3& point) noexcept {
 
 void VectorFollow::begin(const FrameContext& frame) noexcept {
     if (guide_ == FollowGuide::tangent) return;
-    end_ = frame.held ? frame.start : frame.probe;
+    probe_ = frame.probe;
+    looks_ = frame.held;
     last_try_.reset();
     evaluations_ = 0;
     start_ = line_at(frame.start);
@@ -61,6 +62,12 @@ void VectorFollow::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept 
         return;
     }
     if (!start_) return;
+    if (looks_) { // does it rest where it is?
+        looks_ = false;
+        primitives.add_line(*start_);
+        return;
+    }
+    if (evaluations_ == 0) end_ = probe_;
     // Further than a cut nothing is known of the way: it goes on in the next frame.
     if (!(evaluations_ > 0 && foot_.cut)) foot_ = next_foot();
     ++evaluations_;

@@ -45,8 +45,8 @@ void VectorSheet::begin(const FrameContext& frame) noexcept {
     start_ = PlanePrimitive{frame.start, *normal, strength_n};
     probe_ = frame.probe;
     give_m_ = strength_n / frame.stiffness;
-    guessed_ = frame.held;
-    end_ = frame.start;
+    guessed_ = false;
+    looks_ = frame.held;
 }
 
 /// The likely end before there is a solution: where this sheet alone lets the probe draw the proxy.
@@ -69,6 +69,12 @@ Vec3 VectorSheet::normal_halfway() noexcept {
 
 void VectorSheet::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!start_) return;
+    if (looks_) { // does it rest where it is?
+        looks_ = false;
+        primitives.add(*start_);
+        primitives.add({start_->anchor, -start_->normal, start_->strength_n});
+        return;
+    }
     if (!guessed_) guess_end(); // not in begin(), whose one sample is for all effects to share
     guessed_ = true;
     const Vec3 n = normal_halfway();

@@ -50,6 +50,7 @@ private:
     double give_m_ = 0.0; // as far as the sheet's strength alone stretches the coupling
     Vec3 end_{0.0};       // where the frame is likely to end
     bool guessed_ = false;
+    bool looks_ = false;
 };
 
 } // namespace palpate

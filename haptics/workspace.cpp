@@ -42,6 +42,8 @@ void WorkspaceSphere::begin(const FrameContext& frame) noexcept {
     strength_.at(frame);
     end_ = center_;
     cuts_ = 0;
+    looks_ = frame.held;
+    looked_ = false;
 }
 
 void WorkspaceSphere::cut_towards(const Vec3& point) noexcept {
@@ -59,12 +61,18 @@ Vec3 WorkspaceSphere::within(const Vec3& wanted) const noexcept {
 
 void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
     never_left_ = std::isinf(primitives.scaled_n(strength_.now()));
+    const Vec3 out = proxy - center_;
+    if (std::exchange(looks_, false) && squared_length(out) > 0.0) { // does it rest where it is?
+        const Vec3 normal = -glm::normalize(out);
+        looked_ = true;
+        primitives.add({center_ - radius_m_ * normal, normal, strength_.now()});
+        return;
+    }
     if (!(strength_.now() > 0.0)) return;
     if (cuts_ == 0) {
         const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
         const double reach = reach_of(primitives, pull, proxy);
-        if (glm::length(pull - center_) + reach > radius_m_)
-            cut_towards(frame_.held ? frame_.start : pull);
+        if (glm::length(pull - center_) + reach > radius_m_) cut_towards(pull);
     }
     const double rounding = kRounding * (radius_m_ + glm::length(center_));
     if (glm::length(end_ - center_) > radius_m_ + rounding) cut_towards(end_);

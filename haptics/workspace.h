@@ -37,7 +37,10 @@ public:
     void restart(const Vec3&) noexcept override { strength_.restart(); }
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
-    void solved(const Vec3& end) noexcept override { end_ = end; }
+    void solved(const Vec3& end) noexcept override {
+        if (!looked_) end_ = end;
+        looked_ = false;
+    }
     std::size_t most_primitives() const noexcept override {
         return std::isinf(strength_.now()) ? kCuts : 1;
     }
@@ -56,6 +59,7 @@ private:
     Vec3 end_{0.0};                    // where the frame is likely to end
     std::array<Vec3, kCuts> normal_{}; // inwards
     std::size_t cuts_ = 0;             // made so far; the last kCuts of them count
+    bool looks_ = false, looked_ = false;
     bool never_left_ = false;          // with the gain of the last gather()
 };
 
