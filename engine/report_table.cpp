@@ -27,7 +27,7 @@ Number sum(Number a, Number b, Number c) {
 }
 
 /// From where the proxy should be, where that is known: on a mesh it may lag without leaving it.
-const internal::Spread& off_by(const SurfaceSummary& surface) {
+const internal::SpreadSummary& off_by(const SurfaceSummary& surface) {
     return surface.position_um.rms ? surface.position_um : surface.distance_um;
 }
 
