@@ -49,7 +49,7 @@ public:
     /// iterations of one problem, so an effect whose geometry bends towards that end looks there,
     /// wherever the stepping method leaves the proxy meanwhile.                         [loop]
     virtual void solved(const Vec3& end) noexcept { static_cast<void>(end); }
-    /// Where a step to `wanted` (m, scene frame) may end: there, or at the nearest place that the
+    /// Where a frame at `wanted` (m, scene frame) may end: there, or at the nearest place that the
     /// effect, as gathered last, never lets the proxy leave.                            [loop]
     virtual Vec3 within(const Vec3& wanted) const noexcept { return wanted; }
     /// The frame has ended.                                                             [loop]

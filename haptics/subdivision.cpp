@@ -137,6 +137,7 @@ SubdivisionResult Subdivision::run() noexcept {
     // A frame of one evaluation has no second one to find that out in.
     if (result.sub_steps == 0 && unmoved_ > 0) result.flags |= kStalled;
     proxy = settled(proxy, result);
+    if (const Vec3 inside = within(proxy); inside != proxy) proxy = carried(proxy, inside, result);
     commit(proxy, result);
     return result;
 }
@@ -210,7 +211,7 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
             break;
         }
         if (frame_.held && result.evaluations == 1 && steps_left > 0) continue; // it was a look
-        const Vec3 wanted = within(candidate(proxy, steps_left, result.residual_m)); // (9)
+        const Vec3 wanted = candidate(proxy, steps_left, result.residual_m);    // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
         if (arrived || (result.flags & kStalled)) break;
@@ -461,7 +462,7 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcep
     return proxy + step;
 }
 
-/// Where a step may end for what the effects never let the proxy leave.
+/// Where a frame may end for what the effects never let the proxy leave.
 Vec3 Subdivision::within(Vec3 wanted) const noexcept {
     for (std::size_t i = 0; i < effects_.size(); ++i)
         if (is_on(i)) wanted = effects_[i]->within(wanted);

@@ -158,7 +158,7 @@ Vec3 Subdivision::settled(Vec3 proxy, SubdivisionResult& result) noexcept {
             sunk_m_[i] > 0.0)
             continue;
         if (const std::optional<Vec3> level = surfaces_[i]->settle(proxy))
-            proxy = carried(proxy, within(*level), result);
+            proxy = carried(proxy, *level, result);
     }
     return proxy;
 }

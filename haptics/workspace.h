@@ -20,10 +20,10 @@ namespace palpate {
 /// surfaces or guides push the proxy along that plane, further ones touch the ball where the
 /// solutions lead: with an infinite strength up to kCuts of them at once, each of which the ball
 /// satisfies, so that a step ends outside by at most e^2 / (2 R), e its length: less than a
-/// picometre where a frame converges. What would be more than a nanometre, as where curved walls
-/// and a jump use the frame up (kEvaluationCap) or its method has too few sub-steps, ends on the
-/// ball instead, which is never left. Of a finite strength the last plane alone, lest strengths add
-/// up.
+/// picometre where a frame converges. What would be more than a nanometre, as where
+/// curved walls and a jump use the frame up (kEvaluationCap) or its method has too few sub-steps,
+/// is taken back to the ball where the frame ends, as far as certificates of surfaces hold. Of a
+/// finite strength the last plane alone, lest strengths add up.
 class WorkspaceSphere final : public Effect {
 public:
     static constexpr std::size_t kCuts = 4;
@@ -60,7 +60,7 @@ private:
     std::array<Vec3, kCuts> normal_{}; // inwards
     std::size_t cuts_ = 0;             // made so far; the last kCuts of them count
     bool looks_ = false, looked_ = false;
-    bool never_left_ = false;          // with the gain of the last gather()
+    bool never_left_ = false; // with the gain of the last gather()
 };
 
 /// The proxy stays in a box along the scene's axes: s max(0, depth behind it) for each face.

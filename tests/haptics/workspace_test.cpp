@@ -193,7 +193,7 @@ TEST(WorkspaceSphere, HoldsWhereASurfaceLeadsAlongIt) {
 }
 
 // Curved walls and jumps use a frame up before it comes to its end: what it would be outside by,
-// the square of its last movement over 2 R, were millimetres. A step that would leave by more than
+// the square of its last movement over 2 R, were millimetres. A frame that would leave by more than
 // a nanometre ends on the ball.
 TEST(WorkspaceSphere, IsNeverLeftWhereCurvedWallsAndJumpsUseAFrameUp) {
     constexpr double kRadius = 12e-3;
