@@ -31,7 +31,7 @@ void CurveGuide::restart(const Vec3&) noexcept {
 void CurveGuide::begin(const FrameContext& frame) noexcept {
     frame_ = frame;
     evaluations_ = 0;
-    looks_ = frame.held;
+    looks_ = frame.looks;
     low_.reset();
     high_.reset();
     if (!(capture_.strength_at(frame) > 0.0)) {

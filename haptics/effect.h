@@ -18,9 +18,10 @@ struct FrameContext {
     double force_limit_n = 5.0; ///< the longest force that the device is sent, N, > 0
     bool after_silence = false; ///< frames without a device's state came before this one: the probe
                                 ///< came here in more than a period
-    bool held = false; ///< Subdivision's: the probe is where it was in the frame before, to the
-                       ///< bit, and the proxy where that frame left it. What bends is gathered
-                       ///< there once, to see whether it rests, before anything moves
+    bool held = false;  ///< Subdivision's: the probe is where it was in the frame before, to the
+                        ///< bit, and the proxy where that frame left it
+    bool looks = false; ///< Subdivision's: so held, the first evaluation moves nothing. What bends
+                        ///< is gathered where the proxy is, to see whether it rests
     bool rests = false; ///< Subdivision's: so held, it has all but stopped and keeps its bits
 };
 

@@ -144,36 +144,49 @@ SubdivisionResult Subdivision::run() noexcept {
 
 /// Gains take their step; what is on anchors what depends on the path.
 void Subdivision::begin(SubdivisionResult& result) noexcept {
-    settling_n_per_m_ = settling_.begin(frame_);
-    frame_.held = settling_.held() && settings_.method == SteppingMethod::adaptive;
-    frame_.rests = settling_.stopped();
-    if (settling_n_per_m_ > 0.0) result.flags |= kCalmed;
     bool all_one = true;
+    bool any_moves = false; // then a held probe is drawn elsewhere in each frame
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         GainRamp& gain = surface_gains_[i];
-        if (gain.advance(frame_.period_s) || strengths_[i].depends_on_place()) {
+        const bool moves = gain.advance(frame_.period_s);
+        any_moves = any_moves || moves;
+        if (moves || strengths_[i].depends_on_place()) {
             Gain now = gain.gain(frame_.force_limit_n);
             if (strengths_[i].depends_on_place()) now.place_n = strengths_[i].at(frame_);
             surfaces_[i]->set_gain(now);
         }
         GainRamp& friction_gain = friction_gains_[i];
-        if (friction_gain.advance(frame_.period_s)) friction_.set_gain(i, friction_gain.value());
+        if (friction_gain.advance(frame_.period_s)) {
+            friction_.set_gain(i, friction_gain.value());
+            any_moves = true;
+        }
         GainRamp& magnet_gain = magnet_gains_[i];
-        if (magnet_gain.advance(frame_.period_s)) magnets_.set_gain(i, magnet_gain.value());
+        if (magnet_gain.advance(frame_.period_s)) {
+            magnets_.set_gain(i, magnet_gain.value());
+            any_moves = true;
+        }
         GainRamp& texture_gain = texture_gains_[i];
-        if (texture_gain.advance(frame_.period_s))
+        if (texture_gain.advance(frame_.period_s)) {
             surfaces_[i]->set_texture_gain(texture_gain.value());
+            any_moves = true;
+        }
         all_one = all_one && gain.value() == 1.0 && friction_gain.value() == 1.0 &&
                   magnet_gain.value() == 1.0 && texture_gain.value() == 1.0;
     }
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         const bool was_on = is_on(i);
-        effect_gains_[i].advance(frame_.period_s);
+        any_moves = effect_gains_[i].advance(frame_.period_s) || any_moves;
         all_one = all_one && effect_gains_[i].value() == 1.0;
-        if (!is_on(i)) continue;
-        if (!was_on) effects_[i]->restart(frame_.start);
-        effects_[i]->begin(frame_);
+        if (is_on(i) && !was_on) effects_[i]->restart(frame_.start);
     }
+    if (any_moves) settling_.restart();
+    settling_n_per_m_ = settling_.begin(frame_);
+    frame_.held = settling_.held();
+    frame_.looks = frame_.held && settings_.method == SteppingMethod::adaptive && !effects_.empty();
+    frame_.rests = settling_.stopped();
+    if (settling_n_per_m_ > 0.0) result.flags |= kCalmed;
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        if (is_on(i)) effects_[i]->begin(frame_);
     friction_.begin();
     magnets_.begin(frame_);
     if (!all_one) result.flags |= kLiveGain;
@@ -210,7 +223,7 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
             converged_ = true;
             break;
         }
-        if (frame_.held && result.evaluations == 1 && steps_left > 0) continue; // it was a look
+        if (frame_.looks && result.evaluations == 1 && steps_left > 0) continue;
         const Vec3 wanted = candidate(proxy, steps_left, result.residual_m);    // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;

@@ -33,8 +33,9 @@ std::optional<LinePrimitive> VectorFollow::line_at(const Vec3& point) noexcept {
 
 void VectorFollow::begin(const FrameContext& frame) noexcept {
     if (guide_ == FollowGuide::tangent) return;
-    probe_ = frame.probe;
-    looks_ = frame.held;
+    // A held probe has found the end already, but for what the last frame left.
+    first_end_ = frame.held && !frame.looks ? frame.start : frame.probe;
+    looks_ = frame.looks;
     last_try_.reset();
     evaluations_ = 0;
     start_ = line_at(frame.start);
@@ -67,7 +68,7 @@ void VectorFollow::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept 
         primitives.add_line(*start_);
         return;
     }
-    if (evaluations_ == 0) end_ = probe_;
+    if (evaluations_ == 0) end_ = first_end_;
     // Further than a cut nothing is known of the way: it goes on in the next frame.
     if (!(evaluations_ > 0 && foot_.cut)) foot_ = next_foot();
     ++evaluations_;

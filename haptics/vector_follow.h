@@ -56,7 +56,7 @@ private:
     Streamline streamline_;
     std::optional<LinePrimitive> start_; // through the frame's start; nothing where it is not felt
     // Of one frame: where it is likely to end, and what the tries so far came to.
-    Vec3 probe_{0.0};
+    Vec3 first_end_{0.0};
     Vec3 end_{0.0};
     bool looks_ = false;
     StreamlinePoint foot_;

@@ -46,7 +46,7 @@ void VectorSheet::begin(const FrameContext& frame) noexcept {
     probe_ = frame.probe;
     give_m_ = strength_n / frame.stiffness;
     guessed_ = false;
-    looks_ = frame.held;
+    looks_ = frame.looks;
 }
 
 /// The likely end before there is a solution: where this sheet alone lets the probe draw the proxy.

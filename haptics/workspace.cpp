@@ -42,7 +42,7 @@ void WorkspaceSphere::begin(const FrameContext& frame) noexcept {
     strength_.at(frame);
     end_ = center_;
     cuts_ = 0;
-    looks_ = frame.held;
+    looks_ = frame.looks;
     looked_ = false;
 }
 

@@ -22,6 +22,7 @@
 namespace palpate {
 namespace {
 
+constexpr double kDegree = 3.14159265358979323846 / 180.0;
 constexpr double kStiffness = 500.0; // N/m
 
 class SkullFriction : public testing::Test {
@@ -112,6 +113,9 @@ TEST_F(SkullFriction, BelowItsAngleNotOneBitMoves) {
             frame = loop.frame(state);
         }
         if (frame.surfaces_felt == 0) continue; // another part of the skull was in the way
+        // So it was where the bone at the proxy leans: the cone's 26 degrees less the pull's 12.
+        const Vec3 at_proxy = glm::normalize(sampler->sample(frame.proxy).gradient);
+        if (glm::dot(at_proxy, inwards) < std::cos(14.0 * kDegree)) continue;
         ++places;
         const Vec3 held = frame.proxy;
         const Vec3 side = glm::normalize(glm::cross(inwards, Vec3{0.31, 0.47, 0.83}));
