@@ -142,6 +142,16 @@ SubdivisionResult Subdivision::run() noexcept {
     return result;
 }
 
+/// Whether frames may contradict each other under a held probe. Surfaces alone do not, where each
+/// frame is solved to its end.
+bool Subdivision::may_bend() const noexcept {
+    return settings_.method != SteppingMethod::adaptive || !effects_.empty() ||
+           magnets_.any_is_on() ||
+           std::any_of(strengths_.begin(), strengths_.end(), [](const LocalStrength& strength) {
+               return strength.depends_on_place();
+           });
+}
+
 /// Gains take their step; what is on anchors what depends on the path.
 void Subdivision::begin(SubdivisionResult& result) noexcept {
     bool all_one = true;
@@ -180,7 +190,7 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
         if (is_on(i) && !was_on) effects_[i]->restart(frame_.start);
     }
     if (any_moves) settling_.restart();
-    settling_n_per_m_ = settling_.begin(frame_);
+    settling_n_per_m_ = may_bend() ? settling_.begin(frame_) : 0.0;
     frame_.held = settling_.held();
     frame_.looks = frame_.held && settings_.method == SteppingMethod::adaptive && !effects_.empty();
     frame_.rests = settling_.stopped();

@@ -139,6 +139,7 @@ private:
     }
     SubdivisionResult run() noexcept;
     void begin(SubdivisionResult& result) noexcept;
+    bool may_bend() const noexcept;
     bool is_on(std::size_t effect) const noexcept { return effect_gains_[effect].value() > 0.0; }
     Vec3 relaxed(Vec3 proxy, SubdivisionResult& result) noexcept;
     bool membrane_opens(SubdivisionResult& result) noexcept;
