@@ -146,7 +146,6 @@ SubdivisionResult Subdivision::run() noexcept {
 /// frame is solved to its end.
 bool Subdivision::may_bend() const noexcept {
     return settings_.method != SteppingMethod::adaptive || !effects_.empty() ||
-           magnets_.any_is_on() ||
            std::any_of(strengths_.begin(), strengths_.end(), [](const LocalStrength& strength) {
                return strength.depends_on_place();
            });
@@ -410,7 +409,7 @@ int Subdivision::all_work() const noexcept {
         evaluations = kMostEvaluations;
         break;
     }
-    return kWorkOfSolvers + 2 * kWorkOfEvaluation * evaluations;
+    return kWorkOfSolvers + 3 * kWorkOfEvaluation * evaluations;
 }
 
 /// Of an adaptive frame; none otherwise.

@@ -61,7 +61,7 @@ public:
     /// Bounds every frame, also where a clock stands still.
     static constexpr int kMostEvaluations = 4096;
     /// What a frame may take, in primitives that a solver looks at once: so many for its solvers,
-    /// and twice kWorkOfEvaluation, which is an evaluation without them, for each evaluation that
+    /// and three times kWorkOfEvaluation, which is an evaluation without them, for each evaluation that
     /// its method may make. Evaluations, bends, friction's rounds and solver passes spend of it
     /// alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and
     /// others go on with one short round an evaluation (kSolverCap where that does not do).

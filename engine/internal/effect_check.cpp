@@ -85,13 +85,6 @@ void check_magnet(const FieldCheck& check, const SceneDescription& scene,
 void check_texture(const FieldCheck& check, const SceneDescription& scene,
                    const EffectDescription& effect) {
     check_surface_name(check, scene, effect);
-    const ContactKind contact =
-        choose_contact(scene, scene.surfaces.at(effect.surface), Extraction::possible).kind;
-    if (!feels_texture(contact))
-        check.fail("surface",
-                   fmt::format("= \"{}\" is felt with contact \"{}\", which has no texture",
-                               effect.surface, name(contact)),
-                   "give the surface a volume, and contact volume or guarded");
     const TextureSettings& texture = effect.texture;
     const Range height_m = scaled(kHeightMm, 1e-3);
     if (!effect.volume.empty()) {

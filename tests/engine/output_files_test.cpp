@@ -30,7 +30,7 @@ std::string complaint(const std::filesystem::path& output,
 
 TEST(OutputFiles, OwnFilesAreKnownByWhatIsInThem) {
     const test::TemporaryFolder folder;
-    write_frames_csv(folder / "frames.csv", {});
+    write_frames_csv(folder / "frames.csv", {}, {});
     write_timing_csv(folder / "timing.csv", {});
     write_recording(folder / "recording.h5", {});
     write_ply(test::icosphere(0.01, 1, Vec3(0.0)), folder / "mesh.ply");
@@ -54,7 +54,7 @@ TEST(OutputFiles, OwnFilesAreKnownByWhatIsInThem) {
 
 TEST(OutputFiles, AnInputIsRefusedByAnyOfItsNamesAndForceDoesNotHelp) {
     const test::TemporaryFolder folder;
-    write_frames_csv(folder / "frames.csv", {});
+    write_frames_csv(folder / "frames.csv", {}, {});
     std::filesystem::create_symlink("frames.csv", folder / "soft.csv");
     std::filesystem::create_hard_link(folder / "frames.csv", folder / "hard.csv");
     for (const char* name : {"frames.csv", "soft.csv", "hard.csv", "./frames.csv"})

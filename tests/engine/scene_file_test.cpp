@@ -274,7 +274,7 @@ TEST_F(SceneFile, OrbitGoesAroundOneSurfaceOrAll) {
     EXPECT_EQ(device.surface, "") << "each that is felt";
     EXPECT_EQ(device.speed_m_per_s, 1.0);
     EXPECT_EQ(device.depth_max_mm, 7.0) << "the default of 5 mm follows a deeper minimum";
-    EXPECT_EQ(device.turns, 12);
+    EXPECT_EQ(device.turns, 0) << "as many as there is time for";
     EXPECT_EQ(parse(kSkin + "[device]\ntype = \"orbit\"\nsurface = \"skin\"\n").device.surface,
               "skin");
     EXPECT_EQ(complaint("[device]\ntype = \"orbit\"\n"),

@@ -169,6 +169,7 @@ Scene ball_in_front() {
         "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
         "x.toml");
     description.device.kind = DeviceDescription::Kind::path;
+    description.device.file = "path.csv";
     return Scene(description);
 }
 

@@ -121,8 +121,11 @@ TEST(CoulombFriction, ANotchThatLocksIsFlaggedAndHolds) {
     loop.start({0, 0, 1e-9});
     std::uint32_t flags = 0;
     for (int i = -3; i <= 100; ++i) {
-        flags |= loop.move({0, 0.25e-3 * std::clamp(i, 0, 40), -2e-3}).flags;
-        EXPECT_LE(std::hypot(loop.proxy().x, loop.proxy().z), 10 * kWithin) << i;
+        const std::uint32_t now = loop.move({0, 0.25e-3 * std::clamp(i, 0, 40), -2e-3}).flags;
+        flags |= now;
+        // A frame that has spent its work says so; what it found is half a probe's step off at most.
+        const double within = now & (kSolverCap | kEvaluationCap) ? 0.125e-3 + 5e-6 : 10 * kWithin;
+        EXPECT_LE(std::hypot(loop.proxy().x, loop.proxy().z), within) << i;
         EXPECT_LE(loop.proxy().y, 10e-3) << i;
     }
     EXPECT_TRUE(flags & kSolverCap);

@@ -291,6 +291,7 @@ TEST(SurfaceGain, ContactDirectOffersOnePlaneWhereItIsWeak) {
     DirectContact notch(std::make_shared<const SurfaceScene>(mesh),
                         std::shared_ptr<const ScalarField>(make_wedge(270.0)), LevelSettings{});
     for (const double gain : {1.0, 0.5}) {
+        notch.restart({0, 0, 5e-3});
         notch.set_gain({gain, kLimit});
         for (const double x : {-1e-4, 1e-4}) // over either face
             EXPECT_LT(notch.carry({x, 0, 1e-3}, {x, 0, -1e-3}).fraction, 1.0);

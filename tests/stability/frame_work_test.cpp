@@ -24,7 +24,7 @@ namespace {
 std::uint32_t most_work(int evaluation_cap) {
     constexpr int kPasses = CoulombFriction::kLeastPasses + 16;
     return static_cast<std::uint32_t>(
-        Subdivision::kWorkOfSolvers + 2 * Subdivision::kWorkOfEvaluation * evaluation_cap +
+        Subdivision::kWorkOfSolvers + 3 * Subdivision::kWorkOfEvaluation * evaluation_cap +
         Subdivision::kWorkOfEvaluation + kPasses * static_cast<int>(PrimitiveSet::kCapacity));
 }
 
