@@ -25,6 +25,10 @@ constexpr double kPi = 3.14159265358979323846;
 // far may two of them differ where they are to be the same, voxels (a level's slope is about 0.4).
 constexpr double kSameSurface = 2e-3;
 
+// Over an edge of three a label ends within a cell whose corners it still has: the kink there is
+// interpolated over, and takes a part of a voxel that no groove of a voxel's width comes near.
+constexpr double kKinkInACell = 0.05; // voxels
+
 const AffineTransform kFrame{Mat3(kMm), Vec3(0.0)};
 
 /// A label's surface without grooves to all others of the volume, at a level.
@@ -107,7 +111,7 @@ TEST(WithoutGrooves, ThreeSectorsOfABallHaveTheSurfaceOfTheBall) {
                                        std::sin(polar) * std::sin(around), std::cos(polar));
             const Vec3 from = kMm * (middle - 14.0 * inwards);
             EXPECT_NEAR(height(sectors, from, kMm * inwards), height(whole, from, kMm * inwards),
-                        kSameSurface)
+                        kKinkInACell)
                 << polar << " " << around;
         }
 }
