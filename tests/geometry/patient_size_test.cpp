@@ -37,7 +37,9 @@ TEST(PatientSize, WhatNoPatientHasIsSaidWithItsPart) {
     for (const double place : {1e15, -2e3, std::numeric_limits<double>::quiet_NaN()}) {
         const auto far = implausible_grid({4, 4, 4}, grid(1e-3, 1e-3, 1e-3, {place, 0, 0}));
         ASSERT_TRUE(far) << place;
-        if (std::isfinite(place)) EXPECT_EQ(far->part, Part::place) << far->what;
+        if (std::isfinite(place)) {
+            EXPECT_EQ(far->part, Part::place) << far->what;
+        }
     }
     EXPECT_TRUE(implausible_bounds({{0, 0, 0}, {1e6, 1, 1}}));
     EXPECT_TRUE(implausible_bounds({{5e3, 0, 0}, {5e3, 1, 1}}));
