@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What README tells a reader to type, typed word for word, with small volumes in the place of real
-// ones.
+// What the pages for a beginner tell to type, typed word for word, with small volumes in the place
+// of real ones.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -30,22 +30,21 @@ using test::make_file;
 using test::Outcome;
 using testing::HasSubstr;
 
-/// The lines of a section of README: from its heading to the next one.
-std::vector<std::string> section(const std::string& heading) {
-    std::istringstream readme(content_of(PALPATE_README));
+/// The lines of a page.
+std::vector<std::string> lines_of(const std::filesystem::path& file) {
+    std::istringstream page(content_of(file));
     std::vector<std::string> lines;
-    bool is_in = false;
-    for (std::string line; std::getline(readme, line);) {
-        if (line.starts_with("## ")) is_in = line == "## " + heading;
-        if (is_in) lines.push_back(line);
-    }
+    for (std::string line; std::getline(page, line);)
+        lines.push_back(line);
     return lines;
 }
 
-/// The commands of a section, without what a comment says of them.
-std::vector<std::string> commands_of(const std::string& heading) {
+const std::filesystem::path kPages = PALPATE_PAGES;
+
+/// The commands that a page tells to type, without what a comment says of them.
+std::vector<std::string> commands_of(const std::filesystem::path& page) {
     std::vector<std::string> commands;
-    for (std::string line : section(heading)) {
+    for (std::string line : lines_of(page)) {
         if (!line.starts_with("    palpate ")) continue;
         line = line.substr(4, line.find(" #") - 4);
         commands.push_back(line.substr(0, line.find_last_not_of(' ') + 1));
@@ -113,9 +112,9 @@ bool is_png(const std::filesystem::path& file) {
 /// What must hold after a command, beside the exit code 0; by the words it begins with.
 using Checks = std::map<std::string, std::function<void(const Outcome&)>>;
 
-class Readme : public testing::Test {
+class FirstSteps : public testing::Test {
 protected:
-    Readme() {
+    FirstSteps() {
         write_volume(make_phantom(), folder_ / "head.nii.gz");
         write_labels(folder_ / "aal.nii.gz");
         std::filesystem::create_directories(folder_ / "scans");
@@ -132,7 +131,7 @@ protected:
     test::CommandFolder folder_;
 };
 
-TEST_F(Readme, EveryCommandOfItsFirstStepsDoesWhatItSays) {
+TEST_F(FirstSteps, EveryCommandDoesWhatThePageSays) {
     const Checks checks{
         {"palpate info head.nii.gz",
          [&](const Outcome& done) {
@@ -180,8 +179,8 @@ TEST_F(Readme, EveryCommandOfItsFirstStepsDoesWhatItSays) {
          }},
         {"palpate devices --why", [](const Outcome& done) { EXPECT_NE(done.output, ""); }},
     };
-    const std::vector<std::string> commands = commands_of("First steps");
-    EXPECT_EQ(commands.size(), checks.size()) << "each command of README has its check";
+    const std::vector<std::string> commands = commands_of(kPages / "first_steps.md");
+    EXPECT_EQ(commands.size(), checks.size()) << "each command has its check";
     for (const std::string& command : commands) {
         SCOPED_TRACE(command);
         const Outcome done = folder_.run(command);
@@ -196,10 +195,10 @@ TEST_F(Readme, EveryCommandOfItsFirstStepsDoesWhatItSays) {
     }
 }
 
-TEST_F(Readme, ItsProgramCompiles) {
+TEST_F(FirstSteps, TheProgramOfThePageOnEmbeddingCompiles) {
     std::string code, includes;
     bool is_in = false;
-    for (const std::string& line : section("In your own program")) {
+    for (const std::string& line : lines_of(kPages / "embedding.md")) {
         if (line.starts_with("```")) {
             is_in = line == "```cpp";
             continue;
