@@ -146,9 +146,8 @@ SubdivisionResult Subdivision::run() noexcept {
 /// frame is solved to its end.
 bool Subdivision::may_bend() const noexcept {
     return settings_.method != SteppingMethod::adaptive || !effects_.empty() ||
-           std::any_of(strengths_.begin(), strengths_.end(), [](const LocalStrength& strength) {
-               return strength.depends_on_place();
-           });
+           std::any_of(strengths_.begin(), strengths_.end(),
+                       [](const LocalStrength& strength) { return strength.depends_on_place(); });
 }
 
 /// Gains take their step; what is on anchors what depends on the path.
@@ -233,7 +232,7 @@ Vec3 Subdivision::relaxed(Vec3 proxy, SubdivisionResult& result) noexcept {
             break;
         }
         if (frame_.looks && result.evaluations == 1 && steps_left > 0) continue;
-        const Vec3 wanted = candidate(proxy, steps_left, result.residual_m);    // (9)
+        const Vec3 wanted = candidate(proxy, steps_left, result.residual_m); // (9)
         proxy = carried(proxy, wanted, result);
         const bool arrived = primitives_.is_free() && proxy == solution_.proxy;
         if (arrived || (result.flags & kStalled)) break;
@@ -435,29 +434,47 @@ Vec3 Subdivision::candidate(const Vec3& proxy, std::uint32_t steps_left,
                             double residual_m) noexcept {
     const bool only_one = settings_.method != SteppingMethod::adaptive && steps_left == 0 &&
                           steps_left_.size() == 1; // evaluation of the frame
-    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (any_state(i, MultiplierState::saturated)) continue;
-        // Where only a part may be restored, the planes' way comes first, if there is another try.
-        if (sunk_m_[i] > 0.0 && unmoved_ == 0 && !only_one) continue;
-        const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy);
-        if (!nearer) continue;
-        if (sunk_m_[i] == 0.0) return *nearer;
-        const Vec3 lift = lift_share(i, proxy, *nearer) * (*nearer - proxy);
-        if (glm::length(lift) > kStuck) return proxy + lift;
-    }
+    if (const std::optional<Vec3> nearer = restored(proxy, only_one)) return *nearer;
     if (settings_.method == SteppingMethod::adaptive) return curved_candidate(proxy, residual_m);
     if (steps_left == 0) return solution_.proxy;
     return proxy + (solution_.proxy - proxy) / (steps_left + 1.0); // eq. (9)
 }
 
+/// Where the proxy may be lifted to, if it is so deep in the bands of certificates that no other
+/// way can be certified: nearer to one level along its slope; out of several bands at once along
+/// all planes, as the way out of one may lead deeper into another.
+std::optional<Vec3> Subdivision::restored(const Vec3& proxy, bool only_try) const noexcept {
+    std::optional<Vec3> out_of_one;
+    int deep = 0;
+    double energy_j = 0.0; // that the drift into all of them has taken
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (any_state(i, MultiplierState::saturated)) continue;
+        // Where only a part may be restored, the planes' way comes first, if there is another try.
+        if (sunk_m_[i] > 0.0 && unmoved_ == 0 && !only_try) continue;
+        const std::optional<Vec3> nearer = surfaces_[i]->restore(proxy);
+        if (!nearer) continue;
+        const double share =
+            sunk_m_[i] > 0.0 ? lift_share(banks_[i].energy_j(), proxy, *nearer) : 1.0;
+        const Vec3 lift = share * (*nearer - proxy);
+        if (share < 1.0 && !(glm::length(lift) > kStuck)) continue;
+        if (++deep == 1) out_of_one = share < 1.0 ? proxy + lift : *nearer;
+        energy_j += banks_[i].energy_j();
+    }
+    if (deep <= 1) return out_of_one;
+    PrimitiveSet planes;
+    for (std::size_t c = 0; c < first_contact_.back(); ++c)
+        planes.add(contacts_[c].plane);
+    const Vec3 out = solve_proxy(planes, proxy, frame_.stiffness).proxy;
+    const Vec3 lift = lift_share(energy_j, proxy, out) * (out - proxy);
+    return glm::length(lift) > kStuck ? std::optional(proxy + lift) : out_of_one;
+}
+
 /// How much of the way from a proxy to a point farther from the probe leaves the coupling no more
-/// energy than it had at the frame's start, but for what the surface's drift has taken.
-double Subdivision::lift_share(std::size_t surface, const Vec3& proxy,
-                               const Vec3& to) const noexcept {
+/// energy than it had at the frame's start, but for what drift has taken, J.
+double Subdivision::lift_share(double drifted_j, const Vec3& proxy, const Vec3& to) const noexcept {
     const Vec3 ahead = proxy - frame_.probe, way = to - proxy;
     const double free_m2 = squared_length(frame_.start - frame_.probe) +
-                           2.0 * banks_[surface].energy_j() / frame_.stiffness -
-                           squared_length(ahead);
+                           2.0 * drifted_j / frame_.stiffness - squared_length(ahead);
     const double length_m2 = squared_length(way), along_m2 = glm::dot(ahead, way);
     if (!(free_m2 > 0.0) || !(length_m2 > 0.0)) return 0.0;
     const double root = std::sqrt(along_m2 * along_m2 + length_m2 * free_m2);
@@ -471,7 +488,11 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy, double residual_m) noexcep
                    : std::min(2.0 * damping_, 1.0);
     last_residual_m_ = residual_m;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
-    Vec3 step = curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping_);
+    // Bent by the surfaces that push, a step may lead into one that does not; twice in vain, the
+    // planes' own way, which keeps in front of all, is tried.
+    Vec3 step = unmoved_ >= kTriesToMove - 1
+                    ? solution_.proxy - proxy
+                    : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping_);
 
     double trust_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -497,7 +518,7 @@ void Subdivision::commit(const Vec3& proxy, SubdivisionResult& result) noexcept 
         const bool felt = yielded || any_state(i, MultiplierState::active);
         result.felt |= bit_of(i, felt);
         surfaces_[i]->commit(proxy, yielded, felt);
-        if (felt) banks_[i].end(proxy - frame_.probe);
+        banks_[i].end(proxy - frame_.probe);
         if (yielded) banks_[i].level_moved();
         result.guarded |= bit_of(i, surfaces_[i]->guarded());
     }

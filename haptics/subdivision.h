@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -61,9 +62,9 @@ public:
     /// Bounds every frame, also where a clock stands still.
     static constexpr int kMostEvaluations = 4096;
     /// What a frame may take, in primitives that a solver looks at once: so many for its solvers,
-    /// and three times kWorkOfEvaluation, which is an evaluation without them, for each evaluation that
-    /// its method may make. Evaluations, bends, friction's rounds and solver passes spend of it
-    /// alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and
+    /// and three times kWorkOfEvaluation, which is an evaluation without them, for each evaluation
+    /// that its method may make. Evaluations, bends, friction's rounds and solver passes spend of
+    /// it alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and
     /// others go on with one short round an evaluation (kSolverCap where that does not do).
     static constexpr int kWorkOfSolvers = 8192;
     static constexpr int kWorkOfEvaluation = 64;
@@ -131,6 +132,8 @@ private:
     static bool is_a_place(const Vec3& point) noexcept {
         return squared_length(point) < kFarthest_m * kFarthest_m; // false for what is no number
     }
+    /// Evaluations in a row that may fail to move the proxy before the frame is given up.
+    static constexpr int kTriesToMove = 3;
     static constexpr double kFarthest_m = 1e7; ///< ten times what the loop takes from a probe
 
     /// Bit i where `set`; 0 past the 64th.
@@ -154,7 +157,8 @@ private:
     int evaluations_left(const SubdivisionResult& result) const noexcept;
     bool keeps_its_place(const SubdivisionResult& result) noexcept;
     Vec3 candidate(const Vec3& proxy, std::uint32_t steps_left, double residual_m) noexcept;
-    double lift_share(std::size_t surface, const Vec3& proxy, const Vec3& to) const noexcept;
+    std::optional<Vec3> restored(const Vec3& proxy, bool only_try) const noexcept;
+    double lift_share(double drifted_j, const Vec3& proxy, const Vec3& to) const noexcept;
     Vec3 within(Vec3 wanted) const noexcept;
     Vec3 curved_candidate(const Vec3& proxy, double residual_m) noexcept;
     Vec3 carried(const Vec3& from, const Vec3& to, SubdivisionResult& result) noexcept;

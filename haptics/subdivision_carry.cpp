@@ -130,8 +130,10 @@ Vec3 Subdivision::led(SurfaceContact& surface, Vec3 proxy, std::uint32_t steps_l
 
 Vec3 Subdivision::accepted(const Vec3& proxy, SubdivisionResult& result) noexcept {
     if (proxy == path_.back()) {
-        // Once may bring in a new plane; twice in a row nothing will change any more.
-        if (++unmoved_ > 1) result.flags |= kStalled;
+        // In vain once may bring in a new plane; adaptive frames then try another way. After that
+        // nothing will change any more.
+        const bool has_another = settings_.method == SteppingMethod::adaptive;
+        if (++unmoved_ >= kTriesToMove - (has_another ? 0 : 1)) result.flags |= kStalled;
         return proxy;
     }
     unmoved_ = 0;

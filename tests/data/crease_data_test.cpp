@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <random>
@@ -25,10 +26,10 @@ constexpr double kMm = 1e-3;
 
 /// Structures deep in the brain and on its midline, each side and all that lie against another.
 const std::vector<std::string> kDeep{
-    "Thalamus_L", "Thalamus_R",     "Caudate_L",       "Caudate_R",       "Putamen_L",
-    "Putamen_R",  "Pallidum_L",     "Pallidum_R",      "Hippocampus_L",   "Hippocampus_R",
-    "Amygdala_L", "ParaHippocampal_L", "ParaHippocampal_R", "Cingulum_Mid_L", "Cingulum_Mid_R",
-    "Insula_L"};
+    "Thalamus_L",        "Thalamus_R",     "Caudate_L",      "Caudate_R",
+    "Putamen_L",         "Putamen_R",      "Pallidum_L",     "Pallidum_R",
+    "Hippocampus_L",     "Hippocampus_R",  "Amygdala_L",     "ParaHippocampal_L",
+    "ParaHippocampal_R", "Cingulum_Mid_L", "Cingulum_Mid_R", "Insula_L"};
 
 /// Random straight strokes: from outside down to 1 to 5 mm behind the first surface, 40 mm along,
 /// and out again.
@@ -67,7 +68,9 @@ public:
     std::vector<Vec3> next() {
         std::uniform_real_distribution<double> unit(0.0, 1.0);
         std::normal_distribution<double> normal;
-        const auto direction = [&] { return Vec3(normal(random_), normal(random_), normal(random_)); };
+        const auto direction = [&] {
+            return Vec3(normal(random_), normal(random_), normal(random_));
+        };
         const std::vector<Vec3>& label =
             starts_[static_cast<std::size_t>(unit(random_) * static_cast<double>(starts_.size()))];
         Vec3 surface =
@@ -109,6 +112,44 @@ private:
     double counted_ = 0.0;
 };
 
+/// Strokes that ended where three or four structures meet: over half a cell, each keeps the proxy
+/// from going the way that the others would let it go. Seen: runs of 16, 70 and 60 stalled frames,
+/// with the probe 30 mm away.
+struct CornerStroke {
+    Vec3 above, behind, end, out; // mm, scene frame
+    int frames;                   // from behind to end
+};
+const std::vector<CornerStroke> kCorners{
+    {{22.770, 56.324, -34.420},
+     {20.642, 57.103, -27.185},
+     {-17.695, 58.046, -38.561},
+     {-12.081, 55.991, -57.647},
+     118},
+    {{-0.862, 79.075, -3.836},
+     {-2.549, 71.024, -6.001},
+     {27.072, 72.044, -32.863},
+     {31.037, 90.974, -27.772},
+     570},
+    {{-10.189, 52.725, -25.993},
+     {-16.132, 52.817, -24.327},
+     {-5.839, 42.617, 12.956},
+     {13.417, 42.319, 7.559},
+     127},
+};
+
+/// From one place to the next along straight lines.
+std::vector<Vec3> path_of(const CornerStroke& stroke) {
+    std::vector<Vec3> path;
+    const auto go = [&](const Vec3& from, const Vec3& to, int frames) {
+        for (int i = 1; i <= frames; ++i)
+            path.push_back(kMm * (from + (1.0 * i / frames) * (to - from)));
+    };
+    go(stroke.above, stroke.behind, 60);
+    go(stroke.behind, stroke.end, stroke.frames);
+    go(stroke.end, stroke.out, 150);
+    return path;
+}
+
 class LabelBorders : public testing::Test {
 protected:
     void SetUp() override {
@@ -136,20 +177,25 @@ protected:
         return std::make_shared<const Scene>(scene);
     }
 
-    /// The longest run of stalled frames.
+    /// The longest run of stalled frames in random strokes.
     int longest_stall(const std::shared_ptr<const Scene>& scene, SteppingMethod method,
                       int strokes) const {
+        Strokes random(*scene, volume_);
+        return longest_stall(scene, method, strokes, [&](int) { return random.next(); });
+    }
+
+    int longest_stall(const std::shared_ptr<const Scene>& scene, SteppingMethod method, int strokes,
+                      const std::function<std::vector<Vec3>(int)>& path) const {
         LoopDescription settings;
         settings.method = method;
         settings.sub_steps = 64;
         test::ScriptedClock clock(10.0); // us: paper has some 90 readings in its budget
         HapticLoop loop(scene, clock, settings);
-        Strokes random(*scene, volume_);
         DeviceState state;
         int run = 0, longest = 0, contact = 0;
         for (int stroke = 0; stroke < strokes; ++stroke) {
             ++state.trial;
-            for (const Vec3& position : random.next()) {
+            for (const Vec3& position : path(stroke)) {
                 state.position = position;
                 state.time_s += 1e-3;
                 const FrameReport report = loop.frame(state);
@@ -171,6 +217,22 @@ TEST_F(LabelBorders, StrokesOverDeepStructuresNeverStallForMoreThanFiveFrames) {
     EXPECT_LE(longest_stall(deep, SteppingMethod::adaptive, 200), 5);
     EXPECT_LE(longest_stall(deep, SteppingMethod::paper, 50), 5);
     EXPECT_LE(longest_stall(deep, SteppingMethod::fixed, 50), 5);
+}
+
+TEST_F(LabelBorders, StrokesIntoCornersOfSeveralStructuresGoOn) {
+    std::vector<std::string> labels;
+    for (const Label& label : volume_.labels)
+        if (label.name.starts_with("Cerebelum") || label.name.starts_with("Vermis") ||
+            label.name == "Calcarine_L" || label.name == "Lingual_L")
+            labels.push_back(label.name);
+    ASSERT_EQ(labels.size(), 28u);
+    const std::shared_ptr<const Scene> corners = scene(labels);
+    const auto path = [](int stroke) {
+        return path_of(kCorners[static_cast<std::size_t>(stroke)]);
+    };
+    for (const SteppingMethod method :
+         {SteppingMethod::adaptive, SteppingMethod::paper, SteppingMethod::fixed})
+        EXPECT_LE(longest_stall(corners, method, static_cast<int>(kCorners.size()), path), 5);
 }
 
 // The long run: PALPATE_LONG_RUNS=1, about ten minutes.
