@@ -5,14 +5,25 @@ add_library(palpate_options INTERFACE)
 target_compile_options(palpate_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-restrict
   -ffp-contract=off -march=${PALPATE_ARCH})
+# Sanitizers watch the library and the command. The tests' own objects stay as in a release build, so that ccache has them
+# already: they call what is watched, and -Bsymbolic-functions keeps the library's own copies of inline functions in use. Threads
+# are watched everywhere: what one does unseen looks like a race.
+add_library(palpate_watched INTERFACE)
 if(PALPATE_SANITIZE)
-  add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
-  add_link_options(-fsanitize=${PALPATE_SANITIZE})
+  set(watch -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer -g1)
+  if(PALPATE_SANITIZE MATCHES "thread")
+    add_compile_options(${watch})
+  else()
+    target_compile_options(palpate_watched INTERFACE ${watch} -O1)
+  endif()
+  add_link_options(-fsanitize=${PALPATE_SANITIZE} -Wl,-Bsymbolic-functions)
 endif()
 find_program(CCACHE ccache)
 if(CCACHE)
-  # A source that uses a precompiled header is kept only if ccache may look away from the header's own macros.
-  set(launcher ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${CCACHE})
+  # A source that uses a precompiled header is kept only if ccache may look away from the header's own macros; and paths are
+  # taken as from the build folder, so that one build has the objects of another.
+  set(launcher ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+    CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
   set(CMAKE_C_COMPILER_LAUNCHER ${launcher})
   set(CMAKE_CXX_COMPILER_LAUNCHER ${launcher})
 endif()

@@ -28,7 +28,7 @@ constexpr double kStiffness = 500.0; // N/m
 constexpr int kUncapped = 1000;      // passes
 
 long cases(long optimised) {
-#if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
+#if defined(PALPATE_SANITIZED) || !defined(__OPTIMIZE__)
     const long count = optimised / 40;
 #else
     const long count = optimised;

@@ -10,7 +10,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
-#ifdef __SANITIZE_ADDRESS__
+#ifdef PALPATE_SANITIZED
 #include <sanitizer/lsan_interface.h>
 #endif
 
@@ -97,7 +97,7 @@ TEST(GridVdb, FileErrorsNameTheFile) {
     const std::filesystem::path whole = folder / "whole.vdb";
     field.write_vdb(whole, some_metadata());
     const std::string bytes = test::content_of(whole);
-#ifdef __SANITIZE_ADDRESS__
+#ifdef PALPATE_SANITIZED
     const __lsan::ScopedDisabler
         disabler; // OpenVDB 10 loses a node when a file ends inside the tree
 #endif
