@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hard cases of data, each with every method: flat, saddled, damaged, cut off, cornered, in steps
-// (docs/equations.md, "Hard cases").
+// (numerics 5).
 #include <algorithm>
 #include <cmath>
 #include <limits>

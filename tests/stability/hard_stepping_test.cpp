@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hard cases of stepping, each with every method and every way to feel a surface; where one cannot
-// meet the case, the test says what it does instead (docs/equations.md, "Hard cases").
+// meet the case, the test says what it does instead (numerics 5).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -245,7 +245,7 @@ Rest rest_of(Felt felt, const SteppingSettings& settings, double depth, double t
 
 // Deeper than the radius a full step along the tangent plane overshoots by depth / radius > 1:
 // curvature in the step makes it right (adaptive), equal shares damp it (the product of 1 - G / m
-// over eight shares, G = 1 + depth / radius = 2.5, is 0.07), one evaluation goes from side to side
+// over eight shares, G = 1 + depth / radius = 2.5, is 0.003), one evaluation goes from side to side
 // for ever. Memoryless planes end it by giving way outwards, with any method.
 TEST_P(HardCurvature, DeeperThanTheRadiusThereIsNoLimitCycle) {
     const auto [method, felt] = GetParam();
