@@ -135,8 +135,8 @@ Stroke stroke(ContactLoop& loop, double step_m, double depth, int frames) {
     return result;
 }
 
-// Ten times the speed costs `adaptive` evaluations, not accuracy: within the 1 nm of numerics'
-// goal. The others come to the level by the tangent plane of each sub-step, so that they are off by
+// Ten times the speed costs `adaptive` evaluations, not accuracy: within the 1 nm of numerics
+// 3.6. The others come to the level by the tangent plane of each sub-step, so that they are off by
 // the square of its way, h^2 / 2R; the certificate keeps what is deeper and may shorten a way to
 // half, which the next makes up for. Memoryless planes add that up, frame after frame, until they
 // have given way to the probe.
