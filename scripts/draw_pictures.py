@@ -199,9 +199,10 @@ def play(folder):
         def place(point, left=left):
             return left + 40 + 33 * point[0], 260 - 80 * point[1]
 
-        picture.axes(place((0, 0)), left + 340, 50, "depth of the probe, mm", "force, N")
+        picture.axes(place((0, 0)), left + 340, 50, "depth of the probe", "force")
         picture.line([place((0, 2)), place((8.6, 2))], GREY, 1, "4 4")
         picture.text(place((8.7, 2.05)), "s", GREY)
+        picture.text((place((4, 0))[0], 276), "s/k", GREY, "middle")
         picture.line([place(point) for point in law(depths)], RED, 2)
         picture.text((left + 40, 24), words)
     for start, end in (((1.5, 0.75), (2.5, 1.25)), ((4.6, 2.0), (5.6, 2.0)),
@@ -228,8 +229,7 @@ def frame(folder):
     picture.box(600, 185, 120, 50, ["commit", "levels move"], "#f3e3e0")
     picture.arrow((700, 130), (700, 185))
     picture.text((165, 40), "surfaces and effects know geometry", EDGE)
-    picture.text((310 + 60, 215), "the solver knows forces only", BLUE, "middle")
-    picture.line([(370, 202), (370, 132)], BLUE, 1, "3 3")
+    picture.text((370, 148), "the solver knows forces only", BLUE, "middle")
     picture.text((660, 40), "surfaces know no forces", EDGE, "middle")
     picture.write(folder, "frame.svg")
 
