@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of docs/contact.md: contact_pictures FOLDER writes them as SVG. What they show was
-// computed by the library in this very run; all of them are cuts through y = const.
+// The pictures of docs/contact.md and docs/mesh_contact.md: contact_pictures FOLDER writes them as
+// SVG. What they show was computed by the library in this very run; all are cuts through y = const.
 #include <algorithm>
 #include <array>
 #include <cmath>

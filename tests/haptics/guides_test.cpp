@@ -45,7 +45,7 @@ TEST(Guides, RefuseSettingsOutOfRange) {
     EXPECT_THROW(PointGuide(Vec3{0.0}, {1.0, 0.0}), std::invalid_argument);
 }
 
-// composition.md: held while the pull is below s, s / k behind the probe above it.
+// Held while the pull is below s, s / k behind the probe above it (composition.md 3.3).
 TEST(PointGuide, HoldsAndSlipsByItsStrength) {
     const Vec3 point{0.01, 0.02, 0.03};
     for (double strength : {0.0, 0.3, 2.0, kInfinite})

@@ -128,7 +128,7 @@ TEST(VolumeContact, APlateIsNeverPassed) {
 }
 
 // Force-depth of a surface that yields: the play operator, exact on a ball pressed along a ray
-// (composition.md 2.2 and 3.2).
+// (numerics 3.2).
 TEST(VolumeContact, AYieldingSurfaceIsThePlayOperator) {
     LevelSettings level;
     level.strength_n = 1.0; // s/k = 2 mm
@@ -174,8 +174,8 @@ double deepest_in_corner(double opening_deg) {
     return deep;
 }
 
-// numerics 3.5: one plane cannot represent a corner (0.9-2.6 mm deep); the bundle holds within the
-// certificate, and its end in the edge.
+// numerics 3.5: one plane cannot represent a corner; the bundle holds within the certificate, and
+// its end in the edge.
 TEST(VolumeContact, CornersOfEveryAngleHold) {
     for (double opening : {10.0, 30.0, 60.0, 90.0, 120.0, 150.0, 175.0})
         EXPECT_LE(deepest_in_corner(opening), kCertificate + 1e-12) << opening;

@@ -76,8 +76,8 @@ double percentile_99(std::vector<double> values) {
     return values[static_cast<std::size_t>(0.99 * static_cast<double>(values.size()))];
 }
 
-// I1 of contact.md: no chord deeper than tau, at any speed and with any method. 1e-6 HU is rounding
-// of the trilinear value.
+// I1 of contact.md 2: no chord deeper than tau, at any speed and with any method. 1e-6 HU is
+// rounding of the trilinear value.
 TEST(Anatomy, NoChordIsDeeperThanTheCertificate) {
     for (const char* method : {"adaptive", "fixed", "paper", "single"}) {
         const auto scene = test::phantom_scene("volume", method);

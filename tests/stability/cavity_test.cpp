@@ -98,7 +98,7 @@ double mean_evaluations(const Trace& trace) {
     return sum / static_cast<double>(trace.frames.size());
 }
 
-// numerics, goals: level 1e-3 um, position 1e-2 um, at a mean of 4 evaluations.
+// numerics 3.6: level 1e-3 um, position 1e-2 um, at a mean of 4 evaluations.
 TEST(Cavity, AdaptiveStaysWithinAThousandthOfAMicrometre) {
     test::ScriptedClock clock;
     const Trace trace = run_trace(scene(kSurface, "method = \"adaptive\"\n"), circle(), clock);
@@ -133,7 +133,7 @@ Vec3 nearest_on_level(FieldSampler& sampler, const Vec3& probe, Vec3 guess) {
     return guess;
 }
 
-// numerics, goals: level 0.01 um, position 2 um, at a mean of 6 evaluations; bumps of 1 mm and 15
+// numerics 3.6: level 0.01 um, position 2 um, at a mean of 6 evaluations; bumps of 1 mm and 15
 // mm wavelength, 1.5 to 3.5 mm deep.
 TEST(Cavity, OnBumpsAdaptiveStaysWithinAHundredthOfAMicrometre) {
     const std::string text =

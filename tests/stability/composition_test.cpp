@@ -73,7 +73,7 @@ TEST(CompositionControl, ViscosityAnchoredAtTheSubStepFades) {
             });
     };
     EXPECT_NEAR(lag_in_medium(medium(), 1), 0.1e-3, 1e-9);
-    EXPECT_LT(lag_in_medium(medium(), 46), 0.5 * 0.1e-3); // composition.md: 0.0129 mm
+    EXPECT_LT(lag_in_medium(medium(), 46), 0.5 * 0.1e-3); // composition.md 3.4
 }
 
 enum class Fault {

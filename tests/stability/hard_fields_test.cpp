@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hard cases of data, each with every method: flat, saddled, damaged, cut off, cornered, in steps
-// (docs/equations.md, "Hard cases").
+// (numerics 5).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -355,7 +355,7 @@ double deepest_end(ContactLoop& loop, const ScalarField& field) {
 
 // Up to three planes make a corner: to rounding where every plane is met in full. A share of a step
 // may end before the second face has been met, within the certificate. One memoryless plane is no
-// corner: hundreds of micrometres behind the other face (numerics: 0.9-2.6 mm).
+// corner: hundreds of micrometres behind the other face (numerics 3.5).
 TEST_P(HardFields, ConcaveCornersOfEveryAngleHold) {
     double worst_memoryless = 0.0;
     for (const double opening : {10.0, 30.0, 60.0, 90.0, 120.0, 150.0, 175.0}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hard cases of stepping, each with every method and every way to feel a surface; where one cannot
-// meet the case, the test says what it does instead (docs/equations.md, "Hard cases").
+// meet the case, the test says what it does instead (numerics 5).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -135,8 +135,8 @@ Stroke stroke(ContactLoop& loop, double step_m, double depth, int frames) {
     return result;
 }
 
-// Ten times the speed costs `adaptive` evaluations, not accuracy: within the 1 nm of numerics'
-// goal. The others come to the level by the tangent plane of each sub-step, so that they are off by
+// Ten times the speed costs `adaptive` evaluations, not accuracy: within the 1 nm of numerics
+// 3.6. The others come to the level by the tangent plane of each sub-step, so that they are off by
 // the square of its way, h^2 / 2R; the certificate keeps what is deeper and may shorten a way to
 // half, which the next makes up for. Memoryless planes add that up, frame after frame, until they
 // have given way to the probe.
@@ -245,7 +245,7 @@ Rest rest_of(Felt felt, const SteppingSettings& settings, double depth, double t
 
 // Deeper than the radius a full step along the tangent plane overshoots by depth / radius > 1:
 // curvature in the step makes it right (adaptive), equal shares damp it (the product of 1 - G / m
-// over eight shares, G = 1 + depth / radius = 2.5, is 0.07), one evaluation goes from side to side
+// over eight shares, G = 1 + depth / radius = 2.5, is 0.003), one evaluation goes from side to side
 // for ever. Memoryless planes end it by giving way outwards, with any method.
 TEST_P(HardCurvature, DeeperThanTheRadiusThereIsNoLimitCycle) {
     const auto [method, felt] = GetParam();

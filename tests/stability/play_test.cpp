@@ -124,8 +124,8 @@ TEST_P(Play, ASofterBallIsTheExactOperator) {
     }
 }
 
-// The control: it would hold at the level where it first was, by a good part of s/k (400 um rms in
-// numerics).
+// The control: it would hold at the level where it first was, by a good part of s/k
+// (numerics 3.2).
 TEST_P(Play, WithoutTheFlagItIsOffByATenthOfAMillimetre) {
     const auto contact = [] { return std::make_unique<WithoutYieldFlag>(soft_ball()); };
     EXPECT_GT(play_error(test::stepping(GetParam()), contact()).rms_m, 100e-6);
