@@ -17,7 +17,7 @@ namespace palpate {
 namespace {
 
 constexpr std::string_view kHeader = "t_s,x_m,y_m,z_m";
-constexpr double kSpacingTolerance = 0.01; // of a period: contract.md, "within 1 %"
+constexpr double kSpacingTolerance = 0.01; // of a period: docs/files.md 1, "within 1 %"
 
 struct Row {
     double time_s = 0.0;
