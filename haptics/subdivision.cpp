@@ -41,6 +41,17 @@ std::vector<Part> of_each(Part SurfaceFinish::*part, std::span<const SurfaceFini
     return parts;
 }
 
+/// A contact's plane across the exact slope of its field at the proxy, where that is known: the
+/// continuous gradient, across which planes are felt, may lead the wrong way within a cell.
+PlanePrimitive across_slope(const ContactPlane& contact, const Vec3& proxy) noexcept {
+    PlanePrimitive plane = contact.plane;
+    const double slope = glm::length(contact.slope);
+    if (!(slope > 0.0)) return plane;
+    plane.normal = -contact.slope / slope;
+    plane.anchor = proxy - (contact.level_gap / slope) * plane.normal;
+    return plane;
+}
+
 } // namespace
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
@@ -463,7 +474,7 @@ std::optional<Vec3> Subdivision::restored(const Vec3& proxy, bool only_try) cons
     if (deep <= 1) return out_of_one;
     PrimitiveSet planes;
     for (std::size_t c = 0; c < first_contact_.back(); ++c)
-        planes.add(contacts_[c].plane);
+        planes.add(across_slope(contacts_[c], proxy));
     const Vec3 out = solve_proxy(planes, proxy, frame_.stiffness).proxy;
     const Vec3 lift = lift_share(energy_j, proxy, out) * (out - proxy);
     return glm::length(lift) > kStuck ? std::optional(proxy + lift) : out_of_one;
