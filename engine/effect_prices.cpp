@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -34,7 +33,7 @@ double median_us(const std::vector<Vec3>& points, const Evaluate& evaluate) {
 
 /// A piece of way of a proxy that follows the hand: led where the surface leads, else towards it.
 Vec3 followed(SurfaceContact& contact, const Vec3& proxy, const Vec3& hand) {
-    if (contact.slides()) return contact.slide(proxy, hand).corner;
+    if (SlidingSurface* surface = contact.sliding()) return surface->slide(proxy, hand).corner;
     return proxy + contact.carry(proxy, hand).fraction * (hand - proxy);
 }
 
@@ -45,8 +44,7 @@ double contact_price(const Scene& scene, const SceneSurface& surface, bool solve
     const std::unique_ptr<SurfaceContact> contact = scene.make_contact(surface);
     const std::vector<Vec3> points = internal::places_on(surface, 0.0);
     if (points.empty()) return 0.0;
-    SurfaceContact* const contacts[] = {contact.get()};
-    SurfaceMagnets magnets({magnet});
+    LoopMagnet loop_magnet(magnet);
     contact->restart(points.front());
     Vec3 proxy = points.front();
     // The volume's contacts take the hand's own places, which are on the level; a mesh's side is a
@@ -55,12 +53,9 @@ double contact_price(const Scene& scene, const SceneSurface& surface, bool solve
     return median_us(points, [&](const Vec3& from, const Vec3& to) {
         const Vec3 at = own_way ? proxy : from;
         ContactSet planes;
-        if (!magnet.none()) {
-            magnets.begin({to, at});
-            magnets.find(at, to, contacts);
-        }
-        contact->offer(at, planes);
-        magnets.gather(planes);
+        if (!magnet.none()) loop_magnet.begin({to, at});
+        loop_magnet.offer(at, to, *contact, planes);
+        loop_magnet.gather(planes);
         if (solves) {
             PrimitiveSet primitives;
             for (std::size_t i = 0; i < planes.size(); ++i)
@@ -103,14 +98,13 @@ double friction_price(const FrictionCoefficients& coefficients) {
     const std::vector<Vec3> points(2000, Vec3{1e-3, 0.0, -1e-3});
     const auto price = [&](bool rubs) {
         return median_us(points, [&](const Vec3& from, const Vec3& to) {
-            const std::array<std::size_t, 2> first{0, 1};
             ContactSet contacts;
             contacts.add(contact);
             PrimitiveSet primitives;
             primitives.add(contact.plane);
             if (!rubs) return static_cast<void>(solve_proxy(primitives, to, kStiffness));
             friction.begin();
-            friction.gather(from - to, contacts, first, primitives);
+            friction.gather(from - to, contacts, primitives);
             int work = Subdivision::kWorkOfSolvers;
             static_cast<void>(friction.solve(primitives, to, kStiffness, work));
         });

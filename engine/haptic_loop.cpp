@@ -94,7 +94,7 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, const DeviceProperties& device,
                        std::vector<std::unique_ptr<Effect>> custom)
     : scene_(checked(std::move(scene), loop, device, custom)), clock_(clock),
-      parts_(scene_->make_parts()), gained_(gained_by_effects(custom.size())),
+      parts_(scene_->make_parts()),
       coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
       safety_(
           safety_settings(scene_->description().limits, loop.rate_hz, coupling_.stiffness, device)),
@@ -102,36 +102,38 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
       estimates_velocity_(device.force_n > 0.0 &&
                           device.velocity_source == VelocitySource::positions),
       velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
+    const std::size_t custom_count = custom.size();
     parts_.effects.insert(
         parts_.effects.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
         std::make_move_iterator(custom.begin()), std::make_move_iterator(custom.end()));
     subdivision_ =
         std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
                                       pointers(parts_.effects), clock_, std::move(parts_.finish));
+    gains_ = gains_of_effects(custom_count);
 }
 
 HapticLoop::~HapticLoop() = default;
 
-std::vector<HapticLoop::Gained> HapticLoop::gained_by_effects(std::size_t custom_count) const {
+std::vector<GainRamp*> HapticLoop::gains_of_effects(std::size_t custom_count) const {
     const std::vector<EffectDescription>& effects = scene_->description().effects;
-    std::vector<Gained> gained(effects.size());
+    std::vector<GainRamp*> gains(effects.size());
     for (const PlannedEffect& planned : scene_->plan().effects) {
         const EffectDescription& effect = effects[planned.effect];
         if (!planned.on || !internal::traits_of(effect.kind).of_surface) continue;
-        const Gained::Kind kind = effect.kind == EffectKind::surface   ? Gained::Kind::surface
-                                  : effect.kind == EffectKind::magnet  ? Gained::Kind::magnet
-                                  : effect.kind == EffectKind::texture ? Gained::Kind::texture
-                                                                       : Gained::Kind::friction;
+        const SurfacePart part = effect.kind == EffectKind::surface   ? SurfacePart::strength
+                                 : effect.kind == EffectKind::magnet  ? SurfacePart::magnet
+                                 : effect.kind == EffectKind::texture ? SurfacePart::texture
+                                                                      : SurfacePart::friction;
         for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
-            if (scene_->surfaces()[i].name == effect.surface) gained[planned.effect] = {kind, i};
+            if (scene_->surfaces()[i].name == effect.surface)
+                gains[planned.effect] = &subdivision_->gain(i, part);
     }
     const std::size_t before = effects_before_limits();
     for (std::size_t i = 0; i < scene_->effect_order().size(); ++i)
-        gained[scene_->effect_order()[i]] = {Gained::Kind::effect,
-                                             i < before ? i : i + custom_count};
+        gains[scene_->effect_order()[i]] = &subdivision_->gain(i < before ? i : i + custom_count);
     for (std::size_t i = 0; i < custom_count; ++i)
-        gained.push_back({Gained::Kind::effect, before + i});
-    return gained;
+        gains.push_back(&subdivision_->gain(before + i));
+    return gains;
 }
 
 /// Of the scene's effects in their order: limits come last, as they go by what all others draw.
@@ -153,28 +155,9 @@ bool HapticLoop::keeps_from_surfaces(std::size_t effect) const noexcept {
 }
 
 bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
-    if (effect >= gained_.size() || !GainRamp::in_range(gain)) return false;
+    if (effect >= gains_.size() || !gains_[effect] || !GainRamp::in_range(gain)) return false;
     if (gain < 1.0 && keeps_from_surfaces(effect)) return false;
-    const Gained& gained = gained_[effect];
-    switch (gained.kind) {
-    case Gained::Kind::nothing:
-        return false;
-    case Gained::Kind::surface:
-        subdivision_->set_surface_gain(gained.index, gain);
-        break;
-    case Gained::Kind::friction:
-        subdivision_->set_friction_gain(gained.index, gain);
-        break;
-    case Gained::Kind::magnet:
-        subdivision_->set_magnet_gain(gained.index, gain);
-        break;
-    case Gained::Kind::texture:
-        subdivision_->set_texture_gain(gained.index, gain);
-        break;
-    case Gained::Kind::effect:
-        subdivision_->set_effect_gain(gained.index, gain);
-        break;
-    }
+    gains_[effect]->set(gain);
     return true;
 }
 

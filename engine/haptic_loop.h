@@ -73,7 +73,7 @@ public:
 
     /// How many effects set_gain() knows: the scene's, on or left out, and then the custom ones.
     /// [any]
-    std::size_t effect_count() const noexcept { return gained_.size(); }
+    std::size_t effect_count() const noexcept { return gains_.size(); }
 
     /// Scales what an effect does while the loop runs, from any thread, also while frame() runs:
     /// strengths, forces, damping, heights, a membrane's opening strength. `effect` counts the
@@ -85,21 +85,9 @@ public:
     bool set_gain(std::size_t effect, double gain) noexcept;
 
 private:
-    /// What an effect's gain acts on.
-    struct Gained {
-        enum class Kind {
-            nothing,
-            surface,
-            friction,
-            magnet,
-            texture,
-            effect
-        } kind = Kind::nothing;
-        std::size_t index = 0; ///< of Subdivision's surfaces (their frictions, ..) or effects
-    };
     std::size_t effects_before_limits() const;
     bool keeps_from_surfaces(std::size_t effect) const noexcept;
-    std::vector<Gained> gained_by_effects(std::size_t custom_count) const;
+    std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                     FrameReport& report) noexcept;
     Vec3 release(std::uint32_t& flags) noexcept;
@@ -111,8 +99,9 @@ private:
     std::shared_ptr<const Scene> scene_;
     Clock& clock_;
     LoopParts parts_;
-    std::vector<Gained> gained_; // of each effect of the scene, then of the custom ones
     std::unique_ptr<Subdivision> subdivision_;
+    std::vector<GainRamp*> gains_; // of each effect of the scene, then of the custom ones; null:
+                                   // the plan left it out
     VirtualCoupling coupling_;
     SafetyChain safety_;
     bool has_motors_;

@@ -102,21 +102,19 @@ double CoulombFriction::remembered_n(std::size_t surface, const Vec3& normal) co
 }
 
 void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
-                             std::span<const std::size_t> first_contact,
                              PrimitiveSet& primitives) noexcept {
     contacts_.clear();
     first_line_ = primitives.lines().size();
-    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        Surface& surface = surfaces_[i];
-        if (surface.of.none() || first_contact[i] == first_contact[i + 1]) continue;
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        const std::size_t index = contacts[c].surface;
+        if (index == ContactSet::kNoSurface || !rubs(index)) continue;
+        Surface& surface = surfaces_[index];
         if (!surface.found) surface.anchor = proxy;
         surface.found = true;
-        for (std::size_t c = first_contact[i]; c < first_contact[i + 1]; ++c) {
-            const Vec3& normal = contacts[c].plane.normal;
-            primitives.add_line({surface.anchor, normal, 0.0});
-            if (primitives.overflowed()) return;
-            contacts_.push_back({i, c, normal, remembered_n(i, normal), TetherState::released});
-        }
+        const Vec3& normal = contacts[c].plane.normal;
+        primitives.add_line({surface.anchor, normal, 0.0});
+        if (primitives.overflowed()) return;
+        contacts_.push_back({index, c, normal, remembered_n(index, normal), TetherState::released});
     }
 }
 

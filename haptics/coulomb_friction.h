@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include <palpate/haptics/effect.h>
@@ -44,10 +43,9 @@ public:
     void restart() noexcept;
     /// A frame begins: what slid goes on to, what did not has to break away.             [loop]
     void begin() noexcept;
-    /// Adds a line for each contact that rubs; `first_contact` is where each surface's planes begin
-    /// in `contacts`, with one more at the end.  [loop]
-    void gather(const Vec3& proxy, const ContactSet& contacts,
-                std::span<const std::size_t> first_contact, PrimitiveSet& primitives) noexcept;
+    /// Adds a line for each contact that rubs; the planes of `contacts` are the first ones of
+    /// `primitives`.                                                                      [loop]
+    void gather(const Vec3& proxy, const ContactSet& contacts, PrimitiveSet& primitives) noexcept;
     /// solve_proxy() with the strengths of the lines that gather() added; capped where their fixed
     /// point is not found. Spends of `work`, the primitives that may be looked at: one round is
     /// made whatever is left, of kLeastPasses passes at least.  [loop]

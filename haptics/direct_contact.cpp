@@ -64,7 +64,10 @@ void DirectContact::set_gain(const Gain& gain) noexcept {
     engaged_ = false;
 }
 
-void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
+void DirectContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept {
+    if (nearest && strength_n_ > 0.0)
+        nearest->found =
+            plane_within(sampler_->sample(proxy), proxy, settings_, scale_, nearest->reach_m);
     offered_ = 0;
     depth_m_ = 0.0;
     if (!engaged_) return;
@@ -86,12 +89,6 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     }
     for (std::size_t i = 0; i < bundle_.size(); ++i)
         if (contacts.add(bundle_[i])) ++offered_;
-}
-
-std::optional<ContactPlane> DirectContact::nearest(const Vec3& proxy, const Vec3&,
-                                                   double reach_m) noexcept {
-    if (strength_n_ == 0.0) return std::nullopt;
-    return plane_within(sampler_->sample(proxy), proxy, settings_, scale_, reach_m);
 }
 
 void DirectContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {

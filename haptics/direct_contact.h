@@ -25,16 +25,10 @@ public:
 
     bool restart(const Vec3& proxy) noexcept override;
     void set_gain(const Gain& gain) noexcept override;
-    void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
-    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
-                                        double reach_m) noexcept override;
+    void offer(const Vec3& proxy, ContactSet& contacts,
+               NearestPlane* nearest = nullptr) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
-    std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
-    std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
-    std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override {
-        return std::nullopt;
-    }
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3&, bool, bool) noexcept override {}
     SurfaceState state() const noexcept override {

@@ -14,7 +14,8 @@ struct Gain {
     double value = 1.0;         ///< g, [0, GainRamp::kHighest]; 0: off, 1: as the scene says
     double force_limit_n = 5.0; ///< F: what hard things are measured by below 1, N, > 0
     bool moving = false;        ///< on its way to another value
-    std::optional<double> place_n = {}; ///< a strength of this frame's place, instead of the own, N
+    std::optional<double> strength_here_n = {}; ///< N: the strength at the proxy, where it depends
+                                                ///< on the place; replaces the constant one
 
     bool off() const noexcept { return value == 0.0; }
 
@@ -24,7 +25,7 @@ struct Gain {
     /// 4 F per unit of gain.
     double strength_n(double own_n) const noexcept {
         if (off()) return 0.0;
-        const double scaled_n = value * place_n.value_or(own_n);
+        const double scaled_n = value * strength_here_n.value_or(own_n);
         return value < 1.0 ? std::min(scaled_n, force_limit_n * value / (1.0 - value)) : scaled_n;
     }
 };
@@ -38,6 +39,12 @@ class GainRamp {
 public:
     static constexpr double kHighest = 10.0;
     static constexpr double kSecondsPerUnit = 0.05; ///< from on to off, s
+
+    GainRamp() noexcept = default;
+    /// Where the other one is and goes; neither may be in use.                           [setup]
+    GainRamp(const GainRamp& other) noexcept
+        : wanted_(other.wanted_.load(std::memory_order_relaxed)), now_(other.now_),
+          moving_(other.moving_), jumped_(other.jumped_) {}
 
     static bool in_range(double gain) noexcept {
         return gain >= 0.0 && gain <= kHighest;

@@ -131,9 +131,10 @@ void GuardedContact::set_gain(const Gain& gain) noexcept {
     if (gain.off()) on_duty_ = leash_offered_ = leash_holds_ = false;
 }
 
-void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
+void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts,
+                           NearestPlane* nearest) noexcept {
     const std::size_t first = contacts.size();
-    volume_.offer(proxy, contacts);
+    volume_.offer(proxy, contacts, nearest);
     volume_planes_ = contacts.size() - first;
     leash_offered_ = false;
     follow(proxy);
@@ -154,23 +155,10 @@ void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     leash_offered_ = contacts.add(contact);
 }
 
-std::optional<ContactPlane> GuardedContact::nearest(const Vec3& proxy, const Vec3& pull,
-                                                    double reach_m) noexcept {
-    return volume_.nearest(proxy, pull, reach_m);
-}
-
 void GuardedContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
     if (volume_planes_ > 0) volume_.keep_active(solution, first);
     leash_holds_ = leash_offered_ &&
                    solution.planes[first + volume_planes_].state != MultiplierState::released;
-}
-
-std::optional<Vec3> GuardedContact::restore(const Vec3& proxy) noexcept {
-    return volume_.restore(proxy);
-}
-
-std::optional<Vec3> GuardedContact::settle(const Vec3& proxy) noexcept {
-    return volume_.settle(proxy);
 }
 
 Chord GuardedContact::carry(const Vec3& from, const Vec3& to) noexcept {

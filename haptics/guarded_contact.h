@@ -23,7 +23,7 @@ namespace palpate {
 /// guard, which never passed through the mesh; unless the surface itself yields in that very
 /// sub-step, or is open. Where the proxy comes back in front of a surface that yielded, the guard
 /// begins anew, in front of the mesh.
-class GuardedContact final : public SurfaceContact {
+class GuardedContact final : public SurfaceContact, public Membrane, public FieldSurface {
 public:
     /// Mesh and field must be of the same baked field, the mesh oriented towards free space.
     /// `leash_m` > 0: several times what the mesh errs by (docs/contact.md). A texture stands in
@@ -36,12 +36,15 @@ public:
     bool restart(const Vec3& proxy) noexcept override;
     void set_gain(const Gain& gain) noexcept override;
     void set_texture_gain(double gain) noexcept override { volume_.set_texture_gain(gain); }
-    void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
-    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
-                                        double reach_m) noexcept override;
+    void offer(const Vec3& proxy, ContactSet& contacts,
+               NearestPlane* nearest = nullptr) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
-    std::optional<Vec3> restore(const Vec3& proxy) noexcept override;
-    std::optional<Vec3> settle(const Vec3& proxy) noexcept override;
+    std::optional<Vec3> restore(const Vec3& proxy) noexcept override {
+        return volume_.restore(proxy);
+    }
+    std::optional<Vec3> settle(const Vec3& proxy) noexcept override {
+        return volume_.settle(proxy);
+    }
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
     std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to,
                                    double fraction) noexcept override;
@@ -52,6 +55,8 @@ public:
     void open() noexcept override;
     bool guarded() const noexcept override { return leash_holds_; }
     QueryCount queries() const noexcept override;
+    Membrane* membrane() noexcept override { return volume_.membrane() ? this : nullptr; }
+    FieldSurface* of_field() noexcept override { return this; }
 
     /// Where the guard is, m; nothing while it is not on duty.                           [loop]
     std::optional<Vec3> guard() const noexcept {

@@ -129,9 +129,10 @@ void MeshContact::stand(const MeshSpot& spot, const Vec3& proxy) noexcept {
 
 // ---- planes for the solver ---------------------------------------------------------------------
 
-void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
+void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept {
     offered_ = 0;
     if (!passed_) locate(proxy);
+    if (nearest && !passed_) nearest->found = nearest_plane(proxy, nearest->pull, nearest->reach_m);
     if (passed_) offer_behind(proxy, contacts);
     if (passed_) return;
     ContactPlane contact;
@@ -183,10 +184,8 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
         add(spot_.position, walk_.outward(touches_[i].facet, touches_[i].side));
 }
 
-std::optional<ContactPlane> MeshContact::nearest(const Vec3& proxy, const Vec3& pull,
-                                                 double reach_m) noexcept {
-    if (!passed_) locate(proxy);
-    if (passed_) return std::nullopt;
+std::optional<ContactPlane> MeshContact::nearest_plane(const Vec3& proxy, const Vec3& pull,
+                                                       double reach_m) noexcept {
     ContactPlane contact;
     contact.gradient_length = 1.0;
     if (mode_ == Mode::airborne) drop_stale(proxy);

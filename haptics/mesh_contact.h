@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -35,7 +36,7 @@ struct MeshContactSettings {
 /// says; unless the surface itself yields in that very sub-step. On a certified facet the side is a
 /// label that only adjacency changes; elsewhere both ends of every chord are a skin away from the
 /// mesh and nothing is in between.
-class MeshContact final : public SurfaceContact {
+class MeshContact final : public SurfaceContact, public Membrane, public SlidingSurface {
 public:
     /// Throws std::invalid_argument when there is no mesh or a setting is out of range.  [setup]
     MeshContact(std::shared_ptr<const CertifiedMesh> mesh, const MeshContactSettings& settings);
@@ -43,25 +44,20 @@ public:
     /// Always false: a mesh that encloses the proxy is felt from within.
     bool restart(const Vec3& proxy) noexcept override;
     void set_gain(const Gain& gain) noexcept override;
-    void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
-    /// Takes a query where the proxy is off the mesh, one more at edges and vertices.
-    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
-                                        double reach_m) noexcept override;
+    /// `nearest` takes a query where the proxy is off the mesh, one more at edges and vertices.
+    void offer(const Vec3& proxy, ContactSet& contacts,
+               NearestPlane* nearest = nullptr) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
-    std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
-    std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
-    std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override {
-        return std::nullopt;
-    }
     double trust_m() const noexcept override;
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
     SurfaceState state() const noexcept override { return state_; }
     double opens_above_n() const noexcept override { return opens_above_n_; }
     void open() noexcept override;
     QueryCount queries() const noexcept override { return {0, 0, queries_}; }
-    bool slides() const noexcept override { return !passed_; }
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
+    SlidingSurface* sliding() noexcept override { return passed_ ? nullptr : this; }
+    Membrane* membrane() noexcept override { return std::isinf(opens_above_n_) ? nullptr : this; }
 
     /// Puts the proxy onto a place of the mesh, on its front.                            [loop]
     void rest_on(const MeshSpot& spot) noexcept;
@@ -103,6 +99,8 @@ private:
     void touch(std::uint32_t facet, std::int8_t side) noexcept;
     void touch_all_that_hold(const Vec3& pull) noexcept;
     void drop_stale(const Vec3& proxy) noexcept;
+    std::optional<ContactPlane> nearest_plane(const Vec3& proxy, const Vec3& pull,
+                                              double reach_m) noexcept;
     std::optional<MeshSpot> nearest_spot(const Vec3& point, double radius_m,
                                          const Vec3& seen_from) noexcept;
     void guard(const Vec3& anchor, const Vec3& normal, std::uint32_t facet,
@@ -157,8 +155,8 @@ private:
     bool yielded_ = false;      ///< in the last solution
     SurfaceState state_ = SurfaceState::free;
 
-    /// The surface let the proxy through. All above is then of its front: of where the mesh would
-    /// hold the proxy.
+    /// The surface let the proxy through. While it is so, the members above describe the front: the
+    /// point where the mesh would have held the proxy.
     bool passed_ = false;
     Vec3 behind_{0.0};           ///< where the proxy is then, m
     Vec3 seen_{0.0};             ///< and where it was at the last frame's end

@@ -33,7 +33,7 @@ constexpr double kWeakest = 1e-3; // of the coupling's
 
 } // namespace
 
-double Settling::begin(const FrameContext& frame) noexcept {
+void Settling::begin(const FrameContext& frame) noexcept {
     const bool was_held = held_;
     held_ = begun_ && frame.probe == frame_.probe && frame.start == end_ &&
             frame.stiffness == frame_.stiffness;
@@ -48,7 +48,7 @@ double Settling::begin(const FrameContext& frame) noexcept {
     if (held_ && !stopped())
         damping_ = std::min(kStifferWithTime * damping_, kStiffest * frame.stiffness);
     if (damping_ < kWeakest * frame.stiffness) damping_ = 0.0;
-    return damping_;
+    spring_n_per_m_ = damping_;
 }
 
 void Settling::look_anew(const Vec3& proxy) noexcept {

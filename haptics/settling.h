@@ -23,8 +23,10 @@ public:
 
     /// A new trial.                                                                     [loop]
     void restart() noexcept { *this = Settling(tolerance_m_); }
-    /// A frame begins: the stiffness g of the spring towards its start, N/m, >= 0.      [loop]
-    double begin(const FrameContext& frame) noexcept;
+    /// A frame begins: takes its measures for it.                                       [loop]
+    void begin(const FrameContext& frame) noexcept;
+    /// The stiffness g of the frame's spring towards its start, N/m, >= 0.              [loop]
+    double spring_n_per_m() const noexcept { return spring_n_per_m_; }
     /// Whether the probe is where the frame before had it, to the bit, and the proxy where that
     /// frame left it.                                                                   [loop]
     bool held() const noexcept { return held_; }
@@ -46,14 +48,15 @@ private:
     bool begun_ = false;
     bool held_ = false;
     FrameContext frame_;
-    double probe_step_m_ = 0.0;  // in this frame
-    Vec3 end_{0.0};              // of the last frame
-    Vec3 last_step_{0.0};        // of the proxy, where it moved last
-    double probe_since_m_ = 0.0; // the probe's way since then
-    double damping_ = 0.0;       // g
-    int still_ = 0;              // frames in a row that hardly moved the proxy
-    int rested_ = 0;             // frames of the rest
-    Vec3 asked_{0.0};            // in its second frame, when all is as the first has left it
+    double probe_step_m_ = 0.0;   // in this frame
+    Vec3 end_{0.0};               // of the last frame
+    Vec3 last_step_{0.0};         // of the proxy, where it moved last
+    double probe_since_m_ = 0.0;  // the probe's way since then
+    double damping_ = 0.0;        // g, as the next frame begins with it
+    double spring_n_per_m_ = 0.0; // g in this frame
+    int still_ = 0;               // frames in a row that hardly moved the proxy
+    int rested_ = 0;              // frames of the rest
+    Vec3 asked_{0.0};             // in its second frame, when all is as the first has left it
 
     // Since the last turn back.
     Vec3 from_{0.0};

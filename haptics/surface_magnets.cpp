@@ -2,6 +2,7 @@
 #include <palpate/haptics/surface_magnets.h>
 
 #include <limits>
+#include <utility>
 
 #include <palpate/geometry/range.h>
 
@@ -27,49 +28,27 @@ ContactPlane from_behind(const ContactPlane& front, double strength_n) noexcept 
 
 } // namespace
 
-SurfaceMagnets::SurfaceMagnets(std::vector<SurfaceMagnet> of_surfaces)
-    : gains_(of_surfaces.size(), 1.0), found_(of_surfaces.size()) {
-    for (const SurfaceMagnet& magnet : of_surfaces)
-        captures_.push_back(capture_of(magnet));
-}
+LoopMagnet::LoopMagnet(const SurfaceMagnet& magnet) : capture_(capture_of(magnet)) {}
 
-void SurfaceMagnets::restart() noexcept {
-    for (GuideCapture& capture : captures_)
-        capture.restart();
-}
-
-void SurfaceMagnets::begin(const FrameContext& frame) noexcept {
+void LoopMagnet::begin(const FrameContext& frame) noexcept {
     begins_ = true;
-    for (GuideCapture& capture : captures_)
-        capture.strength_at(frame);
+    capture_.strength_at(frame);
 }
 
-void SurfaceMagnets::find(const Vec3& proxy, const Vec3& pull,
-                          std::span<SurfaceContact* const> surfaces) noexcept {
-    for (std::size_t i = 0; i < captures_.size(); ++i) {
-        found_[i].reset();
-        GuideCapture& capture = captures_[i];
-        if (!is_on(i)) {
-            capture.let_go();
-            continue;
-        }
-        if (!begins_ && !capture.holds()) continue;
-        found_[i] = surfaces[i]->nearest(proxy, pull, capture.reach_m());
-        if (begins_) capture.begin(found_[i] ? 0.0 : std::numeric_limits<double>::infinity());
-    }
-    begins_ = false;
+void LoopMagnet::offer(const Vec3& proxy, const Vec3& pull, SurfaceContact& surface,
+                       ContactSet& contacts) noexcept {
+    const bool begins = std::exchange(begins_, false);
+    found_.reset();
+    if (!is_on()) capture_.let_go();
+    if (!is_on() || (!begins && !capture_.holds())) return surface.offer(proxy, contacts);
+    NearestPlane nearest{pull, capture_.reach_m()};
+    surface.offer(proxy, contacts, &nearest);
+    found_ = nearest.found;
+    if (begins) capture_.begin(found_ ? 0.0 : std::numeric_limits<double>::infinity());
 }
 
-void SurfaceMagnets::gather(ContactSet& contacts) const noexcept {
-    for (std::size_t i = 0; i < captures_.size(); ++i)
-        if (found_[i]) contacts.add(from_behind(*found_[i], gains_[i] * captures_[i].strength_n()));
-}
-
-std::uint64_t SurfaceMagnets::samples() const noexcept {
-    std::uint64_t sum = 0;
-    for (const GuideCapture& capture : captures_)
-        sum += capture.samples();
-    return sum;
+void LoopMagnet::gather(ContactSet& contacts) const noexcept {
+    if (found_) contacts.add(from_behind(*found_, gain_ * capture_.strength_n()));
 }
 
 } // namespace palpate

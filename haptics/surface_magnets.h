@@ -3,8 +3,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include <palpate/haptics/coulomb_friction.h>
 #include <palpate/haptics/effect.h>
@@ -30,52 +28,42 @@ struct SurfaceFinish {
                                   ///< its own and finite
 };
 
-/// The magnets of the surfaces of one loop:
-///   sum over surfaces  s_m max(0, -D(x))                                      composition.md 1
+/// The magnet of one surface, as a loop feels it:
+///   s_m max(0, -D(x))                                                          composition.md 1
 /// with D the depth below the surface's own level: the same plane seen from behind, of strength
 /// s_m. So a hand that pulls straight off takes the proxy along from h = s_m / k on, and the proxy
 /// is at max(0, h - s_m / k). The plane is the one that the surface has found for its contact, and
 /// bends the other way. When a magnet has the proxy, GuideCapture says. Friction goes by how the
 /// hand presses the proxy on; a magnet that holds does not add to it. Not for two threads at once.
-class SurfaceMagnets {
+class LoopMagnet {
 public:
-    /// Of each surface, in canonical order; throws std::invalid_argument on settings out of range.
-    /// [setup]
-    explicit SurfaceMagnets(std::vector<SurfaceMagnet> of_surfaces);
+    /// Throws std::invalid_argument on settings out of range.                             [setup]
+    explicit LoopMagnet(const SurfaceMagnet& magnet);
 
-    /// A new trial: no magnet has the proxy.                                              [loop]
-    void restart() noexcept;
-    /// From the next find() on, its strength is `gain` times its own, [0, 10]; 0: off.  [loop]
-    void set_gain(std::size_t surface, double gain) noexcept { gains_[surface] = gain; }
-    /// A frame begins: its strengths are those there, and its first find() decides which magnets
-    /// have the proxy.                                                                   [loop]
+    /// A new trial: it does not have the proxy.                                           [loop]
+    void restart() noexcept { capture_.restart(); }
+    /// From the next offer() on, its strength is `gain` times its own, [0, 10]; 0: off.    [loop]
+    void set_gain(double gain) noexcept { gain_ = gain; }
+    /// A frame begins: its strength is the one there, and its first offer() decides whether it has
+    /// the proxy.                                                                         [loop]
     void begin(const FrameContext& frame) noexcept;
-    /// Finds the planes of the surfaces that draw the proxy, before these offer theirs. `pull`:
-    /// where the coupling, the forces and the springs draw it, m.                         [loop]
-    void find(const Vec3& proxy, const Vec3& pull,
-              std::span<SurfaceContact* const> surfaces) noexcept;
-    /// Adds them.                                                                         [loop]
+    /// The surface offers its planes at `proxy`, and with them finds the magnet's, if that draws
+    /// the proxy. `pull`: where the coupling, the forces and the springs draw it, m.       [loop]
+    void offer(const Vec3& proxy, const Vec3& pull, SurfaceContact& surface,
+               ContactSet& contacts) noexcept;
+    /// Adds its own plane. [loop]
     void gather(ContactSet& contacts) const noexcept;
-    /// Whether a surface's magnet has the proxy in this frame.                            [loop]
-    bool holds(std::size_t surface) const noexcept { return captures_[surface].holds(); }
-    /// Whether any could draw the proxy in this frame.                                   [loop]
-    bool any_is_on() const noexcept {
-        for (std::size_t i = 0; i < captures_.size(); ++i)
-            if (is_on(i)) return true;
-        return false;
-    }
-    std::uint64_t samples() const noexcept; ///< of fields that strengths depend on       [any]
+    /// Whether it has the proxy in this frame.                                            [loop]
+    bool holds() const noexcept { return capture_.holds(); }
+    /// Whether it could draw the proxy in this frame.                                     [loop]
+    bool is_on() const noexcept { return gain_ != 0.0 && capture_.strength_n() > 0.0; }
+    std::uint64_t samples() const noexcept { return capture_.samples(); } ///< of its field [any]
 
 private:
-    /// Whether it could draw in this frame.
-    bool is_on(std::size_t surface) const noexcept {
-        return gains_[surface] != 0.0 && captures_[surface].strength_n() > 0.0;
-    }
-
-    std::vector<double> gains_;
-    std::vector<GuideCapture> captures_;
-    std::vector<std::optional<ContactPlane>> found_; // front planes
-    bool begins_ = false;
+    double gain_ = 1.0;
+    GuideCapture capture_;
+    std::optional<ContactPlane> found_; // the front plane
+    bool begins_ = false;               // nothing found in this frame yet
 };
 
 } // namespace palpate

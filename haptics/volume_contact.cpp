@@ -192,7 +192,6 @@ double VolumeContact::refined_root(const Vec3& from, const Vec3& to, double low,
 bool VolumeContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
     engaged_ = false;
-    sampled_ = false;
     level_ = settings_.level;
     const bool inside = felt_value(proxy) >= level_;
     state_ = inside ? SurfaceState::inside : SurfaceState::free;
@@ -204,12 +203,12 @@ void VolumeContact::open() noexcept {
     state_ = SurfaceState::inside;
 }
 
-void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
+void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept {
     engaged_ = false;
     offered_ = 0;
     if (not_felt()) return;
-    if (!sampled_) look(proxy);
-    sampled_ = false;
+    look(proxy);
+    if (nearest) nearest->found = plane_within(here_, proxy, settings_, scale_, nearest->reach_m);
     ContactPlane contact;
     if (!level_plane(here_, proxy, level_, offered_settings_, scale_, contact)) {
         bundle_.clear();
@@ -226,14 +225,6 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts) noexcept {
     bundle_.remember(contact, proxy, patch_cosine_);
     for (std::size_t i = 0; i < bundle_.size(); ++i)
         if (contacts.add(bundle_[i])) ++offered_;
-}
-
-std::optional<ContactPlane> VolumeContact::nearest(const Vec3& proxy, const Vec3&,
-                                                   double reach_m) noexcept {
-    if (not_felt()) return std::nullopt;
-    look(proxy);
-    sampled_ = true;
-    return plane_within(here_, proxy, settings_, scale_, reach_m);
 }
 
 void VolumeContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -55,7 +56,7 @@ std::optional<ContactPlane> plane_within(const FieldSample& sample, const Vec3& 
 ///
 /// A texture stands in front of the level: it is what planes, levels and yielding are of, and where
 /// free flight ends, found by steps of a part of its wavelength. The invariant is the field's.
-class VolumeContact final : public SurfaceContact {
+class VolumeContact final : public SurfaceContact, public Membrane, public FieldSurface {
 public:
     /// Throws std::invalid_argument as LevelScale::of and SurfaceTexture do.            [setup]
     VolumeContact(std::shared_ptr<const ScalarField> field, const LevelSettings& settings,
@@ -64,10 +65,9 @@ public:
     bool restart(const Vec3& proxy) noexcept override;
     void set_gain(const Gain& gain) noexcept override;
     void set_texture_gain(double gain) noexcept override;
-    void offer(const Vec3& proxy, ContactSet& contacts) noexcept override;
-    /// Its sample is that of offer().
-    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
-                                        double reach_m) noexcept override;
+    /// One sample, whatever is asked.
+    void offer(const Vec3& proxy, ContactSet& contacts,
+               NearestPlane* nearest = nullptr) noexcept override;
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
     std::optional<Vec3> restore(const Vec3& proxy) noexcept override;
     std::optional<Vec3> settle(const Vec3& proxy) noexcept override;
@@ -80,6 +80,8 @@ public:
     double opens_above_n() const noexcept override { return opens_above_n_; }
     void open() noexcept override;
     QueryCount queries() const noexcept override;
+    Membrane* membrane() noexcept override { return std::isinf(opens_above_n_) ? nullptr : this; }
+    FieldSurface* of_field() noexcept override { return this; }
 
     /// Of its planes with the present gain, N; infinite for a membrane that may open.    [loop]
     double offered_strength_n() const noexcept { return offered_settings_.strength_n; }
@@ -112,7 +114,6 @@ private:
     SurfaceState state_ = SurfaceState::free;
     FieldSample here_;        // at the last offer(), with the texture
     double bare_value_ = 0.0; // of the field itself there, U
-    bool sampled_ = false;    // for the next one, by nearest()
     bool engaged_ = false;    // planes were offered there
     PlaneBundle bundle_;
     std::uint32_t offered_ = 0;

@@ -141,14 +141,14 @@ TEST(ContactVibration, ANewTrialIsSilent) {
 TEST(ContactVibration, SwitchedOnUnderAPressingHandItIsSilent) {
     auto list = effects(std::make_unique<ContactVibration>(kBone));
     ContactLoop loop({}, test::one_surface(make_slab(0.02)), std::move(list));
-    loop.subdivision().set_effect_gain(0, 0.0);
+    loop.subdivision().gain(0).set(0.0);
     loop.start({0, 0, 0.011});
     for (int i = 0; i <= 30; ++i)
         loop.move({0, 0, 0.011 - 1e-4 * i});
     const auto rings_n = [&] {
         return glm::length(loop.subdivision().with_device_forces(Vec3{0.0}));
     };
-    loop.subdivision().set_effect_gain(0, 1.0);
+    loop.subdivision().gain(0).set(1.0);
     for (int i = 0; i < 100; ++i) {
         loop.move({0, 0, 0.008});
         ASSERT_EQ(rings_n(), 0.0) << i;

@@ -126,7 +126,7 @@ public:
         loop_.move(at(height_m));
         force_n_ = ContactLoop::kStiffness * (loop_.proxy() - at(height_m));
     }
-    void set(double gain) { loop_.subdivision().set_surface_gain(0, gain); }
+    void set(double gain) { loop_.subdivision().gain(0, SurfacePart::strength).set(gain); }
     double force() const { return glm::length(force_n_); }
     SurfaceState state() { return loop_.surface(0).state(); }
 
@@ -319,7 +319,7 @@ TEST(SurfaceGain, AMagnetOfASurfaceThatIsOffDoesNotDraw) {
         loop.start(probe);
         loop.move(probe);
         EXPECT_LT(loop.proxy().z, probe.z - 0.1e-3) << "on, it does; direct: " << direct;
-        loop.subdivision().set_surface_gain(0, 0.0);
+        loop.subdivision().gain(0, SurfacePart::strength).set(0.0);
         loop.start(probe);
         for (int i = 0; i < 10; ++i)
             loop.move(probe);
@@ -330,7 +330,7 @@ TEST(SurfaceGain, AMagnetOfASurfaceThatIsOffDoesNotDraw) {
 // A trial begins with the gains as they are set: there is no ramp to wait for.
 TEST(SurfaceGain, ATrialBeginsWithIt) {
     ContactLoop loop({}, test::one_surface(make_solid_sphere(kRadius)));
-    loop.subdivision().set_surface_gain(0, 0.0);
+    loop.subdivision().gain(0, SurfacePart::strength).set(0.0);
     loop.start({0, 0, kRadius + 1e-3});
     EXPECT_EQ(loop.move({0, 0, kRadius - 1e-3}).flags, kLiveGain);
     EXPECT_EQ(loop.proxy(), (Vec3{0, 0, kRadius - 1e-3}));
@@ -354,7 +354,7 @@ TEST(FrictionGain, ScalesTheCoefficientsWithoutAStep) {
     for (int frame = 0; frame < 60; ++frame)
         drag();
     for (const double gain : {0.5, 0.0, 1.0, 2.0}) {
-        loop.subdivision().set_friction_gain(0, gain);
+        loop.subdivision().gain(0, SurfacePart::friction).set(gain);
         largest_n = 0.0;
         for (int frame = 0; frame < 60; ++frame)
             drag();
@@ -394,12 +394,12 @@ TEST(EffectGain, WhatIsOffIsNotCalledAndBeginsAnew) {
     loop.start({0, 0, 0});
     EXPECT_EQ(loop.move({0, 0, 0}).flags, 0u);
     EXPECT_EQ(loop.proxy().x, 1.0 / ContactLoop::kStiffness);
-    loop.subdivision().set_effect_gain(0, 0.5);
+    loop.subdivision().gain(0).set(0.5);
     for (int frame = 0; frame < 30; ++frame)
         EXPECT_EQ(loop.move({0, 0, 0}).flags, kLiveGain);
     EXPECT_EQ(loop.proxy().x, 0.5 / ContactLoop::kStiffness);
     EXPECT_EQ(loop.subdivision().with_device_forces(Vec3{0.0}), (Vec3{0, 1.0, 0}));
-    loop.subdivision().set_effect_gain(0, 0.0);
+    loop.subdivision().gain(0).set(0.0);
     for (int frame = 0; frame < 30; ++frame)
         loop.move({0, 0, 0});
     const int begins = effect.begins, gathers = effect.gathers;
@@ -409,7 +409,7 @@ TEST(EffectGain, WhatIsOffIsNotCalledAndBeginsAnew) {
     EXPECT_EQ(loop.proxy(), (Vec3{0, 0, 0.001}));
     EXPECT_EQ(loop.subdivision().with_device_forces(Vec3{0.0}), Vec3{0.0});
     EXPECT_EQ(effect.restarts, 1);
-    loop.subdivision().set_effect_gain(0, 1.0);
+    loop.subdivision().gain(0).set(1.0);
     for (int frame = 0; frame < 60; ++frame)
         loop.move({0, 0, 0.002});
     EXPECT_EQ(effect.restarts, 2);

@@ -168,11 +168,11 @@ std::vector<Case> cases() {
              CoulombFriction friction({{0.3, x}});
          },
          0.2},
-        {"strength_n", [](double x) { SurfaceMagnets magnets(std::vector<SurfaceMagnet>{{x}}); },
+        {"strength_n", [](double x) { LoopMagnet magnet({x}); },
          1.0},
         {"capture_m",
          [](double x) {
-             SurfaceMagnets magnets(std::vector<SurfaceMagnet>{{1.0, x}});
+             LoopMagnet magnet({1.0, x});
          },
          1e-3},
         {"radius_m", [](double x) { make_baseline(BaselineKind::virtual_proxy, ball(), 0.0, x); },

@@ -251,11 +251,11 @@ TEST(SurfaceMagnets, SwitchedOffItLetsGo) {
     loop.move({0, 0, kTop + 0.5 * kCapture});
     loop.move(between);
     EXPECT_LE(loop.proxy().z, kTop + kExact);
-    loop.subdivision().set_magnet_gain(0, 0.0);
+    loop.subdivision().gain(0, SurfacePart::magnet).set(0.0);
     for (int i = 0; i < 100; ++i) // longer than the ramp
         loop.move(between);
     EXPECT_EQ(loop.proxy(), between);
-    loop.subdivision().set_magnet_gain(0, 1.0);
+    loop.subdivision().gain(0, SurfacePart::magnet).set(1.0);
     for (int i = 0; i < 100; ++i)
         loop.move(between);
     EXPECT_EQ(loop.proxy(), between);
@@ -433,7 +433,7 @@ TEST(SurfaceMagnets, SettingsThatCannotBeAreRefused) {
     const double inf = std::numeric_limits<double>::infinity();
     for (const SurfaceMagnet& bad :
          {SurfaceMagnet{-1.0, 1e-3}, {inf, 1e-3}, {nan, 1e-3}, {1.0, 0.0}, {1.0, inf}, {1.0, nan}})
-        EXPECT_THROW(SurfaceMagnets({bad}), std::invalid_argument);
+        EXPECT_THROW(LoopMagnet{bad}, std::invalid_argument);
 }
 
 } // namespace

@@ -341,7 +341,7 @@ TEST(TexturedContact, HeightsFollowTheirGain) {
     const Vec3 probe{crest, 0, kTop - 0.2e-3}; // where the crest is a stable place
     loop.start({crest, 0, kTop + 1e-3});
     const auto settle = [&](double gain) {
-        loop.subdivision().set_texture_gain(0, gain);
+        loop.subdivision().gain(0, SurfacePart::texture).set(gain);
         for (int frame = 0; frame < 600; ++frame) {
             const double before = loop.proxy().z;
             loop.move(probe);

@@ -84,20 +84,13 @@ public:
     explicit Uncarried(std::shared_ptr<const ScalarField> field) : contact_(std::move(field), {}) {}
     bool restart(const Vec3& p) noexcept override { return contact_.restart(p); }
     void set_gain(const Gain& gain) noexcept override { contact_.set_gain(gain); }
-    void offer(const Vec3& p, ContactSet& set) noexcept override { contact_.offer(p, set); }
-    std::optional<ContactPlane> nearest(const Vec3& p, const Vec3& pull,
-                                        double reach_m) noexcept override {
-        return contact_.nearest(p, pull, reach_m);
+    void offer(const Vec3& p, ContactSet& set, NearestPlane* nearest) noexcept override {
+        contact_.offer(p, set, nearest);
     }
     void keep_active(const ProxySolution& s, std::size_t first) noexcept override {
         contact_.keep_active(s, first);
     }
-    std::optional<Vec3> restore(const Vec3&) noexcept override { return std::nullopt; }
-    std::optional<Vec3> settle(const Vec3&) noexcept override { return std::nullopt; }
     Chord carry(const Vec3&, const Vec3&) noexcept override { return {}; }
-    std::optional<Vec3> obstructed(const Vec3&, const Vec3&, double) noexcept override {
-        return std::nullopt;
-    }
     double trust_m() const noexcept override { return contact_.trust_m(); }
     void commit(const Vec3& p, bool y, bool f) noexcept override { contact_.commit(p, y, f); }
     SurfaceState state() const noexcept override { return contact_.state(); }

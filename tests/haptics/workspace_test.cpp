@@ -236,7 +236,7 @@ TEST(WorkspaceSphere, AtHalfItsGainItResistsAsMuchAsTheDeviceShows) {
     ContactLoop loop(stepping(SteppingMethod::adaptive), {},
                      effects(std::make_unique<WorkspaceSphere>(Vec3{0.0}, 0.02, kInfinite)));
     loop.start(Vec3{0.0});
-    loop.subdivision().set_effect_gain(0, 0.5);
+    loop.subdivision().gain(0).set(0.5);
     Anywhere anywhere;
     for (int i = 0; i < 500; ++i) {
         const Vec3 probe = 0.1 * anywhere.vector();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // How effects make one frame: what composition.md 5 says must fail, fails.
-#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -91,9 +90,9 @@ public:
         : contact_(std::move(contact)), fault_(fault) {}
     bool restart(const Vec3& p) noexcept override { return contact_->restart(p); }
     void set_gain(const Gain& gain) noexcept override { contact_->set_gain(gain); }
-    void offer(const Vec3& p, ContactSet& contacts) noexcept override {
+    void offer(const Vec3& p, ContactSet& contacts, NearestPlane* nearest) noexcept override {
         ContactSet offered;
-        contact_->offer(p, offered);
+        contact_->offer(p, offered, nearest);
         for (std::size_t i = 0; i < offered.size(); ++i) {
             ContactPlane contact = offered[i];
             if (fault_ == Fault::looks_flat) contact.slope = Vec3{0.0};
@@ -103,28 +102,19 @@ public:
             contacts.add(contact);
         }
     }
-    std::optional<ContactPlane> nearest(const Vec3& p, const Vec3& pull,
-                                        double reach_m) noexcept override {
-        return contact_->nearest(p, pull, reach_m);
-    }
     void keep_active(const ProxySolution& s, std::size_t first) noexcept override {
         contact_->keep_active(s, first);
     }
-    std::optional<Vec3> restore(const Vec3& p) noexcept override { return contact_->restore(p); }
-    std::optional<Vec3> settle(const Vec3& p) noexcept override { return contact_->settle(p); }
     Chord carry(const Vec3& from, const Vec3& to) noexcept override {
         return fault_ == Fault::carries_nothing ? Chord{} : contact_->carry(from, to);
     }
-    std::optional<Vec3> obstructed(const Vec3& a, const Vec3& b, double f) noexcept override {
-        return contact_->obstructed(a, b, f);
-    }
+    FieldSurface* of_field() noexcept override { return contact_->of_field(); }
     double trust_m() const noexcept override { return contact_->trust_m(); }
     void commit(const Vec3& p, bool yielded, bool felt) noexcept override {
         contact_->commit(p, yielded || (felt && fault_ == Fault::level_moves), felt);
     }
     SurfaceState state() const noexcept override { return contact_->state(); }
-    double opens_above_n() const noexcept override { return contact_->opens_above_n(); }
-    void open() noexcept override { contact_->open(); }
+    Membrane* membrane() noexcept override { return contact_->membrane(); }
     QueryCount queries() const noexcept override { return contact_->queries(); }
 
 private:
@@ -296,14 +286,13 @@ public:
     /// The next frame begins as a trial's first, without multipliers.
     void forget() { friction_.restart(); }
     void move(const Vec3& probe) {
-        constexpr std::array<std::size_t, 2> kFirst{0, 2};
         friction_.begin();
         Vec3 end{0.0};
         do {
             PrimitiveSet primitives;
             for (std::size_t i = 0; i < faces_.size(); ++i)
                 primitives.add(faces_[i].plane);
-            friction_.gather(proxy_, faces_, kFirst, primitives);
+            friction_.gather(proxy_, faces_, primitives);
             int work = 1 << 20; // as much as it wants
             end = friction_.solve(primitives, probe, kK, work).proxy;
         } while (friction_.breaks_away());

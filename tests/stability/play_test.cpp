@@ -28,29 +28,16 @@ public:
         : contact_(std::move(contact)) {}
     bool restart(const Vec3& proxy) noexcept override { return contact_->restart(proxy); }
     void set_gain(const Gain& gain) noexcept override { contact_->set_gain(gain); }
-    void offer(const Vec3& proxy, ContactSet& contacts) noexcept override {
-        contact_->offer(proxy, contacts);
-    }
-    std::optional<ContactPlane> nearest(const Vec3& proxy, const Vec3& pull,
-                                        double reach_m) noexcept override {
-        return contact_->nearest(proxy, pull, reach_m);
+    void offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept override {
+        contact_->offer(proxy, contacts, nearest);
     }
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override {
         contact_->keep_active(solution, first);
     }
-    std::optional<Vec3> restore(const Vec3& proxy) noexcept override {
-        return contact_->restore(proxy);
-    }
-    std::optional<Vec3> settle(const Vec3& proxy) noexcept override {
-        return contact_->settle(proxy);
-    }
     Chord carry(const Vec3& from, const Vec3& to) noexcept override {
         return contact_->carry(from, to);
     }
-    std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to,
-                                   double fraction) noexcept override {
-        return contact_->obstructed(from, to, fraction);
-    }
+    FieldSurface* of_field() noexcept override { return contact_->of_field(); }
     double trust_m() const noexcept override { return contact_->trust_m(); }
     void commit(const Vec3& proxy, bool, bool felt) noexcept override {
         contact_->commit(proxy, false, felt);
