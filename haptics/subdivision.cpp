@@ -199,7 +199,14 @@ void Subdivision::begin(SubdivisionResult& result) noexcept {
         if (is_on(i) && !was_on) effects_[i]->restart(frame_.start);
     }
     if (any_moves) settling_.restart();
-    settling_n_per_m_ = may_bend() ? settling_.begin(frame_) : 0.0;
+    // What pushes unasked and moves by itself, as a pulse or a beating vessel, is felt as it is: a
+    // proxy that goes with it is not to be calmed.
+    bool is_driven = false;
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        is_driven = is_driven ||
+                    (is_on(i) && effects_[i]->is_active() && effects_[i]->unasked_force_n() > 0.0);
+    if (is_driven) settling_.restart();
+    settling_n_per_m_ = !is_driven && may_bend() ? settling_.begin(frame_) : 0.0;
     frame_.held = settling_.held();
     frame_.looks = frame_.held && settings_.method == SteppingMethod::adaptive && !effects_.empty();
     frame_.rests = settling_.stopped();
