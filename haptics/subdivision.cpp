@@ -87,7 +87,10 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     budget_ = {0, all_work(), kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
     follow_gains();
-    if (frames_may_contradict()) settling_.begin(frame_);
+    if (is_driven())
+        settling_.restart();
+    else if (frames_may_contradict())
+        settling_.begin(frame_);
     frame_.held = settling_.held();
     frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();
     frame_.rests = settling_.stopped();
@@ -117,6 +120,14 @@ void Subdivision::follow_gains() noexcept {
     }
     if (any_moves) settling_.restart();
     if (!all_as_set) result_.flags |= kLiveGain;
+}
+
+/// Whether an effect pushes unasked and moves by itself, as a pulse or a beating vessel. It is felt
+/// as it is: a proxy that goes with it is not to be calmed.
+bool Subdivision::is_driven() const noexcept {
+    return std::any_of(effects_.begin(), effects_.end(), [](const LoopEffect& effect) {
+        return effect.is_active() && effect.unasked_force_n() > 0.0;
+    });
 }
 
 /// Whether frames may contradict each other under a held probe. Surfaces alone do not, where each

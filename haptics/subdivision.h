@@ -124,6 +124,7 @@ private:
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
     void begin(std::span<const std::uint32_t> replayed) noexcept;
     void follow_gains() noexcept;
+    bool is_driven() const noexcept;
     bool frames_may_contradict() const noexcept;
     void begin_approach() noexcept;
     void gather(const Vec3& proxy) noexcept;

@@ -39,6 +39,9 @@ public:
     }
     // It pushes a hand that did nothing: a device with motors has to know by how much.
     double unasked_force_n() const noexcept override { return kAmplitude_n; }
+    // And the push moves while the hand holds still: it is not to be calmed as a proxy is that goes
+    // to and fro for want of a balance.
+    bool is_active() const noexcept override { return true; }
     std::size_t most_primitives() const noexcept override { return 0; } // a force needs no room
     palpate::QueryCount queries() const noexcept override { return {}; }
 
