@@ -25,10 +25,10 @@ constexpr double kMm = 1e-3;
 
 /// Structures deep in the brain and on its midline, each side and all that lie against another.
 const std::vector<std::string> kDeep{
-    "Thalamus_L", "Thalamus_R",     "Caudate_L",       "Caudate_R",       "Putamen_L",
-    "Putamen_R",  "Pallidum_L",     "Pallidum_R",      "Hippocampus_L",   "Hippocampus_R",
-    "Amygdala_L", "ParaHippocampal_L", "ParaHippocampal_R", "Cingulum_Mid_L", "Cingulum_Mid_R",
-    "Insula_L"};
+    "Thalamus_L",        "Thalamus_R",     "Caudate_L",      "Caudate_R",
+    "Putamen_L",         "Putamen_R",      "Pallidum_L",     "Pallidum_R",
+    "Hippocampus_L",     "Hippocampus_R",  "Amygdala_L",     "ParaHippocampal_L",
+    "ParaHippocampal_R", "Cingulum_Mid_L", "Cingulum_Mid_R", "Insula_L"};
 
 /// Random straight strokes: from outside down to 1 to 5 mm behind the first surface, 40 mm along,
 /// and out again.
@@ -67,7 +67,9 @@ public:
     std::vector<Vec3> next() {
         std::uniform_real_distribution<double> unit(0.0, 1.0);
         std::normal_distribution<double> normal;
-        const auto direction = [&] { return Vec3(normal(random_), normal(random_), normal(random_)); };
+        const auto direction = [&] {
+            return Vec3(normal(random_), normal(random_), normal(random_));
+        };
         const std::vector<Vec3>& label =
             starts_[static_cast<std::size_t>(unit(random_) * static_cast<double>(starts_.size()))];
         Vec3 surface =
@@ -129,9 +131,7 @@ protected:
             surface.smooth_voxels = kLabelSmoothing;
             surface.iso_after_smoothing = SurfaceDescription::IsoAfterSmoothing::keep_volume;
             surface.contact = ContactKind::volume;
-            EffectDescription effect;
-            effect.surface = "of_" + label;
-            scene.effects.push_back(effect);
+            scene.effects.push_back(effects::Surface{"of_" + label});
         }
         return std::make_shared<const Scene>(scene);
     }
