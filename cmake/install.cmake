@@ -8,8 +8,8 @@ install(TARGETS ${palpate_targets} EXPORT palpate_targets LIBRARY DESTINATION ${
 install(TARGETS palpate_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 set_target_properties(palpate_command PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
 foreach(folder IN LISTS palpate_folders)
-  file(GLOB headers CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.h)
-  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate/${folder})
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
+    FILES_MATCHING PATTERN "*.h" PATTERN internal EXCLUDE PATTERN command EXCLUDE)
 endforeach()
 install(FILES ${palpate_include}/palpate/version.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate)
 install(EXPORT palpate_targets NAMESPACE palpate:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)

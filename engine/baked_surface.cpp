@@ -150,7 +150,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
     if (!may_be_joined(own)) return labels;
     std::set<std::string> felt;
     for (const EffectDescription& effect : scene.effects)
-        if (effect.kind == EffectKind::surface) felt.insert(effect.surface);
+        if (makes_surface_felt(effect)) felt.insert(surface_of(effect));
     if (!felt.contains(surface)) return labels;
     for (const std::string& name : felt) {
         const auto found = scene.surfaces.find(name);

@@ -14,7 +14,7 @@
 #endif
 
 #include <palpate/engine/device_safety.h>
-#include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/internal/effect_questions.h>
 #include <palpate/engine/internal/plan_warnings.h>
 #include <palpate/engine/validation.h>
 #include <palpate/geometry/range.h>
@@ -119,14 +119,11 @@ std::vector<GainRamp*> HapticLoop::gains_of_effects(std::size_t custom_count) co
     std::vector<GainRamp*> gains(effects.size());
     for (const PlannedEffect& planned : scene_->plan().effects) {
         const EffectDescription& effect = effects[planned.effect];
-        if (!planned.on || !internal::traits_of(effect.kind).of_surface) continue;
-        const SurfacePart part = effect.kind == EffectKind::surface   ? SurfacePart::strength
-                                 : effect.kind == EffectKind::magnet  ? SurfacePart::magnet
-                                 : effect.kind == EffectKind::texture ? SurfacePart::texture
-                                                                      : SurfacePart::friction;
+        const std::optional<SurfacePart> part = internal::traits_of(effect).part;
+        if (!planned.on || !part) continue;
         for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
-            if (scene_->surfaces()[i].name == effect.surface)
-                gains[planned.effect] = &subdivision_->gain(i, part);
+            if (scene_->surfaces()[i].name == surface_of(effect))
+                gains[planned.effect] = &subdivision_->gain(i, *part);
     }
     const std::size_t before = effects_before_limits();
     for (std::size_t i = 0; i < scene_->effect_order().size(); ++i)
@@ -140,7 +137,7 @@ std::vector<GainRamp*> HapticLoop::gains_of_effects(std::size_t custom_count) co
 std::size_t HapticLoop::effects_before_limits() const {
     const std::vector<std::size_t>& order = scene_->effect_order();
     const auto is_limit = [&](std::size_t effect) {
-        return internal::traits_of(scene_->description().effects[effect].kind).turn ==
+        return internal::traits_of(scene_->description().effects[effect]).turn ==
                internal::EffectTurn::limits;
     };
     return static_cast<std::size_t>(std::find_if(order.begin(), order.end(), is_limit) -
@@ -151,7 +148,7 @@ std::size_t HapticLoop::effects_before_limits() const {
 bool HapticLoop::keeps_from_surfaces(std::size_t effect) const noexcept {
     const std::vector<EffectDescription>& effects = scene_->description().effects;
     return scene_->plan().relies_on_workspace && effect < effects.size() &&
-           effects[effect].kind == EffectKind::workspace;
+           internal::traits_of(effects[effect]).turn == internal::EffectTurn::limits;
 }
 
 bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {

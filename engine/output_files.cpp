@@ -145,7 +145,7 @@ std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
     for (const auto& [name, surface] : scene.surfaces)
         files.push_back(surface.mesh);
     for (const EffectDescription& effect : scene.effects)
-        files.push_back(effect.points_file);
+        files.push_back(file_of(effect));
     files.push_back(scene.device.file);
     std::erase_if(files, [](const std::filesystem::path& file) { return file.empty(); });
     return files;

@@ -39,7 +39,7 @@ std::vector<RecordedSource> sources(const Scene& scene) {
             for (const std::filesystem::path& file : source_files(volume.file))
                 result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
     for (const PlannedEffect& planned : scene.plan().effects) {
-        const std::filesystem::path& file = scene.description().effects[planned.effect].points_file;
+        const std::filesystem::path& file = file_of(scene.description().effects[planned.effect]);
         if (planned.on && !file.empty())
             result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
     }

@@ -6,19 +6,18 @@
 #include <map>
 #include <set>
 #include <stdexcept>
-#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/internal/effect_fields.h>
-#include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/internal/effect_questions.h>
 #include <palpate/engine/internal/plan_warnings.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/engine/validation.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/guarded_contact.h>
 #include <palpate/haptics/mesh_contact.h>
-#include <palpate/haptics/viscosity.h>
 #include <palpate/volume/analytic_fields.h>
 #include <palpate/volume/shared_samples.h>
 #include <palpate/volume/volume_file.h>
@@ -114,57 +113,18 @@ std::unique_ptr<SurfaceContact> make_contact_with(const SceneSurface& surface,
     return std::make_unique<VolumeContact>(field, surface.level, texture);
 }
 
-/// Behind a surface, from where its certificate allows nobody who has not gone through.
-std::unique_ptr<Effect> viscosity_inside(const SceneSurface& surface, double damping_n_s_per_m,
-                                         const std::shared_ptr<const ScalarField>& field) {
-    const double level = surface.level.level;
-    const LevelScale scale = LevelScale::of(*field, surface.level);
-    TransferFunction damping;
-    damping.count = 2;
-    damping.nodes[0] = {level + scale.certificate, 0.0};
-    damping.nodes[1] = {level + 2.0 * scale.certificate, damping_n_s_per_m};
-    return std::make_unique<Viscosity>(field, damping);
-}
-
-/// What an effect is, as text: orders effects of a kind, whatever the scene's order.
-std::string content_of(const EffectDescription& effect) {
-    std::string text = fmt::format(
-        "{} {} {} {} {} {} {} {} {} {} {} {}", effect.surface, effect.volume,
-        static_cast<int>(effect.guide), static_cast<int>(effect.ends),
-        effect.guide_settings.strength_n, effect.guide_settings.capture_m, effect.radius_m,
-        effect.mass_kg, effect.vibration.amplitude_n_s_per_m, effect.vibration.frequency_hz,
-        effect.vibration.decay_s, effect.vibration.most_n);
-    const auto add = [&](double number) { text += fmt::format(" {}", number); };
-    for (const double component : effect.force_n)
-        add(component);
-    const auto add_point = [&](const Vec3& point) {
-        for (int i = 0; i < 3; ++i)
-            add(point[i]);
-    };
-    for (const Vec3& point : {effect.center_m, effect.box_m.lower, effect.box_m.upper, effect.down})
-        add_point(point);
-    for (std::size_t i = 0; i < effect.strength.count; ++i) {
-        add(effect.strength.nodes[i].value);
-        add(effect.strength.nodes[i].strength_n);
-    }
-    for (const Vec3& point : effect.points_m)
-        add_point(point);
-    return text;
-}
-
-/// Effects that are on and more than a property of a surface: by turn, kind and content.
+/// Effects that are on and more than a part of a surface: by turn, kind and content.
 std::vector<std::size_t> order_of(const SceneDescription& scene, const EffectPlan& plan) {
-    std::vector<std::tuple<internal::EffectTurn, EffectKind, std::string, std::size_t>> keys;
+    std::vector<std::pair<internal::OrderKey, std::size_t>> keys;
     for (const PlannedEffect& planned : plan.effects) {
         const EffectDescription& effect = scene.effects[planned.effect];
-        const internal::EffectTraits& traits = internal::traits_of(effect.kind);
-        if (planned.on && !traits.of_surface)
-            keys.emplace_back(traits.turn, effect.kind, content_of(effect), planned.effect);
+        if (planned.on && !internal::traits_of(effect).part)
+            keys.emplace_back(internal::order_key(effect), planned.effect);
     }
     std::sort(keys.begin(), keys.end());
     std::vector<std::size_t> order;
-    for (const auto& key : keys)
-        order.push_back(std::get<3>(key));
+    for (const auto& [key, effect] : keys)
+        order.push_back(effect);
     return order;
 }
 
@@ -186,20 +146,19 @@ std::optional<Box> extent_of(const SceneDescription& scene, const SceneSurface& 
     return extent;
 }
 
-/// How far in front of its level a surface is felt at most: by a texture, of any gain, or a magnet.
+/// How far in front of its level a surface is felt at most, at any gain of what is on it.
 double felt_in_front_m(const SceneDescription& scene, const EffectPlan& plan,
                        const SceneSurface& surface) {
-    double height_m = 0.0, capture_m = 0.0;
+    double in_front_m = 0.0;
     for (const PlannedEffect& planned : plan.effects) {
         const EffectDescription& effect = scene.effects[planned.effect];
-        if (!planned.on || effect.surface != surface.name) continue;
-        if (effect.kind == EffectKind::texture) height_m = surface.baked.field->feature_size_m();
-        if (effect.kind == EffectKind::magnet) capture_m = effect.magnet.capture_m;
+        if (planned.on && surface_of(effect) == surface.name)
+            in_front_m += internal::in_front_m(effect, surface);
     }
-    return height_m + capture_m;
+    return in_front_m;
 }
 
-/// Whether a workspace that never yields keeps the proxy away from all of a surface.
+/// Whether an effect that never yields keeps the proxy away from all of a surface.
 bool is_out_of_reach(const SceneDescription& scene, const EffectPlan& plan,
                      const SceneSurface& surface) {
     const std::optional<Box> extent = extent_of(scene, surface);
@@ -207,17 +166,10 @@ bool is_out_of_reach(const SceneDescription& scene, const EffectPlan& plan,
     const double in_front_m = felt_in_front_m(scene, plan, surface);
     const Box felt{extent->lower - in_front_m, extent->upper + in_front_m};
     for (const PlannedEffect& planned : plan.effects) {
-        const EffectDescription& effect = scene.effects[planned.effect];
-        if (!planned.on || effect.kind != EffectKind::workspace ||
-            std::isfinite(effect.guide_settings.strength_n))
-            continue;
-        Box workspace = effect.box_m;
-        if (effect.radius_m > 0.0) {
-            workspace.add(effect.center_m - effect.radius_m);
-            workspace.add(effect.center_m + effect.radius_m);
-        }
-        if (Box{glm::max(workspace.lower, felt.lower), glm::min(workspace.upper, felt.upper)}
-                .empty())
+        if (!planned.on) continue;
+        const std::optional<Box> within = internal::confines_of(scene.effects[planned.effect]);
+        if (within &&
+            Box{glm::max(within->lower, felt.lower), glm::min(within->upper, felt.upper)}.empty())
             return true;
     }
     return false;
@@ -273,23 +225,19 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
             description_, description_.surfaces.at(surface.name).strength_volume, reader, *fields);
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
-    give_textures();
+    shape_surfaces();
     const LoopParts parts = make_parts();
     plan_.warnings = internal::warnings_of(*this, internal::felt_effects(*this, parts));
 }
 
-void Scene::give_textures() {
+void Scene::shape_surfaces() {
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
-        if (!planned.on || effect.kind != EffectKind::texture) continue;
-        for (SceneSurface& surface : surfaces_) {
-            if (surface.name != effect.surface) continue;
-            surface.texture = effect.texture;
-            surface.texture.field = effect_field(effect.volume);
-            at_place(
-                fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
-                [&] { SurfaceTexture(surface.texture, surface.baked.field->relief_limit_m()); });
-        }
+        if (!planned.on) continue;
+        for (SceneSurface& surface : surfaces_)
+            if (surface.name == surface_of(effect))
+                at_place(fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
+                         [&] { internal::give_shape(effect, surface, *effect_fields_); });
     }
 }
 
@@ -321,14 +269,9 @@ std::vector<SurfaceFinish> Scene::finish_with(const internal::EffectFields& fiel
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];
         if (!planned.on) continue;
-        for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-            if (surfaces_[i].name != effect.surface) continue;
-            if (effect.kind == EffectKind::magnet) {
-                finish[i].magnet = effect.magnet;
-                finish[i].magnet.over = internal::strength_over(effect, fields);
-            }
-            if (!effect.friction.none()) finish[i].friction = effect.friction;
-        }
+        for (std::size_t i = 0; i < surfaces_.size(); ++i)
+            if (surfaces_[i].name == surface_of(effect))
+                internal::give_finish(effect, finish[i], fields);
     }
     return finish;
 }
@@ -354,18 +297,15 @@ LoopParts Scene::make_parts() const {
             field = share_samples(field);
     parts.finish = finish_with(fields);
     for (const std::size_t index : effect_order_) {
-        EffectDescription effect = description_.effects[index];
-        const auto surface =
-            std::find_if(surfaces_.begin(), surfaces_.end(),
-                         [&](const SceneSurface& s) { return s.name == effect.surface; });
-        const auto bit = surface - surfaces_.begin();
-        if (surface != surfaces_.end())
-            effect.vibration.surfaces = bit < 64 ? std::uint64_t{1} << bit : 0;
-        if (effect.kind == EffectKind::viscosity && surface != surfaces_.end())
-            parts.effects.push_back(
-                viscosity_inside(*surface, effect.strength(0.0), shared(surface->baked.field)));
-        else
-            parts.effects.push_back(internal::make_effect(effect, fields));
+        const EffectDescription& effect = description_.effects[index];
+        internal::EffectParts of{fields};
+        for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+            if (surfaces_[i].name != surface_of(effect)) continue;
+            of.surface = &surfaces_[i];
+            of.surface_field = shared(surfaces_[i].baked.field);
+            of.surface_bit = i < 64 ? std::uint64_t{1} << i : 0;
+        }
+        parts.effects.push_back(internal::make_effect(effect, of));
     }
     return parts;
 }

@@ -76,7 +76,7 @@ public:
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
 private:
-    void give_textures();
+    void shape_surfaces();
     std::vector<SurfaceFinish> finish_with(const internal::EffectFields& fields) const;
 
     SceneDescription description_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -10,17 +9,12 @@
 #include <vector>
 
 #include <palpate/engine/device_placement.h>
+#include <palpate/engine/scene/effects/list.h>
 #include <palpate/geometry/mesh_file.h>
-#include <palpate/haptics/contact_vibration.h>
-#include <palpate/haptics/coulomb_friction.h>
-#include <palpate/haptics/guide_capture.h>
-#include <palpate/haptics/polyline.h>
 #include <palpate/haptics/subdivision.h>
-#include <palpate/haptics/surface_magnets.h>
 #include <palpate/haptics/surface_state.h>
 #include <palpate/haptics/surface_texture.h>
 #include <palpate/haptics/transfer_function.h>
-#include <palpate/haptics/vector_follow.h>
 #include <palpate/volume/volume_file.h>
 #include <palpate/volume/volume_filters.h>
 
@@ -100,59 +94,8 @@ struct SurfaceDescription {
     int line = 0;
 };
 
-enum class EffectKind {
-    surface,
-    gradient_surface,
-    constant_force,
-    gradient_force,
-    viscosity,
-    vector_force,
-    vector_follow,
-    fibre_follow,
-    front_shape,
-    vortex,
-    friction,
-    stick_slip,
-    guide,
-    workspace,
-    vibration,
-    gravity_compensation,
-    magnet,
-    texture,
-};
-
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
 inline constexpr double kLabelSmoothing = 1.0; // voxels
-
-struct EffectDescription {
-    EffectKind kind = EffectKind::surface;
-    std::string surface; ///< kinds of surfaces, vibration, viscosity in a surface: key of
-                         ///< SceneDescription::surfaces
-    std::string volume;  ///< kinds of volumes: key of SceneDescription::volumes; empty where
-                         ///< viscosity is in a surface, a texture a pattern, and where the strength
-                         ///< of viscosity, a guide, workspace or magnet is the same everywhere
-    TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
-    ///< kinds of volumes, and guide, workspace and magnet with one (key strength_n): N over the
-    ///< volume's value, of vectors their length;
-    ///< viscosity (key damping_n_s_per_m): N s/m
-    TextureSettings texture;       ///< texture: all but the field, which is of `volume`
-    SurfaceMagnet magnet;          ///< magnet (keys strength_n, capture_mm)
-    FrictionCoefficients friction; ///< friction (keys static, dynamic) and stick_slip, no unit
-    FollowGuide guide = FollowGuide::streamline;  ///< vector_follow and fibre_follow
-    std::array<double, 3> force_n{0.0, 0.0, 0.0}; ///< kind constant_force, N, scene frame
-    std::vector<Vec3> points_m; ///< guide: a point, or the corners of a polyline, scene frame, m
-    std::filesystem::path points_file;      ///< guide: where they were read from; empty: the scene
-    PolylineEnds ends = PolylineEnds::open; ///< guide
-    GuideSettings guide_settings; ///< guide; the strength is a workspace's, too; with `volume` the
-                                  ///< greatest of its function
-    double radius_m = 0.0;        ///< workspace: of a ball, m; 0: a box
-    Vec3 center_m{0.0};           ///< workspace: of the ball, m
-    Box box_m;                    ///< workspace, m
-    ContactVibrationSettings vibration; ///< vibration; its surfaces are `surface`, or all
-    double mass_kg = 0.0;               ///< gravity_compensation: of the handle, kg
-    Vec3 down{0.0};                     ///< gravity_compensation: of any length
-    int line = 0;
-};
 
 struct CouplingDescription {
     double stiffness_n_per_m = 500.0; ///< k_s of eq. (3), (0, 1e5]

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_kinds.h>
 #include <palpate/engine/internal/scene_tables.h>
 #include <palpate/engine/internal/text_file.h>
 #include <palpate/engine/validation.h>
@@ -68,7 +67,6 @@ LoopDescription read_loop(const TomlTable& table) {
 std::string_view name(SteppingMethod method) noexcept {
     return kMethodNames[static_cast<std::size_t>(method)];
 }
-std::string_view name(EffectKind kind) noexcept { return internal::traits_of(kind).name; }
 
 SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file) {
     constexpr std::array<std::string_view, 8> keys{"volume",   "material", "surface", "effect",

@@ -29,6 +29,5 @@ ComponentPolicy parse_keep(const std::string& text);
 /// The name of a value as scene files spell it.                                         [any]
 std::string_view name(ContactKind kind) noexcept;
 std::string_view name(SteppingMethod method) noexcept;
-std::string_view name(EffectKind kind) noexcept;
 
 } // namespace palpate

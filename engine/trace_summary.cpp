@@ -159,9 +159,9 @@ json effect_summary(const Scene& scene) {
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
         json entry = {
-            {"type", name(effect.kind)}, {"on", planned.on}, {"cost_us", prices[planned.effect]}};
-        if (!effect.surface.empty()) entry["surface"] = effect.surface;
-        if (!effect.volume.empty()) entry["volume"] = effect.volume;
+            {"type", name(effect)}, {"on", planned.on}, {"cost_us", prices[planned.effect]}};
+        if (!surface_of(effect).empty()) entry["surface"] = surface_of(effect);
+        if (!volume_of(effect).empty()) entry["volume"] = volume_of(effect);
         effects.push_back(entry);
     }
     return effects;

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/internal/effect_questions.h>
 #include <palpate/engine/internal/field_check.h>
 
 namespace palpate {
@@ -86,61 +86,9 @@ void check_device(const SceneDescription& scene, const DeviceDescription& device
     check_placement(device.placement);
 }
 
-/// Whether two workspaces share a place at least.
-bool overlap(const EffectDescription& a, const EffectDescription& b) {
-    if (a.radius_m > 0.0 && b.radius_m > 0.0)
-        return glm::distance(a.center_m, b.center_m) <= a.radius_m + b.radius_m;
-    if (b.radius_m > 0.0) return overlap(b, a);
-    if (a.radius_m > 0.0)
-        return glm::distance(a.center_m, glm::clamp(a.center_m, b.box_m.lower, b.box_m.upper)) <=
-               a.radius_m;
-    return !Box{glm::max(a.box_m.lower, b.box_m.lower), glm::min(a.box_m.upper, b.box_m.upper)}
-                .empty();
-}
-
-/// An effect as messages about several of them name it.
-std::string where(const SceneDescription& scene, std::size_t effect) {
-    return scene.effects[effect].line > 0 ? "in [[effect]]" : fmt::format("in effects[{}]", effect);
-}
-
-/// Refuses a workspace that never yields and cannot hold the proxy beside one of `holding`.
-void check_overlap(const SceneDescription& scene, const std::vector<std::size_t>& holding,
-                   std::size_t i) {
-    for (const std::size_t other : holding) {
-        if (overlap(scene.effects[other], scene.effects[i])) continue;
-        const int line = scene.effects[other].line;
-        throw std::invalid_argument(fmt::format(
-            "the workspace {} has no place in common with that {}, and neither yields; move or "
-            "enlarge one of them, or give one a finite strength_n",
-            where(scene, i), line > 0 ? fmt::format("of line {}", line) : where(scene, other)));
-    }
-}
-
-/// What is sampled less than twice a period is another tone.
-void check_tone(const SceneDescription& scene, std::size_t i) {
-    const double frequency_hz = scene.effects[i].vibration.frequency_hz;
-    if (scene.effects[i].kind != EffectKind::vibration || 2.0 * frequency_hz < scene.loop.rate_hz)
-        return;
-    throw std::invalid_argument(fmt::format(
-        "frequency_hz = {} {} is not below half of [loop] rate_hz = {}; lower it, or raise the "
-        "rate",
-        frequency_hz, where(scene, i), scene.loop.rate_hz));
-}
-
 void check_effects(const SceneDescription& scene) {
-    std::vector<std::size_t> holding; // workspaces that never yield
-    for (std::size_t i = 0; i < scene.effects.size(); ++i) {
-        const EffectDescription& effect = scene.effects[i];
-        at(scene, effect.line, [&] {
-            internal::check_effect(FieldCheck(fmt::format("effects[{}]", i)), scene, effect);
-            check_tone(scene, i);
-            if (effect.kind != EffectKind::workspace ||
-                std::isfinite(effect.guide_settings.strength_n))
-                return;
-            check_overlap(scene, holding, i);
-            holding.push_back(i);
-        });
-    }
+    for (std::size_t i = 0; i < scene.effects.size(); ++i)
+        at(scene, scene.effects[i].line, [&] { internal::check_effect(scene, i); });
 }
 
 } // namespace

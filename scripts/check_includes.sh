@@ -87,7 +87,7 @@ check_includes() {
     FNR == 1 {
         folder = FILENAME
         sub(/\/.*/, "", folder)
-        is_public = FILENAME ~ /^[a-z]+\/[^\/]+\.h$/
+        is_public = FILENAME ~ /\.h$/ && FILENAME !~ /\/(internal|command)\//
     }
     /^[ \t]*#[ \t]*include[ \t]*"/ {
         complain("write <palpate/folder/header.h>, not quotes")

@@ -12,7 +12,7 @@ namespace palpate::command {
 namespace {
 
 std::string subject(const EffectDescription& effect) {
-    return effect.surface.empty() ? effect.volume : effect.surface;
+    return surface_of(effect).empty() ? volume_of(effect) : surface_of(effect);
 }
 
 std::string as_json(const Scene& scene, const std::vector<double>& prices) {
@@ -20,7 +20,7 @@ std::string as_json(const Scene& scene, const std::vector<double>& prices) {
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
         effects.push_back(
-            {{"type", name(effect.kind)},
+            {{"type", name(effect)},
              {"of", subject(effect)},
              {"on", planned.on},
              {"reason", planned.reason},
@@ -81,7 +81,7 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
         text += fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11.3f}  {}\n",
-                            planned.effect + 1, name(effect.kind), subject(effect),
+                            planned.effect + 1, name(effect), subject(effect),
                             planned.on ? "on" : "off", planned.contact, planned.samples,
                             planned.start_samples, planned.roots, planned.rays,
                             prices[planned.effect], planned.reason);

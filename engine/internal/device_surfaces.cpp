@@ -14,8 +14,8 @@ std::string reasons(const Scene& scene) {
     std::string text;
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (planned.on || effect.kind != EffectKind::surface) continue;
-        if (!wanted.empty() && effect.surface != wanted) continue;
+        if (planned.on || !makes_surface_felt(effect)) continue;
+        if (!wanted.empty() && surface_of(effect) != wanted) continue;
         text += fmt::format("{}effect {}: {}", text.empty() ? "" : "; ", planned.effect + 1,
                             planned.reason);
     }

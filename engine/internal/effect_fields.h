@@ -7,7 +7,6 @@
 
 #include <palpate/engine/baked_surface.h>
 #include <palpate/engine/scene_description.h>
-#include <palpate/haptics/effect.h>
 #include <palpate/haptics/local_strength.h>
 #include <palpate/volume/scalar_field.h>
 #include <palpate/volume/vector_field.h>
@@ -32,11 +31,9 @@ void load_field_of(const SceneDescription& scene, const EffectDescription& effec
 void load_scalar_field(const SceneDescription& scene, const std::string& volume,
                        VolumeReader& reader, EffectFields& fields);
 
-/// An effect's strength over its volume, whose field must be loaded; nothing where it has none.
+/// A strength over the value of a volume, whose field must be loaded; nothing for an empty name.
 /// [setup]
-StrengthOverField strength_over(const EffectDescription& effect, const EffectFields& fields);
-
-/// A fresh effect; not for those of surfaces. Its fields must be loaded. [setup]
-std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const EffectFields& fields);
+StrengthOverField strength_over(const std::string& volume, const TransferFunction& strength,
+                                const EffectFields& fields);
 
 } // namespace palpate::internal

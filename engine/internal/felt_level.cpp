@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <palpate/engine/internal/effect_questions.h>
+
 namespace palpate::internal {
 namespace {
 
@@ -51,11 +53,11 @@ std::vector<FeltLevel> felt_levels(const Scene& scene) {
     }
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (!planned.on || effect.kind != EffectKind::gradient_surface) continue;
-        const VolumeDescription& volume = scene.description().volumes.at(effect.volume);
+        if (!planned.on || !traits_of(effect).stands_for_surface) continue;
+        const VolumeDescription& volume = scene.description().volumes.at(volume_of(effect));
         if (volume.analytic.empty()) continue;
         levels.push_back(
-            {scene.effect_field(effect.volume), {}, FeltSphere::of(volume, 0.0), nullptr, 0});
+            {scene.effect_field(volume_of(effect)), {}, FeltSphere::of(volume, 0.0), nullptr, 0});
     }
     return levels;
 }
@@ -65,9 +67,9 @@ bool levels_hold_alone(const Scene& scene) {
         if (!surface.baked.field || std::isfinite(surface.level.strength_n)) return false;
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (!planned.on || effect.kind == EffectKind::surface) continue;
-        if (effect.kind != EffectKind::gradient_surface) return false;
-        if (scene.description().volumes.at(effect.volume).analytic.empty()) return false;
+        if (!planned.on || makes_surface_felt(effect)) continue;
+        if (!traits_of(effect).stands_for_surface) return false;
+        if (scene.description().volumes.at(volume_of(effect)).analytic.empty()) return false;
     }
     return true;
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <stdexcept>
 
+#include <palpate/engine/internal/effect_questions.h>
 #include <palpate/engine/orbit.h>
 
 namespace palpate::internal {
@@ -15,8 +16,7 @@ constexpr double kSpeed = 0.2;               // m/s
 constexpr double kStep = 1e-3 * kSpeed;      // m between two places
 constexpr std::size_t kStroke = 10;          // steps of a hand that goes to and fro
 constexpr int kTries = 16;                   // along each axis of a volume
-constexpr double kOutside = 1e-3;            // m behind a workspace's border
-constexpr double kDepthOfViscosity_mm = 1.0; // behind a surface's certificate
+constexpr double kDepthInside_mm = 1.0; // behind a surface's certificate
 
 bool is_felt(Effect& effect, const Vec3& from) {
     PrimitiveSet primitives;
@@ -48,33 +48,10 @@ std::vector<Vec3> places_in(const Box& box) {
     return places;
 }
 
-/// Just outside of each side.
-std::vector<Vec3> places_around(const EffectDescription& workspace) {
-    const bool is_ball = workspace.radius_m > 0.0;
-    const Vec3 center = is_ball ? workspace.center_m : workspace.box_m.center();
-    const Vec3 half = is_ball ? Vec3{workspace.radius_m} : 0.5 * workspace.box_m.extent();
-    std::vector<Vec3> places;
-    for (int axis = 2; axis >= 0; --axis)
-        for (const double side : {1.0, -1.0}) {
-            places.push_back(center);
-            places.back()[axis] += side * (half[axis] + kOutside);
-        }
-    return places;
-}
-
-/// Corners and middles of the edges.
-std::vector<Vec3> places_along(const std::vector<Vec3>& corners) {
-    std::vector<Vec3> places = corners;
-    for (std::size_t i = 1; i < corners.size(); ++i)
-        places.push_back(0.5 * (corners[i - 1] + corners[i]));
-    return places;
-}
-
 /// Where to look for an effect.
 std::vector<Vec3> candidates(const Scene& scene, const EffectDescription& effect) {
-    if (effect.kind == EffectKind::guide) return places_along(effect.points_m);
-    if (effect.kind == EffectKind::workspace) return places_around(effect);
-    if (const std::optional<Box> bounds = scene.effect_bounds(effect.volume))
+    if (std::vector<Vec3> places = places_of(effect); !places.empty()) return places;
+    if (const std::optional<Box> bounds = scene.effect_bounds(volume_of(effect)))
         return places_in(*bounds);
     return {Vec3{0.0}};
 }
@@ -101,7 +78,7 @@ std::vector<Vec3> places_where_felt(const Scene& scene, const EffectDescription&
                                     Effect& built) {
     std::vector<Vec3> places;
     for (const SceneSurface& surface : scene.surfaces())
-        if (surface.name == effect.surface) places = places_on(surface, kDepthOfViscosity_mm);
+        if (surface.name == surface_of(effect)) places = places_on(surface, kDepthInside_mm);
     if (places.empty()) {
         const std::vector<Vec3> tried = candidates(scene, effect);
         const auto found = std::find_if(tried.begin(), tried.end(),

@@ -64,9 +64,6 @@ void check_material(const FieldCheck& check, const MaterialDescription& material
 /// The scene's volumes and materials have been checked.
 void check_surface(const FieldCheck& check, const SceneDescription& scene,
                    const SurfaceDescription& surface);
-/// The scene's volumes and surfaces have been checked.
-void check_effect(const FieldCheck& check, const SceneDescription& scene,
-                  const EffectDescription& effect);
 /// Not scalars: a formula of vectors.
 bool is_of_vectors(const VolumeDescription& volume);
 /// A volume of scalars that may be interpolated, as far as that is known before it is read.

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_kinds.h>
+#include <palpate/engine/internal/effect_questions.h>
 #include <palpate/engine/scene_file.h>
 #include <palpate/haptics/guard_planes.h>
 #include <palpate/haptics/plane_bundle.h>
@@ -21,7 +21,26 @@ constexpr std::size_t kMeet = 4;    // surfaces at one place: more is rare in an
 constexpr std::size_t kTouches = 3; // facets that hold a mesh's proxy at a vertex
 constexpr std::size_t kLeash = 1;   // plane of a guarded contact
 
-/// The most planes that a surface offers in an evaluation.
+/// Of the surfaces that meet at one place, those with the most.
+std::size_t most_where_surfaces_meet(const Scene& scene) {
+    std::map<std::string, std::size_t> of_surfaces;
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const EffectDescription& effect = scene.description().effects[planned.effect];
+        if (!planned.on || !traits_of(effect).part) continue;
+        for (const SceneSurface& surface : scene.surfaces())
+            if (surface.name == surface_of(effect))
+                of_surfaces[surface.name] += most_primitives_on(effect, surface);
+    }
+    std::vector<std::size_t> counts;
+    for (const auto& [surface, count] : of_surfaces)
+        counts.push_back(count);
+    std::sort(counts.begin(), counts.end(), std::greater<>());
+    counts.resize(std::min(counts.size(), kMeet));
+    return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+}
+
+} // namespace
+
 std::size_t most_planes(const SceneSurface& surface) {
     // Of what gives way as a whole several planes would resist more than it.
     const bool gives_way =
@@ -39,36 +58,8 @@ std::size_t most_planes(const SceneSurface& surface) {
     return PlaneBundle::kCapacity;
 }
 
-/// The most planes and lines that something which is of a surface adds there.
-std::size_t most_on(const SceneSurface& surface, EffectKind kind) {
-    if (kind == EffectKind::texture) return 0;
-    if (kind == EffectKind::magnet) return 1;
-    return most_planes(surface); // of friction, a line for each
-}
-
-/// Of the surfaces that meet at one place, those with the most.
-std::size_t most_where_surfaces_meet(const Scene& scene) {
-    std::map<std::string, std::size_t> of_surfaces;
-    for (const PlannedEffect& planned : scene.plan().effects) {
-        const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (!planned.on || !traits_of(effect.kind).of_surface) continue;
-        for (const SceneSurface& surface : scene.surfaces())
-            if (surface.name == effect.surface)
-                of_surfaces[surface.name] += most_on(surface, effect.kind);
-    }
-    std::vector<std::size_t> counts;
-    for (const auto& [surface, count] : of_surfaces)
-        counts.push_back(count);
-    std::sort(counts.begin(), counts.end(), std::greater<>());
-    counts.resize(std::min(counts.size(), kMeet));
-    return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
-}
-
-} // namespace
-
 std::string effect_name(const Scene& scene, std::size_t effect) {
-    return fmt::format("effect {} ({})", effect + 1,
-                       name(scene.description().effects[effect].kind));
+    return fmt::format("effect {} ({})", effect + 1, name(scene.description().effects[effect]));
 }
 
 std::vector<FeltEffect> felt_effects(const Scene& scene, const LoopParts& parts) {

@@ -16,6 +16,9 @@ struct FeltEffect {
     const Effect* effect = nullptr;
 };
 
+/// The most planes that a surface offers in an evaluation.                              [setup]
+std::size_t most_planes(const SceneSurface& surface);
+
 /// "effect 3 (guide)", of its index in the scene.                                       [setup]
 std::string effect_name(const Scene& scene, std::size_t effect);
 

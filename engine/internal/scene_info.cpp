@@ -24,7 +24,7 @@ FileInfo scene_info(const std::filesystem::path& file) {
         surfaces.push_back(name);
     json effects = json::array();
     for (const EffectDescription& effect : scene.effects)
-        effects.push_back(name(effect.kind));
+        effects.push_back(name(effect));
     const json document = {{"kind", "scene"},
                            {"volumes", volumes},
                            {"surfaces", surfaces},

@@ -176,9 +176,7 @@ protected:
             surface.smooth_voxels = kLabelSmoothing;
             surface.iso_after_smoothing = SurfaceDescription::IsoAfterSmoothing::keep_volume;
             surface.contact = contact;
-            EffectDescription effect;
-            effect.surface = "of_" + label;
-            scene.effects.push_back(effect);
+            scene.effects.push_back(effects::Surface{"of_" + label});
         }
         return std::make_shared<const Scene>(scene, resources);
     }

@@ -46,9 +46,7 @@ SceneSurface surface_of(const std::string& file, double iso_value, double smooth
     surface.smooth_voxels = smooth_voxels;
     surface.keep.kind = ComponentPolicy::Kind::largest;
     surface.contact = ContactKind::guarded;
-    EffectDescription effect;
-    effect.surface = "surface";
-    description.effects.push_back(effect);
+    description.effects.push_back(effects::Surface{"surface"});
     SceneResources resources;
     resources.cache = real_data("cache");
 #ifdef PALPATE_WITH_CGAL

@@ -56,9 +56,7 @@ protected:
         bone.smooth_voxels = 0.7;
         bone.keep.kind = ComponentPolicy::Kind::largest;
         bone.contact = ContactKind::guarded; // bakes and meshes for all
-        EffectDescription effect;
-        effect.surface = "bone";
-        scene.effects.push_back(effect);
+        scene.effects.push_back(effects::Surface{"bone"});
         DeviceDescription orbit;
         orbit.duration_s = 48.0;
         orbit.turns = 24;

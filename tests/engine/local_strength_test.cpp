@@ -244,7 +244,7 @@ TEST_F(GuideFile, HoldsThePointsOfTheScene) {
     const SceneDescription from_file =
         parse_scene(scene_with("x_m,y_m,z_m\n0,0,0\r\n 0.01, -0.02 ,3e-3\n"), folder_ / "x.toml");
     const std::vector<Vec3> expected{{0, 0, 0}, {0.01, -0.02, 3e-3}};
-    EXPECT_EQ(from_file.effects[0].points_m, expected);
+    EXPECT_EQ(std::get<effects::Guide>(from_file.effects[0].settings).points_m, expected);
 }
 
 TEST_F(GuideFile, IsRefusedWithItsLine) {

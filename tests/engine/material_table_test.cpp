@@ -26,8 +26,9 @@ protected:
                "[[effect]]\nsurface = \"skin\"\n" +
                effect;
     }
-    FrictionCoefficients friction(const std::string& material, const std::string& keys) const {
-        return parse(felt(material, "type = \"friction\"\n" + keys)).effects[1].friction;
+    effects::Friction friction(const std::string& material, const std::string& keys) const {
+        return std::get<effects::Friction>(
+            parse(felt(material, "type = \"friction\"\n" + keys)).effects[1].settings);
     }
     EffectPlan plan(const std::string& text) const {
         return plan_effects(parse(text), Extraction::impossible);

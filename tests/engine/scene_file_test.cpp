@@ -82,14 +82,14 @@ file = "probe.csv"
     EXPECT_EQ(bone.line, 3);
 
     ASSERT_EQ(scene.effects.size(), 3u);
-    EXPECT_EQ(scene.effects[0].kind, EffectKind::surface);
-    EXPECT_EQ(scene.effects[0].surface, "bone");
-    EXPECT_EQ(scene.effects[1].kind, EffectKind::gradient_surface);
-    EXPECT_EQ(scene.effects[1].volume, "head");
+    EXPECT_EQ(std::get<effects::Surface>(scene.effects[0].settings).surface, "bone");
+    const auto& plane = std::get<effects::GradientSurface>(scene.effects[1].settings);
+    EXPECT_EQ(plane.volume, "head");
     EXPECT_EQ(scene.effects[1].line, 16);
-    ASSERT_EQ(scene.effects[1].strength.count, 3u);
-    EXPECT_EQ(scene.effects[1].strength(226.0), 1.5);
-    EXPECT_EQ(scene.effects[2].force_n, (std::array<double, 3>{0.0, -0.5, 1.0}));
+    ASSERT_EQ(plane.strength.count, 3u);
+    EXPECT_EQ(plane.strength(226.0), 1.5);
+    EXPECT_EQ(std::get<effects::ConstantForce>(scene.effects[2].settings).force_n,
+              Vec3(0.0, -0.5, 1.0));
 
     EXPECT_EQ(scene.coupling.stiffness_n_per_m, 800.0);
     EXPECT_EQ(scene.coupling.damping_n_s_per_m, 1.5);
@@ -235,11 +235,10 @@ TEST_F(SceneFile, KeepOfAnOptionIsSpelledLikeThatOfAScene) {
 
 TEST_F(SceneFile, StrengthIsANumberOrAFunctionOfTheValue) {
     const auto strength = [&](const std::string& value) {
-        return parse(kBone +
-                     "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"head\"\nstrength_n = " +
-                     value + "\n")
-            .effects[0]
-            .strength;
+        const SceneDescription scene = parse(
+            kBone + "[[effect]]\ntype = \"gradient_surface\"\nvolume = \"head\"\nstrength_n = " +
+            value + "\n");
+        return std::get<effects::GradientSurface>(scene.effects[0].settings).strength;
     };
     EXPECT_EQ(strength("2")(99.0), 2.0);
     EXPECT_EQ(strength("inf")(99.0), kInfinity);
@@ -326,9 +325,9 @@ TEST(SceneNames, AreSpelledAsInScenes) {
     EXPECT_EQ(name(SteppingMethod::paper), "paper");
     EXPECT_EQ(name(SteppingMethod::fixed), "fixed");
     EXPECT_EQ(name(SteppingMethod::adaptive), "adaptive");
-    EXPECT_EQ(name(EffectKind::surface), "surface");
-    EXPECT_EQ(name(EffectKind::gradient_surface), "gradient_surface");
-    EXPECT_EQ(name(EffectKind::constant_force), "constant_force");
+    EXPECT_EQ(name(effects::Surface{}), "surface");
+    EXPECT_EQ(name(effects::GradientSurface{}), "gradient_surface");
+    EXPECT_EQ(name(effects::ConstantForce{}), "constant_force");
 }
 
 } // namespace

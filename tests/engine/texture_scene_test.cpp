@@ -102,9 +102,10 @@ TEST(TextureScene, AMaterialSaysWhatItsSurfacesAreLike) {
     const SceneDescription scene = parse_scene(
         kPlate + cork + surface("top", "material = \"cork\"\n") + texture("top", "height_mm = 0.2"),
         "x.toml");
-    EXPECT_DOUBLE_EQ(scene.effects[1].texture.height_m, 0.2e-3);
-    EXPECT_DOUBLE_EQ(scene.effects[1].texture.wavelength_m, 2e-3);
-    EXPECT_EQ(scene.effects[1].texture.pattern, TexturePattern::bumps);
+    const auto& read = std::get<effects::Texture>(scene.effects[1].settings);
+    EXPECT_DOUBLE_EQ(read.height_m, 0.2e-3);
+    EXPECT_DOUBLE_EQ(read.wavelength_m, 2e-3);
+    EXPECT_EQ(read.pattern, TexturePattern::bumps);
 }
 
 std::uint64_t samples_of(const std::vector<FrameReport>& frames) {

@@ -33,39 +33,27 @@ SceneDescription full() {
     SurfaceDescription& skull = scene.surfaces["skull"];
     skull.volume = "head";
     skull.material = "bone";
-    const auto add = [&](EffectKind kind) -> EffectDescription& {
-        EffectDescription effect;
-        effect.kind = kind;
-        return scene.effects.emplace_back(effect);
+    scene.effects = {
+        effects::Surface{"skull"}, // 0
+        effects::Friction{"skull", 0.3, 0.2},
+        effects::ConstantForce{{0.1, 0.0, 0.0}}, // 2
+        effects::GradientForce{"head", TransferFunction::constant(0.2)},
+        effects::Guide{.points_m = {Vec3{0.0}, Vec3{0.01, 0.0, 0.0}}}, // 4
+        effects::Workspace{.radius_m = 0.1},
+        effects::GravityCompensation{0.05, {0, 0, -1}}, // 6
+        effects::VectorForce{"stream", TransferFunction::constant(0.2)},
+        effects::Magnet{.surface = "skull", .strength_n = 0.3}, // 8
+        effects::Texture{.surface = "skull", .height_m = 1e-4},
+        effects::Vibration{.surface = "skull"}, // 10
+        effects::Viscosity{.strength = TransferFunction::constant(1.0)},
     };
-    add(EffectKind::surface).surface = "skull"; // 0
-    EffectDescription& friction = add(EffectKind::friction);
-    friction.surface = "skull";
-    friction.friction = {0.3, 0.2};
-    add(EffectKind::constant_force).force_n = {0.1, 0.0, 0.0}; // 2
-    EffectDescription& force = add(EffectKind::gradient_force);
-    force.volume = "head";
-    force.strength = TransferFunction::constant(0.2);
-    EffectDescription& guide = add(EffectKind::guide); // 4
-    guide.points_m = {Vec3{0.0}, Vec3{0.01, 0.0, 0.0}};
-    EffectDescription& workspace = add(EffectKind::workspace);
-    workspace.radius_m = 0.1;
-    EffectDescription& weight = add(EffectKind::gravity_compensation); // 6
-    weight.mass_kg = 0.05;
-    weight.down = {0, 0, -1};
-    EffectDescription& flow = add(EffectKind::vector_force);
-    flow.volume = "stream";
-    flow.strength = TransferFunction::constant(0.2);
-    EffectDescription& magnet = add(EffectKind::magnet); // 8
-    magnet.surface = "skull";
-    magnet.magnet.strength_n = 0.3;
-    EffectDescription& rough = add(EffectKind::texture);
-    rough.surface = "skull";
-    rough.texture.height_m = 1e-4;
-    add(EffectKind::vibration).surface = "skull"; // 10
-    EffectDescription& thick = add(EffectKind::viscosity);
-    thick.strength = TransferFunction::constant(1.0);
     return scene;
+}
+
+/// The settings of an effect of a scene.
+template <class Kind>
+Kind& of(SceneDescription& scene, std::size_t effect) {
+    return std::get<Kind>(scene.effects[effect].settings);
 }
 
 std::string complaint(const std::function<void(SceneDescription&)>& change) {
@@ -109,24 +97,24 @@ TEST(SceneFromCode, NumbersOutOfRangeNameFieldValueAndRange) {
         {[](S& s) { s.surfaces["skull"].strength_n = -kInfinite; },
          "surfaces[\"skull\"].strength_n = -inf is out of range; give a number in [0, 1000000] or "
          "inf"},
-        {[](S& s) { s.effects[1].friction.dynamic_mu = 0.4; },
+        {[](S& s) { of<effects::Friction>(s, 1).dynamic_mu = 0.4; },
          "effects[1].friction.dynamic_mu = 0.4 is above static_mu = 0.3; give at most as much "
          "friction while sliding as at rest"},
-        {[](S& s) { s.effects[2].force_n[1] = 2e3; },
+        {[](S& s) { of<effects::ConstantForce>(s, 2).force_n[1] = 2e3; },
          "effects[2].force_n[1] = 2000 is out of range; give a number in [-1000, 1000]"},
-        {[](S& s) { s.effects[3].strength.nodes[0].strength_n = kInfinite; },
+        {[](S& s) { of<effects::GradientForce>(s, 3).strength.nodes[0].strength_n = kInfinite; },
          "effects[3].strength.nodes[0].strength_n = inf is out of range; give a number in [0, "
          "1000]"},
-        {[](S& s) { s.effects[4].guide_settings.capture_m = 0.0; },
+        {[](S& s) { of<effects::Guide>(s, 4).capture_m = 0.0; },
          "effects[4].guide_settings.capture_m = 0 is out of range; give a number in (0, inf]"},
-        {[](S& s) { s.effects[5].radius_m = 0.0; },
+        {[](S& s) { of<effects::Workspace>(s, 5).radius_m = 0.0; },
          "effects[5].radius_m = 0, and box_m is empty; give a radius_m above 0, or a box_m"},
-        {[](S& s) { s.effects[6].down = Vec3{0.0}; },
+        {[](S& s) { of<effects::GravityCompensation>(s, 6).down = Vec3{0.0}; },
          "effects[6].down = [0, 0, 0] has no direction; give three finite numbers, not all of them "
          "0"},
-        {[](S& s) { s.effects[8].magnet.capture_m = 2.0; },
+        {[](S& s) { of<effects::Magnet>(s, 8).capture_m = 2.0; },
          "effects[8].magnet.capture_m = 2 is out of range; give a number in (0, 1]"},
-        {[](S& s) { s.effects[10].vibration.frequency_hz = 600.0; },
+        {[](S& s) { of<effects::Vibration>(s, 10).frequency_hz = 600.0; },
          "frequency_hz = 600 in effects[10] is not below half of [loop] rate_hz = 1000; lower it, "
          "or raise the rate"},
         {[](S& s) { s.device.depth_min_mm = 6.0; },
@@ -141,11 +129,11 @@ TEST(SceneFromCode, NumbersOutOfRangeNameFieldValueAndRange) {
 TEST(SceneFromCode, NamesThatDoNotExistAreAnsweredWithTheNearestName) {
     using S = SceneDescription;
     const std::vector<std::pair<std::function<void(S&)>, std::string>> wrong{
-        {[](S& s) { s.effects[0].surface = "skul"; },
+        {[](S& s) { of<effects::Surface>(s, 0).surface = "skul"; },
          "effects[0].surface = \"skul\" does not exist; did you mean \"skull\"?"},
-        {[](S& s) { s.effects[0].surface = ""; },
+        {[](S& s) { of<effects::Surface>(s, 0).surface = ""; },
          "effects[0].surface = \"\" does not exist; surfaces: skull"},
-        {[](S& s) { s.effects[3].volume = "haed"; },
+        {[](S& s) { of<effects::GradientForce>(s, 3).volume = "haed"; },
          "effects[3].volume = \"haed\" does not exist; did you mean \"head\"?"},
         {[](S& s) { s.surfaces["skull"].volume = "liver"; },
          "surfaces[\"skull\"].volume = \"liver\" does not exist; volumes: head, stream"},
@@ -156,13 +144,13 @@ TEST(SceneFromCode, NamesThatDoNotExistAreAnsweredWithTheNearestName) {
          "\"solid_sphere\"?"},
         {[](S& s) { s.device.surface = "skulls"; },
          "device.surface = \"skulls\" does not exist; did you mean \"skull\"?"},
-        {[](S& s) { s.effects[7].volume = "head"; },
+        {[](S& s) { of<effects::VectorForce>(s, 7).volume = "head"; },
          "effects[7].volume = \"head\" is a formula of scalars; name a volume of vectors, or "
          "analytic = \"helix\""},
-        {[](S& s) { s.effects[3].volume = "stream"; },
+        {[](S& s) { of<effects::GradientForce>(s, 3).volume = "stream"; },
          "effects[3].volume = \"stream\" is a formula of vectors; name a volume of scalars"},
-        {[](S& s) { s.effects[0].kind = static_cast<EffectKind>(77); },
-         "effects[0].kind = 77 is none of its enumeration's values; give one of 0 to 17"},
+        {[](S& s) { of<effects::Guide>(s, 4).ends = static_cast<PolylineEnds>(77); },
+         "effects[4].ends = 77 is none of its enumeration's values; give one of 0 to 2"},
         {[](S& s) { s.surfaces["skull"].contact = ContactKind::mesh; },
          "surfaces[\"skull\"].contact = mesh needs a mesh, and a surface given by a formula is not "
          "meshed; name a mesh file, or take contact = \"volume\""},
@@ -179,7 +167,7 @@ TEST(SceneFromCode, FromAFileAndChangedItHasTheFilesLine) {
     SceneDescription scene = parse_scene("[coupling]\n[[effect]]\ntype = \"constant_force\"\n"
                                          "force_n = [1, 0, 0]\n",
                                          "push.toml");
-    scene.effects[0].force_n[2] = kNan;
+    of<effects::ConstantForce>(scene, 0).force_n[2] = kNan;
     try {
         validate(scene);
         FAIL() << "it is no number";

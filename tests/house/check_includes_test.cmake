@@ -51,6 +51,7 @@ expect_violation(drivers/a.h "#include <palpate/haptics/effect.h>" "drivers must
 expect_violation(engine/internal/a.cpp "#include <palpate/command/a.h>" "engine must not include command")
 expect_violation(engine/a.cpp "#include \"frame_report.h\"" "not quotes")
 expect_violation(engine/a.h "#include <palpate/engine/internal/toml_reader.h>" "private")
+expect_violation(engine/scene/effects/a.h "#include <palpate/engine/internal/effect_room.h>" "private")
 
 # Libraries outside their home.
 expect_violation(geometry/a.cpp "#include <embree3/rtcore.h>" "belongs to")

@@ -223,116 +223,128 @@ private:
         return "";
     }
 
+    /// Settings of one of all kinds, as they are by default.
+    template <std::size_t... Kinds>
+    static EffectSettings of_kind(std::size_t kind, std::index_sequence<Kinds...>) {
+        EffectSettings settings;
+        ((Kinds == kind ? static_cast<void>(settings.emplace<Kinds>()) : void()), ...);
+        return settings;
+    }
+
     void make_effect(EffectDescription& effect) {
-        constexpr int kKinds = 18;
-        effect.kind = static_cast<EffectKind>(pick(random_, kKinds));
-        if (effect.kind == EffectKind::texture && surface_of_volume().empty())
-            effect.kind = EffectKind::surface;
-        effect.surface = chance(random_, 0.5) ? "s" : "t";
-        made_->choice("kind", effect.kind);
-        switch (effect.kind) {
-        case EffectKind::surface:
-            made_->text("surface", effect.surface);
-            return;
-        case EffectKind::friction:
-        case EffectKind::stick_slip:
-            effect.friction.static_mu = between(random_, 0.0, 2.0);
-            effect.friction.dynamic_mu = between(random_, 0.0, 1.0) * effect.friction.static_mu;
-            effect.friction.stick_slip = effect.kind == EffectKind::stick_slip;
-            made_->text("surface", effect.surface);
-            made_->number("static_mu", effect.friction.static_mu);
-            made_->number("dynamic_mu", effect.friction.dynamic_mu);
-            return;
-        case EffectKind::magnet:
-            effect.magnet.strength_n = between(random_, 0.0, 3.0);
-            effect.magnet.capture_m = of_any_size(random_, 1e-6, 1e-2);
-            made_->text("surface", effect.surface);
-            made_->number("strength_n", effect.magnet.strength_n);
-            made_->number("capture_m", effect.magnet.capture_m);
-            return;
-        case EffectKind::texture:
-            effect.surface = surface_of_volume();
-            effect.texture.height_m = between(random_, 0.0, 1e-4);
-            effect.texture.wavelength_m = between(random_, 1e-3, 5e-3);
-            effect.texture.pattern = static_cast<TexturePattern>(pick(random_, 2));
-            made_->number("height", effect.texture.height_m);
-            made_->number("wavelength_m", effect.texture.wavelength_m);
-            made_->vector("direction", effect.texture.direction);
-            return;
-        default:
-            make_other_effect(effect);
-        }
+        constexpr std::size_t kKinds = std::variant_size_v<EffectSettings>;
+        effect.settings = of_kind(static_cast<std::size_t>(pick(random_, int{kKinds})),
+                                  std::make_index_sequence<kKinds>());
+        if (std::holds_alternative<effects::Texture>(effect.settings) &&
+            surface_of_volume().empty())
+            effect.settings = effects::Surface{};
+        surface_ = chance(random_, 0.5) ? "s" : "t";
+        std::visit([&](auto& settings) { fill(settings); }, effect.settings);
     }
 
-    void make_other_effect(EffectDescription& effect) {
-        effect.surface.clear();
-        switch (effect.kind) {
-        case EffectKind::constant_force:
-            for (double& component : effect.force_n) {
-                component = between(random_, -3.0, 3.0);
-                made_->number("force_n", component);
-            }
-            return;
-        case EffectKind::viscosity:
-            effect.strength = TransferFunction::constant(between(random_, 0.0, 20.0));
-            made_->function(effect.strength);
-            return;
-        case EffectKind::gradient_surface:
-        case EffectKind::gradient_force:
-            effect.volume = chance(random_, 0.5) ? "a" : "b";
-            effect.strength = strength(2.0, effect.kind == EffectKind::gradient_surface);
-            made_->text("volume", effect.volume);
-            made_->function(effect.strength);
-            return;
-        case EffectKind::guide:
-            for (int i = 0; i < 1 + pick(random_, 3); ++i)
-                effect.points_m.push_back(any_vector(random_, 0.05));
-            for (Vec3& point : effect.points_m)
-                made_->vector("points_m", point);
-            make_holding(effect);
-            made_->number("capture_m", effect.guide_settings.capture_m);
-            made_->choice("ends", effect.ends);
-            return;
-        case EffectKind::workspace:
-            make_holding(effect);
-            if (chance(random_, 0.5)) {
-                effect.radius_m = between(random_, 0.02, 0.2);
-                made_->number("radius_m", effect.radius_m);
-                made_->vector("center_m|workspace", effect.center_m);
-            } else {
-                effect.box_m = {Vec3{-0.05}, Vec3{0.05}};
-                made_->vector("box_m|workspace", effect.box_m.lower);
-                made_->vector("box_m|workspace", effect.box_m.upper);
-            }
-            return;
-        case EffectKind::vibration:
-            effect.vibration.frequency_hz = 20.0;
-            made_->number("amplitude_n_s_per_m", effect.vibration.amplitude_n_s_per_m);
-            made_->number("frequency_hz", effect.vibration.frequency_hz);
-            made_->number("decay_s", effect.vibration.decay_s);
-            made_->number("most_n", effect.vibration.most_n);
-            return;
-        case EffectKind::gravity_compensation:
-            effect.mass_kg = between(random_, 0.0, 0.3);
-            effect.down = any_vector(random_, 1.0);
-            made_->number("mass_kg", effect.mass_kg);
-            made_->vector("down", effect.down);
-            return;
-        default: // of vectors
-            effect.volume = "stream";
-            effect.strength = strength(2.0, effect.kind != EffectKind::vector_force);
-            effect.guide = static_cast<FollowGuide>(pick(random_, 3));
-            made_->text("volume", effect.volume);
-            made_->function(effect.strength);
+    void fill(effects::Surface& effect) { on_surface(effect); }
+    void fill(effects::Friction& effect) { rub(effect); }
+    void fill(effects::StickSlip& effect) { rub(effect); }
+    void fill(effects::Magnet& effect) {
+        effect.strength_n = between(random_, 0.0, 3.0);
+        effect.capture_m = of_any_size(random_, 1e-6, 1e-2);
+        on_surface(effect);
+        made_->number("strength_n", effect.strength_n);
+        made_->number("capture_m", effect.capture_m);
+    }
+    void fill(effects::Texture& effect) {
+        effect.surface = surface_of_volume();
+        effect.height_m = between(random_, 0.0, 1e-4);
+        effect.wavelength_m = between(random_, 1e-3, 5e-3);
+        effect.pattern = static_cast<TexturePattern>(pick(random_, 2));
+        made_->number("height", effect.height_m);
+        made_->number("wavelength_m", effect.wavelength_m);
+        made_->vector("direction", effect.direction);
+    }
+    void fill(effects::ConstantForce& effect) {
+        effect.force_n = any_vector(random_, 3.0);
+        for (int axis = 0; axis < 3; ++axis)
+            made_->number("force_n", effect.force_n[axis]);
+    }
+    void fill(effects::Viscosity& effect) {
+        effect.strength = TransferFunction::constant(between(random_, 0.0, 20.0));
+        made_->function(effect.strength);
+    }
+    void fill(effects::GradientSurface& effect) { over(effect, scalars(), true); }
+    void fill(effects::GradientForce& effect) { over(effect, scalars(), false); }
+    void fill(effects::VectorForce& effect) { over(effect, "stream", false); }
+    void fill(effects::FrontShape& effect) { over(effect, "stream", true); }
+    void fill(effects::Vortex& effect) { over(effect, "stream", true); }
+    void fill(effects::VectorFollow& effect) { follow(effect); }
+    void fill(effects::FibreFollow& effect) { follow(effect); }
+    void fill(effects::Guide& effect) {
+        for (int i = 0; i < 1 + pick(random_, 3); ++i)
+            effect.points_m.push_back(any_vector(random_, 0.05));
+        for (Vec3& point : effect.points_m)
+            made_->vector("points_m", point);
+        hold(effect);
+        if (chance(random_, 0.5)) effect.capture_m = of_any_size(random_, 1e-4, 0.1);
+        made_->number("capture_m", effect.capture_m);
+        made_->choice("ends", effect.ends);
+    }
+    void fill(effects::Workspace& effect) {
+        hold(effect);
+        if (chance(random_, 0.5)) {
+            effect.radius_m = between(random_, 0.02, 0.2);
+            made_->number("radius_m", effect.radius_m);
+            made_->vector("center_m|workspace", effect.center_m);
+        } else {
+            effect.box_m = {Vec3{-0.05}, Vec3{0.05}};
+            made_->vector("box_m|workspace", effect.box_m.lower);
+            made_->vector("box_m|workspace", effect.box_m.upper);
         }
     }
+    void fill(effects::Vibration& effect) {
+        effect.frequency_hz = 20.0;
+        made_->number("amplitude_n_s_per_m", effect.amplitude_n_s_per_m);
+        made_->number("frequency_hz", effect.frequency_hz);
+        made_->number("decay_s", effect.decay_s);
+        made_->number("most_n", effect.most_n);
+    }
+    void fill(effects::GravityCompensation& effect) {
+        effect.mass_kg = between(random_, 0.0, 0.3);
+        effect.down = any_vector(random_, 1.0);
+        made_->number("mass_kg", effect.mass_kg);
+        made_->vector("down", effect.down);
+    }
 
-    void make_holding(EffectDescription& effect) {
-        GuideSettings& settings = effect.guide_settings;
-        settings.strength_n = chance(random_, 0.3) ? std::numeric_limits<double>::infinity()
-                                                   : between(random_, 0.0, 10.0);
-        if (chance(random_, 0.5)) settings.capture_m = of_any_size(random_, 1e-4, 0.1);
-        made_->number("strength_n", settings.strength_n);
+    std::string scalars() { return chance(random_, 0.5) ? "a" : "b"; }
+
+    template <class Kind>
+    void on_surface(Kind& effect) {
+        effect.surface = surface_;
+        made_->text("surface", effect.surface);
+    }
+    template <class Kind>
+    void rub(Kind& effect) {
+        effect.static_mu = between(random_, 0.0, 2.0);
+        effect.dynamic_mu = between(random_, 0.0, 1.0) * effect.static_mu;
+        on_surface(effect);
+        made_->number("static_mu", effect.static_mu);
+        made_->number("dynamic_mu", effect.dynamic_mu);
+    }
+    template <class Kind>
+    void over(Kind& effect, const std::string& volume, bool may_be_hard) {
+        effect.volume = volume;
+        effect.strength = strength(2.0, may_be_hard);
+        made_->text("volume", effect.volume);
+        made_->function(effect.strength);
+    }
+    template <class Kind>
+    void follow(Kind& effect) {
+        over(effect, "stream", true);
+        effect.guide = static_cast<FollowGuide>(pick(random_, 3));
+    }
+    template <class Kind>
+    void hold(Kind& effect) {
+        effect.strength_n = chance(random_, 0.3) ? std::numeric_limits<double>::infinity()
+                                                 : between(random_, 0.0, 10.0);
+        made_->number("strength_n", effect.strength_n);
     }
 
     void make_device() {
@@ -354,6 +366,7 @@ private:
 
     Random random_;
     const std::filesystem::path& mesh_;
+    std::string surface_; // of the effect that is being made
     std::unique_ptr<Made> made_;
 };
 

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/effects/constant_force.h>
+
+#include <array>
+
+#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/haptics/constant_force.h>
+
+namespace palpate::internal {
+namespace {
+
+using Settings = effects::ConstantForce;
+
+constexpr std::array kKeys{
+    SceneKey{"force_n", "N", kAxisForceN, "required", "The force [x, y, z], scene frame (LPS)."}};
+
+Settings read(const EffectTable& from) {
+    return {.force_n = read_triple(from.table, "force_n", " in N", kAxisForceN)};
+}
+
+void check(const EffectCheck& check, const Settings& effect) {
+    check.fields.triple("force_n", effect.force_n, kAxisForceN);
+}
+
+EffectNeeds plan(const PlanContext&, const Settings& effect) {
+    if (effect.force_n == Vec3{0.0}) return off("force_n is 0: it cannot be felt");
+    return on("shifts the probe's target exactly: needs no query");
+}
+
+std::string order(const Settings& effect) { return order_text(effect.force_n); }
+
+std::unique_ptr<Effect> make(const Settings& effect, const EffectParts&) {
+    return std::make_unique<ConstantForce>(effect.force_n);
+}
+
+} // namespace
+} // namespace palpate::internal
+
+namespace palpate::effects {
+
+constinit const internal::EffectRoom<ConstantForce> ConstantForce::room{
+    .traits = {.name = "constant_force", .keys = internal::kKeys},
+    .read = internal::read,
+    .check = internal::check,
+    .plan = internal::plan,
+    .own = {.order = internal::order, .make = internal::make},
+};
+
+} // namespace palpate::effects

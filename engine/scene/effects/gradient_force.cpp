@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/effects/gradient_force.h>
+
+#include <array>
+
+#include <palpate/engine/internal/effect_fields.h>
+#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/haptics/gradient_force.h>
+
+namespace palpate::internal {
+namespace {
+
+using Settings = effects::GradientForce;
+
+constexpr std::array kKeys{kScalarsKey,
+                           SceneKey{"strength_n", "N", kStrengthN, "required",
+                                    "The force: a number, or a function of the volume's value."}};
+
+EffectNeeds plan(const PlanContext&, const Settings& effect) {
+    if (effect.strength.is_zero()) return off(kNoStrength);
+    return on_at_start("a force against the gradient, sampled once a frame",
+                       field_of_volume(effect));
+}
+
+std::unique_ptr<Effect> make(const Settings& effect, const EffectParts& parts) {
+    return std::make_unique<GradientForce>(parts.fields.scalars.at(effect.volume), effect.strength);
+}
+
+} // namespace
+} // namespace palpate::internal
+
+namespace palpate::effects {
+
+constinit const internal::EffectRoom<GradientForce> GradientForce::room{
+    .traits = {.name = "gradient_force",
+               .keys = internal::kKeys,
+               .need = internal::FieldNeed::scalar},
+    .read = internal::read_over_volume<GradientForce, internal::kStrengthN>,
+    .check = internal::check_over_volume<GradientForce, internal::kStrengthN>,
+    .plan = internal::plan,
+    .own = {.order = internal::order_over_volume<GradientForce>, .make = internal::make},
+};
+
+} // namespace palpate::effects

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <palpate/engine/scene/effects/kind.h>
+#include <palpate/haptics/polyline.h>
+#include <palpate/haptics/transfer_function.h>
+
+namespace palpate::effects {
+
+/// Draws the proxy to a point or along a polyline (haptics/point_guide.h, curve_guide.h).
+struct Guide {
+    std::vector<Vec3> points_m = {}; ///< one point, or the polyline's corners, up to
+                                     ///< Polyline::kMostPoints, scene frame, m, within 1e3
+    std::filesystem::path file = {}; ///< CSV that they were read from; empty: the scene itself
+    PolylineEnds ends = PolylineEnds::open;
+    double strength_n = 1.0; ///< N, [0, 1e6] or infinite: it never slips, and never lets go; with
+                             ///< `volume` the greatest of `strength`
+    double capture_m = std::numeric_limits<double>::infinity();
+    ///< it snaps on when the proxy is this near at a frame's start: m, > 0; infinite: always
+    std::string volume = {};        ///< of scalars; empty: the strength is the same everywhere
+    TransferFunction strength = {}; ///< with `volume`: N over its value, [0, 1e6], finite
+
+    static const internal::EffectRoom<Guide> room;
+};
+
+} // namespace palpate::effects
