@@ -195,7 +195,7 @@ TEST(WorkspaceSphere, HoldsWhereASurfaceLeadsAlongIt) {
 // Curved walls and jumps use a frame up before it comes to its end: what it would be outside by,
 // the square of its last movement over 2 R, were millimetres. A frame that would leave by more than
 // a nanometre ends on the ball.
-TEST(WorkspaceSphere, IsNeverLeftWhereCurvedWallsAndJumpsUseAFrameUp) {
+TEST(WorkspaceSphere, EndsEveryFrameInsideWhereCurvedWallsAndJumpsUseItUp) {
     constexpr double kRadius = 12e-3;
     const Vec3 center{6e-3, 2e-3, -1e-3};
     int used_up = 0;
