@@ -16,10 +16,10 @@
 
 #include <unistd.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/phantom.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/info/phantom.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/volume/volume_file.h>
 

@@ -19,10 +19,10 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/phantom.h>
-#include <palpate/engine/scene.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/info/phantom.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/volume/grid_field.h>
 #include <palpate/volume/volume_file.h>
 

@@ -11,10 +11,10 @@
 
 #include <unistd.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/phantom.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/info/phantom.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/volume/volume_file.h>
 
 namespace palpate {

@@ -21,11 +21,11 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/sequence_device.h>
-#include <palpate/engine/internal/machine.h>
-#include <palpate/engine/internal/series_chart.h>
-#include <palpate/engine/internal/whole_file.h>
-#include <palpate/engine/realtime_run.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/files/internal/machine.h>
+#include <palpate/engine/files/internal/whole_file.h>
+#include <palpate/engine/report/internal/series_chart.h>
+#include <palpate/engine/run/realtime_run.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/phantom.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/info/phantom.h>
 #include <palpate/geometry/surface_scene.h>
 #include <palpate/haptics/proxy_solver.h>
 #include <palpate/volume/grid_field.h>

@@ -9,7 +9,7 @@ foreach(file IN LISTS model_files)
   string(APPEND SHIPPED_MODELS "    {\"${name}\", R\"model(${text})model\"},\n")
 endforeach()
 set(palpate_shipped_models ${CMAKE_BINARY_DIR}/shipped_models.cpp)
-file(CONFIGURE OUTPUT ${palpate_shipped_models} CONTENT "#include <palpate/engine/internal/shipped_models.h>
+file(CONFIGURE OUTPUT ${palpate_shipped_models} CONTENT "#include <palpate/engine/devices/internal/shipped_models.h>
 namespace palpate::internal {
 namespace {
 constexpr ShippedModel kModels[] = {

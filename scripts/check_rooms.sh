@@ -21,12 +21,12 @@ if [ ${#outside[@]} -gt 0 ]; then
     awk '
     function complain(what) { printf "%s:%d: %s\n", FILENAME, FNR, what; bad = 1 }
     { code = $0; sub(/\/\/.*/, "", code) }
-    code ~ /effects::[A-Z]/ { complain("names a kind of effect; ask engine/internal/effect_questions.h") }
+    code ~ /effects::[A-Z]/ { complain("names a kind of effect; ask engine/scene/internal/effect_questions.h") }
     code ~ /#include <palpate\/engine\/scene\/effects\// && code !~ /\/list\.h>/ {
         complain("includes a kind of effect; <palpate/engine/scene/effects/list.h> has all of them")
     }
     code ~ /name\([a-z_.>-]*effect[^)]*\) *[!=]= *"/ {
-        complain("asks for a kind of effect by its name; ask engine/internal/effect_questions.h")
+        complain("asks for a kind of effect by its name; ask engine/scene/internal/effect_questions.h")
     }
     END { exit bad }
     ' "${outside[@]}" || status=1

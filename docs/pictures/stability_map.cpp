@@ -14,7 +14,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/pressed_hand.h"
 

@@ -9,8 +9,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include <palpate/engine/output_files.h>
-#include <palpate/engine/scene.h>
+#include <palpate/engine/record/output_files.h>
+#include <palpate/engine/scene/scene.h>
 
 namespace palpate::command {
 

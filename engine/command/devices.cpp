@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/device_list.h>
+#include <palpate/engine/devices/device_list.h>
 
 namespace palpate::command {
 namespace {

@@ -5,8 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/report/effect_prices.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate::command {
 namespace {

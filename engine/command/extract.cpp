@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/baked_surface.h>
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/volume_options.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/baked_surface.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/geometry/mesh_sharpness.h>
 #include <palpate/geometry/surface_seeds.h>

@@ -8,8 +8,8 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/volume_options.h>
-#include <palpate/engine/file_info.h>
-#include <palpate/engine/internal/whole_file.h>
+#include <palpate/engine/files/internal/whole_file.h>
+#include <palpate/engine/info/file_info.h>
 #include <palpate/geometry/mesh_intersections.h>
 
 namespace palpate::command {

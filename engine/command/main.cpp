@@ -13,8 +13,8 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/interrupt.h>
-#include <palpate/engine/device_factory.h>
-#include <palpate/engine/internal/toml_reader.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/scene/internal/toml_reader.h>
 #include <palpate/geometry/isosurface.h>
 #include <palpate/version.h>
 

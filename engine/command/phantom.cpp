@@ -2,7 +2,7 @@
 #include <array>
 
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/phantom.h>
+#include <palpate/engine/info/phantom.h>
 #include <palpate/volume/volume_file.h>
 
 namespace palpate::command {

@@ -9,10 +9,11 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
-#include <palpate/engine/felt_surfaces.h>
-#include <palpate/engine/internal/whole_file.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/trace_files.h>
+#include <palpate/engine/files/internal/whole_file.h>
+#include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/record/trace_files.h>
+#include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/run/recorded_run.h>
 
 namespace palpate::command {
 namespace {

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/internal/text_file.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/report_page.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/files/internal/text_file.h>
+#include <palpate/engine/report/report_page.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate::command {
 namespace {

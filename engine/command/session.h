@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <palpate/engine/scene.h>
-#include <palpate/engine/scene_overrides.h>
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_overrides.h>
 
 namespace palpate::command {
 

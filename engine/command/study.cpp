@@ -6,11 +6,11 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
-#include <palpate/engine/no_contact.h>
-#include <palpate/engine/paced_run.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/study.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/study/paced_run.h>
+#include <palpate/engine/study/study.h>
+#include <palpate/engine/truth/no_contact.h>
 
 namespace palpate::command {
 namespace {

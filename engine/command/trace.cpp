@@ -13,17 +13,18 @@
 #include <palpate/engine/command/interrupt.h>
 #include <palpate/engine/command/run_display.h>
 #include <palpate/engine/command/session.h>
-#include <palpate/engine/device_factory.h>
-#include <palpate/engine/felt_surfaces.h>
-#include <palpate/engine/internal/whole_file.h>
-#include <palpate/engine/no_contact.h>
-#include <palpate/engine/realtime_run.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/recording_journal.h>
-#include <palpate/engine/report_page.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
-#include <palpate/engine/trace_files.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/files/internal/whole_file.h>
+#include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/record/trace_files.h>
+#include <palpate/engine/report/report_page.h>
+#include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/run/realtime_run.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/run/recording_journal.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/truth/no_contact.h>
 
 namespace palpate::command {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include <palpate/engine/scene_description.h>
+#include <palpate/engine/scene/scene_description.h>
 
 namespace palpate::command {
 

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <vector>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_file.h>
 
 using palpate::Vec3;
 

@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/baked_surface.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/baked_surface.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/geometry/mesh_sharpness.h>
 #include <palpate/geometry/surface_seeds.h>
 #include <palpate/volume/volume_file.h>

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/volume/label_volume.h>
 
 #include "tests/support/scripted_clock.h"

@@ -12,10 +12,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

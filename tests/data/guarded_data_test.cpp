@@ -10,12 +10,12 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/baked_surface.h>
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/probe_path.h>
-#include <palpate/engine/scene.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/devices/probe_path.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/baked_surface.h>
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/guarded_contact.h>
 
 #include "tests/support/contact_loop.h"

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/scene.h>
-#include <palpate/engine/surface_audit.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/truth/surface_audit.h>
 #include <palpate/haptics/direct_contact.h>
 #include <palpate/haptics/frame_flags.h>
 #include <palpate/haptics/guarded_contact.h>

@@ -13,9 +13,9 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/probe_path.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/probe_path.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/drivers/wooden_model.h>
-#include <palpate/engine/wooden_models.h>
+#include <palpate/engine/devices/wooden_models.h>
 
 namespace palpate {
 namespace {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/drivers/wooden_device.h>
-#include <palpate/engine/wooden_models.h>
+#include <palpate/engine/devices/wooden_models.h>
 
 #include "tests/drivers/hid_node.h"
 #include "tests/support/patience.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/baked_surface.h>
+#include <palpate/engine/scene/baked_surface.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/volume/volume_file.h>
 
 #include "tests/support/test_volumes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/device_list.h>
+#include <palpate/engine/devices/device_list.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/device_placement.h>
+#include <palpate/engine/scene/device_placement.h>
 
 #include <bit>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a device declares, and what the loop makes of it.
-#include <palpate/engine/device_safety.h>
+#include <palpate/engine/loop/device_safety.h>
 
 #include <cmath>
 #include <limits>
@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/device_factory.h>
+#include <palpate/engine/devices/device_factory.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/device_safety.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/loop/device_safety.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/run/trace.h>
 
 #include "scene_file_fixture.h"
 #include "tests/support/scripted_clock.h"

@@ -10,9 +10,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/device_factory.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -7,9 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/internal/felt_places.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/report/effect_prices.h>
+#include <palpate/engine/report/internal/felt_places.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate {
 namespace {

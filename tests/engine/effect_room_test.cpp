@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What every kind of effect has to answer, and that its keys are as they are described.
-#include <palpate/engine/internal/effect_questions.h>
+#include <palpate/engine/scene/internal/effect_questions.h>
 
 #include <set>
 #include <string>
@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate {
 namespace {

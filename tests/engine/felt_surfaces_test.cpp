@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/felt_surfaces.h>
+#include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/report/trace_summary.h>
 
 #include <cmath>
 #include <string>
@@ -8,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

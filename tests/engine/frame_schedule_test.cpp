@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/frame_schedule.h>
+#include <palpate/engine/run/frame_schedule.h>
 
 #include <algorithm>
 #include <random>

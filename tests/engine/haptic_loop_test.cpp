@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/loop/haptic_loop.h>
 
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

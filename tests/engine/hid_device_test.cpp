@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/hid_device.h>
+#include <palpate/engine/devices/hid_device.h>
 
 #include <stdexcept>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/file_info.h>
+#include <palpate/engine/info/file_info.h>
 
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/recording.h>
+#include <palpate/engine/record/recording.h>
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/volume/volume_file.h>
 

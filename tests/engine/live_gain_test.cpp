@@ -9,9 +9,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/constant_force.h>
 
 #include "tests/support/scripted_clock.h"

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/local_strength.h>
 #include <palpate/volume/grid_field.h>
 

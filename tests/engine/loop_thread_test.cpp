@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/internal/loop_thread.h>
+#include <palpate/engine/run/internal/loop_thread.h>
 
 #include <thread>
 

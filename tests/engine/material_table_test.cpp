@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/effect_plan.h>
-#include <palpate/engine/scene.h>
+#include <palpate/engine/scene/effect_plan.h>
+#include <palpate/engine/scene/scene.h>
 
 #include "tests/engine/scene_file_fixture.h"
 

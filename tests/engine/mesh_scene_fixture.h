@@ -11,10 +11,10 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/mesh_text.h"
 #include "tests/support/scripted_clock.h"

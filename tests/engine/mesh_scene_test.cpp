@@ -8,7 +8,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/study.h>
+#include <palpate/engine/report/effect_prices.h>
+#include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/study/study.h>
 
 #include "tests/engine/mesh_scene_fixture.h"
 

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/contact_choice.h>
-#include <palpate/engine/scene_overrides.h>
+#include <palpate/engine/scene/contact_choice.h>
+#include <palpate/engine/scene/scene_overrides.h>
 
 #include "tests/engine/scene_file_fixture.h"
 

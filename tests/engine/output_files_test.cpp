@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/output_files.h>
+#include <palpate/engine/record/output_files.h>
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace_files.h>
+#include <palpate/engine/record/trace_files.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/geometry/mesh_file.h>
 
 #include "tests/support/temporary_folder.h"

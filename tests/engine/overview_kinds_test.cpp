@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Overviews of labels, vectors, tensors and meshes.
-#include <palpate/engine/overview_picture.h>
+#include <palpate/engine/picture/overview_picture.h>
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/overview_picture.h>
+#include <palpate/engine/picture/overview_picture.h>
 
 #include <algorithm>
 #include <array>

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include <palpate/engine/internal/canvas.h>
-#include <palpate/engine/overview_picture.h>
+#include <palpate/engine/picture/internal/canvas.h>
+#include <palpate/engine/picture/overview_picture.h>
 
 #include "tests/support/png_image.h"
 #include "tests/support/test_meshes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/picture.h>
+#include <palpate/engine/picture/picture.h>
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/internal/force_colors.h>
+#include <palpate/engine/picture/internal/force_colors.h>
 
 #include "tests/support/png_image.h"
 

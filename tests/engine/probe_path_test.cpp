@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/probe_path.h>
+#include <palpate/engine/devices/probe_path.h>
 
 #include <cmath>
 #include <random>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/realtime_run.h>
+#include <palpate/engine/run/realtime_run.h>
 
 #include <algorithm>
 #include <bit>
@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_device.h"
 #include "tests/support/temporary_folder.h"

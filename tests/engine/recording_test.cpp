@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/recording.h>
+#include <palpate/engine/record/recording.h>
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/report_page.h>
+#include <palpate/engine/report/report_page.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/internal/force_chart.h>
-#include <palpate/engine/internal/html.h>
+#include <palpate/engine/report/internal/force_chart.h>
+#include <palpate/engine/report/internal/html.h>
 
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/result_cache.h>
+#include <palpate/engine/files/result_cache.h>
 
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/run_events.h>
+#include <palpate/engine/run/run_events.h>
 
 #include <random>
 #include <string>
@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/live_line.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/run/live_line.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/scene.h>
+#include <palpate/engine/scene/scene.h>
 
 #include <cmath>
 #include <filesystem>
@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/scene_overrides.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_overrides.h>
 
 #include "tests/support/phantom.h"
 #include "tests/support/scripted_clock.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/internal/series_chart.h>
+#include <palpate/engine/report/internal/series_chart.h>
 
 #include <cmath>
 #include <set>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/internal/servo_loop.h>
+#include <palpate/engine/run/internal/servo_loop.h>
 
 #include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_device.h"
 

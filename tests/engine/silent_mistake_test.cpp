@@ -9,12 +9,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/baked_surface.h>
-#include <palpate/engine/no_contact.h>
-#include <palpate/engine/probe_path.h>
-#include <palpate/engine/scene.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/scene_overrides.h>
+#include <palpate/engine/devices/probe_path.h>
+#include <palpate/engine/scene/baked_surface.h>
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_overrides.h>
+#include <palpate/engine/truth/no_contact.h>
 #include <palpate/volume/volume_file.h>
 
 #include "tests/support/test_volumes.h"

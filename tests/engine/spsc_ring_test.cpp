@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/internal/spsc_ring.h>
+#include <palpate/engine/run/internal/spsc_ring.h>
 
 #include <array>
 #include <cstdint>

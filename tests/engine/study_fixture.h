@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/study.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/study/study.h>
 
 #include "tests/support/scripted_clock.h"
 

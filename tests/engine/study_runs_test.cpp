@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/paced_run.h>
+#include <palpate/engine/study/paced_run.h>
 
 #include "tests/engine/study_fixture.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/study.h>
+#include <palpate/engine/study/study.h>
 
 #include <cmath>
 #include <sstream>
@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/internal/felt_level.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/truth/internal/felt_level.h>
 
 #include "tests/engine/study_fixture.h"
 #include "tests/support/temporary_folder.h"

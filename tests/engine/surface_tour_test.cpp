@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/surface_tour.h>
+#include <palpate/engine/devices/surface_tour.h>
+#include <palpate/engine/report/trace_summary.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,11 +11,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/device_factory.h>
-#include <palpate/engine/internal/surface_loops.h>
-#include <palpate/engine/report_page.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/report/report_page.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/internal/surface_loops.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/phantom.h"
 #include "tests/support/scripted_clock.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/trace_files.h>
+#include <palpate/engine/record/trace_files.h>
 
 #include <bit>
 #include <chrono>
@@ -16,7 +16,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/felt_surfaces.h>
+#include <palpate/engine/loop/felt_surfaces.h>
 
 #include "tests/support/temporary_folder.h"
 

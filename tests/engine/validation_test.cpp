@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene made in code is looked at as one from a file.
-#include <palpate/engine/validation.h>
+#include <palpate/engine/scene/validation.h>
 
 #include <functional>
 #include <limits>
@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

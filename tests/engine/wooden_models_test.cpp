@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/wooden_models.h>
+#include <palpate/engine/devices/wooden_models.h>
 
 namespace palpate {
 namespace {

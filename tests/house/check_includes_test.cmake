@@ -45,13 +45,13 @@ endif()
 # Arrows.
 expect_violation(geometry/a.cpp "#include <palpate/volume/scalar_field.h>" "geometry must not include volume")
 expect_violation(volume/a.cpp "#include <palpate/haptics/effect.h>" "volume must not include haptics")
-expect_violation(haptics/a.cpp "#include <palpate/engine/frame_report.h>" "haptics must not include engine")
+expect_violation(haptics/a.cpp "#include <palpate/engine/loop/frame_report.h>" "haptics must not include engine")
 expect_violation(haptics/a.cpp "#include <palpate/drivers/device.h>" "haptics must not include drivers")
 expect_violation(drivers/a.h "#include <palpate/haptics/effect.h>" "drivers must not include haptics")
 expect_violation(engine/internal/a.cpp "#include <palpate/command/a.h>" "engine must not include command")
 expect_violation(engine/a.cpp "#include \"frame_report.h\"" "not quotes")
-expect_violation(engine/a.h "#include <palpate/engine/internal/toml_reader.h>" "private")
-expect_violation(engine/scene/effects/a.h "#include <palpate/engine/internal/effect_room.h>" "private")
+expect_violation(engine/a.h "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
+expect_violation(engine/scene/effects/a.h "#include <palpate/engine/scene/internal/effect_room.h>" "private")
 
 # Libraries outside their home.
 expect_violation(geometry/a.cpp "#include <embree3/rtcore.h>" "belongs to")

@@ -13,7 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/phantom.h>
+#include <palpate/engine/info/phantom.h>
 #include <palpate/volume/volume_file.h>
 
 #include "tests/readme/command_folder.h"

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/recording.h>
+#include <palpate/engine/record/recording.h>
 #include <palpate/haptics/frame_flags.h>
 
 #include "tests/readme/command_folder.h"

@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include <palpate/drivers/simulated_hand.h>
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/internal/servo_loop.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/internal/servo_loop.h>
 #include <palpate/haptics/contact_vibration.h>
 #include <palpate/haptics/curve_guide.h>
 #include <palpate/haptics/gravity_compensation.h>

@@ -15,9 +15,9 @@
 #include <unistd.h>
 
 #include <palpate/engine/command/interrupt.h>
-#include <palpate/engine/realtime_run.h>
-#include <palpate/engine/recorded_run.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/run/realtime_run.h>
+#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/temporary_folder.h"
 

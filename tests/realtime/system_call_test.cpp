@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/loop/haptic_loop.h>
 
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/odd_meshes.h"

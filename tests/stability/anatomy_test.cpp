@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/orbit.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/trace.h>
 
 #include <palpate/volume/grid_field.h>
 

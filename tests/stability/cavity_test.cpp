@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/scene_file.h>
-#include <palpate/engine/trace.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
 

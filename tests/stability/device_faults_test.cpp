@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/faulty_device.h"
 #include "tests/support/pressed_hand.h"

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/felt_cavity.h"
 

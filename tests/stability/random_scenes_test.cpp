@@ -16,7 +16,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/haptic_loop.h>
+#include <palpate/engine/loop/haptic_loop.h>
 
 #include "tests/support/mesh_text.h"
 #include "tests/support/random_scenes.h"

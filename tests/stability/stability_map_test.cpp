@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/passivity_control.h>
 
 #include "tests/support/pressed_hand.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/vector_follow.h>
 #include <palpate/volume/grid_vector_field.h>
 

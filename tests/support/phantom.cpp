@@ -5,8 +5,8 @@
 
 #include <unistd.h>
 
-#include <palpate/engine/phantom.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/info/phantom.h>
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/volume/volume_file.h>
 
 namespace palpate::test {

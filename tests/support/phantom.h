@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include <palpate/engine/scene.h>
+#include <palpate/engine/scene/scene.h>
 
 namespace palpate::test {
 

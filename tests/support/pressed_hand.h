@@ -11,8 +11,8 @@
 #include <vector>
 
 #include <palpate/drivers/simulated_hand.h>
-#include <palpate/engine/haptic_loop.h>
-#include <palpate/engine/orbit.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/loop/haptic_loop.h>
 
 #include "tests/support/scripted_clock.h"
 

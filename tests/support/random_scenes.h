@@ -16,7 +16,7 @@
 #include <vector>
 
 #include <palpate/drivers/haptic_device.h>
-#include <palpate/engine/scene_description.h>
+#include <palpate/engine/scene/scene_description.h>
 
 /// Scenes, loops and devices made in code, at random; and any field of them made absurd.
 namespace palpate::test {

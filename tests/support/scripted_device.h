@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <palpate/drivers/haptic_device.h>
-#include <palpate/engine/paced_clock.h>
+#include <palpate/engine/run/paced_clock.h>
 
 namespace palpate::test {
 

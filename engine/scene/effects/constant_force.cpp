@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/constant_force.h>
 
 namespace palpate::internal {

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/contact_price.h>
-#include <palpate/engine/internal/effect_keys.h>
-#include <palpate/engine/internal/plan_warnings.h>
+#include <palpate/engine/scene/internal/contact_price.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/haptics/coulomb_friction.h>
 #include <palpate/haptics/proxy_solver.h>
 
@@ -112,9 +112,7 @@ constexpr OnSurface<Settings> kOnSurface{.finish = finish<Settings>,
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Friction> Friction::room{
-    .traits = {.name = "friction",
-               .keys = internal::kKeys,
-               .part = SurfacePart::friction},
+    .traits = {.name = "friction", .keys = internal::kKeys, .part = SurfacePart::friction},
     .read = internal::read<Friction>,
     .check = internal::check<Friction>,
     .plan = internal::plan_friction,
@@ -122,9 +120,7 @@ constinit const internal::EffectRoom<Friction> Friction::room{
 };
 
 constinit const internal::EffectRoom<StickSlip> StickSlip::room{
-    .traits = {.name = "stick_slip",
-               .keys = internal::kKeys,
-               .part = SurfacePart::friction},
+    .traits = {.name = "stick_slip", .keys = internal::kKeys, .part = SurfacePart::friction},
     .read = internal::read<StickSlip>,
     .check = internal::check<StickSlip>,
     .plan = internal::plan_stick_slip,

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/gravity_compensation.h>
 
 namespace palpate::internal {

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/csv_rows.h>
-#include <palpate/engine/internal/effect_fields.h>
-#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/engine/files/internal/csv_rows.h>
+#include <palpate/engine/scene/internal/effect_fields.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/curve_guide.h>
 #include <palpate/haptics/point_guide.h>
 

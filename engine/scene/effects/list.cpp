@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_questions.h>
+#include <palpate/engine/scene/internal/effect_questions.h>
 
 namespace palpate {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 
-#include <palpate/engine/internal/contact_price.h>
-#include <palpate/engine/internal/effect_fields.h>
-#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/contact_price.h>
+#include <palpate/engine/scene/internal/effect_fields.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/surface_magnets.h>
 
 namespace palpate::internal {

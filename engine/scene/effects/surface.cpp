@@ -3,10 +3,10 @@
 
 #include <array>
 
-#include <palpate/engine/internal/contact_price.h>
-#include <palpate/engine/internal/effect_keys.h>
-#include <palpate/engine/internal/plan_warnings.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/internal/contact_price.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/plan_warnings.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate::internal {
 namespace {

@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/contact_price.h>
-#include <palpate/engine/internal/effect_fields.h>
-#include <palpate/engine/internal/effect_keys.h>
-#include <palpate/engine/scene_file.h>
+#include <palpate/engine/scene/internal/contact_price.h>
+#include <palpate/engine/scene/internal/effect_fields.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
+#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate::internal {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include <palpate/engine/internal/effect_fields.h>
-#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/effect_fields.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/vector_follow.h>
 
 namespace palpate::internal {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/contact_vibration.h>
 
 namespace palpate::internal {

@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_fields.h>
-#include <palpate/engine/internal/effect_keys.h>
-#include <palpate/engine/scene.h>
+#include <palpate/engine/scene/internal/effect_fields.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
+#include <palpate/engine/scene/scene.h>
 #include <palpate/haptics/viscosity.h>
 
 namespace palpate::internal {

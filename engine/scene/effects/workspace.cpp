@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/internal/effect_fields.h>
-#include <palpate/engine/internal/effect_keys.h>
+#include <palpate/engine/scene/internal/effect_fields.h>
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/workspace.h>
 
 namespace palpate::internal {

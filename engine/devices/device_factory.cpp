@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/devices/device_factory.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <palpate/drivers/attached_devices.h>
+#include <palpate/drivers/sequence_device.h>
+#include <palpate/drivers/simulated_hand.h>
+#include <palpate/engine/devices/hid_device.h>
+#include <palpate/engine/devices/internal/device_surfaces.h>
+#include <palpate/engine/devices/internal/hand_press.h>
+#include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/devices/probe_path.h>
+#include <palpate/engine/devices/surface_tour.h>
+#include <palpate/engine/record/recording.h>
+
+namespace palpate {
+namespace {
+
+using Kind = DeviceDescription::Kind;
+
+/// "scene.toml:7: [device]"
+std::string place_of(const Scene& scene) {
+    return fmt::format("{}:{}: [device]", scene.description().file.string(),
+                       scene.description().device.line);
+}
+
+/// Where nothing of a scene is felt yet: trials that begin there begin in front of all of it.
+std::function<bool(const Vec3&)> free_of(const Scene& scene) {
+    std::vector<OrbitTarget> targets;
+    for (const SceneSurface& surface : scene.surfaces())
+        targets.push_back(orbit_target(surface));
+    return [targets = std::move(targets)](const Vec3& point) {
+        return std::none_of(targets.begin(), targets.end(),
+                            [&](const OrbitTarget& target) { return target.inside(point); });
+    };
+}
+
+/// One path after the other, each with trials of its own.
+class PathChain {
+public:
+    explicit PathChain(double rate_hz) : rate_hz_(rate_hz) {}
+
+    void add(std::vector<DeviceState> path) {
+        const std::uint32_t first_trial = states_.empty() ? 0 : states_.back().trial + 1;
+        for (DeviceState& state : path) {
+            state.time_s = static_cast<double>(states_.size()) / rate_hz_;
+            state.trial += first_trial;
+            states_.push_back(state);
+        }
+    }
+    std::size_t size() const { return states_.size(); }
+    std::vector<DeviceState> take() { return std::move(states_); }
+
+private:
+    double rate_hz_;
+    std::vector<DeviceState> states_;
+};
+
+/// An orbit around each surface, with its share of the time.
+std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::string>& notes) {
+    const std::vector<const SceneSurface*> surfaces = internal::surfaces_of_device(scene);
+    const double rate_hz = scene.description().loop.rate_hz;
+    const std::function<bool(const Vec3&)> is_free = free_of(scene);
+    DeviceDescription orbit = scene.description().device;
+    orbit.speed_m_per_s *= every;
+    orbit.duration_s /= static_cast<double>(surfaces.size());
+    PathChain chain(rate_hz);
+    for (const SceneSurface* surface : surfaces) {
+        Orbit found = find_orbit(orbit_target(scene, *surface), orbit, rate_hz, is_free);
+        if (found.spiral_share < 1.0)
+            notes.push_back(fmt::format(
+                "the orbit around {} ends after {:.0f} % of its {} turn{}, as its time is over: "
+                "raise duration_s{}",
+                surface->name, 100.0 * found.spiral_share, found.turns, found.turns == 1 ? "" : "s",
+                orbit.turns > 0 ? " or leave out turns" : " or speed_m_per_s"));
+        chain.add(std::move(found.states));
+    }
+    return chain.take();
+}
+
+/// A tour over each surface, as long as it takes.
+std::vector<DeviceState> tours(const Scene& scene, int every, std::vector<std::string>& notes) {
+    constexpr std::size_t kMostFrames = 4000000; // over an hour at 1 kHz, a gigabyte of frames.csv
+    const double rate_hz = scene.description().loop.rate_hz;
+    const std::function<bool(const Vec3&)> is_free = free_of(scene);
+    DeviceDescription tour = scene.description().device;
+    tour.speed_m_per_s *= every;
+    PathChain chain(rate_hz);
+    for (const SceneSurface* surface : internal::surfaces_of_device(scene))
+        chain.add(make_tour(mesh_of(*surface), orbit_target(scene, *surface), tour, rate_hz,
+                            kMostFrames - chain.size(), is_free));
+    if (chain.size() == kMostFrames)
+        notes.push_back(fmt::format("the tour ends after {} frames, before it was everywhere: "
+                                    "raise spacing_mm or speed_m_per_s",
+                                    kMostFrames));
+    return chain.take();
+}
+
+/// Median of the times between a recording's inputs; 0 where there are no two.
+double median_period_s(const std::vector<DeviceState>& states) {
+    std::vector<double> periods;
+    for (std::size_t i = 1; i < states.size(); ++i)
+        periods.push_back(states[i].time_s - states[i - 1].time_s);
+    if (periods.empty()) return 0.0;
+    const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+    std::nth_element(periods.begin(), middle, periods.end());
+    return *middle;
+}
+
+std::vector<DeviceState> recorded_states(const Scene& scene) {
+    const std::filesystem::path& file = scene.description().device.file;
+    const double rate_hz = scene.description().loop.rate_hz;
+    std::vector<DeviceState> states = read_recording(file).inputs;
+    if (states.empty())
+        throw std::runtime_error(file.string() +
+                                 ": has no frames to play; record a longer run with `palpate "
+                                 "trace`");
+    // A device's own time may jitter, and frames may be missing: half of them tell enough.
+    const double period_s = median_period_s(states);
+    if (period_s > 0.0 && std::abs(period_s * rate_hz - 1.0) > 0.1)
+        throw std::runtime_error(
+            fmt::format("{}: was recorded at {:.6g} frames a second and the scene runs at {:.6g}; "
+                        "set rate_hz under [loop] to that of the recording",
+                        file.string(), 1.0 / period_s, rate_hz));
+    return states;
+}
+
+SceneDevice make_sequence(const Scene& scene, int every) {
+    std::vector<std::string> notes;
+    auto states =
+        std::make_shared<const std::vector<DeviceState>>(device_states(scene, every, &notes));
+    const std::size_t count = states->size();
+    return {std::make_unique<SequenceDevice>(std::move(states)), {}, count, std::move(notes)};
+}
+
+/// Where a path of the scene leads an arm.
+std::vector<HandIntent> intents_along(const std::filesystem::path& file, double rate_hz,
+                                      int every) {
+    const std::vector<DeviceState> wanted = read_probe_path(file, rate_hz, every);
+    if (wanted.back().trial != 0)
+        throw std::runtime_error(file.string() +
+                                 ": has several trials, and a hand only goes on from where it is; "
+                                 "give a path with one");
+    std::vector<HandIntent> intents;
+    for (const DeviceState& state : wanted)
+        intents.push_back({state.time_s, state.position});
+    return intents;
+}
+
+/// An arm that wants the probe somewhere, and a device in its hand.
+SceneDevice make_hand(const Scene& scene, int every) {
+    const DeviceDescription& description = scene.description().device;
+    const HandDescription& hand = description.hand;
+    const double rate_hz = scene.description().loop.rate_hz;
+    std::vector<HandIntent> intents = description.file.empty()
+                                          ? internal::press_of(scene)
+                                          : intents_along(description.file, rate_hz, every);
+    const auto frames =
+        static_cast<std::uint64_t>(std::llround(intents.back().time_s * rate_hz)) + 1;
+    const DevicePlacement placement(description.placement);
+    for (HandIntent& intent : intents)
+        intent.position = placement.place_in_device(intent.position);
+    HandSettings settings;
+    settings.arm.stiffness_n_per_m = hand.stiffness_n_per_m;
+    settings.arm.tremor_m = 1e-6 * hand.tremor_um;
+    settings.mechanism.damping_n_s_per_m = hand.damping_n_s_per_m;
+    settings.mechanism.step_m = 1e-6 * hand.step_um;
+    settings.transport.read_delay_s = settings.transport.write_delay_s = 1e-3 * hand.delay_ms;
+    settings.rate_hz = rate_hz;
+    settings.duration_s = static_cast<double>(frames) / rate_hz;
+    settings.seed = static_cast<std::uint64_t>(hand.seed);
+    try {
+        return {std::make_unique<SimulatedHand>(settings, std::move(intents)), {}, frames};
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}; give the hand another path or other settings",
+                                             place_of(scene), error.what()));
+    }
+}
+
+SceneDevice make_attached(const Scene& scene) {
+    const DeviceDescription& device = scene.description().device;
+    try {
+        return {make_hid_device(device.address, attached_devices()), {}};
+    } catch (const std::runtime_error& error) {
+        throw DeviceError(error.what());
+    }
+}
+
+[[noreturn]] void refuse_no_device(const Scene& scene) {
+    throw std::runtime_error(
+        fmt::format("{}: the scene has no device; add [device] with type = \"path\" or \"orbit\"",
+                    scene.description().file.string()));
+}
+
+} // namespace
+
+bool is_sequence(const DeviceDescription& device) noexcept {
+    return device.kind == Kind::path || device.kind == Kind::orbit || device.kind == Kind::tour ||
+           device.kind == Kind::recording;
+}
+
+std::vector<DeviceState> device_states(const Scene& scene, int every,
+                                       std::vector<std::string>* notes) {
+    std::vector<std::string> unread;
+    std::vector<std::string>& told = notes != nullptr ? *notes : unread;
+    told.clear();
+    const DeviceDescription& device = scene.description().device;
+    switch (device.kind) {
+    case Kind::path:
+        return read_probe_path(device.file, scene.description().loop.rate_hz, every);
+    case Kind::orbit:
+        return orbits(scene, every, told);
+    case Kind::tour:
+        return tours(scene, every, told);
+    case Kind::recording:
+        return recorded_states(scene);
+    case Kind::none:
+        refuse_no_device(scene);
+    case Kind::hand:
+    case Kind::hid:
+        break;
+    }
+    throw std::runtime_error(
+        fmt::format("{}: what a hand does is not known before; record it with `palpate trace` and "
+                    "give that with type = \"recording\"",
+                    place_of(scene)));
+}
+
+SceneDevice make_device(const Scene& scene, int every) {
+    const DeviceDescription& description = scene.description().device;
+    if (description.kind == Kind::none) refuse_no_device(scene);
+    if (is_sequence(description)) return make_sequence(scene, every);
+    SceneDevice made =
+        description.kind == Kind::hand ? make_hand(scene, every) : make_attached(scene);
+    made.placement = DevicePlacement(description.placement);
+    return made;
+}
+
+RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {
+    try {
+        device_.open();
+        device_.start();
+    } catch (const std::exception& error) {
+        device_.stop();
+        device_.close();
+        throw DeviceError(error.what());
+    }
+}
+
+RunningDevice::~RunningDevice() {
+    device_.write(Vec3{0.0});
+    device_.stop();
+    device_.close();
+}
+
+} // namespace palpate

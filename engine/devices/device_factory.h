@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <palpate/drivers/haptic_device.h>
+#include <palpate/engine/scene/device_placement.h>
+#include <palpate/engine/scene/scene.h>
+
+namespace palpate {
+
+/// What is in the way of a device: none attached, no permission, another program has it.
+struct DeviceError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// True where a scene's device is known from beginning to end: a path, an orbit, a tour, a
+/// recording. [any]
+bool is_sequence(const DeviceDescription& device) noexcept;
+
+/// The states of a scene's sequence, scene frame.                                       [setup]
+/// `every` = K takes each K-th row of a path, K times as fast. Throws std::runtime_error that says
+/// what the scene has instead, or what is wrong with the file.
+/// `notes`: replaced by what a user should know of a path that was generated, a line each.
+std::vector<DeviceState> device_states(const Scene& scene, int every = 1,
+                                       std::vector<std::string>* notes = nullptr);
+
+/// A device and how it stands to the scene.
+struct PlacedDevice {
+    HapticDevice& device;
+    DevicePlacement placement;
+};
+
+/// The device that a scene names.
+struct SceneDevice {
+    std::unique_ptr<HapticDevice> device;
+    DevicePlacement placement; ///< the identity for sequences
+    std::uint64_t states = std::numeric_limits<std::uint64_t>::max(); ///< that a sequence has
+    std::vector<std::string> notes = {}; ///< what a user should know of a path that was generated
+
+    PlacedDevice placed() const { return {*device, placement}; }
+};
+
+/// The device of a scene; not open yet. `every` as for device_states().                 [setup]
+/// Throws std::runtime_error as device_states(), or where this version has no such device.
+SceneDevice make_device(const Scene& scene, int every = 1);
+
+/// A device from open() to close(): whatever happens to its owner, it is sent a zero force, stopped
+/// and closed, in that order.
+class RunningDevice {
+public:
+    /// Opens and starts it; throws DeviceError with the device's own words.             [setup]
+    explicit RunningDevice(HapticDevice& device);
+    ~RunningDevice();
+    RunningDevice(const RunningDevice&) = delete;
+    RunningDevice& operator=(const RunningDevice&) = delete;
+
+private:
+    HapticDevice& device_;
+};
+
+} // namespace palpate

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/devices/device_list.h>
+#include <palpate/engine/files/internal/json_text.h>
+
+namespace palpate {
+namespace {
+
+using Weight = DeviceFinding::Weight;
+
+std::string_view in_words(AttachedKind kind) {
+    switch (kind) {
+    case AttachedKind::wooden_haptics:
+        return "three-dimensional force";
+    case AttachedKind::space_mouse:
+        return "moves the probe by its deflection, no force";
+    case AttachedKind::force_feedback:
+        return "two-dimensional force";
+    case AttachedKind::foreign:
+        return "a haptic device without a driver here";
+    case AttachedKind::other:
+        break;
+    }
+    return "not a haptic device";
+}
+
+std::string_view json_name(AttachedKind kind) {
+    switch (kind) {
+    case AttachedKind::wooden_haptics:
+        return "wooden_haptics";
+    case AttachedKind::space_mouse:
+        return "space_mouse";
+    case AttachedKind::force_feedback:
+        return "force_feedback";
+    case AttachedKind::foreign:
+        return "foreign";
+    case AttachedKind::other:
+        break;
+    }
+    return "other";
+}
+
+/// What scenes call it: by kind where there is one of the kind, else by node.
+std::string address_in(const std::vector<AttachedDevice>& devices, const AttachedDevice& device) {
+    const auto same = std::count_if(devices.begin(), devices.end(), [&](const AttachedDevice& one) {
+        return one.kind == device.kind && one.usable();
+    });
+    const std::string address = "hid:" + (same == 1 ? address_of(device.kind) : device.path);
+    // Which build it is, only its owner knows.
+    return device.kind == AttachedKind::wooden_haptics ? address + ":MODEL" : address;
+}
+
+std::string line_of(const std::vector<AttachedDevice>& devices, const AttachedDevice& device) {
+    const std::string ids = fmt::format("{:04x}:{:04x}", device.vendor, device.product);
+    const std::string outcome = device.usable()                      ? address_in(devices, device)
+                                : device.kind == AttachedKind::other ? "-"
+                                                                     : "NOT USABLE";
+    return fmt::format("{}  {}  {}: {}  {}\n", device.path, ids, device.name, in_words(device.kind),
+                       outcome);
+}
+
+std::string findings_of(const AttachedDevice& device) {
+    std::string text;
+    for (const DeviceFinding& finding : device.findings) {
+        text +=
+            fmt::format("    {}: {}\n", finding.weight == Weight::obstacle ? "in the way" : "note",
+                        finding.what);
+        if (!finding.remedy.empty()) text += fmt::format("    remedy: {}\n", finding.remedy);
+    }
+    return text;
+}
+
+} // namespace
+
+std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail) {
+    std::string text;
+    std::size_t ours = 0, others = 0, unusable = 0;
+    for (const AttachedDevice& device : devices) {
+        const bool other = device.kind == AttachedKind::other;
+        ++(other ? others : ours);
+        if (!other && !device.usable()) ++unusable;
+        if (other && detail == DeviceListDetail::brief) continue;
+        text += line_of(devices, device);
+        if (detail == DeviceListDetail::why) text += findings_of(device);
+    }
+    if (ours == 0)
+        text += "no haptic device is attached; a path, an orbit, a tour, a recording or the "
+                "simulated hand serves as well: --device path:FILE, orbit, tour, recording:FILE, "
+                "hand\n";
+    if (detail == DeviceListDetail::brief && unusable > 0)
+        text += "`palpate devices --why` says why something is not usable, and what helps\n";
+    if (detail == DeviceListDetail::brief && others > 0)
+        text += fmt::format("and {} other HID device{} (`--why` lists {})\n", others,
+                            others == 1 ? "" : "s", others == 1 ? "it" : "them");
+    return text;
+}
+
+std::string device_list_json(const std::vector<AttachedDevice>& devices) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const AttachedDevice& device : devices) {
+        nlohmann::json findings = nlohmann::json::array();
+        for (const DeviceFinding& finding : device.findings)
+            findings.push_back(
+                {{"weight", finding.weight == Weight::obstacle ? "obstacle" : "note"},
+                 {"what", finding.what},
+                 {"remedy", finding.remedy}});
+        nlohmann::json one = {{"path", device.path},
+                              {"vendor", fmt::format("{:04x}", device.vendor)},
+                              {"product", fmt::format("{:04x}", device.product)},
+                              {"name", device.name},
+                              {"kind", json_name(device.kind)},
+                              {"usable", device.usable()},
+                              {"address", nullptr},
+                              {"findings", std::move(findings)}};
+        if (device.usable()) one["address"] = address_in(devices, device);
+        list.push_back(std::move(one));
+    }
+    return internal::json_text({{"devices", std::move(list)}});
+}
+
+} // namespace palpate

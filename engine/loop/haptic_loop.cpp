@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/loop/haptic_loop.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
+#include <palpate/engine/loop/device_safety.h>
+#include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/internal/plan_warnings.h>
+#include <palpate/engine/scene/validation.h>
+#include <palpate/geometry/range.h>
+
+namespace palpate {
+namespace {
+
+// Beyond this no scene reaches, and Embree's float32 would overflow.
+constexpr double kProbeRange = SurfaceScene::kQueryRange;
+
+/// Denormal numbers cost hundreds of cycles each: flushed to zero within a frame, the caller's mode
+/// restored after it.
+class FlushDenormals {
+public:
+#if defined(__x86_64__)
+    FlushDenormals() noexcept : saved_(_mm_getcsr()) {
+        _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
+    }
+    ~FlushDenormals() { _mm_setcsr(saved_); }
+
+private:
+    static constexpr unsigned kFlushToZero = 0x8000;
+    static constexpr unsigned kDenormalsAreZero = 0x0040;
+    unsigned saved_;
+#else
+    FlushDenormals() noexcept {}
+#endif
+};
+
+SteppingSettings stepping(const LoopDescription& loop) {
+    SteppingSettings settings;
+    settings.method = loop.method;
+    settings.sub_steps = loop.sub_steps;
+    settings.budget_us = loop.budget_us;
+    // The smallest numbers there are would come to 0 m.
+    settings.tolerance_m = std::max(1e-6 * loop.tolerance_um, std::numeric_limits<double>::min());
+    settings.evaluation_cap = loop.evaluation_cap;
+    return settings;
+}
+
+template <class T>
+std::vector<T*> pointers(const std::vector<std::unique_ptr<T>>& owners) {
+    std::vector<T*> result;
+    for (const std::unique_ptr<T>& owner : owners)
+        result.push_back(owner.get());
+    return result;
+}
+
+/// The scene, once all that the loop is made of has been checked.
+std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
+                                     const LoopDescription& loop, const DeviceProperties& device,
+                                     const std::vector<std::unique_ptr<Effect>>& custom) {
+    validate(loop);
+    validate(device);
+    for (std::size_t i = 0; i < custom.size(); ++i)
+        if (!custom[i])
+            throw std::invalid_argument("custom[" + std::to_string(i) +
+                                        "] is null; give an effect, or leave it out");
+    return required("scene", std::move(scene));
+}
+
+bool in_range(const Vec3& p) noexcept {
+    return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
+}
+
+} // namespace
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(scene, clock, required("scene", scene)->description().loop, std::move(custom)) {}
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(std::move(scene), clock, loop, DeviceProperties{}, std::move(custom)) {}
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       const LoopDescription& loop, const DeviceProperties& device,
+                       std::vector<std::unique_ptr<Effect>> custom)
+    : scene_(checked(std::move(scene), loop, device, custom)), clock_(clock),
+      parts_(scene_->make_parts()),
+      coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
+      safety_(
+          safety_settings(scene_->description().limits, loop.rate_hz, coupling_.stiffness, device)),
+      has_motors_(device.force_n > 0.0),
+      estimates_velocity_(device.force_n > 0.0 &&
+                          device.velocity_source == VelocitySource::positions),
+      velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
+    const std::size_t custom_count = custom.size();
+    parts_.effects.insert(
+        parts_.effects.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
+        std::make_move_iterator(custom.begin()), std::make_move_iterator(custom.end()));
+    subdivision_ =
+        std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
+                                      pointers(parts_.effects), clock_, std::move(parts_.finish));
+    gains_ = gains_of_effects(custom_count);
+}
+
+HapticLoop::~HapticLoop() = default;
+
+std::vector<GainRamp*> HapticLoop::gains_of_effects(std::size_t custom_count) const {
+    const std::vector<EffectDescription>& effects = scene_->description().effects;
+    std::vector<GainRamp*> gains(effects.size());
+    for (const PlannedEffect& planned : scene_->plan().effects) {
+        const EffectDescription& effect = effects[planned.effect];
+        const std::optional<SurfacePart> part = internal::traits_of(effect).part;
+        if (!planned.on || !part) continue;
+        for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
+            if (scene_->surfaces()[i].name == surface_of(effect))
+                gains[planned.effect] = &subdivision_->gain(i, *part);
+    }
+    const std::size_t before = effects_before_limits();
+    for (std::size_t i = 0; i < scene_->effect_order().size(); ++i)
+        gains[scene_->effect_order()[i]] = &subdivision_->gain(i < before ? i : i + custom_count);
+    for (std::size_t i = 0; i < custom_count; ++i)
+        gains.push_back(&subdivision_->gain(before + i));
+    return gains;
+}
+
+/// Of the scene's effects in their order: limits come last, as they go by what all others draw.
+std::size_t HapticLoop::effects_before_limits() const {
+    const std::vector<std::size_t>& order = scene_->effect_order();
+    const auto is_limit = [&](std::size_t effect) {
+        return internal::traits_of(scene_->description().effects[effect]).turn ==
+               internal::EffectTurn::limits;
+    };
+    return static_cast<std::size_t>(std::find_if(order.begin(), order.end(), is_limit) -
+                                    order.begin());
+}
+
+/// Whether it is a workspace without which the proxy could come to what the plan left out.
+bool HapticLoop::keeps_from_surfaces(std::size_t effect) const noexcept {
+    const std::vector<EffectDescription>& effects = scene_->description().effects;
+    return scene_->plan().relies_on_workspace && effect < effects.size() &&
+           internal::traits_of(effects[effect]).turn == internal::EffectTurn::limits;
+}
+
+bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
+    if (effect >= gains_.size() || !gains_[effect] || !GainRamp::in_range(gain)) return false;
+    if (gain < 1.0 && keeps_from_surfaces(effect)) return false;
+    gains_[effect]->set(gain);
+    return true;
+}
+
+std::vector<std::string> HapticLoop::warnings() const {
+    std::vector<internal::FeltEffect> effects;
+    const std::vector<std::size_t>& order = scene_->effect_order();
+    const std::size_t scene_count = order.size(), before = effects_before_limits();
+    const std::size_t custom_count = parts_.effects.size() - scene_count;
+    for (std::size_t i = 0; i < parts_.effects.size(); ++i) {
+        const bool custom = i >= before && i < before + custom_count;
+        const std::size_t number = custom ? i - before : order[i < before ? i : i - custom_count];
+        effects.push_back({custom ? "custom effect " + std::to_string(number + 1)
+                                  : internal::effect_name(*scene_, number),
+                           parts_.effects[i].get()});
+    }
+    return internal::warnings_of(*scene_, effects);
+}
+
+FrameReport HapticLoop::frame(const DeviceState& device) noexcept { return frame(device, {}); }
+
+FrameReport HapticLoop::frame(const DeviceState& device,
+                              std::span<const std::uint32_t> steps_left) noexcept {
+    const FlushDenormals flush_denormals;
+    const double began_us = clock_.now_us();
+
+    FrameReport report;
+    report.frame = frames_++;
+    report.trial = device.trial;
+    report.time_s = device.time_s;
+    report.probe = device.position;
+
+    if (!in_range(device.position)) {
+        report.flags |= kProbeNotFinite;
+        report.force = release(report.flags);
+    } else if (device.freshness == Freshness::stale) {
+        report.flags |= kDeviceStale;
+        report.force = release(report.flags);
+    } else {
+        const Vec3 probe_velocity = velocity(device);
+        const Vec3 wanted = wanted_force(device, probe_velocity, steps_left, report);
+        if (has_motors_)
+            safety_.expect(subdivision_->unasked_force_n(safety_.force_n()),
+                           subdivision_->is_active());
+        report.force = report.flags & kForceNotFinite
+                           ? safety_.fade(report.flags)
+                           : safety_.send(wanted, device.position, probe_velocity, report.flags);
+    }
+    report.proxy = proxy_;
+
+    const QueryCount before = std::exchange(counted_, queries());
+    report.field_samples =
+        static_cast<std::uint32_t>(counted_.field_samples - before.field_samples);
+    report.root_queries = static_cast<std::uint32_t>(counted_.roots - before.roots);
+    report.surface_queries =
+        static_cast<std::uint32_t>(counted_.surface_queries - before.surface_queries);
+    report.estimate_us = subdivision_->estimate_us();
+    report.spent_us = clock_.now_us() - began_us;
+    return report;
+}
+
+Vec3 HapticLoop::release() noexcept {
+    std::uint32_t flags = 0;
+    return release(flags);
+}
+
+Vec3 HapticLoop::release(std::uint32_t& flags) noexcept {
+    silent_ = true;
+    velocity_estimator_.restart();
+    return safety_.fade(flags);
+}
+
+Vec3 HapticLoop::velocity(const DeviceState& device) noexcept {
+    return estimates_velocity_ ? velocity_estimator_.update(device.time_s, device.position)
+                               : device.velocity;
+}
+
+Vec3 HapticLoop::wanted_force(const DeviceState& device, const Vec3& velocity,
+                              std::span<const std::uint32_t> steps_left,
+                              FrameReport& report) noexcept {
+    const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
+    move_proxy(device, steps_left, report);
+    const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
+    const Vec3 force =
+        coupling_force(coupling_, device.position, proxy_, velocity, proxy_velocity); // (3)
+    return subdivision_->with_device_forces(force);
+}
+
+void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
+                            FrameReport& report) noexcept {
+    if (!started_ || device.trial != trial_) {
+        started_ = true;
+        trial_ = device.trial;
+        proxy_ = device.position;
+        report.flags |= subdivision_->restart(proxy_);
+    }
+    const FrameContext context{device.position,     proxy_,
+                               coupling_.stiffness, period_s_,
+                               safety_.force_n(),   std::exchange(silent_, false)};
+    const SubdivisionResult result = steps_left.empty()
+                                         ? subdivision_->advance(context)
+                                         : subdivision_->advance(context, steps_left);
+    if (in_range(result.proxy)) {
+        proxy_ = result.proxy;
+    } else { // held, and felt from there as at a trial's beginning
+        report.flags |= kForceNotFinite | subdivision_->restart(proxy_);
+    }
+    report.sub_steps = result.sub_steps;
+    report.evaluations = result.evaluations;
+    report.contacts = result.contacts;
+    report.residual_m = result.residual_m;
+    report.surfaces_felt = result.felt;
+    report.surfaces_open = result.open;
+    report.surfaces_guarded = result.guarded;
+    report.flags |= result.flags;
+}
+
+QueryCount HapticLoop::queries() const noexcept {
+    QueryCount total;
+    const auto add = [&](const QueryCount& one) {
+        total.field_samples += one.field_samples;
+        total.roots += one.roots;
+        total.surface_queries += one.surface_queries;
+    };
+    for (const auto& contact : parts_.contacts)
+        add(contact->queries());
+    for (const auto& effect : parts_.effects)
+        add(effect->queries());
+    add(subdivision_->queries());
+    return total;
+}
+
+} // namespace palpate

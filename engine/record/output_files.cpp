@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/record/output_files.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/picture/internal/canvas.h>
+#include <palpate/engine/record/internal/recording_store.h>
+#include <palpate/engine/record/trace_files.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_overrides.h>
+#include <palpate/geometry/mesh_file.h>
+#include <palpate/volume/label_volume.h>
+#include <palpate/volume/volume_file.h>
+#include <palpate/volume/volume_sources.h>
+
+namespace palpate {
+namespace {
+
+// --- What Palpate writes
+
+constexpr std::size_t kBeginning = 4096; // bytes: what marks a file is there
+
+std::string beginning_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string text(kBeginning, '\0');
+    stream.read(text.data(), kBeginning);
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    return text;
+}
+
+/// drift.csv: one column per method that was run, and nothing else.
+bool is_drift(std::string_view text) {
+    constexpr std::string_view first = "frame,time_s";
+    if (!text.starts_with(first)) return false;
+    text = text.substr(0, text.find('\n'));
+    text.remove_prefix(first.size());
+    while (text.starts_with(',')) {
+        const std::size_t end = std::min(text.find(',', 1), text.size());
+        const std::string_view column = text.substr(0, end);
+        if (!column.ends_with("_radius_mm") && !column.ends_with("_level_um")) return false;
+        text.remove_prefix(end);
+    }
+    return text.empty();
+}
+
+bool is_summary(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
+    if (!json.is_object() || !json.contains("version") || !json.contains("machine")) return false;
+    const auto scene = json.find("scene");
+    return scene != json.end() && scene->is_object() && scene->contains("sha256");
+}
+
+bool is_page(std::string_view text) {
+    const std::size_t title = text.find("<title>");
+    if (!text.starts_with("<!DOCTYPE html>") || title == std::string_view::npos) return false;
+    text = text.substr(title, text.find("</title>") - title);
+    return text == "<title>Palpate report" || text.ends_with(" (Palpate study)");
+}
+
+// --- Which files are one
+
+/// What makes two names one file, whatever links lead to it.
+using Identity = std::pair<std::uint64_t, std::uint64_t>;
+
+std::optional<Identity> identity_of(const std::filesystem::path& file) {
+    struct stat found {};
+    if (::stat(file.c_str(), &found) != 0) return std::nullopt;
+    return Identity{found.st_dev, found.st_ino};
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
+    throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
+}
+
+void check_folder(const std::filesystem::path& output) {
+    const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(folder, ignored))
+        refuse(output, "its folder does not exist; make " + folder.string() + " first");
+    if (::access(folder.c_str(), W_OK) != 0)
+        refuse(output, "its folder cannot be written; name another one, or change its rights");
+}
+
+void check_replaced(const std::filesystem::path& output,
+                    std::span<const std::filesystem::path> inputs, Replace replace) {
+    std::error_code error;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(output, error))) return;
+    if (!std::filesystem::is_regular_file(output, error))
+        refuse(output, "is there and no ordinary file; name another output");
+    const auto own = identity_of(output);
+    for (const std::filesystem::path& input : inputs)
+        if (own && identity_of(input) == own)
+            refuse(output, fmt::format("is what is read as {}, and would be replaced; name another "
+                                       "output",
+                                       input.string()));
+    if (replace == Replace::own && !is_written_by_palpate(output))
+        refuse(output, "was not written by Palpate, and would be replaced; name another output, or "
+                       "let it be replaced with --force");
+}
+
+} // namespace
+
+void check_outputs(std::span<const std::filesystem::path> outputs,
+                   std::span<const std::filesystem::path> inputs, Replace replace) {
+    for (const std::filesystem::path& output : outputs) {
+        check_folder(output);
+        check_replaced(output, inputs, replace);
+    }
+}
+
+bool is_written_by_palpate(const std::filesystem::path& file) {
+    const std::string text = beginning_of(file);
+    if (text.starts_with(kFramesColumns) || text.starts_with(kTimingColumns)) return true;
+    if (text.starts_with("method,setting,pace,scenes_own,") || is_drift(text)) return true;
+    if (text.starts_with(kPlyBeginning) || internal::is_own_png(text) || is_page(text)) return true;
+    if (text.starts_with('{')) return is_summary(file);
+    return internal::is_sealed_recording(file) || is_journal(file) || is_written_volume(file);
+}
+
+std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
+    std::vector<std::filesystem::path> files{scene.file};
+    for (const auto& [name, volume] : scene.volumes) {
+        if (volume.file.empty()) continue;
+        const std::vector<std::filesystem::path> data = source_files(volume.file);
+        files.insert(files.end(), data.begin(), data.end());
+        files.push_back(volume.labels);
+        files.push_back(find_name_table(volume.file));
+    }
+    for (const auto& [name, surface] : scene.surfaces)
+        files.push_back(surface.mesh);
+    for (const EffectDescription& effect : scene.effects)
+        files.push_back(file_of(effect));
+    files.push_back(scene.device.file);
+    std::erase_if(files, [](const std::filesystem::path& file) { return file.empty(); });
+    return files;
+}
+
+std::vector<std::filesystem::path> input_files(const Recording& recording,
+                                               const std::filesystem::path& file) {
+    SceneDescription scene = parse_scene(recording.scene_text, recording.scene_file);
+    apply(overrides_from_json(recording.overrides), scene);
+    std::vector<std::filesystem::path> files = input_files(scene);
+    files.push_back(file);
+    return files;
+}
+
+} // namespace palpate

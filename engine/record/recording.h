@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <palpate/drivers/haptic_device.h>
+#include <palpate/engine/loop/frame_report.h>
+
+namespace palpate {
+
+/// Hash of a file that the scene was built from.
+struct RecordedSource {
+    std::string file;   ///< as the scene names it, made absolute
+    std::string sha256; ///< of its bytes, hexadecimal
+};
+
+/// All that it takes to compute the same frames again, and what came out.
+struct Recording {
+    std::string version;    ///< of the engine that wrote it
+    std::string scene_file; ///< absolute path the scene was read from: anchors its relative paths
+    std::string scene_text; ///< TOML
+    std::string
+        overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
+    std::vector<RecordedSource> sources;   ///< volumes and meshes
+    std::vector<std::string> felt_names;   ///< bit i of FrameReport::surfaces_felt is entry i;
+                                           ///< empty where that was not recorded
+    DeviceProperties device;               ///< what felt it, as the scene met it, without its
+                                           ///< workspace
+    std::vector<DeviceState> inputs;       ///< a row per frame, scene frame
+    std::vector<FrameReport> frames;       ///< what came out; clock columns included
+    std::vector<std::uint32_t> steps_left; ///< N_steps of eq. (8) after each evaluation, frame by
+                                           ///< frame; empty where no clock decided
+};
+
+/// Writes recording.h5 (HDF5: one data set per column, units as attributes).            [setup]
+/// Complete or not at all; throws std::runtime_error naming the file.
+void write_recording(const std::filesystem::path& file, const Recording& recording);
+
+/// The bytes of such a file; `file` is named in messages.                                [setup]
+std::string recording_bytes(const std::filesystem::path& file, const Recording& recording);
+
+/// Where a recording is read from: the file or, where there is none, the journal beside it of a run
+/// that was cut off (RecordingJournal).                                                  [setup]
+std::filesystem::path found_recording(const std::filesystem::path& file);
+
+/// Whether a file is the journal of a run, which was cut off.                            [setup]
+bool is_journal(const std::filesystem::path& file);
+
+/// Reads it back, bit for bit; of a journal, all whole parts; of an older version of the format,
+/// what it does not have is as a DeviceState, DeviceProperties and FrameReport begin. [setup]
+/// Throws std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
+/// recording.
+Recording read_recording(const std::filesystem::path& file);
+
+} // namespace palpate

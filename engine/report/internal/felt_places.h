@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <palpate/engine/scene/scene.h>
+
+namespace palpate::internal {
+
+/// Places of a hand at 0.2 m/s, one a millisecond, along an orbit so deep below a surface. None
+/// where the orbit's rays miss a surface that is small.                                 [setup]
+std::vector<Vec3> places_on(const SceneSurface& surface, double depth_mm);
+
+/// Places of such a hand where `built`, which is made of `effect`, adds something to a frame; any
+/// where it adds nothing anywhere that was tried.                                       [setup]
+std::vector<Vec3> places_where_felt(const Scene& scene, const EffectDescription& effect,
+                                    Effect& built);
+
+} // namespace palpate::internal

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/run/internal/servo_loop.h>
+
+#include <algorithm>
+
+namespace palpate::internal {
+namespace {
+
+// A device whose time goes on by reading follows the clock through a pause of this many periods; a
+// longer one stops its time.
+constexpr std::uint64_t kMostReads = 1000;
+
+} // namespace
+
+ServoLoop::ServoLoop(HapticLoop& loop, HapticDevice& device, const DevicePlacement& placement,
+                     PacedClock& clock, const ServoSettings& settings, SpscRing<RunFrame>& frames,
+                     SpscRing<std::uint32_t>* decisions) noexcept
+    : loop_(loop), device_(device), placement_(placement), clock_(clock), settings_(settings),
+      frames_(frames), decisions_(decisions) {}
+
+void ServoLoop::run() noexcept {
+    const double started_us = clock_.now_us();
+    FrameSchedule schedule(settings_.period_us, started_us);
+    double last_us = started_us; // when the frame before began
+    double ends_by_us = 0.0;     // once the run is ending
+    for (std::uint64_t count = 0;; ++count) {
+        clock_.sleep_until(schedule.deadline_us());
+        const double began_us = clock_.now_us();
+        const FrameSchedule::Begin begun = schedule.begin(began_us);
+        if (!ending_ &&
+            (count >= settings_.most_frames || began_us - started_us > settings_.longest_us ||
+             asked_.load(std::memory_order_relaxed))) {
+            ending_ = true;
+            ends_by_us = began_us + kRelease_us;
+        }
+        if (ending_ && (!settings_.takes_force || began_us >= ends_by_us)) break;
+
+        DeviceState state;
+        if (!read(count == 0 ? 1 : begun.periods, state)) break;
+        RunFrame run;
+        run.silence = silence_of(state, count == 0 ? 0.0 : began_us - last_us);
+        if (run.silence != Silence::none) state.freshness = Freshness::stale;
+        last_us = began_us;
+        run.input = placement_.to_scene(state);
+        run.frame = loop_.frame(run.input);
+        device_.write(placement_.to_device(run.frame.force));
+
+        run.frame.late_us = begun.late_us;
+        const FrameSchedule::End ended = schedule.end(clock_.now_us());
+        run.missed = ended.missed;
+        run.overrun = ended.overrun;
+        hand_over(run);
+        if (ending_ && run.frame.force == Vec3{0.0}) break;
+    }
+    device_.write(Vec3{0.0});
+}
+
+/// The state at this tick. A device whose time goes on by reading, a path or a simulated hand, did
+/// not wait for the periods that were missed.
+bool ServoLoop::read(std::uint64_t periods, DeviceState& state) noexcept {
+    for (std::uint64_t i = std::min(periods, kMostReads); i > 0; --i)
+        if (!device_.read(state)) return false;
+    return true;
+}
+
+Silence ServoLoop::silence_of(const DeviceState& state, double gap_us) const noexcept {
+    if (ending_) return Silence::ending;
+    if (state.freshness == Freshness::stale) return Silence::device;
+    return gap_us > kLongestGap_us ? Silence::loop : Silence::none;
+}
+
+/// A frame and its decisions, or neither: a recording has no use for one without the other.
+void ServoLoop::hand_over(const RunFrame& frame) noexcept {
+    // A frame without an evaluation leaves those of an earlier one standing.
+    const auto decisions = decisions_ && frame.frame.evaluations > 0
+                               ? loop_.steps_left()
+                               : std::span<const std::uint32_t>{};
+    if (frames_.room() == 0 || (decisions_ && decisions_->room() < decisions.size())) {
+        dropped_.fetch_add(1, std::memory_order_relaxed);
+        return;
+    }
+    if (decisions_) decisions_->push(decisions);
+    frames_.push(frame);
+}
+
+} // namespace palpate::internal

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/run/realtime_run.h>
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/internal/loop_thread.h>
+#include <palpate/engine/run/internal/servo_loop.h>
+#include <palpate/engine/run/paced_clock.h>
+
+namespace palpate {
+namespace {
+
+using internal::LoopThreadGrants;
+using internal::ServoLoop;
+
+constexpr std::chrono::milliseconds kDrained{5}; // between two looks into the rings
+constexpr std::chrono::milliseconds kKept{500};  // between two times that what is felt is kept
+constexpr double kReserve_s = 2.0; // how long the recorder may be held up before frames drop
+constexpr std::size_t kMostDecisions = std::size_t{1} << 22; // of as long, some 0.5 us each
+
+/// The loop's thread, from its preparation to its end; it ends before this does.
+class ServoThread {
+public:
+    ServoThread(ServoLoop& servo, const internal::LoopThreadSettings& settings)
+        : servo_(servo), ended_(std::async(std::launch::async, [this, settings]() noexcept {
+              granted_.set_value(internal::prepare_loop_thread(settings));
+              go_.get_future().wait();
+              servo_.run();
+          })) {}
+    ~ServoThread() {
+        servo_.ask_to_stop();
+        go();
+        ended_.wait();
+        internal::release_memory();
+    }
+    ServoThread(const ServoThread&) = delete;
+    ServoThread& operator=(const ServoThread&) = delete;
+
+    LoopThreadGrants grants() { return granted_.get_future().get(); } ///< once
+    void go() {
+        if (!std::exchange(gone_, true)) go_.set_value();
+    }
+    bool has_ended_within(std::chrono::milliseconds wait) const {
+        return ended_.wait_for(wait) == std::future_status::ready;
+    }
+
+private:
+    ServoLoop& servo_;
+    std::promise<LoopThreadGrants> granted_;
+    std::promise<void> go_;
+    bool gone_ = false;
+    std::future<void> ended_; // last: its thread uses the others
+};
+
+void count(const RunFrame& run, RealtimeCounts& counts) {
+    counts.own_work += run.overrun == Overrun::own_work ? 1 : 0;
+    counts.woken_late += run.overrun == Overrun::woken_late ? 1 : 0;
+    counts.missed_periods += run.missed;
+    counts.silent_loop += run.silence == Silence::loop ? 1 : 0;
+    counts.silent_device += run.silence == Silence::device ? 1 : 0;
+}
+
+} // namespace
+
+void check_duty(const LoopDescription& loop) {
+    const double most_us = RealtimeSettings::kMostDuty * 1e6 / loop.rate_hz;
+    if (loop.budget_us > most_us * (1.0 + 1e-12)) // 0.9 has no exact double
+        throw std::invalid_argument(fmt::format(
+            "budget_us = {:.6g} leaves less than a tenth of the period in real time; set it to "
+            "{:.6g} or less at {:.6g} Hz",
+            loop.budget_us, most_us, loop.rate_hz));
+}
+
+Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
+                   const RealtimeSettings& settings, const RunWatch& watch) {
+    const LoopDescription& description = scene->description().loop;
+    check_duty(description);
+    const bool keeps_steps = description.method == SteppingMethod::paper;
+
+    // Everything that the loop needs, before there is one.
+    SteadyPacedClock clock;
+    Trace trace;
+    // A device's own threads must not starve while the loop waits for what they bring.
+    std::optional<internal::ScheduledAs> as_the_loop(std::in_place, settings.scheduler);
+    const RunningDevice running(placed.device);
+    as_the_loop.reset();
+    trace.device = placed.placement.to_scene(placed.device.properties());
+    warn_of_coupling(*scene, trace.device, watch);
+    HapticLoop loop(scene, clock, description, trace.device);
+    internal::SpscRing<RunFrame> frames(static_cast<std::size_t>(kReserve_s * description.rate_hz) +
+                                        1);
+    internal::SpscRing<std::uint32_t> decisions(keeps_steps ? kMostDecisions : 1);
+    internal::ServoSettings servo_settings;
+    servo_settings.period_us = 1e6 / description.rate_hz;
+    servo_settings.most_frames = settings.most_frames;
+    servo_settings.longest_us = 1e6 * settings.longest_s;
+    servo_settings.takes_force = trace.device.force_n > 0.0;
+    ServoLoop servo(loop, placed.device, placed.placement, clock, servo_settings, frames,
+                    keeps_steps ? &decisions : nullptr);
+    RealtimeCounts counts;
+
+    const auto record = [&] {
+        RunFrame run;
+        while (frames.pop(run)) {
+            trace.inputs.push_back(run.input);
+            trace.frames.push_back(run.frame);
+            for (std::uint32_t i = 0, steps = 0; keeps_steps && i < run.frame.evaluations; ++i) {
+                decisions.pop(steps);
+                trace.steps_left.push_back(steps);
+            }
+            count(run, counts);
+            if (watch.frame) watch.frame(run);
+        }
+    };
+    const auto done = [&] {
+        const double by_frames =
+            static_cast<double>(trace.frames.size()) / static_cast<double>(settings.most_frames);
+        const double by_time =
+            static_cast<double>(trace.frames.size()) / (settings.longest_s * description.rate_hz);
+        return std::clamp(std::max(by_frames, by_time), 0.0, 1.0);
+    };
+
+    const internal::LoopThreadSettings thread_settings{settings.scheduler, settings.cpu};
+    {
+        ServoThread thread(servo, thread_settings);
+        const LoopThreadGrants grants = thread.grants();
+        counts.scheduler = grants.scheduler ? settings.scheduler : Scheduler::ordinary;
+        counts.memory_locked = grants.memory;
+        for (const std::string& refusal : internal::refusals(thread_settings, grants))
+            if (watch.warning) watch.warning(refusal);
+        thread.go();
+        auto kept_at = std::chrono::steady_clock::now();
+        while (!thread.has_ended_within(kDrained)) {
+            record();
+            if (watch.kept && std::chrono::steady_clock::now() - kept_at >= kKept) {
+                watch.kept(trace);
+                kept_at = std::chrono::steady_clock::now();
+            }
+            if (watch.progress && !watch.progress(done(), "in real time")) servo.ask_to_stop();
+        }
+    }
+    record();
+    if (watch.kept) watch.kept(trace);
+    counts.dropped = servo.dropped();
+    trace.realtime = counts;
+    if (watch.progress) watch.progress(1.0, "in real time");
+    return trace;
+}
+
+} // namespace palpate

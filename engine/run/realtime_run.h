@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include <palpate/engine/run/run_watch.h>
+#include <palpate/engine/run/scheduler.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene.h>
+
+namespace palpate {
+
+struct RealtimeSettings {
+    /// Of a period, what a frame's budget may take; the rest is the device's and the system's.
+    static constexpr double kMostDuty = 0.9;
+
+    Scheduler scheduler = Scheduler::fifo;
+    std::optional<int> cpu; ///< processor that the loop stays on, from 0; empty: any
+    std::uint64_t most_frames = std::numeric_limits<std::uint64_t>::max();
+    double longest_s = std::numeric_limits<double>::infinity(); ///< of the clock
+};
+
+/// Throws std::invalid_argument where a scene's budget leaves less than a tenth of its period.
+/// [setup]
+void check_duty(const LoopDescription& loop);
+
+/// Runs a scene over a device at its rate, in a thread of its own that ends with the call: absolute
+/// deadlines on CLOCK_MONOTONIC (FrameSchedule), scheduler and locked memory as far as the system
+/// permits (else `watch.warning` says what is missing), everything allocated before the first
+/// frame. The calling thread records what comes through a ring, and tells `watch`. The run ends
+/// with the device's states, at a limit, or when `watch.progress` says so; then the force of a
+/// device that takes one is led to zero, within 50 ms, and what was recorded is the result.
+/// Whatever is thrown meanwhile, the device gets a zero force and is stopped.            [setup]
+/// Nothing is audited in real time: see audit(). Throws DeviceError where the device
+/// cannot be started, std::invalid_argument as check_duty().
+Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& device,
+                   const RealtimeSettings& settings, const RunWatch& watch = {});
+
+} // namespace palpate

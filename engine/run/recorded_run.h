@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include <palpate/engine/record/recording.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_overrides.h>
+
+namespace palpate {
+
+/// Hashes of everything that a scene was built from: volumes with the settings of their surfaces,
+/// and the numbers of each mesh that a contact uses, from a file, extracted or from the cache.
+/// [setup]
+std::vector<RecordedSource> sources(const Scene& scene);
+
+/// The recording of a trace.                                                            [setup]
+Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Trace& trace);
+
+/// The scene that a recording was made with, loaded again.                              [setup]
+/// Throws std::runtime_error when a source has changed since, this build chooses another contact
+/// than the one that recorded, a gain was changed while the loop ran, which is not recorded, or
+/// frames are missing as the recorder could not keep up;
+/// `file` is the recording's, for the message.
+std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
+                                            const std::filesystem::path& file,
+                                            const SceneResources& resources);
+
+} // namespace palpate

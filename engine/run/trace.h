@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/drivers/haptic_device.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/loop/frame_report.h>
+#include <palpate/engine/run/run_watch.h>
+#include <palpate/engine/run/scheduler.h>
+#include <palpate/engine/scene/device_placement.h>
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/truth/surface_audit.h>
+#include <palpate/haptics/step_time_estimator.h>
+
+namespace palpate {
+
+/// How a run at the clock's pace kept it.
+struct RealtimeCounts {
+    Scheduler scheduler = Scheduler::ordinary; ///< that it had
+    bool memory_locked = false;
+    std::uint64_t own_work = 0;   ///< overruns: frames that took longer than a frame may
+    std::uint64_t woken_late = 0; ///< overruns: the system let the loop begin too late
+    std::uint64_t missed_periods = 0;
+    std::uint64_t silent_loop = 0;   ///< frames with a stale input as the loop had been silent
+    std::uint64_t silent_device = 0; ///< frames with a stale input as the device had been silent
+    std::uint64_t dropped = 0; ///< frames that were felt and not recorded: no replay, no audit
+};
+
+/// What came out of a trace.
+struct Trace {
+    std::vector<DeviceState> inputs; ///< what each frame was given, scene frame
+    std::vector<FrameReport> frames;
+    std::vector<std::uint32_t>
+        steps_left; ///< method paper: N_steps after each evaluation, frame by frame
+    std::vector<SurfaceAudit> audits;       ///< one per surface that is felt
+    DeviceProperties device;                ///< what felt it, as the scene met it
+    std::optional<RealtimeCounts> realtime; ///< nothing at asap pace
+};
+
+/// Computes a device's frames back to back (asap pace), with the device's own time, until it has no
+/// more states or `most_frames` have been; each is written to the device and audited outside the
+/// clock. The device is started for it, and stopped with a zero force whatever happens.  [setup]
+/// Throws DeviceError where it cannot be started, std::runtime_error when cancelled.
+Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& device, Clock& clock,
+                std::uint64_t most_frames, const RunWatch& watch = {});
+
+/// Computes the frames of given inputs, scene frame, back to back, and audits each outside the
+/// clock; nobody takes the forces.                                                      [setup]
+/// Throws std::runtime_error when cancelled.
+Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                Clock& clock, const Progress& progress = {});
+
+/// What it takes to compute a run's frames again.
+struct EarlierRun {
+    std::span<const DeviceState> inputs;
+    std::span<const FrameReport> frames;
+    std::span<const std::uint32_t> steps_left; ///< where a clock decided
+    DeviceProperties device;
+};
+
+/// The same frames again, bit for bit: the clock decides nothing, and nobody takes the forces.
+/// [setup] Throws std::runtime_error when cancelled.
+Trace run_again(std::shared_ptr<const Scene> scene, const EarlierRun& run,
+                const Progress& progress = {});
+
+/// Fills in the audits of a run that had no time for them, by computing its frames again; leaves a
+/// run of which frames are missing without.                                             [setup]
+/// Throws std::runtime_error when cancelled.
+void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress = {});
+
+/// Tells `watch` where a device, scene frame, does not hold a scene's coupling.           [setup]
+void warn_of_coupling(const Scene& scene, const DeviceProperties& device, const RunWatch& watch);
+
+} // namespace palpate

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <palpate/engine/scene/scene_description.h>
+
+namespace palpate {
+
+/// Whether meshes can be extracted from volumes: a build with CGAL can.
+enum class Extraction { possible, impossible };
+
+/// How a surface is felt, and why so.
+struct ContactChoice {
+    ContactKind kind = ContactKind::volume;
+    std::string why; ///< in words
+};
+
+/// The contact that the scene names or, where it names none, the safest that the surface's data and
+/// the build allow: mesh for a mesh alone, guarded where there is a volume and a mesh can be had,
+/// else volume. The one place where this is decided.                                    [setup]
+ContactChoice choose_contact(const SceneDescription& scene, const SurfaceDescription& surface,
+                             Extraction extraction);
+
+/// Whether a contact reads the surface's mesh; and whether its loop samples the field.   [any]
+bool needs_mesh(ContactKind kind) noexcept;
+bool samples_field(ContactKind kind) noexcept;
+
+/// Whether a contact feels textures: those that a field's level leads.                   [any]
+bool feels_texture(ContactKind kind) noexcept;
+
+/// What a contact lacks in what a surface is given by, and what to do about it: "CONTACT what;
+/// remedy".
+struct ContactObstacle {
+    std::string what, remedy;
+};
+
+/// A volume where there is a mesh alone, a mesh of a formula: nothing where the contact can work.
+/// [setup]
+std::optional<ContactObstacle> obstacle(const SceneDescription& scene,
+                                        const SurfaceDescription& surface, ContactKind kind);
+
+} // namespace palpate

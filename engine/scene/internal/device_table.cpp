@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/scene/internal/scene_tables.h>
+
+namespace palpate::internal {
+namespace {
+
+using Kind = DeviceDescription::Kind;
+
+// Spelled in the order of the enumeration, without `none` and `hid`, which is followed by an
+// address.
+constexpr std::array<std::string_view, 5> kNames{"path", "orbit", "tour", "recording", "hand"};
+constexpr std::string_view kHid = "hid:";
+
+void read_file(const TomlTable& table, const SceneDescription& scene, std::string_view remedy,
+               DeviceDescription& device) {
+    constexpr std::array<std::string_view, 2> keys{"type", "file"};
+    table.allow_only(keys, fmt::format("with type = \"{}\"", table.text("type")));
+    table.require("file", remedy);
+    device.file = existing_file(table, "file", scene.file);
+}
+
+/// The surface that a generated path goes to, or all.
+void read_surface(const TomlTable& table, const SceneDescription& scene,
+                  DeviceDescription& device) {
+    if (table.has("surface"))
+        device.surface = name_in(table, "surface", scene.surfaces, "surfaces");
+    else if (scene.surfaces.empty())
+        table.fail(table.line(),
+                   fmt::format("the {} {} has no surface to go {}", table.text("type"),
+                               table.where(), device.kind == Kind::orbit ? "around" : "over"),
+                   "add a [surface.NAME]");
+}
+
+void read_tour(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
+    constexpr std::array<std::string_view, 5> keys{"type", "surface", "speed_m_per_s", "depth_mm",
+                                                   "spacing_mm"};
+    table.allow_only(keys, "with type = \"tour\"");
+    read_surface(table, scene, device);
+    device.speed_m_per_s = table.number("speed_m_per_s", kOrbitSpeed, device.speed_m_per_s);
+    device.press_mm = table.number("depth_mm", kTourDepthMm, device.press_mm);
+    device.spacing_mm = table.number("spacing_mm", kTourSpacingMm, device.spacing_mm);
+}
+
+void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
+    constexpr std::array<std::string_view, 7> keys{
+        "type", "surface", "speed_m_per_s", "depth_min_mm", "depth_max_mm", "duration_s", "turns"};
+    table.allow_only(keys, "with type = \"orbit\"");
+    read_surface(table, scene, device);
+    device.speed_m_per_s = table.number("speed_m_per_s", kOrbitSpeed, device.speed_m_per_s);
+    device.depth_min_mm = table.number("depth_min_mm", kOrbitDepthMm, device.depth_min_mm);
+    // Without a depth_max_mm a deeper depth_min_mm takes it along.
+    device.depth_max_mm = table.number("depth_max_mm", {device.depth_min_mm, kOrbitDepthMm.high},
+                                       std::max(device.depth_min_mm, device.depth_max_mm));
+    device.duration_s = table.number("duration_s", kOrbitDurationS, device.duration_s);
+    device.turns = table.integer("turns", kOrbitTurns.low, kOrbitTurns.high, device.turns);
+}
+
+/// How something that a hand holds stands to the patient.
+DevicePlacementSettings read_placement(const TomlTable& table) {
+    DevicePlacementSettings placement;
+    const auto side = [&](std::string_view key, PatientSide fallback) {
+        return table.has(key) ? static_cast<PatientSide>(table.choice(key, kPatientSideNames))
+                              : fallback;
+    };
+    placement.right = side("right", placement.right);
+    placement.up = side("up", placement.up);
+    if (table.has("origin_mm"))
+        placement.origin_m = 1e-3 * read_triple(table, "origin_mm", " in mm", kPlaceMm);
+    placement.scale =
+        table.number("scale", {DevicePlacement::kSmallestScale, DevicePlacement::kLargestScale},
+                     placement.scale);
+    if (along_one_line(placement.right, placement.up))
+        table.fail(table.line_of(table.has("up") ? "up" : "right"),
+                   fmt::format("right is \"{}\" and up \"{}\" {}, which is one line",
+                               kPatientSideNames[static_cast<std::size_t>(placement.right)],
+                               kPatientSideNames[static_cast<std::size_t>(placement.up)],
+                               table.where()),
+                   "let up be a direction across right");
+    return placement;
+}
+
+HandDescription read_hand(const TomlTable& table) {
+    HandDescription hand;
+    hand.seed = table.integer("seed", kHandSeed.low, kHandSeed.high, hand.seed);
+    hand.stiffness_n_per_m =
+        table.number("arm_stiffness_n_per_m", kArmStiffness, hand.stiffness_n_per_m);
+    hand.tremor_um = table.number("tremor_um", kTremorUm, hand.tremor_um);
+    hand.damping_n_s_per_m =
+        table.number("damping_n_s_per_m", kDeviceDamping, hand.damping_n_s_per_m);
+    hand.step_um = table.number("step_um", kEncoderStepUm, hand.step_um);
+    hand.delay_ms = table.number("delay_ms", kDelayMs, hand.delay_ms);
+    return hand;
+}
+
+/// A hand without a path presses into a surface.
+void read_press(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
+    if (table.has("surface"))
+        device.surface = name_in(table, "surface", scene.surfaces, "surfaces");
+    else if (scene.surfaces.empty())
+        table.fail(table.line(),
+                   fmt::format("the hand {} has no surface to press into", table.where()),
+                   "add a [surface.NAME], or file = \"PATH.csv\": where the arm wants the probe");
+    if (table.has("from"))
+        device.from = static_cast<PatientSide>(table.choice("from", kPatientSideNames));
+    device.depth_mm = table.number("depth_mm", kPressDepthMm, device.depth_mm);
+    device.duration_s = table.number("duration_s", kPressDurationS, device.duration_s);
+}
+
+} // namespace
+
+DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
+    constexpr std::array<std::string_view, 5> placed_keys{"type", "right", "up", "origin_mm",
+                                                          "scale"};
+    constexpr std::array<std::string_view, 16> hand_keys{"type",
+                                                         "surface",
+                                                         "from",
+                                                         "depth_mm",
+                                                         "duration_s",
+                                                         "right",
+                                                         "up",
+                                                         "origin_mm",
+                                                         "scale",
+                                                         "file",
+                                                         "seed",
+                                                         "step_um",
+                                                         "delay_ms",
+                                                         "tremor_um",
+                                                         "damping_n_s_per_m",
+                                                         "arm_stiffness_n_per_m"};
+    DeviceDescription device;
+    device.line = table.line();
+    table.require("type", fmt::format("give one of {}, hid:ADDRESS", joined(kNames)));
+    const std::string type = table.text("type");
+    if (type.starts_with(kHid)) {
+        device.kind = Kind::hid;
+        device.address = type.substr(kHid.size());
+        if (device.address.empty())
+            table.fail(table.line_of("type"),
+                       fmt::format("type = \"hid:\" {} names no device", table.where()),
+                       "add what `palpate devices` lists");
+        table.allow_only(placed_keys, "with type = \"hid:...\"");
+        device.placement = read_placement(table);
+        return device;
+    }
+    device.kind = static_cast<Kind>(1 + table.choice("type", kNames));
+    switch (device.kind) {
+    case Kind::path:
+        read_file(table, scene, "name a CSV file with the columns t_s,x_m,y_m,z_m", device);
+        break;
+    case Kind::orbit:
+        read_orbit(table, scene, device);
+        break;
+    case Kind::tour:
+        read_tour(table, scene, device);
+        break;
+    case Kind::recording:
+        read_file(table, scene, "name a recording.h5 of `palpate trace`", device);
+        break;
+    default:
+        table.allow_only(hand_keys, "with type = \"hand\"");
+        device.hand = read_hand(table);
+        if (table.has("file")) {
+            for (const std::string_view key : {"surface", "from", "depth_mm", "duration_s"})
+                if (table.has(key))
+                    table.fail(table.line_of(key),
+                               fmt::format("{} and file {} exclude each other", key, table.where()),
+                               "keep one of them");
+            device.file = existing_file(table, "file", scene.file);
+        } else {
+            read_press(table, scene, device);
+        }
+        device.placement = read_placement(table);
+    }
+    return device;
+}
+
+} // namespace palpate::internal

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/internal/plan_warnings.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/guard_planes.h>
+#include <palpate/haptics/plane_bundle.h>
+
+namespace palpate::internal {
+namespace {
+
+constexpr std::size_t kMeet = 4;    // surfaces at one place: more is rare in anatomy
+constexpr std::size_t kTouches = 3; // facets that hold a mesh's proxy at a vertex
+constexpr std::size_t kLeash = 1;   // plane of a guarded contact
+
+/// Of the surfaces that meet at one place, those with the most.
+std::size_t most_where_surfaces_meet(const Scene& scene) {
+    std::map<std::string, std::size_t> of_surfaces;
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const EffectDescription& effect = scene.description().effects[planned.effect];
+        if (!planned.on || !traits_of(effect).part) continue;
+        for (const SceneSurface& surface : scene.surfaces())
+            if (surface.name == surface_of(effect))
+                of_surfaces[surface.name] += most_primitives_on(effect, surface);
+    }
+    std::vector<std::size_t> counts;
+    for (const auto& [surface, count] : of_surfaces)
+        counts.push_back(count);
+    std::sort(counts.begin(), counts.end(), std::greater<>());
+    counts.resize(std::min(counts.size(), kMeet));
+    return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+}
+
+} // namespace
+
+std::size_t most_planes(const SceneSurface& surface) {
+    // Of what gives way as a whole several planes would resist more than it.
+    const bool gives_way =
+        std::isfinite(surface.level.strength_n) && surface.level.yielding == Yielding::holds;
+    switch (surface.contact) {
+    case ContactKind::mesh:
+        return gives_way ? kTouches : GuardPlanes::kCapacity;
+    case ContactKind::guarded:
+        return kLeash + (gives_way ? 1 : PlaneBundle::kCapacity);
+    case ContactKind::volume:
+        return gives_way ? 1 : PlaneBundle::kCapacity;
+    case ContactKind::direct:
+        break;
+    }
+    return PlaneBundle::kCapacity;
+}
+
+std::string effect_name(const Scene& scene, std::size_t effect) {
+    return fmt::format("effect {} ({})", effect + 1, name(scene.description().effects[effect]));
+}
+
+std::vector<FeltEffect> felt_effects(const Scene& scene, const LoopParts& parts) {
+    std::vector<FeltEffect> effects;
+    for (std::size_t i = 0; i < parts.effects.size(); ++i) {
+        const std::size_t number = scene.effect_order()[i];
+        effects.push_back({effect_name(scene, number), parts.effects[i].get()});
+    }
+    return effects;
+}
+
+std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEffect> effects) {
+    std::vector<std::string> warnings;
+    std::size_t most = most_where_surfaces_meet(scene);
+    for (const FeltEffect& felt : effects)
+        most += felt.effect->most_primitives();
+    if (most > PrimitiveSet::kCapacity)
+        warnings.push_back(
+            fmt::format("where all effects are felt at one place, they can add up to {} planes, "
+                        "lines and points; an evaluation has room for {}, and the last ones are "
+                        "left out (flag primitives_full): use fewer effects at one place",
+                        most, PrimitiveSet::kCapacity));
+    const double limit_n = scene.description().limits.force_n;
+    for (const FeltEffect& felt : effects)
+        if (const double force_n = felt.effect->unasked_force_n(); force_n > limit_n)
+            warnings.push_back(
+                fmt::format("{} alone is up to {:.4g} N, and limits.force_n = {:.4g} N is all that "
+                            "is sent: make it weaker or raise the limit",
+                            felt.name, force_n, limit_n));
+    return warnings;
+}
+
+} // namespace palpate::internal

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// Volumes, materials and surfaces of a scene.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/scene/contact_choice.h>
+#include <palpate/engine/scene/internal/field_check.h>
+#include <palpate/engine/scene/scene_file.h>
+
+namespace palpate::internal {
+namespace {
+
+void check_formula(const FieldCheck& check, const VolumeDescription& volume) {
+    const auto found =
+        std::find_if(kFormulas.begin(), kFormulas.end(),
+                     [&](const Formula& formula) { return formula.name == volume.analytic; });
+    if (found == kFormulas.end()) {
+        Names names;
+        for (const Formula& formula : kFormulas)
+            names.push_back(formula.name);
+        check.fail("analytic", fmt::format("= \"{}\" does not exist", volume.analytic),
+                   remedy_for_name(volume.analytic, names, "formulas"));
+    }
+    const Names keys(found->keys.begin(), found->keys.begin() + found->key_count);
+    const std::string takes = fmt::format("analytic = \"{}\" takes {}", found->name, joined(keys));
+    for (const auto& [key, value] : volume.parameters)
+        if (std::find(keys.begin(), keys.end(), key) == keys.end())
+            check.fail(fmt::format("parameters[\"{}\"]", key), "is not known", takes);
+    for (const std::string_view key : keys) {
+        const std::string field = fmt::format("parameters[\"{}\"]", key);
+        const auto value = volume.parameters.find(std::string(key));
+        if (value == volume.parameters.end()) check.fail(field, "is missing", takes);
+        check.number(field, value->second, parameter_range(key));
+        if (key == "angle_deg" && value->second == 180.0)
+            check.fail(field, "= 180 has no edge", "give an angle in (0, 180) or (180, 360)");
+    }
+    if (volume.analytic == "torus" &&
+        volume.parameters.at("tube_mm") >= volume.parameters.at("radius_mm"))
+        check.fail("parameters[\"tube_mm\"]",
+                   fmt::format("= {} is out of range", volume.parameters.at("tube_mm")),
+                   fmt::format("give a number in (0, {}), below radius_mm",
+                               volume.parameters.at("radius_mm")));
+}
+
+void check_friction_of(const FieldCheck& check, const MaterialDescription& material) {
+    if (material.static_mu) check.number("static_mu", *material.static_mu, kCoefficient);
+    if (material.dynamic_mu) check.number("dynamic_mu", *material.dynamic_mu, kCoefficient);
+    if (material.dynamic_mu && *material.dynamic_mu > material.static_mu.value_or(0.0))
+        check.fail("dynamic_mu", fmt::format("= {} is above static_mu", *material.dynamic_mu),
+                   "give at most as much friction while sliding as at rest");
+}
+
+/// What is made of a volume before it is felt.
+void check_volume_part(const FieldCheck& check, const SceneDescription& scene,
+                       const SurfaceDescription& surface) {
+    check.name("volume", surface.volume, scene.volumes, "volumes");
+    const VolumeDescription& volume = scene.volumes.at(surface.volume);
+    if (is_of_vectors(volume))
+        check.fail("volume", fmt::format("= \"{}\" is a formula of vectors", surface.volume),
+                   "name a volume of scalars");
+    if (surface.labels.empty() && !volume.labels.empty())
+        check.fail(
+            "iso_value",
+            fmt::format("is of the label volume \"{}\", whose values are names", surface.volume),
+            "give labels, or remove labels from the volume");
+    if (surface.iso_after_smoothing == SurfaceDescription::IsoAfterSmoothing::keep_volume &&
+        surface.labels.empty())
+        check.fail("iso_after_smoothing", "= keep_volume is for labels",
+                   "give keep_position or as_given");
+    if (volume.analytic.empty()) return;
+    // A formula is exact and in one piece: there is nothing to smooth and nothing to drop.
+    const auto refuse = [&](std::string_view field) {
+        check.fail(field,
+                   fmt::format("does not go with the analytic volume \"{}\"", surface.volume),
+                   fmt::format("leave {} as it is by default", field));
+    };
+    if (!surface.labels.empty()) refuse("labels");
+    if (surface.smooth_voxels > 0.0) refuse("smooth_voxels");
+    if (surface.keep.kind != ComponentPolicy::Kind::all) refuse("keep");
+    if (surface.region_mm) refuse("region_mm");
+}
+
+void check_region(const FieldCheck& check, const Box& region) {
+    check.triple("region_mm.lower", region.lower, kFiniteRange);
+    check.triple("region_mm.upper", region.upper, kFiniteRange);
+    const Vec3 extent = region.extent();
+    if (!(extent.x > 0.0 && extent.y > 0.0 && extent.z > 0.0))
+        check.fail("region_mm", "has no volume", "give two opposite corners");
+}
+
+void check_strength(const FieldCheck& check, const SceneDescription& scene,
+                    const SurfaceDescription& surface) {
+    check.number("strength_n", surface.strength_n, kHoldingN);
+    if (surface.strength_volume.empty()) return;
+    check.name("strength_volume", surface.strength_volume, scene.volumes, "volumes");
+    check_scalars(check, "strength_volume", scene, surface.strength_volume);
+    Range range = kHoldingN;
+    range.or_infinite = false;
+    range.ends = Range::Ends::low_open; // at 0 N there would be no surface
+    check.function("strength_over_value", surface.strength_over_value, range);
+    if (surface.strength_over_value.strongest() > surface.strength_n)
+        check.fail(
+            "strength_n",
+            fmt::format("= {} is below the strongest of strength_over_value", surface.strength_n),
+            "give the greatest strength that there is");
+}
+
+} // namespace
+
+bool is_of_vectors(const VolumeDescription& volume) { return volume.analytic == "helix"; }
+
+void check_scalars(const FieldCheck& check, std::string_view field, const SceneDescription& scene,
+                   const std::string& volume) {
+    const VolumeDescription& description = scene.volumes.at(volume);
+    if (is_of_vectors(description))
+        check.fail(field, fmt::format("= \"{}\" is a formula of vectors", volume),
+                   "name a volume of scalars");
+    if (!description.labels.empty())
+        check.fail(field,
+                   fmt::format("= \"{}\" is a label volume, whose values are names and not to be "
+                               "interpolated",
+                               volume),
+                   "make surfaces of its labels and give each a material, or remove labels from "
+                   "the volume");
+}
+
+void check_volume(const FieldCheck& check, const VolumeDescription& volume) {
+    check.choice("selection.slices", volume.selection.slices, VolumeSelection::Slices::repair);
+    check.choice("selection.nifti_transform", volume.selection.nifti_transform,
+                 VolumeSelection::NiftiTransform::qform);
+    if (!volume.file.empty() && !volume.analytic.empty())
+        check.fail("file", "and analytic exclude each other", "keep one of them");
+    if (!volume.file.empty()) return;
+    if (volume.analytic.empty())
+        check.fail("file", "and analytic are both empty",
+                   "name a volume file, or a formula with analytic");
+    check_formula(check, volume);
+}
+
+void check_material(const FieldCheck& check, const MaterialDescription& material) {
+    check.function("strength", material.strength, kHoldingN);
+    check.choice("yielding", material.yielding, Yielding::opens);
+    check_friction_of(check, material);
+    if (material.damping_n_s_per_m)
+        check.number("damping_n_s_per_m", *material.damping_n_s_per_m, kDamping);
+    const TextureWaves& waves = material.texture;
+    if (waves.wavelength_m)
+        check.number("texture.wavelength_m", *waves.wavelength_m, scaled(kWavelengthMm, 1e-3));
+    if (waves.height_m) check.number("texture.height_m", *waves.height_m, scaled(kHeightMm, 1e-3));
+    if (waves.height_m && waves.wavelength_m &&
+        *waves.height_m > SurfaceTexture::kHighestOfWave * *waves.wavelength_m)
+        check.fail("texture.height_m",
+                   fmt::format("= {} is above wavelength_m / (2 pi)", *waves.height_m),
+                   "lower the height, or take a longer wavelength");
+}
+
+void check_surface(const FieldCheck& check, const SceneDescription& scene,
+                   const SurfaceDescription& surface) {
+    if (!surface.material.empty())
+        check.name("material", surface.material, scene.materials, "materials");
+    check.number("iso_value", surface.iso_value, kFiniteRange);
+    check.number("smooth_voxels", surface.smooth_voxels, kSmoothingVoxels);
+    check.choice("iso_after_smoothing", surface.iso_after_smoothing,
+                 SurfaceDescription::IsoAfterSmoothing::as_given);
+    check.choice("keep.kind", surface.keep.kind, ComponentPolicy::Kind::volume);
+    if (surface.keep.kind == ComponentPolicy::Kind::count && surface.keep.count < 1)
+        check.fail("keep.count", "= 0 keeps nothing", "give 1 or more");
+    if (surface.keep.kind == ComponentPolicy::Kind::volume)
+        check.number("keep.volume_mm3", surface.keep.volume_mm3, kNotNegative);
+    check.choice("yielding", surface.yielding, Yielding::opens);
+    check.choice("mesh_file.frame", surface.mesh_file.frame, MeshFrame::ras);
+    check.choice("mesh_file.unit", surface.mesh_file.unit, MeshUnit::metre);
+    if (surface.region_mm) check_region(check, *surface.region_mm);
+    if (surface.leash_mm) check.number("leash_mm", *surface.leash_mm, kLeashMm);
+    if (surface.facet_size_mm) check.number("facet_size_mm", *surface.facet_size_mm, kFacetSizeMm);
+    if (surface.facet_distance_mm)
+        check.number("facet_distance_mm", *surface.facet_distance_mm, kFacetDistanceMm);
+
+    if (surface.volume.empty() && surface.mesh.empty())
+        check.fail("volume", "and mesh are both empty", "name a volume, or a mesh file, or both");
+    if (!surface.volume.empty()) check_volume_part(check, scene, surface);
+    if (surface.contact) {
+        check.choice("contact", *surface.contact, ContactKind::direct);
+        if (const auto no = obstacle(scene, surface, *surface.contact))
+            check.fail("contact", fmt::format("= {} {}", name(*surface.contact), no->what),
+                       no->remedy);
+    }
+    check_strength(check, scene, surface);
+}
+
+} // namespace palpate::internal

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <palpate/engine/scene/device_placement.h>
+#include <palpate/engine/scene/effects/list.h>
+#include <palpate/geometry/mesh_file.h>
+#include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/surface_state.h>
+#include <palpate/haptics/surface_texture.h>
+#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/volume_file.h>
+#include <palpate/volume/volume_filters.h>
+
+namespace palpate {
+
+/// A volume of the scene: a file or a formula.
+struct VolumeDescription {
+    std::filesystem::path file; ///< a file or a DICOM folder; absolute, or relative to the working
+                                ///< folder; empty with `analytic`
+    VolumeSelection selection;  ///< which of several volumes in it, and how forgiving
+    std::filesystem::path labels; ///< name table of a label volume; empty: its own names
+    std::string analytic; ///< sphere_cavity, solid_sphere, bumpy_cavity, slab, wedge, torus, helix
+                          ///< (of vectors); or empty
+    std::map<std::string, double>
+        parameters; ///< of the formula, by key: radius_mm, amplitude_mm, ...
+    int line = 0;   ///< of the scene file, for messages
+};
+
+/// A texture's pattern as far as a scene says it.
+struct TextureWaves {
+    std::optional<double> wavelength_m; ///< (0, 1]
+    std::optional<double> height_m;     ///< [0, wavelength_m / (2 pi)]
+};
+
+/// What a tissue feels like: one table for all the surfaces and labels that are made of it. What is
+/// empty, the effects on it have to say.
+struct MaterialDescription {
+    TransferFunction strength =
+        TransferFunction::constant(std::numeric_limits<double>::infinity()); ///< N, >= 0
+    int strength_line = 0;                   ///< of the scene file, for messages
+    Yielding yielding = Yielding::holds;     ///< above its strength
+    std::optional<double> static_mu;         ///< of effects `friction` and `stick_slip` on it
+    std::optional<double> dynamic_mu;        ///< the same; at most static_mu
+    std::optional<double> damping_n_s_per_m; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
+    TextureWaves texture;                    ///< of effects `texture` on it
+};
+
+enum class ContactKind { mesh, volume, guarded, direct };
+
+/// A surface of the scene: an isosurface of a volume, or the border of labels; with or without a
+/// mesh from a file, or such a mesh alone.
+struct SurfaceDescription {
+    /// What decides on the level of the smoothed field.
+    enum class IsoAfterSmoothing {
+        keep_position, ///< the surface does not move on average
+        keep_volume,   ///< labels: it encloses as much as their voxels
+        as_given       ///< the level is iso_value; for labels 0.5
+    };
+
+    std::string volume;         ///< key of SceneDescription::volumes; empty: the mesh file alone
+    std::string material;       ///< key of SceneDescription::materials; may be empty
+    std::filesystem::path mesh; ///< PLY, STL or OBJ; absolute, or relative to the working folder;
+                                ///< empty: extracted from the volume where a contact needs a mesh
+    MeshFileSettings mesh_file; ///< what `mesh` is to be read as
+    double iso_value = 0.0;     ///< in the volume's own unit; unused with labels
+    std::vector<std::string> labels; ///< names or numbers, made one surface; empty: by iso_value
+    std::optional<Box> region_mm;    ///< the part of the volume that is used, scene frame (LPS), mm
+    double smooth_voxels =
+        0.0; ///< standard deviation of the Gaussian baked in first, voxels, [0, 5]
+    IsoAfterSmoothing iso_after_smoothing = IsoAfterSmoothing::keep_position;
+    ComponentPolicy keep;
+    std::optional<ContactKind> contact;  ///< empty: choose_contact() decides
+    std::optional<double> leash_mm;      ///< contact guarded: the proxy gets no farther from
+                                         ///< the mesh's, (0, 10]; empty: as leash_of() says
+    Yielding yielding = Yielding::holds; ///< what it does above its strength
+    double strength_n =
+        std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0; with
+                                                 ///< strength_volume the greatest there is
+    std::string
+        strength_volume; ///< key of SceneDescription::volumes, of scalars: the strength is a
+                         ///< function of its value at the proxy; empty: the same everywhere
+    TransferFunction strength_over_value; ///< with strength_volume: N, > 0, finite
+    std::optional<double> facet_size_mm;  ///< of the mesh, where one is needed, (0, 50]; empty: 2,
+                                          ///< for labels half a voxel
+    std::optional<double> facet_distance_mm; ///< of the mesh, (0, 10]; empty: 0.2, for labels 0.05
+                                             ///< voxels
+    int line = 0;
+};
+
+/// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
+inline constexpr double kLabelSmoothing = 1.0; // voxels
+
+struct CouplingDescription {
+    double stiffness_n_per_m = 500.0; ///< k_s of eq. (3), (0, 1e5]
+    double damping_n_s_per_m = 0.0;   ///< k_d of eq. (3), [0, 1e3]
+};
+
+struct LimitsDescription {
+    double force_n = 5.0;         ///< (0, 1e3]
+    double slew_n_per_s = 2000.0; ///< (0, 1e7]
+};
+
+struct LoopDescription {
+    double rate_hz = 1000.0;  ///< [50, 20000]
+    double budget_us = 900.0; ///< t_delta of eq. (8), (0, 1e6/rate_hz]
+    SteppingMethod method = SteppingMethod::adaptive;
+    int sub_steps = 8;         ///< method fixed, [1, 4096]
+    double tolerance_um = 0.1; ///< method adaptive, (0, 1000]
+    int evaluation_cap = 8;    ///< method adaptive, [1, 256]
+};
+
+/// A simulated hand on a simulated device (SimulatedHand), as far as scenes set it.
+struct HandDescription {
+    int seed = 1;                   ///< of tremor and jitter, [0, 1e9]
+    double stiffness_n_per_m = 300; ///< of the arm, towards where it wants to be, (0, 1e5]
+    double tremor_um = 100;         ///< rms, [0, 1e4]
+    double damping_n_s_per_m = 0.3; ///< of the device, [0, 1e3]
+    double step_um = 30;            ///< of the device's encoders, [0, 1e4]
+    double delay_ms = 0.5;          ///< each way, [0, 20]
+};
+
+/// What moves the probe.
+struct DeviceDescription {
+    enum class Kind { none, path, orbit, tour, recording, hand, hid };
+    Kind kind = Kind::none;
+    std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
+                                ///< hand: CSV of where the arm wants the probe, scene frame
+                                ///< or empty: it presses into a surface
+    HandDescription hand;       ///< hand
+    PatientSide from = PatientSide::anterior; ///< hand that presses: where it comes from
+    double depth_mm =
+        5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
+    std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it
+    DevicePlacementSettings placement; ///< hand and hid; the others are in the scene frame
+    std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
+                         ///< first one
+    double speed_m_per_s = 0.2; ///< orbit, tour, (0, 100]
+    double depth_min_mm = 1.0;  ///< orbit: pressed at least this deep, [0, 50]
+    double depth_max_mm = 5.0;  ///< orbit: and at most this deep, [depth_min_mm, 50]
+    double duration_s = 20.0;   ///< orbit, (0, 3600]; hand that presses, [3, 3600]
+    int turns = 0; ///< orbit: turns of the spiral from pole to pole, [1, 500]; 0: as many as
+                   ///< duration_s leaves time for
+    double spacing_mm = 5.0; ///< tour: between two lines over a surface, [0.2, 100]
+    double press_mm = 2.0;   ///< tour: how deep, [0, 50]; depth_mm in the scene
+    int line = 0;
+};
+
+/// A scene as its file says it: validated, nothing loaded yet.
+struct SceneDescription {
+    std::filesystem::path file; ///< where it was read from; empty when made in code
+    std::string text;           ///< the file's own text: recorded, hashed
+    std::map<std::string, VolumeDescription> volumes;
+    std::map<std::string, MaterialDescription> materials;
+    std::map<std::string, SurfaceDescription> surfaces;
+    std::vector<EffectDescription> effects; ///< in the file's order
+    CouplingDescription coupling;
+    LimitsDescription limits;
+    LoopDescription loop;
+    DeviceDescription device;
+};
+
+} // namespace palpate

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/scene_overrides.h>
+
+#include <array>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/scene/contact_choice.h>
+#include <palpate/engine/scene/scene_file.h>
+
+namespace palpate {
+namespace {
+
+/// The value whose name is `text`; throws with the names there are.
+template <class Kind, std::size_t N>
+Kind named(const char* option, const std::string& text, const std::array<Kind, N>& kinds) {
+    std::string names;
+    for (Kind kind : kinds) {
+        if (name(kind) == text) return kind;
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", name(kind));
+    }
+    throw std::invalid_argument(fmt::format("{} {}: must be one of {}", option, text, names));
+}
+
+template <class Number>
+void set(const char* option, const std::optional<Number>& value, double low, double high,
+         Number& target) {
+    if (!value) return;
+    if (!(*value >= low && *value <= high))
+        throw std::invalid_argument(
+            fmt::format("{} {}: must be between {} and {}", option, *value, low, high));
+    target = *value;
+}
+
+void set_device(const std::string& text, DeviceDescription& device) {
+    using Kind = DeviceDescription::Kind;
+    const auto behind = [&](std::string_view start) -> std::optional<std::string> {
+        if (!text.starts_with(start) || text.size() == start.size()) return std::nullopt;
+        return text.substr(start.size());
+    };
+    if (text == "orbit") {
+        device.kind = Kind::orbit;
+    } else if (text == "tour") {
+        device.kind = Kind::tour;
+    } else if (text == "hand") {
+        device.kind = Kind::hand;
+        device.file.clear();
+    } else if (const auto intent = behind("hand:")) {
+        device.kind = Kind::hand;
+        device.file = std::filesystem::absolute(*intent);
+    } else if (const auto path = behind("path:")) {
+        device.kind = Kind::path;
+        device.file = std::filesystem::absolute(*path);
+    } else if (const auto recording = behind("recording:")) {
+        device.kind = Kind::recording;
+        device.file = std::filesystem::absolute(*recording);
+    } else if (const auto address = behind("hid:")) {
+        device.kind = Kind::hid;
+        device.address = *address;
+    } else {
+        throw std::invalid_argument(fmt::format(
+            "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE or "
+            "hid:ADDRESS",
+            text));
+    }
+}
+
+} // namespace
+
+void apply(const SceneOverrides& overrides, SceneDescription& scene) {
+    if (overrides.device) set_device(*overrides.device, scene.device);
+    if (overrides.method)
+        scene.loop.method = named("--method", *overrides.method,
+                                  std::array{SteppingMethod::single, SteppingMethod::paper,
+                                             SteppingMethod::fixed, SteppingMethod::adaptive});
+    if (overrides.contact) {
+        const ContactKind contact = named("--contact", *overrides.contact,
+                                          std::array{ContactKind::mesh, ContactKind::volume,
+                                                     ContactKind::guarded, ContactKind::direct});
+        for (auto& [surface, description] : scene.surfaces) {
+            if (const auto no = obstacle(scene, description, contact))
+                throw std::invalid_argument(fmt::format("--contact {}: [surface.{}]: {}; {}",
+                                                        name(contact), surface, no->what,
+                                                        no->remedy));
+            description.contact = contact;
+        }
+    }
+    set("--sub-steps", overrides.sub_steps, 1, Subdivision::kMostEvaluations, scene.loop.sub_steps);
+    set("--tolerance-um", overrides.tolerance_um, 1e-6, 1e3, scene.loop.tolerance_um);
+    set("--budget-us", overrides.budget_us, 1e-3, 1e6 / scene.loop.rate_hz, scene.loop.budget_us);
+}
+
+void check_used(const SceneOverrides& overrides, const SceneDescription& scene) {
+    const auto of_method = [&](const char* option, bool is_given, SteppingMethod method) {
+        if (!is_given || scene.loop.method == method) return;
+        throw std::invalid_argument(fmt::format(
+            "{}: is of method {} and changes nothing with {}; add --method {}, or leave "
+            "it out",
+            option, name(method), name(scene.loop.method), name(method)));
+    };
+    of_method("--sub-steps", overrides.sub_steps.has_value(), SteppingMethod::fixed);
+    of_method("--tolerance-um", overrides.tolerance_um.has_value(), SteppingMethod::adaptive);
+    of_method("--budget-us", overrides.budget_us.has_value(), SteppingMethod::paper);
+    if (overrides.contact && scene.surfaces.empty())
+        throw std::invalid_argument("--contact: the scene has no surface to touch; leave it out");
+}
+
+std::string to_json(const SceneOverrides& overrides) {
+    nlohmann::json json = nlohmann::json::object();
+    const auto put = [&](const char* key, const auto& value) {
+        if (value) json[key] = *value;
+    };
+    put("device", overrides.device);
+    put("method", overrides.method);
+    put("contact", overrides.contact);
+    put("sub_steps", overrides.sub_steps);
+    put("tolerance_um", overrides.tolerance_um);
+    put("budget_us", overrides.budget_us);
+    put("every", overrides.every);
+    return json.dump();
+}
+
+SceneOverrides overrides_from_json(const std::string& text) {
+    SceneOverrides overrides;
+    try {
+        const nlohmann::json json = nlohmann::json::parse(text);
+        const auto take = [&]<class T>(const char* key, std::optional<T>& value) {
+            if (json.contains(key)) value = json.at(key).get<T>();
+        };
+        take("device", overrides.device);
+        take("method", overrides.method);
+        take("contact", overrides.contact);
+        take("sub_steps", overrides.sub_steps);
+        take("tolerance_um", overrides.tolerance_um);
+        take("budget_us", overrides.budget_us);
+        take("every", overrides.every);
+    } catch (const nlohmann::json::exception& error) {
+        throw std::runtime_error(
+            fmt::format("recording: its overrides are damaged ({})", error.what()));
+    }
+    return overrides;
+}
+
+} // namespace palpate

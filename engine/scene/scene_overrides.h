@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <palpate/engine/scene/scene_description.h>
+
+namespace palpate {
+
+/// Options that change a scene for one run; kept in the recording, so that a replay changes it
+/// alike.
+struct SceneOverrides {
+    std::optional<std::string> device;  ///< "orbit", "tour", "path:FILE", "recording:FILE",
+                                        ///< "hand:FILE" or "hid:ADDRESS"
+    std::optional<std::string> method;  ///< as [loop] method
+    std::optional<std::string> contact; ///< as [surface.X] contact, for every surface
+    std::optional<int> sub_steps;
+    std::optional<double> tolerance_um;
+    std::optional<double> budget_us;
+    std::optional<int> every; ///< each K-th row of a path
+};
+
+/// Changes a scene; values are checked as scene files are.                              [setup]
+/// Throws std::invalid_argument that names option, value and what is allowed.
+void apply(const SceneOverrides& overrides, SceneDescription& scene);
+
+/// Refuses options that change nothing in a scene which they were applied to: --sub-steps where the
+/// method is not fixed, and so on. Recordings may have such.                            [setup]
+/// Throws std::invalid_argument that names the option and what it goes with.
+void check_used(const SceneOverrides& overrides, const SceneDescription& scene);
+
+std::string to_json(const SceneOverrides& overrides); ///< [setup]
+SceneOverrides
+overrides_from_json(const std::string& text); ///< throws std::runtime_error on bad JSON [setup]
+
+} // namespace palpate

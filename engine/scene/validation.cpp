@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/validation.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/internal/field_check.h>
+
+namespace palpate {
+namespace {
+
+using internal::FieldCheck;
+
+/// Does a check; what it complains of gets file and line in front, as far as there are any.
+template <class Check>
+void at(const SceneDescription& scene, int line, const Check& check) {
+    try {
+        check();
+    } catch (const std::invalid_argument& error) {
+        const std::string file = scene.file.empty() && line > 0 ? "scene" : scene.file.string();
+        if (file.empty()) throw;
+        throw std::invalid_argument(line > 0 ? fmt::format("{}:{}: {}", file, line, error.what())
+                                             : fmt::format("{}: {}", file, error.what()));
+    }
+}
+
+void check_coupling(const CouplingDescription& coupling) {
+    const FieldCheck check("coupling");
+    check.number("stiffness_n_per_m", coupling.stiffness_n_per_m, internal::kCouplingStiffness);
+    check.number("damping_n_s_per_m", coupling.damping_n_s_per_m, internal::kCouplingDamping);
+}
+
+void check_limits(const LimitsDescription& limits) {
+    const FieldCheck check("limits");
+    check.number("force_n", limits.force_n, internal::kForceLimitN);
+    check.number("slew_n_per_s", limits.slew_n_per_s, internal::kSlewLimit);
+}
+
+void check_hand(const HandDescription& hand) {
+    const FieldCheck check("device.hand");
+    check.integer("seed", hand.seed, internal::kHandSeed);
+    check.number("stiffness_n_per_m", hand.stiffness_n_per_m, internal::kArmStiffness);
+    check.number("tremor_um", hand.tremor_um, internal::kTremorUm);
+    check.number("damping_n_s_per_m", hand.damping_n_s_per_m, internal::kDeviceDamping);
+    check.number("step_um", hand.step_um, internal::kEncoderStepUm);
+    check.number("delay_ms", hand.delay_ms, internal::kDelayMs);
+}
+
+void check_placement(const DevicePlacementSettings& placement) {
+    const FieldCheck check("device.placement");
+    check.choice("right", placement.right, PatientSide::inferior);
+    check.choice("up", placement.up, PatientSide::inferior);
+    check.triple("origin_m", placement.origin_m, internal::scaled(internal::kPlaceMm, 1e-3));
+    check.number("scale", placement.scale,
+                 {DevicePlacement::kSmallestScale, DevicePlacement::kLargestScale});
+    if (along_one_line(placement.right, placement.up))
+        check.fail("up", "is along right", "let up be a direction across right");
+}
+
+void check_device(const SceneDescription& scene, const DeviceDescription& device) {
+    using Kind = DeviceDescription::Kind;
+    const FieldCheck check("device");
+    check.choice("kind", device.kind, Kind::hid);
+    check.choice("from", device.from, PatientSide::inferior);
+    if ((device.kind == Kind::path || device.kind == Kind::recording) && device.file.empty())
+        check.fail("file", "is empty", "name what is to be played");
+    if (device.kind == Kind::hid && device.address.empty())
+        check.fail("address", "names no device", "give what `palpate devices` lists");
+    if (!device.surface.empty()) check.name("surface", device.surface, scene.surfaces, "surfaces");
+    check.number("speed_m_per_s", device.speed_m_per_s, internal::kOrbitSpeed);
+    check.number("depth_min_mm", device.depth_min_mm, internal::kOrbitDepthMm);
+    check.number("depth_max_mm", device.depth_max_mm,
+                 {device.depth_min_mm, internal::kOrbitDepthMm.high});
+    check.number("depth_mm", device.depth_mm, internal::kPressDepthMm);
+    const bool presses = device.kind == Kind::hand && device.file.empty();
+    check.number("duration_s", device.duration_s,
+                 presses ? internal::kPressDurationS : internal::kOrbitDurationS);
+    if (device.turns != 0) check.integer("turns", device.turns, internal::kOrbitTurns);
+    check.number("press_mm", device.press_mm, internal::kTourDepthMm);
+    check.number("spacing_mm", device.spacing_mm, internal::kTourSpacingMm);
+    check_hand(device.hand);
+    check_placement(device.placement);
+}
+
+void check_effects(const SceneDescription& scene) {
+    for (std::size_t i = 0; i < scene.effects.size(); ++i)
+        at(scene, scene.effects[i].line, [&] { internal::check_effect(scene, i); });
+}
+
+} // namespace
+
+void validate(const LoopDescription& loop) {
+    const FieldCheck check("loop");
+    check.number("rate_hz", loop.rate_hz, internal::kRateHz);
+    check.choice("method", loop.method, SteppingMethod::adaptive);
+    const bool reads_clock = loop.method == SteppingMethod::paper;
+    check.number("budget_us", loop.budget_us,
+                 internal::budget_range_us(reads_clock ? loop.rate_hz : internal::kRateHz.low));
+    check.integer("sub_steps", loop.sub_steps, internal::kSubSteps);
+    check.number("tolerance_um", loop.tolerance_um, internal::kToleranceUm);
+    check.integer("evaluation_cap", loop.evaluation_cap, internal::kEvaluationCap);
+}
+
+void validate(const DeviceProperties& device) {
+    const FieldCheck check(device.name.empty() ? "device" : "device \"" + device.name + "\"");
+    check.number("force_n", device.force_n, kNotNegative);
+    check.number("stiffness_n_per_m", device.stiffness_n_per_m, kPositiveOrInfinite);
+    check.number("damping_n_s_per_m", device.damping_n_s_per_m, kNotNegative);
+    check.number("position_step_m", device.position_step_m, kNotNegative);
+    check.number("delay_s", device.delay_s, kNotNegative);
+    check.choice("velocity_source", device.velocity_source, VelocitySource::device);
+    if (device.workspace_m.empty()) return;
+    check.triple("workspace_m.lower", device.workspace_m.lower, kFiniteRange);
+    check.triple("workspace_m.upper", device.workspace_m.upper, kFiniteRange);
+}
+
+void validate(const SceneDescription& scene) {
+    at(scene, 0, [&] {
+        check_coupling(scene.coupling);
+        check_limits(scene.limits);
+        validate(scene.loop);
+    });
+    for (const auto& [name, volume] : scene.volumes)
+        at(scene, volume.line,
+           [&] { check_volume(FieldCheck(fmt::format("volumes[\"{}\"]", name)), volume); });
+    for (const auto& [name, material] : scene.materials)
+        at(scene, material.strength_line,
+           [&] { check_material(FieldCheck(fmt::format("materials[\"{}\"]", name)), material); });
+    for (const auto& [name, surface] : scene.surfaces)
+        at(scene, surface.line, [&] {
+            check_surface(FieldCheck(fmt::format("surfaces[\"{}\"]", name)), scene, surface);
+        });
+    check_effects(scene);
+    at(scene, scene.device.line, [&] { check_device(scene, scene.device); });
+}
+
+} // namespace palpate

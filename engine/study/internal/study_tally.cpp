@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/study/internal/study_tally.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <palpate/engine/files/internal/spread.h>
+
+namespace palpate::internal {
+namespace {
+
+constexpr double kMicrometres = 1e6; // um per m
+// A budget is for sub-steps; what a frame does around them, counting, coupling, limits, is shorter.
+constexpr double kAround_us = 1.0;
+constexpr double kHeldBack_m = 0.5e-3; // more than a frame's way, which methods may differ by
+constexpr double kLostShare = 0.1;     // of the spring's length
+constexpr double kElsewhere_m = 2e-3;  // more than what distance a method keeps, or lags by
+
+StudyRun::Error error_of(std::vector<double> distances_um) {
+    const Spread spread = spread_of(std::move(distances_um));
+    return {spread.count, spread.rms, spread.p99, spread.max};
+}
+
+} // namespace
+
+void StudyTally::add(const FrameReport& frame, std::span<const Vec3> path,
+                     const LoopDescription& loop) {
+    add_way(frame, path);
+    add_frame(frame, loop);
+}
+
+void StudyTally::add_way(const FrameReport& frame, std::span<const Vec3> path) noexcept {
+    if (frame.contacts == 0) return;
+    ++frames_with_way_;
+    sub_steps_ += frame.sub_steps;
+    for (std::size_t i = 1; i < path.size(); ++i)
+        way_m_ += glm::length(path[i] - path[i - 1]);
+}
+
+void StudyTally::add_frame(const FrameReport& frame, const LoopDescription& loop) {
+    if (frame.spent_us > loop.budget_us + kAround_us) ++run_.over_budget;
+    if (frame.spent_us > 1e6 / loop.rate_hz) ++run_.over_period;
+    late_us_.push_back(frame.late_us);
+    if (frame.contacts == 0) return;
+    evaluations_.push_back(frame.evaluations);
+    spent_us_.push_back(frame.spent_us);
+}
+
+void StudyTally::add_truth(const FrameFinding& finding) {
+    const std::optional<FrameError>& error = finding.error;
+    run_.level_m.push_back(error ? error->level_m : std::numeric_limits<double>::quiet_NaN());
+    if (finding.depth_m) {
+        run_.frames_inside = run_.frames_inside.value_or(0) + (*finding.depth_m > 0.0 ? 1 : 0);
+        run_.deepest_um = std::max(run_.deepest_um.value_or(0.0), kMicrometres * *finding.depth_m);
+    }
+    if (!error) return;
+    level_um_.push_back(kMicrometres * std::abs(error->level_m));
+    if (error->position_m) position_um_.push_back(kMicrometres * *error->position_m);
+}
+
+void StudyTally::add_certified(const FrameReport& frame, const Vec3& certified) {
+    const double held_back_m = glm::length(frame.probe - certified);
+    const double held_here_m = glm::length(frame.probe - frame.proxy);
+    const bool is_lost = held_back_m > kHeldBack_m && held_here_m < kLostShare * held_back_m;
+    const bool is_elsewhere = glm::length(frame.proxy - certified) > kElsewhere_m;
+    run_.lost_contact = run_.lost_contact.value_or(0) + (is_lost ? 1 : 0);
+    run_.elsewhere = run_.elsewhere.value_or(0) + (is_elsewhere ? 1 : 0);
+}
+
+StudyRun StudyTally::conclude(const LoopDescription& loop) && {
+    run_.loop = loop;
+    run_.frames_in_contact = spent_us_.size();
+    const Spread evaluations = spread_of(std::move(evaluations_));
+    const Spread spent_us = spread_of(std::move(spent_us_));
+    const Spread late_us = spread_of(std::move(late_us_));
+    run_.evaluations_mean = evaluations.mean;
+    run_.evaluations_max = evaluations.max;
+    run_.spent_p50_us = spent_us.p50;
+    run_.spent_p99_us = spent_us.p99;
+    run_.spent_max_us = spent_us.max;
+    run_.late_p99_us = late_us.p99;
+    run_.late_max_us = late_us.max;
+    if (frames_with_way_ > 0.0) run_.sub_steps_mean = sub_steps_ / frames_with_way_;
+    if (sub_steps_ > 0.0) run_.step_mean_um = kMicrometres * way_m_ / sub_steps_;
+    run_.level = error_of(std::move(level_um_));
+    run_.position = error_of(std::move(position_um_));
+    return std::move(run_);
+}
+
+} // namespace palpate::internal

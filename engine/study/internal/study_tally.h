@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <palpate/engine/loop/frame_report.h>
+#include <palpate/engine/study/study.h>
+#include <palpate/engine/truth/internal/frame_truth.h>
+
+namespace palpate::internal {
+
+/// Gathers what a StudyRun says, frame by frame.
+class StudyTally {
+public:
+    /// Counts and times; `path`: the proxy's corners in the frame.                      [setup]
+    void add(const FrameReport& frame, std::span<const Vec3> path, const LoopDescription& loop);
+    /// The way of a frame that is not worth a row of its own; allocates nothing.         [loop]
+    void add_way(const FrameReport& frame, std::span<const Vec3> path) noexcept;
+    /// What add() takes in, without the way.                                            [setup]
+    void add_frame(const FrameReport& frame, const LoopDescription& loop);
+    void add_truth(const FrameFinding& finding); ///< [setup]
+    /// Where the proxy would be that no chord takes through the surface, m.             [setup]
+    void add_certified(const FrameReport& frame, const Vec3& certified);
+
+    StudyRun conclude(const LoopDescription& loop) &&; ///< [setup]
+
+private:
+    StudyRun run_;
+    std::vector<double> evaluations_, spent_us_, late_us_, level_um_, position_um_;
+    double frames_with_way_ = 0.0;
+    double sub_steps_ = 0.0;
+    double way_m_ = 0.0;
+};
+
+} // namespace palpate::internal

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/study/study.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/study/internal/study_tally.h>
+#include <palpate/engine/truth/internal/certified_proxy.h>
+#include <palpate/engine/truth/internal/frame_truth.h>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kFramesPerReport = 500; // between two calls of progress
+
+constexpr int kMostShares = 1024; // of method fixed
+constexpr std::array kBudgets_us{10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 900.0};
+constexpr std::array kTolerances_um{100.0, 10.0, 1.0, 0.1, 0.01, 0.001};
+
+/// Tells of each frame; false when it should stop.
+using Tick = std::function<bool(std::size_t frame)>;
+
+StudyRun run_once(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                  std::span<const Vec3> certified, const LoopDescription& settings, Clock& clock,
+                  const Tick& tick) {
+    HapticLoop loop(scene, clock, settings);
+    internal::FrameTruth truth(*scene);
+    internal::StudyTally tally;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const FrameReport frame = loop.frame(inputs[i]);
+        tally.add(frame, loop.path(), settings);
+        tally.add_truth(truth.of(frame));
+        if (!certified.empty()) tally.add_certified(frame, certified[i]);
+        if (i % kFramesPerReport == 0 && !tick(i)) throw std::runtime_error("cancelled");
+    }
+    return std::move(tally).conclude(settings);
+}
+
+bool same_setting(const LoopDescription& a, const LoopDescription& b) {
+    if (a.method != b.method) return false;
+    switch (a.method) {
+    case SteppingMethod::single:
+        return true;
+    case SteppingMethod::fixed:
+        return a.sub_steps == b.sub_steps;
+    case SteppingMethod::paper:
+        return a.budget_us == b.budget_us;
+    case SteppingMethod::adaptive:
+        return a.tolerance_um == b.tolerance_um;
+    }
+    return false;
+}
+
+} // namespace
+
+std::vector<LoopDescription> study_settings(const LoopDescription& own) {
+    std::vector<LoopDescription> settings;
+    const auto with = [&](SteppingMethod method) {
+        LoopDescription loop = own;
+        loop.method = method;
+        return loop;
+    };
+    settings.push_back(with(SteppingMethod::single));
+
+    const LoopDescription fixed = with(SteppingMethod::fixed);
+    settings.push_back(fixed);
+    for (int shares = 1; shares <= kMostShares; shares *= 2) {
+        settings.push_back(fixed);
+        settings.back().sub_steps = shares;
+    }
+    const LoopDescription paper = with(SteppingMethod::paper);
+    settings.push_back(paper);
+    for (const double budget_us : kBudgets_us) {
+        if (budget_us > 0.9e6 / own.rate_hz * (1.0 + 1e-9)) break;
+        settings.push_back(paper);
+        settings.back().budget_us = budget_us;
+    }
+    const LoopDescription adaptive = with(SteppingMethod::adaptive);
+    settings.push_back(adaptive);
+    for (const double tolerance_um : kTolerances_um) {
+        settings.push_back(adaptive);
+        settings.back().tolerance_um = tolerance_um;
+    }
+
+    // In the order of what they cost; a setting of the range that is the scene's own is there once.
+    std::stable_sort(settings.begin(), settings.end(),
+                     [](const LoopDescription& a, const LoopDescription& b) {
+                         const auto rank = [](const LoopDescription& loop) {
+                             switch (loop.method) {
+                             case SteppingMethod::single:
+                                 return std::pair{0, 0.0};
+                             case SteppingMethod::fixed:
+                                 return std::pair{1, 1.0 * loop.sub_steps};
+                             case SteppingMethod::paper:
+                                 return std::pair{2, loop.budget_us};
+                             case SteppingMethod::adaptive:
+                                 break;
+                             }
+                             return std::pair{3, -loop.tolerance_um};
+                         };
+                         return rank(a) < rank(b);
+                     });
+    settings.erase(std::unique(settings.begin(), settings.end(), same_setting), settings.end());
+    return settings;
+}
+
+void check_study(const Scene& scene) {
+    const auto& effects = scene.plan().effects;
+    if (std::any_of(effects.begin(), effects.end(), [](const auto& effect) { return effect.on; }))
+        return;
+    std::string place = scene.description().file.string();
+    std::string why = "the scene has no [[effect]]";
+    if (!effects.empty()) {
+        place += fmt::format(":{}", scene.description().effects.front().line);
+        why = "no [[effect]] is felt, as of this one " + effects.front().reason;
+    }
+    throw std::runtime_error(fmt::format("{}: nothing to study: {}; add one with type = "
+                                         "\"surface\" or \"gradient_surface\"",
+                                         place, why));
+}
+
+Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
+                const std::vector<LoopDescription>& settings, Clock& clock,
+                const Progress& progress) {
+    Study study;
+    study.sphere = internal::FrameTruth(*scene).sphere();
+    for (const DeviceState& input : inputs)
+        study.time_s.push_back(input.time_s);
+    const std::vector<Vec3> certified = internal::certified_proxies(*scene, inputs);
+    for (const LoopDescription& loop : settings) {
+        const auto tick = [&](std::size_t frame) {
+            const double runs = static_cast<double>(settings.size());
+            const double done = static_cast<double>(study.runs.size()) +
+                                static_cast<double>(frame) / static_cast<double>(inputs.size());
+            return !progress || progress(done / runs, "studying");
+        };
+        study.runs.push_back(run_once(scene, inputs, certified, loop, clock, tick));
+        LoopDescription own = scene->description().loop;
+        own.method = loop.method;
+        study.runs.back().is_the_scenes = same_setting(loop, own);
+        if (loop.method == SteppingMethod::adaptive)
+            study.runs.back().note = scene->plan().uncertified;
+    }
+    if (progress) progress(1.0, "studying");
+    return study;
+}
+
+} // namespace palpate

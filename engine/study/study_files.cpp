@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/files/internal/json_text.h>
+#include <palpate/engine/files/internal/machine.h>
+#include <palpate/engine/files/internal/whole_file.h>
+#include <palpate/engine/files/sha256.h>
+#include <palpate/engine/record/recording.h>
+#include <palpate/engine/report/internal/html.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/study/internal/study_columns.h>
+#include <palpate/engine/study/study.h>
+#include <palpate/version.h>
+
+namespace palpate {
+namespace {
+
+using internal::StudyColumn;
+using nlohmann::json;
+
+/// A cell of a CSV file: every bit of a number, nothing where it is not known.
+std::string cell(std::optional<double> value) {
+    return value && std::isfinite(*value) ? fmt::format("{:.17g}", *value) : "";
+}
+
+std::string runs_csv(const Study& study) {
+    std::string text = "method,setting,pace,scenes_own";
+    for (const StudyColumn& column : internal::study_columns())
+        text += fmt::format(",{}", column.key);
+    text += ",note\n";
+    for (const StudyRun& run : study.runs) {
+        text += fmt::format("{},{},{},{}", method_of(run), cell(internal::setting_of(run)),
+                            run.pace.empty() ? "asap" : run.pace, run.is_the_scenes ? 1 : 0);
+        for (const StudyColumn& column : internal::study_columns())
+            text += "," + cell(column.value(run));
+        text += "," + run.note + "\n";
+    }
+    return text;
+}
+
+/// "fixed 46" as a name that needs no quotes, and what is said of it: fixed_46_radius_mm.
+std::string key_of(const StudyRun& run, const Study& study) {
+    std::string key = title(run);
+    std::replace(key.begin(), key.end(), ' ', '_');
+    return key + (study.sphere ? "_radius_mm" : "_level_um");
+}
+
+std::string drift_csv(const Study& study) {
+    const std::vector<const StudyRun*> runs = internal::runs_over_time(study);
+    std::string text = "frame,time_s";
+    for (const StudyRun* run : runs)
+        text += "," + key_of(*run, study);
+    text += "\n";
+    for (std::size_t i = 0; i < study.time_s.size(); ++i) {
+        text += fmt::format("{},{:.17g}", i, study.time_s[i]);
+        for (const StudyRun* run : runs)
+            text += "," + cell(internal::place_of(study, *run, i));
+        text += "\n";
+    }
+    return text;
+}
+
+json runs_json(const Study& study) {
+    json runs = json::array();
+    for (const StudyRun& run : study.runs) {
+        json entry = {{"method", method_of(run)},
+                      {"pace", run.pace.empty() ? "asap" : run.pace},
+                      {"scenes_own", run.is_the_scenes},
+                      {"note", run.note}};
+        const std::optional<double> setting = internal::setting_of(run);
+        entry["setting"] = setting ? json(*setting) : json();
+        for (const StudyColumn& column : internal::study_columns()) {
+            const std::optional<double> value = column.value(run);
+            entry[column.key] = value ? json(*value) : json();
+        }
+        runs.push_back(entry);
+    }
+    return runs;
+}
+
+std::string study_json(const Scene& scene, const Study& study, const std::string& command) {
+    const SceneDescription& description = scene.description();
+    const internal::Machine here = internal::this_machine();
+    json document;
+    document["version"] = kVersion;
+    document["scene"] = {{"file", description.file.filename().string()},
+                         {"sha256", sha256_of_text(description.text)}};
+    document["machine"] = {{"cpu", here.cpu}, {"cores", here.cores}, {"system", here.system}};
+    document["command"] = command;
+    document["rate_hz"] = description.loop.rate_hz;
+    document["frames"] = study.time_s.size();
+    document["runs"] = runs_json(study);
+    return internal::json_text(document) + "\n";
+}
+
+/// What the marked rows' runs are not, a line each.
+std::string notes_of(const Study& study) {
+    std::set<std::string> notes;
+    for (const StudyRun& run : study.runs)
+        if (!run.note.empty()) notes.insert(run.note);
+    std::string text;
+    for (const std::string& note : notes)
+        text += "not certified: " + note + "\n";
+    return text;
+}
+
+} // namespace
+
+std::string_view method_of(const StudyRun& run) noexcept {
+    return run.baseline ? name(*run.baseline) : name(run.loop.method);
+}
+
+std::string title(const StudyRun& run) {
+    std::string text{method_of(run)};
+    if (const std::optional<double> setting = internal::setting_of(run)) {
+        const bool has_unit = run.loop.method != SteppingMethod::fixed;
+        const char* unit = run.loop.method == SteppingMethod::paper ? " us" : " um";
+        text += fmt::format(" {:.6g}{}", *setting, has_unit ? unit : "");
+    }
+    return text + (run.pace.empty() ? "" : ", " + run.pace);
+}
+
+std::string title_with_mark(const StudyRun& run) {
+    return title(run) + (run.note.empty() ? "" : " (not certified)");
+}
+
+std::string study_table(const Study& study) {
+    constexpr const char* kRow =
+        "{:<34} {:>11} {:>8} {:>8} {:>12} {:>10} {:>7} {:>11} {:>6} {:>9}\n";
+    std::string text =
+        fmt::format(fmt::runtime(kRow), "method", "evaluations", "us p50", "us p99", "level um rms",
+                    "max", "inside", "deepest um", "lost", "elsewhere");
+    const auto number = [](bool known, double value) {
+        return internal::readable(known ? std::optional(value) : std::nullopt);
+    };
+    const auto count = [&](const std::optional<std::size_t>& frames) {
+        return number(frames.has_value(), static_cast<double>(frames.value_or(0)));
+    };
+    for (const StudyRun& run : study.runs) {
+        const bool felt = run.frames_in_contact > 0;
+        const bool known = run.level.frames > 0;
+        text += fmt::format(fmt::runtime(kRow), title_with_mark(run),
+                            number(felt, run.evaluations_mean), number(felt, run.spent_p50_us),
+                            number(felt, run.spent_p99_us), number(known, run.level.rms_um),
+                            number(known, run.level.max_um), count(run.frames_inside),
+                            internal::readable(run.deepest_um), count(run.lost_contact),
+                            count(run.elsewhere));
+    }
+    text += notes_of(study);
+    return text +
+           "inside: frames that end deeper than the certificate's tolerance; lost: with less "
+           "than a tenth of the force of a\nproxy that no chord takes through the surface; "
+           "elsewhere: over 2 mm from that proxy\n";
+}
+
+void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
+                 const std::string& command) {
+    internal::write_whole_file(folder / "study.csv", runs_csv(study));
+    internal::write_whole_file(folder / "drift.csv", drift_csv(study));
+    internal::write_whole_file(folder / "study.json", study_json(scene, study, command));
+    internal::write_study_page(folder / "index.html", scene, study, command);
+}
+
+} // namespace palpate
