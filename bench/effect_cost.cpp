@@ -21,7 +21,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/geometry/mesh_file.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/test_meshes.h"
 

@@ -23,8 +23,8 @@
 #include <palpate/geometry/mesh_intersections.h>
 #include <palpate/geometry/mesh_report.h>
 #include <palpate/geometry/surface_seeds.h>
-#include <palpate/volume/grid_field.h>
-#include <palpate/volume/level_distance.h>
+#include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/fields/level_distance.h>
 
 #include "bench/internal/extraction_methods.h"
 

@@ -23,8 +23,8 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/volume/grid_field.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate {
 namespace {

@@ -8,8 +8,8 @@
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/info/phantom.h>
 #include <palpate/geometry/surface_scene.h>
-#include <palpate/haptics/proxy_solver.h>
-#include <palpate/volume/grid_field.h>
+#include <palpate/haptics/solver/proxy_solver.h>
+#include <palpate/volume/fields/grid_field.h>
 
 namespace palpate {
 namespace {

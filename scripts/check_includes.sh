@@ -5,6 +5,7 @@
 # Prints FILE:LINE: what is wrong, for each violation; exit status 1 when there is one, 2 when ROOT is not a checkout.
 #
 #   geometry <- volume <- haptics <- engine, geometry <- drivers <- engine     (docs/architecture.md)
+# The rooms of a folder stand on floors, in the order of `floors` below: a room includes what is below it.
 # Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
 # sources named below. haptics does its work in the loop: nothing there may wait, print or open files.
 set -euo pipefail
@@ -38,27 +39,43 @@ check_includes() {
         if (header ~ /^CGAL\//) return "^geometry/(isosurface|mesh_intersections)\\.cpp$"
         if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
         if (header ~ /^itk/) return "^volume/.*\\.cpp$"
-        if (header ~ /^gdcm/) return "^volume/internal/dicom_pixels\\.cpp$"
+        if (header ~ /^gdcm/) return "^volume/formats/internal/dicom_pixels\\.cpp$"
         if (header ~ /^zlib\.h$/) return "^volume/.*\\.cpp$"
         if (header ~ /^hidapi/) return "^drivers/internal/hid_port\\.cpp$"
-        if (header ~ /^hdf5/) return "^engine/(recording|internal/recording_store)\\.cpp$"
-        if (header ~ /^openssl\//) return "^engine/internal/sha256\\.cpp$"
-        if (header ~ /^toml/) return "^engine/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
+        if (header ~ /^hdf5/) return "^engine/record/(recording|internal/recording_store)\\.cpp$"
+        if (header ~ /^openssl\//) return "^engine/files/internal/sha256\\.cpp$"
+        if (header ~ /^toml/) return "^engine/scene/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
         if (header ~ /^png\.h$/) return "^engine/.*\\.cpp$"
         if (header ~ /^fmt\//) return "^engine/.*\\.cpp$"
-        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|internal/json_text\\.h)$"
+        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|files/internal/json_text\\.h)$"
         if (header ~ /^CLI\//) return "^engine/command/"
         return ""
+    }
+
+    # The floor of a path FOLDER/ROOM/...; what is in no room of the folder is below all of them.
+    function floor_of(path,    parts, list, count, i) {
+        split(path, parts, "/")
+        count = split(floors[parts[1]], list, " ")
+        for (i = 1; i <= count; ++i) if (list[i] == parts[2]) return i
+        return 0
     }
 
     function check_own(header,    target, parts) {
         if (header == "palpate/version.h") return
         split(header, parts, "/")
         target = parts[2]
+        sub(/^palpate\//, "", header)
+        if (target == folder && floor_of(header) > floor_of(FILENAME))
+            complain(room_of(FILENAME) " must not include what stands above it: <palpate/" header ">")
         if (index(may_include[folder], " " target " ") == 0)
-            complain(folder " must not include " target ": <" header ">")
+            complain(folder " must not include " target ": <palpate/" header ">")
         if (is_public && header ~ /\/(internal|command)\//)
-            complain("a public header must not include a private one: <" header ">")
+            complain("a public header must not include a private one: <palpate/" header ">")
+    }
+
+    function room_of(path,    parts) {
+        split(path, parts, "/")
+        return parts[1] "/" parts[2]
     }
 
     function check_other(header,    home) {
@@ -81,6 +98,9 @@ check_includes() {
         may_include["haptics"] = " haptics volume geometry "
         may_include["drivers"] = " drivers geometry "
         may_include["engine"] = " engine drivers haptics volume geometry "
+        floors["volume"] = "internal fields filters formats"
+        floors["haptics"] = "solver contact effects stepping hand"
+        floors["engine"] = "files scene loop truth picture record devices info run report study command"
         never_in_haptics = "^(thread|mutex|shared_mutex|condition_variable|future|iostream|fstream|filesystem|cstdio|stdio\\.h)$"
         system_header = "^((sys|linux)/)?[a-z0-9_]+\\.h$"  # of the C library, kernel and compiler; libraries are above
     }

@@ -13,7 +13,7 @@
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/geometry/mesh_sharpness.h>
 #include <palpate/geometry/surface_seeds.h>
-#include <palpate/volume/level_distance.h>
+#include <palpate/volume/fields/level_distance.h>
 
 namespace palpate::command {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/info/phantom.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::command {
 

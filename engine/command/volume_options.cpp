@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::command {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include <palpate/engine/devices/internal/surface_walk.h>
-#include <palpate/haptics/mesh_contact.h>
+#include <palpate/haptics/contact/mesh_contact.h>
 
 namespace palpate {
 namespace {

@@ -9,7 +9,7 @@
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/geometry/surface_scene.h>
-#include <palpate/haptics/surface_contact.h>
+#include <palpate/haptics/contact/surface_contact.h>
 #include <palpate/volume/scalar_field.h>
 
 namespace palpate {

@@ -7,7 +7,7 @@
 
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/geometry/mesh_intersections.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate {
 

@@ -5,9 +5,9 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene/scene_description.h>
-#include <palpate/haptics/safety_chain.h>
-#include <palpate/haptics/velocity_estimator.h>
-#include <palpate/haptics/virtual_coupling.h>
+#include <palpate/haptics/hand/safety_chain.h>
+#include <palpate/haptics/hand/velocity_estimator.h>
+#include <palpate/haptics/hand/virtual_coupling.h>
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include <palpate/geometry/vec.h>
-#include <palpate/haptics/frame_flags.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate {
 

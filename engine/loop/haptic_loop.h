@@ -10,10 +10,10 @@
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
-#include <palpate/haptics/safety_chain.h>
-#include <palpate/haptics/subdivision.h>
-#include <palpate/haptics/velocity_estimator.h>
-#include <palpate/haptics/virtual_coupling.h>
+#include <palpate/haptics/hand/safety_chain.h>
+#include <palpate/haptics/hand/velocity_estimator.h>
+#include <palpate/haptics/hand/virtual_coupling.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {
 

@@ -24,9 +24,10 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
 #include <palpate/geometry/mesh_file.h>
+#include <palpate/volume/formats/label_file.h>
+#include <palpate/volume/formats/volume_file.h>
+#include <palpate/volume/formats/volume_sources.h>
 #include <palpate/volume/label_volume.h>
-#include <palpate/volume/volume_file.h>
-#include <palpate/volume/volume_sources.h>
 
 namespace palpate {
 namespace {

@@ -11,7 +11,7 @@
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/version.h>
-#include <palpate/volume/volume_sources.h>
+#include <palpate/volume/formats/volume_sources.h>
 
 namespace palpate {
 namespace {

@@ -15,7 +15,8 @@
 #include <palpate/engine/scene/scene.h>
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/geometry/surface_seeds.h>
-#include <palpate/volume/volume_sources.h>
+#include <palpate/volume/formats/label_file.h>
+#include <palpate/volume/formats/volume_sources.h>
 
 namespace palpate {
 namespace {

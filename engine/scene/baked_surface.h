@@ -8,11 +8,11 @@
 #include <palpate/engine/files/result_cache.h>
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/geometry/isosurface.h>
-#include <palpate/volume/grid_field.h>
-#include <palpate/volume/label_filters.h>
+#include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/filters/label_filters.h>
+#include <palpate/volume/filters/volume_filters.h>
 #include <palpate/volume/label_volume.h>
 #include <palpate/volume/scalar_field.h>
-#include <palpate/volume/volume_filters.h>
 
 namespace palpate {
 

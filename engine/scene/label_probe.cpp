@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene/label_probe.h>
+#include <palpate/volume/formats/label_file.h>
 
 #include <cmath>
 #include <set>

@@ -15,12 +15,12 @@
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/validation.h>
-#include <palpate/haptics/direct_contact.h>
-#include <palpate/haptics/guarded_contact.h>
-#include <palpate/haptics/mesh_contact.h>
-#include <palpate/volume/analytic_fields.h>
-#include <palpate/volume/shared_samples.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/haptics/contact/direct_contact.h>
+#include <palpate/haptics/contact/guarded_contact.h>
+#include <palpate/haptics/contact/mesh_contact.h>
+#include <palpate/volume/fields/analytic_fields.h>
+#include <palpate/volume/fields/shared_samples.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate {
 namespace {

@@ -11,10 +11,10 @@
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/engine/scene/scene_resources.h>
 #include <palpate/engine/scene/surface_mesh.h>
-#include <palpate/haptics/effect.h>
-#include <palpate/haptics/surface_contact.h>
-#include <palpate/haptics/surface_magnets.h>
-#include <palpate/haptics/volume_contact.h>
+#include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/haptics/effects/effect.h>
+#include <palpate/haptics/effects/surface_magnets.h>
 
 namespace palpate {
 

@@ -11,12 +11,12 @@
 #include <palpate/engine/scene/device_placement.h>
 #include <palpate/engine/scene/effects/list.h>
 #include <palpate/geometry/mesh_file.h>
-#include <palpate/haptics/subdivision.h>
-#include <palpate/haptics/surface_state.h>
-#include <palpate/haptics/surface_texture.h>
-#include <palpate/haptics/transfer_function.h>
-#include <palpate/volume/volume_file.h>
-#include <palpate/volume/volume_filters.h>
+#include <palpate/haptics/contact/surface_state.h>
+#include <palpate/haptics/contact/surface_texture.h>
+#include <palpate/haptics/stepping/subdivision.h>
+#include <palpate/volume/filters/volume_filters.h>
+#include <palpate/volume/formats/volume_file.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate {
 

@@ -12,7 +12,7 @@
 #include <palpate/engine/scene/scene_resources.h>
 #include <palpate/geometry/certified_mesh.h>
 #include <palpate/geometry/surface_scene.h>
-#include <palpate/volume/level_distance.h>
+#include <palpate/volume/fields/level_distance.h>
 
 namespace palpate {
 

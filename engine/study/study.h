@@ -12,9 +12,9 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/study/baselines.h>
 #include <palpate/engine/truth/surface_audit.h>
-#include <palpate/haptics/baselines.h>
-#include <palpate/haptics/step_time_estimator.h>
+#include <palpate/haptics/stepping/step_time_estimator.h>
 
 namespace palpate {
 

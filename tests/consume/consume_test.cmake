@@ -31,7 +31,7 @@ run("build" ${CMAKE_COMMAND} --build ${WORK}/build --verbose)
 
 # The headers that the compiler opened: ours from the prefix (else the list below would prove nothing), and no library's.
 string(REPLACE "${prefix}" "PREFIX" opened "${output}")
-foreach(header haptics/transfer_function.h volume/analytic_fields.h geometry/surface_scene.h)
+foreach(header volume/transfer_function.h volume/fields/analytic_fields.h geometry/surface_scene.h)
   if(NOT opened MATCHES "\n\\.+ PREFIX/include/palpate/${header}")
     message(FATAL_ERROR "the consumer did not open the installed ${header}:\n${opened}")
   endif()

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include <palpate/haptics/transfer_function.h>
 #include <palpate/version.h>
-#include <palpate/volume/analytic_fields.h>
+#include <palpate/volume/fields/analytic_fields.h>
+#include <palpate/volume/transfer_function.h>
 
 int main() {
     const double radius_m = 0.05;

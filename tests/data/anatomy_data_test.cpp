@@ -14,7 +14,8 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/geometry/mesh_sharpness.h>
 #include <palpate/geometry/surface_seeds.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/label_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -21,6 +21,7 @@
 
 #ifdef PALPATE_WITH_CGAL
 #include <palpate/geometry/isosurface.h>
+#include <palpate/volume/formats/label_file.h>
 #endif
 
 namespace palpate {

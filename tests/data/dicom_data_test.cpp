@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An oblique MR series whose first file is malformed: 2.5 MB of zeros follow its pixels, over which
 // a library spent minutes before it accepted them. scripts/fetch_data.sh gets it (set: dicom).
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include <cmath>
 #include <cstdlib>

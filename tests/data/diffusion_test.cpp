@@ -13,9 +13,10 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/vector_follow.h>
-#include <palpate/volume/grid_vector_field.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/volume/fields/grid_vector_field.h>
+#include <palpate/volume/formats/vector_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/contact_loop.h"
 

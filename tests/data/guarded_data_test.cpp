@@ -16,7 +16,7 @@
 #include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/haptics/guarded_contact.h>
+#include <palpate/haptics/contact/guarded_contact.h>
 
 #include "tests/support/contact_loop.h"
 #include "tests/support/mesh_fuzz.h"

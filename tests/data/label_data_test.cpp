@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/volume/label_filters.h>
+#include <palpate/volume/filters/label_filters.h>
 #include <palpate/volume/label_volume.h>
 
 #include <cstdlib>
@@ -11,7 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/label_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/label_gaps.h"
 

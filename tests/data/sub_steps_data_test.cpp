@@ -12,9 +12,9 @@
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/truth/surface_audit.h>
-#include <palpate/haptics/direct_contact.h>
-#include <palpate/haptics/frame_flags.h>
-#include <palpate/haptics/guarded_contact.h>
+#include <palpate/haptics/contact/direct_contact.h>
+#include <palpate/haptics/contact/guarded_contact.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/sub_step_cases.h"

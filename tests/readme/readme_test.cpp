@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/info/phantom.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include "tests/readme/command_folder.h"
 #include "tests/support/dicom_writer.h"

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/record/recording.h>
-#include <palpate/haptics/frame_flags.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/readme/command_folder.h"
 

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/coulomb_friction.h>
-#include <palpate/haptics/viscosity.h>
-#include <palpate/volume/analytic_fields.h>
+#include <palpate/haptics/effects/coulomb_friction.h>
+#include <palpate/haptics/effects/viscosity.h>
+#include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/contact_loop.h"
 

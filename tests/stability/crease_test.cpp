@@ -11,7 +11,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/scripted_clock.h"
 #include "tests/support/test_volumes.h"

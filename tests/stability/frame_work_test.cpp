@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/frame_flags.h>
-#include <palpate/haptics/mesh_contact.h>
-#include <palpate/haptics/vector_follow.h>
-#include <palpate/volume/grid_vector_field.h>
+#include <palpate/haptics/contact/mesh_contact.h>
+#include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+#include <palpate/volume/fields/grid_vector_field.h>
 
 #include "tests/support/contact_loop.h"
 #include "tests/support/effect_lists.h"

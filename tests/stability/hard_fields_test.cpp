@@ -9,11 +9,11 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/frame_flags.h>
-#include <palpate/haptics/guarded_contact.h>
-#include <palpate/volume/analytic_fields.h>
-#include <palpate/volume/grid_field.h>
-#include <palpate/volume/label_filters.h>
+#include <palpate/haptics/contact/guarded_contact.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+#include <palpate/volume/fields/analytic_fields.h>
+#include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/filters/label_filters.h>
 
 #include "tests/support/contact_kinds.h"
 #include "tests/support/made_labels.h"

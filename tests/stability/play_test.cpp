@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/volume_contact.h>
-#include <palpate/volume/analytic_fields.h>
+#include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/stepping_methods.h"
 

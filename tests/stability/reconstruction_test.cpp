@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/volume/analytic_fields.h>
-#include <palpate/volume/grid_field.h>
+#include <palpate/volume/fields/analytic_fields.h>
+#include <palpate/volume/fields/grid_field.h>
 
 #include "tests/support/contact_loop.h"
 #include "tests/support/test_volumes.h"

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/haptics/passivity_control.h>
+#include <palpate/haptics/hand/passivity_control.h>
 
 #include "tests/support/pressed_hand.h"
 

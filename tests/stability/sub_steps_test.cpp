@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/direct_contact.h>
-#include <palpate/haptics/frame_flags.h>
+#include <palpate/haptics/contact/direct_contact.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/contact_kinds.h"
 #include "tests/support/mesh_fuzz.h"

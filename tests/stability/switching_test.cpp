@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/frame_flags.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/one_of_each.h"

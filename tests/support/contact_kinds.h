@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
-#include <palpate/haptics/guarded_contact.h>
-#include <palpate/volume/analytic_fields.h>
-#include <palpate/volume/grid_field.h>
+#include <palpate/haptics/contact/guarded_contact.h>
+#include <palpate/volume/fields/analytic_fields.h>
+#include <palpate/volume/fields/grid_field.h>
 
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/test_meshes.h"

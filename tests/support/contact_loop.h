@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include <palpate/haptics/subdivision.h>
-#include <palpate/haptics/volume_contact.h>
+#include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/dicom_writer.h"
 #include "tests/support/test_volumes.h"

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include <palpate/haptics/effect.h>
-#include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/effects/effect.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate::test {
 

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/haptics/guarded_contact.h>
-#include <palpate/haptics/vector_follow.h>
-#include <palpate/volume/analytic_fields.h>
+#include <palpate/haptics/contact/guarded_contact.h>
+#include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/stepping_methods.h"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include <palpate/haptics/curve_guide.h>
+#include <palpate/haptics/effects/curve_guide.h>
 
 #include "tests/support/contact_loop.h"
 #include "tests/support/effect_lists.h"

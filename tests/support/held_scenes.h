@@ -11,20 +11,20 @@
 #include <string>
 #include <vector>
 
-#include <palpate/haptics/constant_force.h>
-#include <palpate/haptics/curve_guide.h>
-#include <palpate/haptics/gradient_force.h>
-#include <palpate/haptics/gradient_surface.h>
-#include <palpate/haptics/point_guide.h>
-#include <palpate/haptics/subdivision.h>
-#include <palpate/haptics/vector_follow.h>
-#include <palpate/haptics/vector_force.h>
-#include <palpate/haptics/vector_sheet.h>
-#include <palpate/haptics/viscosity.h>
-#include <palpate/haptics/volume_contact.h>
-#include <palpate/haptics/workspace.h>
-#include <palpate/volume/analytic_fields.h>
-#include <palpate/volume/grid_vector_field.h>
+#include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/haptics/effects/constant_force.h>
+#include <palpate/haptics/effects/curve_guide.h>
+#include <palpate/haptics/effects/gradient_force.h>
+#include <palpate/haptics/effects/gradient_surface.h>
+#include <palpate/haptics/effects/point_guide.h>
+#include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/haptics/effects/vector_force.h>
+#include <palpate/haptics/effects/vector_sheet.h>
+#include <palpate/haptics/effects/viscosity.h>
+#include <palpate/haptics/effects/workspace.h>
+#include <palpate/haptics/stepping/subdivision.h>
+#include <palpate/volume/fields/analytic_fields.h>
+#include <palpate/volume/fields/grid_vector_field.h>
 
 /// Random scenes in code, of any mix of effects: what a held probe must come to rest in.
 namespace palpate::test {

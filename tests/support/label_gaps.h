@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
-#include <palpate/volume/label_filters.h>
+#include <palpate/volume/filters/label_filters.h>
+#include <palpate/volume/filters/volume_filters.h>
 #include <palpate/volume/label_volume.h>
-#include <palpate/volume/volume_filters.h>
 
 /// How the smoothed surfaces of two labels that touch lie to one another.
 namespace palpate::test {

@@ -8,8 +8,8 @@
 #include <random>
 #include <string>
 
-#include <palpate/haptics/frame_flags.h>
-#include <palpate/haptics/mesh_contact.h>
+#include <palpate/haptics/contact/mesh_contact.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/contact_loop.h"
 

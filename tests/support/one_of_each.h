@@ -8,8 +8,8 @@
 
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/haptics/vector_follow.h>
-#include <palpate/volume/grid_vector_field.h>
+#include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/volume/fields/grid_vector_field.h>
 
 #include "tests/support/mesh_text.h"
 #include "tests/support/temporary_folder.h"

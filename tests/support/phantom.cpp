@@ -7,7 +7,7 @@
 
 #include <palpate/engine/info/phantom.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include <palpate/haptics/primitives.h>
+#include <palpate/haptics/solver/primitives.h>
 
 /// Seeded sets of primitives that are hard to solve, the same on every machine.
 namespace palpate::test {

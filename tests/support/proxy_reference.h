@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include <palpate/haptics/proxy_solver.h>
+#include <palpate/haptics/solver/proxy_solver.h>
 
 /// The minimisation of eq. (5) once more, in long double: what a solution is worth, and a slow
 /// solver to compare with.

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include <palpate/haptics/gradient_surface.h>
-#include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/effects/gradient_surface.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 #include "tests/support/contact_loop.h"
 

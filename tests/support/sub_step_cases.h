@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 /// A frame in one evaluation, in thousands, and in as many as a clock allows.
 namespace palpate::test {

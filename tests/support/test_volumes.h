@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/formats/volume_file.h>
 #include <palpate/volume/voxel_volume.h>
 
 #include "tests/support/temporary_folder.h"

@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include <palpate/haptics/surface_texture.h>
-#include <palpate/haptics/volume_contact.h>
-#include <palpate/volume/analytic_fields.h>
+#include <palpate/haptics/contact/surface_texture.h>
+#include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/contact_loop.h"
 #include "tests/support/dense_reference.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/label_volume.h>
 
 #include <cmath>

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/volume/grid_vector_field.h>
+#include <palpate/volume/fields/grid_vector_field.h>
 
 namespace palpate {
 namespace {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <palpate/volume/formats/vector_file.h>
 #include <palpate/volume/vector_volume.h>
 
 #include <array>

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include <palpate/volume/internal/label_names.h>
+#include <palpate/volume/internal/printable.h>
 #include <palpate/volume/label_volume.h>
 
 // The part of label_volume.h that finds labels by what a user calls them.

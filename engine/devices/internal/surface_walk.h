@@ -7,8 +7,8 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/devices/orbit.h>
-#include <palpate/haptics/subdivision.h>
-#include <palpate/haptics/surface_contact.h>
+#include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate::internal {
 

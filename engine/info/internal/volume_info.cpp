@@ -15,6 +15,8 @@
 #include <palpate/engine/files/internal/json_text.h>
 #include <palpate/engine/picture/internal/principal_direction.h>
 #include <palpate/engine/picture/overview_picture.h>
+#include <palpate/volume/formats/label_file.h>
+#include <palpate/volume/formats/vector_file.h>
 #include <palpate/volume/label_volume.h>
 #include <palpate/volume/vector_volume.h>
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/haptics/frame_flags.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate::internal {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/constant_force.h>
+#include <palpate/haptics/effects/constant_force.h>
 
 namespace palpate::internal {
 namespace {

@@ -6,7 +6,7 @@
 
 namespace palpate::effects {
 
-/// The same force everywhere (haptics/constant_force.h).
+/// The same force everywhere (haptics/effects/constant_force.h).
 struct ConstantForce {
     Vec3 force_n{0.0}; ///< N, scene frame, each component in [-1e3, 1e3]
 

@@ -9,8 +9,8 @@
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
-#include <palpate/haptics/coulomb_friction.h>
-#include <palpate/haptics/proxy_solver.h>
+#include <palpate/haptics/effects/coulomb_friction.h>
+#include <palpate/haptics/solver/proxy_solver.h>
 
 namespace palpate::internal {
 namespace {

@@ -7,7 +7,7 @@
 
 namespace palpate::effects {
 
-/// Coulomb friction on a surface (haptics/coulomb_friction.h).
+/// Coulomb friction on a surface (haptics/effects/coulomb_friction.h).
 struct Friction {
     std::string surface = {}; ///< key of SceneDescription::surfaces
     double static_mu = 0.0;   ///< at rest, no unit, [dynamic_mu, 10]

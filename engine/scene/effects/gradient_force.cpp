@@ -5,7 +5,7 @@
 
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/gradient_force.h>
+#include <palpate/haptics/effects/gradient_force.h>
 
 namespace palpate::internal {
 namespace {

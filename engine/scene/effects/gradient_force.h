@@ -4,11 +4,11 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// A force against a volume's gradient (haptics/gradient_force.h).
+/// A force against a volume's gradient (haptics/effects/gradient_force.h).
 struct GradientForce {
     std::string volume = {};        ///< of scalars
     TransferFunction strength = {}; ///< N over the volume's value, [0, 1e3]; has to be given

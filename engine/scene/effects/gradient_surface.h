@@ -5,12 +5,12 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
 /// A plane through the proxy, against a volume's gradient: without a mesh and without a
-/// certificate (haptics/gradient_surface.h).
+/// certificate (haptics/effects/gradient_surface.h).
 struct GradientSurface {
     std::string volume = {}; ///< of scalars
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());

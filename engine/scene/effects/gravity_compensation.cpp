@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/gravity_compensation.h>
+#include <palpate/haptics/effects/gravity_compensation.h>
 
 namespace palpate::internal {
 namespace {

@@ -6,7 +6,7 @@
 
 namespace palpate::effects {
 
-/// Carries the weight of the device's handle (haptics/gravity_compensation.h).
+/// Carries the weight of the device's handle (haptics/effects/gravity_compensation.h).
 struct GravityCompensation {
     double mass_kg = 0.0; ///< of the handle, kg, [0, 100]
     Vec3 down{0.0};       ///< the direction of gravity, scene frame, of any length > 0

@@ -9,8 +9,8 @@
 #include <palpate/engine/files/internal/csv_rows.h>
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/curve_guide.h>
-#include <palpate/haptics/point_guide.h>
+#include <palpate/haptics/effects/curve_guide.h>
+#include <palpate/haptics/effects/point_guide.h>
 
 namespace palpate::internal {
 namespace {

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/polyline.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/haptics/effects/polyline.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// Draws the proxy to a point or along a polyline (haptics/point_guide.h, curve_guide.h).
+/// Draws the proxy to a point or along a polyline (haptics/effects/point_guide.h, curve_guide.h).
 struct Guide {
     std::vector<Vec3> points_m = {}; ///< one point, or the polyline's corners, up to
                                      ///< Polyline::kMostPoints, scene frame, m, within 1e3

@@ -4,11 +4,11 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// A surface draws the proxy onto itself from in front (haptics/surface_magnets.h).
+/// A surface draws the proxy onto itself from in front (haptics/effects/surface_magnets.h).
 struct Magnet {
     std::string surface = {}; ///< key of SceneDescription::surfaces
     double strength_n = 0.0;  ///< that it takes to pull the proxy off, N, [0, 1e3]; with `volume`

@@ -4,12 +4,12 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/surface_texture.h>
+#include <palpate/haptics/contact/surface_texture.h>
 
 namespace palpate::effects {
 
 /// Heights in front of a surface's level: of a pattern, or over the value of a volume
-/// (haptics/surface_texture.h).
+/// (haptics/contact/surface_texture.h).
 struct Texture {
     std::string surface = {}; ///< felt with contact `volume` or `guarded`
     TexturePattern pattern = TexturePattern::bumps;

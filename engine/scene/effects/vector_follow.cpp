@@ -5,7 +5,7 @@
 
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/vector_follow.h>
+#include <palpate/haptics/effects/vector_follow.h>
 
 namespace palpate::internal {
 namespace {

@@ -5,12 +5,13 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/transfer_function.h>
-#include <palpate/haptics/vector_follow.h>
+#include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// Movement along a volume's vectors is free, across them it is not (haptics/vector_follow.h).
+/// Movement along a volume's vectors is free, across them it is not
+/// (haptics/effects/vector_follow.h).
 struct VectorFollow {
     std::string volume = {}; ///< of vectors
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());

@@ -5,7 +5,7 @@
 
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/vector_force.h>
+#include <palpate/haptics/effects/vector_force.h>
 
 namespace palpate::internal {
 namespace {

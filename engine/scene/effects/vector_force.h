@@ -4,11 +4,11 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// A force along a volume's vectors (haptics/vector_force.h).
+/// A force along a volume's vectors (haptics/effects/vector_force.h).
 struct VectorForce {
     std::string volume = {};        ///< of vectors
     TransferFunction strength = {}; ///< N over the vector's length, [0, 1e3]; has to be given

@@ -5,7 +5,7 @@
 
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/vector_sheet.h>
+#include <palpate/haptics/effects/vector_sheet.h>
 
 namespace palpate::internal {
 namespace {

@@ -5,11 +5,12 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// Movement across a volume's vectors is free, along them it is not (haptics/vector_sheet.h).
+/// Movement across a volume's vectors is free, along them it is not
+/// (haptics/effects/vector_sheet.h).
 struct FrontShape {
     std::string volume = {}; ///< of vectors
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
@@ -18,7 +19,8 @@ struct FrontShape {
     static const internal::EffectRoom<FrontShape> room;
 };
 
-/// Movement around the axis of rotation of a volume's vectors is free (haptics/vector_sheet.h).
+/// Movement around the axis of rotation of a volume's vectors is free
+/// (haptics/effects/vector_sheet.h).
 struct Vortex {
     std::string volume = {}; ///< of vectors
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());

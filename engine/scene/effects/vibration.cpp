@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/contact_vibration.h>
+#include <palpate/haptics/effects/contact_vibration.h>
 
 namespace palpate::internal {
 namespace {

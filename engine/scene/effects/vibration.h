@@ -7,7 +7,7 @@
 
 namespace palpate::effects {
 
-/// A decaying vibration after each impact (haptics/contact_vibration.h).
+/// A decaying vibration after each impact (haptics/effects/contact_vibration.h).
 struct Vibration {
     std::string surface = {};         ///< that it answers; empty: all of them
     double amplitude_n_s_per_m = 5.0; ///< N per m/s of approach, [0, 1e3]

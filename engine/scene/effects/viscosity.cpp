@@ -8,7 +8,7 @@
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/scene.h>
-#include <palpate/haptics/viscosity.h>
+#include <palpate/haptics/effects/viscosity.h>
 
 namespace palpate::internal {
 namespace {

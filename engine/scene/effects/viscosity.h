@@ -4,12 +4,12 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// A medium that resists movement (haptics/viscosity.h): everywhere, over a volume's value, or
-/// inside of a surface.
+/// A medium that resists movement (haptics/effects/viscosity.h): everywhere, over a volume's value,
+/// or inside of a surface.
 struct Viscosity {
     std::string volume = {}; ///< of scalars; empty: the same everywhere, or in `surface`
     std::string surface =

@@ -9,7 +9,7 @@
 
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
-#include <palpate/haptics/workspace.h>
+#include <palpate/haptics/effects/workspace.h>
 
 namespace palpate::internal {
 namespace {

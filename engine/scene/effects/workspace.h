@@ -6,11 +6,11 @@
 
 #include <palpate/engine/scene/effects/kind.h>
 #include <palpate/geometry/vec.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 
-/// The proxy stays within a ball or a box (haptics/workspace.h).
+/// The proxy stays within a ball or a box (haptics/effects/workspace.h).
 struct Workspace {
     double radius_m = 0.0; ///< of a ball: m, (0, 1e3]; 0: a box
     Vec3 center_m{0.0};    ///< of the ball: m, scene frame, within 1e3

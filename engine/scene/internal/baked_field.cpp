@@ -7,7 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <palpate/volume/label_filters.h>
+#include <palpate/volume/filters/label_filters.h>
+#include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/label_volume.h>
 
 namespace palpate::internal {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include <palpate/haptics/proxy_solver.h>
+#include <palpate/haptics/solver/proxy_solver.h>
 
 namespace palpate::internal {
 namespace {

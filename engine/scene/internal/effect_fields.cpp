@@ -6,9 +6,10 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/effect_questions.h>
-#include <palpate/volume/grid_field.h>
-#include <palpate/volume/grid_vector_field.h>
-#include <palpate/volume/volume_file.h>
+#include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/fields/grid_vector_field.h>
+#include <palpate/volume/formats/vector_file.h>
+#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::internal {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_description.h>
-#include <palpate/haptics/local_strength.h>
+#include <palpate/haptics/effects/local_strength.h>
 #include <palpate/volume/scalar_field.h>
 #include <palpate/volume/vector_field.h>
 

@@ -16,9 +16,9 @@
 #include <palpate/engine/scene/internal/scene_key.h>
 #include <palpate/engine/scene/internal/toml_reader.h>
 #include <palpate/engine/scene/scene_description.h>
-#include <palpate/haptics/effect.h>
-#include <palpate/haptics/loop_surface.h>
-#include <palpate/haptics/surface_magnets.h>
+#include <palpate/haptics/effects/effect.h>
+#include <palpate/haptics/effects/surface_magnets.h>
+#include <palpate/haptics/stepping/loop_surface.h>
 
 /// What the engine asks of a kind of effect. Each kind answers in its own source in
 /// engine/scene/effects/; whoever asks does so by effect_questions.h and names no kind.

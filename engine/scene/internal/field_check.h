@@ -9,7 +9,7 @@
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/geometry/range.h>
 #include <palpate/geometry/vec.h>
-#include <palpate/haptics/transfer_function.h>
+#include <palpate/volume/transfer_function.h>
 
 /// Checks of a scene made in code, part by part. All throw std::invalid_argument that begins with
 /// the field.

@@ -11,8 +11,8 @@
 
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/haptics/guard_planes.h>
-#include <palpate/haptics/plane_bundle.h>
+#include <palpate/haptics/contact/guard_planes.h>
+#include <palpate/haptics/contact/plane_bundle.h>
 
 namespace palpate::internal {
 namespace {

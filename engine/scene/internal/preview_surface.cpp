@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
-#include <palpate/volume/grid_field.h>
-#include <palpate/volume/volume_filters.h>
+#include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/filters/volume_filters.h>
 
 namespace palpate::internal {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include <palpate/engine/truth/internal/felt_level.h>
-#include <palpate/haptics/subdivision.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate::internal {
 

@@ -1,0 +1,471 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/contact/mesh_contact.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <palpate/geometry/range.h>
+
+namespace palpate {
+namespace {
+
+// A flight cut off within this many tolerances has not left the surface.
+constexpr double kStillThere = 4.0;
+// Legs without length, as round the fan of a vertex, before a slide is given up.
+constexpr int kEmptyLegs = 128;
+// Looks round an uncertain facet before a slide above it is given up.
+constexpr int kGuardedTries = 32;
+// A proxy leaves a certified facet for the air above an uncertain one at heights of 1, 2, 4 ..
+// skins.
+constexpr int kRiseDoublings = 7;
+// Pieces of way above it that are looked at before that.
+constexpr int kLegsAhead = 8;
+// Beside an uncertain facet by more than this many skins, its plane is not felt any more.
+constexpr double kBesideSkins = 2.0;
+// Stiffness of the projection onto guard planes: any positive one gives the same point (N/m).
+constexpr double kAnyStiffness = 1.0;
+
+/// A chord that is free up to where a facet is met: one piece of the way.
+Chord met_after(double share) noexcept { return {share, false, share < 1.0}; }
+
+} // namespace
+
+MeshContact::MeshContact(std::shared_ptr<const CertifiedMesh> mesh,
+                         const MeshContactSettings& settings)
+    : mesh_(required("mesh contact: mesh", std::move(mesh))), settings_(settings), walk_(*mesh_),
+      tolerance_m_(mesh_->tolerance_m()), skin_m_(mesh_->skin_m()) {
+    set_gain({});
+    require("surface: strength_n", settings.strength_n, kPositiveOrInfinite);
+    require("surface: free_m", settings.free_m, kPositive);
+}
+
+bool MeshContact::restart(const Vec3& proxy) noexcept {
+    leg_ = {};
+    guards_.clear();
+    touch_count_ = 0;
+    yielded_ = false;
+    state_ = SurfaceState::free;
+    passed_ = false;
+    pull_ = proxy;
+    leaving_.clear();
+    alight(proxy, proxy);
+    return false;
+}
+
+void MeshContact::rest_on(const MeshSpot& spot) noexcept {
+    restart(spot.position);
+    MeshSpot front = spot;
+    front.side = 1;
+    stand(front, spot.position);
+}
+
+// ---- where the proxy is ------------------------------------------------------------------------
+
+/// The loop says where the proxy is: where it was, or somewhere on the last chord.
+void MeshContact::locate(const Vec3& proxy) noexcept {
+    const bool arrived =
+        leg_.kind != Leg::Kind::none && glm::length(proxy - leg_.to) <= tolerance_m_;
+    if (proxy != proxy_ || arrived) follow(proxy);
+    leg_.kind = Leg::Kind::none;
+}
+
+void MeshContact::follow(const Vec3& proxy) noexcept {
+    const Leg leg = leg_;
+    leg_.kind = Leg::Kind::none;
+    const bool arrived = glm::length(proxy - leg.to) <= tolerance_m_;
+    switch (leg.kind) {
+    case Leg::Kind::flight:
+        if (mode_ == Mode::on_surface && !arrived &&
+            glm::length(proxy - leg.from) <= kStillThere * tolerance_m_)
+            proxy_ = proxy; // cut off at once: the label holds, rounding would not tell the side
+        else if (!arrived)
+            alight(proxy, leg.from);
+        else if (leg.lands)
+            stand(leg.spot, proxy);
+        else
+            hover(proxy, leg.clear_m);
+        return;
+    case Leg::Kind::on_surface:
+        stand(arrived ? leg.spot : walk_.spot_at(leg.spot.facet, leg.spot.side, proxy), proxy);
+        return;
+    case Leg::Kind::none:
+        break;
+    }
+    // It goes where no chord was asked for: because it yielded, or is set to another place.
+    if (yielded_)
+        pass_through(proxy);
+    else
+        alight(proxy, proxy_);
+}
+
+/// In free space somewhere on a certified chord that came from `seen_from`, or at a start.
+void MeshContact::alight(const Vec3& proxy, const Vec3& seen_from) noexcept {
+    const std::optional<SurfaceHit> near = closest_point(proxy, kBallRadius);
+    if (!near || near->distance_m >= tolerance_m_) {
+        hover(proxy, near ? near->distance_m : kBallRadius);
+        return;
+    }
+    MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
+    spot.side = side_of_hit(spot, seen_from);
+    stand(spot, proxy);
+}
+
+void MeshContact::hover(const Vec3& proxy, double clear_m) noexcept {
+    mode_ = Mode::airborne;
+    proxy_ = proxy;
+    if (clear_m < 0.0) return; // still in the old ball
+    ball_center_ = proxy;
+    ball_radius_m_ = clear_m;
+}
+
+void MeshContact::stand(const MeshSpot& spot, const Vec3& proxy) noexcept {
+    mode_ = Mode::on_surface;
+    spot_ = spot;
+    proxy_ = proxy;
+    touch_count_ = 0;
+    guards_.clear();
+}
+
+// ---- planes for the solver ---------------------------------------------------------------------
+
+void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept {
+    offered_ = 0;
+    if (!passed_) locate(proxy);
+    if (nearest && !passed_) nearest->found = nearest_plane(proxy, nearest->pull, nearest->reach_m);
+    if (passed_) offer_behind(proxy, contacts);
+    if (passed_) return;
+    ContactPlane contact;
+    contact.gradient_length = 1.0;
+    const auto add = [&](const Vec3& anchor, const Vec3& normal) {
+        contact.plane = {anchor, normal, offered_strength_n_};
+        if (contacts.add(contact)) ++offered_;
+    };
+    if (mode_ == Mode::airborne) {
+        drop_stale(proxy);
+        // Each plane has the whole strength: several of a yielding surface would resist more than
+        // it.
+        const std::size_t first =
+            std::isfinite(offered_strength_n_) && guards_.size() > 0 ? guards_.size() - 1 : 0;
+        for (std::size_t i = first; i < guards_.size(); ++i)
+            add(guards_[i].anchor, guards_[i].normal);
+        return;
+    }
+    const Vec3 pull = pull_ - spot_.position;
+    const Heading heading = walk_.heading(spot_, pull);
+    if (spot_.feature == MeshSpot::Feature::face) {
+        add(spot_.position, walk_.outward(spot_.facet, spot_.side));
+        return;
+    }
+    if (touch_count_ == 0 && heading.height_m > tolerance_m_) return;
+    if (std::isfinite(offered_strength_n_) && heading.toward != Heading::Toward::face) {
+        // What several facets do together: one plane against the pull across the way that is left.
+        Vec3 across = pull;
+        if (heading.toward == Heading::Toward::edge) {
+            const MeshTopology& topology = mesh_->topology();
+            const Vec3 along =
+                glm::normalize(topology.corner(heading.facet, (heading.edge + 1) % 3) -
+                               topology.corner(heading.facet, heading.edge));
+            across -= glm::dot(across, along) * along;
+        }
+        const double length = glm::length(across);
+        if (length > tolerance_m_) {
+            add(spot_.position, -across / length);
+            return;
+        }
+    }
+    if (touch_count_ == 0) {
+        if (heading.toward == Heading::Toward::apex)
+            touch_all_that_hold(pull_);
+        else
+            touch(heading);
+    }
+    for (std::size_t i = 0; i < touch_count_; ++i)
+        add(spot_.position, walk_.outward(touches_[i].facet, touches_[i].side));
+}
+
+std::optional<ContactPlane> MeshContact::nearest_plane(const Vec3& proxy, const Vec3& pull,
+                                                       double reach_m) noexcept {
+    ContactPlane contact;
+    contact.gradient_length = 1.0;
+    if (mode_ == Mode::airborne) drop_stale(proxy);
+    if (mode_ == Mode::airborne && guards_.size() > 0) {
+        const GuardPlanes::Entry& guard = guards_[guards_.size() - 1];
+        contact.plane = {guard.anchor, guard.normal, 0.0};
+        if (glm::dot(guard.normal, proxy - guard.anchor) > reach_m) return std::nullopt;
+        return contact;
+    }
+    std::optional<MeshSpot> spot =
+        mode_ == Mode::on_surface ? std::optional(spot_) : nearest_spot(proxy, reach_m, proxy);
+    if (!spot) return std::nullopt;
+    Vec3 normal = walk_.outward(spot->facet, spot->side);
+    if (spot->feature != MeshSpot::Feature::face) {
+        // Any direction between the facets leads off it: what counts is whence the pull is nearest.
+        const double radius_m = glm::length(pull - spot->position) + tolerance_m_;
+        if (const auto under_pull = nearest_spot(pull, radius_m, proxy)) {
+            spot = under_pull;
+            normal = walk_.outward(spot->facet, spot->side);
+            const Vec3 way = pull - spot->position;
+            const double height_m = glm::length(way);
+            if (glm::dot(way, normal) > 0.0) {
+                if (spot->feature != MeshSpot::Feature::face && height_m > tolerance_m_)
+                    normal = way / height_m;
+                // That is then the way it goes, not where it was pressed to.
+                pull_ = spot->position;
+                touch_count_ = 0;
+            }
+        }
+    }
+    contact.plane = {spot->position, normal, 0.0};
+    return contact;
+}
+
+/// The spot of the mesh nearest to a point, on the side that is seen from another.
+std::optional<MeshSpot> MeshContact::nearest_spot(const Vec3& point, double radius_m,
+                                                  const Vec3& seen_from) noexcept {
+    const std::optional<SurfaceHit> near = closest_point(point, radius_m);
+    if (!near) return std::nullopt;
+    MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
+    spot.side = mode_ == Mode::on_surface ? spot_.side : walk_.side_seen_from(spot, seen_from);
+    return spot;
+}
+
+void MeshContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
+    yielded_ = false;
+    for (std::size_t i = 0; i < offered_; ++i)
+        if (solution.planes[first + i].state == MultiplierState::saturated) yielded_ = true;
+    if (mode_ != Mode::on_surface || offered_ != touch_count_) return;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < touch_count_; ++i)
+        if (solution.planes[first + i].state != MultiplierState::released)
+            touches_[kept++] = touches_[i];
+    touch_count_ = kept;
+}
+
+void MeshContact::touch(const Heading& heading) noexcept {
+    if (heading.toward == Heading::Toward::apex) {
+        touch_all_that_hold(pull_);
+        return;
+    }
+    touch(heading.facet, heading.side);
+    if (heading.toward == Heading::Toward::face) return;
+    const Facet& facet = mesh_->topology().facet(heading.facet);
+    const auto side = static_cast<std::int8_t>(heading.side * facet.turn[heading.edge]);
+    touch(facet.neighbour[heading.edge], side);
+}
+
+void MeshContact::touch(std::uint32_t facet, std::int8_t side) noexcept {
+    for (std::size_t i = 0; i < touch_count_; ++i)
+        if (touches_[i].facet == facet && touches_[i].side == side) return;
+    if (touch_count_ == touches_.size()) {
+        std::move(touches_.begin() + 1, touches_.end(), touches_.begin());
+        --touch_count_;
+    }
+    touches_[touch_count_++] = {facet, side};
+}
+
+/// Of a vertex's facets the few whose planes together hold the proxy there.
+void MeshContact::touch_all_that_hold(const Vec3& pull) noexcept {
+    Fan facets;
+    walk_.facets_at(spot_, facets);
+    PrimitiveSet planes;
+    std::array<Touch, PrimitiveSet::kCapacity> candidates{};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < facets.size() && count < candidates.size(); ++i) {
+        const Vec3 normal = walk_.outward(facets[i].facet, facets[i].side);
+        if (!(glm::dot(normal, pull - spot_.position) < 0.0)) continue;
+        planes.add({spot_.position, normal, std::numeric_limits<double>::infinity()});
+        candidates[count++] = {facets[i].facet, facets[i].side};
+    }
+    const ProxySolution solution = solve_proxy(planes, pull, kAnyStiffness);
+    for (std::size_t i = 0; i < count; ++i)
+        if (solution.planes[i].state != MultiplierState::released)
+            touch(candidates[i].facet, candidates[i].side);
+}
+
+// ---- the surface's own way ---------------------------------------------------------------------
+
+SlideLeg MeshContact::slide(const Vec3& from, const Vec3& pull) noexcept {
+    locate(from);
+    pull_ = pull;
+    return mode_ == Mode::on_surface ? slide_on_surface(pull) : slide_above(pull);
+}
+
+SlideLeg MeshContact::slide_on_surface(const Vec3& pull) noexcept {
+    for (int leg = 0; leg < kEmptyLegs && mode_ == Mode::on_surface; ++leg) {
+        const WalkStep step = walk_.step(spot_, pull);
+        switch (step.end) {
+        case WalkStep::End::rests:
+            return {proxy_, SlideLeg::End::rests};
+        case WalkStep::End::uncertain:
+            return rise_above(step.heading, pull);
+        case WalkStep::End::arrives:
+            leg_ = {
+                Leg::Kind::on_surface, spot_.position, step.spot.position, true, step.spot, 0.0};
+            break;
+        case WalkStep::End::lifts:
+            walk_.facets_at(spot_, leaving_);
+            guard_added_ = false;
+            fly(spot_.position, pull);
+            if (leg_.to == spot_.position && !leg_.lands) return rise_above_guard(pull);
+            break;
+        }
+        if (leg_.to != spot_.position) return {leg_.to, SlideLeg::End::goes_on};
+        follow(leg_.to); // nowhere else, but on another facet
+    }
+    return {proxy_, SlideLeg::End::stuck};
+}
+
+/// In the air: to the pull, or to the point that the guard planes leave nearest to it.
+SlideLeg MeshContact::slide_above(const Vec3& pull) noexcept {
+    leaving_.clear();
+    for (int tries = 0; tries < kGuardedTries; ++tries) {
+        drop_stale(proxy_);
+        PrimitiveSet planes;
+        for (std::size_t i = 0; i < guards_.size(); ++i)
+            planes.add(
+                {guards_[i].anchor, guards_[i].normal, std::numeric_limits<double>::infinity()});
+        const Vec3 wanted = solve_proxy(planes, pull, kAnyStiffness).proxy;
+        if (glm::length(wanted - proxy_) <= tolerance_m_) return {proxy_, SlideLeg::End::rests};
+        guard_added_ = false;
+        fly(proxy_, wanted);
+        if (leg_.lands || glm::length(leg_.to - proxy_) > tolerance_m_)
+            return {leg_.to, SlideLeg::End::goes_on};
+        leg_.kind = Leg::Kind::none;
+        if (!guard_added_) break;
+    }
+    return {proxy_, SlideLeg::End::stuck};
+}
+
+/// The same where an uncertain facet is so near that the flight ended where it began.
+SlideLeg MeshContact::rise_above_guard(const Vec3& pull) noexcept {
+    leg_.kind = Leg::Kind::none;
+    Heading onto;
+    const bool known = guard_added_ && guards_[guards_.size() - 1].facet != GuardPlanes::kNoFacet;
+    if (known) {
+        const GuardPlanes::Entry& last = guards_[guards_.size() - 1];
+        onto.facet = last.facet;
+        const double along = glm::dot(mesh_->topology().facet(last.facet).normal, last.normal);
+        onto.side = along < 0.0 ? -1 : 1;
+    }
+    guards_.clear();
+    return known ? rise_above(onto, pull) : SlideLeg{proxy_, SlideLeg::End::stuck};
+}
+
+/// Off a certified facet into the air above an uncertain one: only when what follows is nearer to
+/// the pull.
+SlideLeg MeshContact::rise_above(const Heading& heading, const Vec3& pull) noexcept {
+    const Vec3 from = spot_.position;
+    walk_.facets_at(spot_, leaving_);
+    const Vec3 normal = walk_.outward(heading.facet, heading.side);
+    Vec3 up = normal;
+    for (std::size_t i = 0; i < leaving_.size(); ++i)
+        up += walk_.outward(leaving_[i].facet, leaving_[i].side);
+    up = glm::normalize(up);
+    const SlideLeg stuck{proxy_, SlideLeg::End::stuck};
+    if (!is_finite(up) || !(walk_.heading(spot_, skin_m_ * up).height_m > 0.0)) return stuck;
+
+    double height = skin_m_;
+    Vec3 risen{0.0};
+    bool clear = false;
+    for (int i = 0; i < kRiseDoublings && !clear; ++i, height *= 2.0) {
+        risen = from + height * up;
+        if (first_hit(from, risen)) return stuck;
+        clear = !closest_point(risen, skin_m_);
+    }
+    if (!clear) return stuck;
+
+    guards_.clear();
+    const Vec3 corner = mesh_->topology().corner(heading.facet, 0);
+    guard(corner + skin_m_ * normal, normal, heading.facet, risen);
+    if (!gets_nearer_from(risen, pull)) return stuck;
+    leg_ = {Leg::Kind::flight, from, risen, false, {}, skin_m_};
+    return {risen, SlideLeg::End::goes_on};
+}
+
+/// Whether sliding on from the air at `risen` ends nearer to the pull than the spot is: tried out,
+/// and taken back but for the guard planes that it begins with.
+bool MeshContact::gets_nearer_from(const Vec3& risen, const Vec3& pull) noexcept {
+    const Vec3 proxy = proxy_;
+    const MeshSpot spot = spot_;
+    const GuardPlanes guards = guards_;
+    const double distance = glm::length(spot.position - pull);
+    hover(risen, 0.0);
+    bool nearer = false;
+    for (int i = 0; i < kLegsAhead && !nearer && mode_ == Mode::airborne; ++i) {
+        if (slide_above(pull).end != SlideLeg::End::goes_on) break;
+        follow(leg_.to);
+        nearer = glm::length(proxy_ - pull) <= distance;
+    }
+    stand(spot, proxy);
+    guards_ = guards;
+    leg_.kind = Leg::Kind::none;
+    return nearer;
+}
+
+// ---- chords ------------------------------------------------------------------------------------
+
+Chord MeshContact::carry(const Vec3& from, const Vec3& to) noexcept {
+    if (!passed_) locate(from);
+    if (passed_) return carry_behind(from, to);
+    pull_ = to;
+    if (mode_ == Mode::on_surface) return carry_on_surface(to);
+    leaving_.clear();
+    drop_stale(from);
+    return met_after(fly(from, to));
+}
+
+Chord MeshContact::carry_on_surface(const Vec3& to) noexcept {
+    const Vec3 from = spot_.position;
+    const WalkStep step = walk_.step(spot_, to);
+    if (step.end == WalkStep::End::lifts) {
+        walk_.facets_at(spot_, leaving_);
+        return met_after(fly(from, to));
+    }
+    const bool in_the_way = step.heading.height_m < -tolerance_m_;
+    if (in_the_way || step.end == WalkStep::End::uncertain) {
+        const std::size_t known = touch_count_;
+        if (spot_.feature != MeshSpot::Feature::face) touch(step.heading);
+        return {0.0, false, touch_count_ > known};
+    }
+    leg_ = {Leg::Kind::on_surface, from, step.spot.position, true, step.spot, 0.0};
+    if (step.end == WalkStep::End::rests) return {1.0, false};
+    const double length = glm::length(to - from);
+    return met_after(std::min(1.0, glm::length(step.spot.position - from) / length));
+}
+
+void MeshContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
+    if (!passed_) locate(proxy);
+    yielded_ = false;
+    if (passed_)
+        commit_behind(proxy, yielded, felt);
+    else
+        state_ = next_state(state_, {felt, false, true, true});
+}
+
+// ---- uncertain facets --------------------------------------------------------------------------
+
+void MeshContact::guard(const Vec3& anchor, const Vec3& normal, std::uint32_t facet,
+                        const Vec3& at) noexcept {
+    guards_.add({anchor, normal, facet, at});
+    guard_added_ = true;
+}
+
+/// Forgets planes of facets that the proxy is not over any more, unless they were found just here.
+void MeshContact::drop_stale(const Vec3& proxy) noexcept {
+    const MeshTopology& topology = mesh_->topology();
+    guards_.keep_if([&](const GuardPlanes::Entry& entry) {
+        if (entry.found_at == proxy) return true;
+        if (entry.facet == GuardPlanes::kNoFacet) return false;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 from = topology.corner(entry.facet, k);
+            const Vec3 edge = topology.corner(entry.facet, (k + 1) % 3) - from;
+            const Vec3 inward = glm::cross(topology.facet(entry.facet).normal, edge);
+            if (glm::dot(inward, proxy - from) < -kBesideSkins * skin_m_ * glm::length(edge))
+                return false;
+        }
+        return true;
+    });
+}
+
+} // namespace palpate

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include <palpate/haptics/contact/surface_contact.h>
+
+namespace palpate {
+
+/// The planes that a surface remembers from recent evaluations: one per patch, at most three, which
+/// is what corners need that one plane cannot represent (numerics 3.5).
+class PlaneBundle {
+public:
+    static constexpr std::size_t kCapacity = 3;
+
+    void clear() noexcept { count_ = 0; }
+    std::size_t size() const noexcept { return count_; }
+    const ContactPlane& operator[](std::size_t i) const noexcept { return entries_[i].contact; }
+
+    /// Remembers a plane sampled at `sampled_at`; those of the same patch (cosine of the normals
+    /// above `patch_cosine`) make room for it, and where there is none the oldest does. [loop]
+    void remember(const ContactPlane& contact, const Vec3& sampled_at,
+                  double patch_cosine) noexcept {
+        keep_if([&](const Entry& entry) {
+            return glm::dot(entry.contact.plane.normal, contact.plane.normal) <= patch_cosine;
+        });
+        if (count_ == kCapacity) {
+            for (std::size_t i = 1; i < count_; ++i)
+                entries_[i - 1] = entries_[i];
+            --count_;
+        }
+        entries_[count_++] = {contact, sampled_at};
+    }
+
+    /// Forgets planes sampled further than `radius_m` from `proxy`: the surface has turned since.
+    /// [loop]
+    void forget_beyond(const Vec3& proxy, double radius_m) noexcept {
+        keep_if([&](const Entry& entry) {
+            return squared_length(entry.sampled_at - proxy) <= radius_m * radius_m;
+        });
+    }
+
+    /// Forgets planes whose multiplier in `solution` is zero; `first` is where this bundle begins
+    /// there.  [loop]
+    void keep_active(const ProxySolution& solution, std::size_t first) noexcept {
+        std::size_t index = first;
+        keep_if([&](const Entry&) {
+            return solution.planes[index++].state != MultiplierState::released;
+        });
+    }
+
+private:
+    struct Entry {
+        ContactPlane contact;
+        Vec3 sampled_at{0.0};
+    };
+
+    template <class Condition>
+    void keep_if(const Condition& condition) noexcept {
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count_; ++i)
+            if (condition(entries_[i])) entries_[kept++] = entries_[i];
+        count_ = kept;
+    }
+
+    std::array<Entry, kCapacity> entries_{};
+    std::size_t count_ = 0;
+};
+
+} // namespace palpate

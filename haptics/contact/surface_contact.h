@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include <palpate/haptics/contact/contact_set.h>
+#include <palpate/haptics/contact/surface_state.h>
+#include <palpate/haptics/solver/gain.h>
+#include <palpate/haptics/solver/proxy_solver.h>
+
+namespace palpate {
+
+/// Asked of a surface together with its planes: the plane of its own level, whether it is felt
+/// there or not.
+struct NearestPlane {
+    Vec3 pull{0.0};       ///< where the proxy is drawn to, m, scene frame: it tells which plane
+                          ///< round an edge of a mesh
+    double reach_m = 0.0; ///< of a proxy at most so far in front of it, >= 0, or behind by less
+                          ///< than one plane can be trusted for
+    std::optional<ContactPlane> found =
+        {}; ///< the answer: nothing elsewhere, nor where the surface
+            ///< is not felt. Its strength is the caller's to set
+};
+
+/// How far a surface lets a chord through.
+struct Chord {
+    double fraction = 1.0; ///< of the chord that is certified, [0,1]
+    bool engaged = false;  ///< the surface has offered planes at the chord's start: it corrects,
+                           ///< rather than stops
+    bool bends =
+        false; ///< the rest lies round an edge of its own: not an obstacle, go on from there
+};
+
+/// A straight piece of the way on which a surface leads the proxy by itself.
+struct SlideLeg {
+    enum class End {
+        goes_on, ///< at `corner`, which is nearer
+        rests,   ///< it is where the surface holds it
+        stuck,   ///< it stays, though it is not
+    };
+    Vec3 corner{0.0}; ///< m, scene frame
+    End end = End::rests;
+};
+
+/// What a surface has computed so far: counters that only grow.
+struct QueryCount {
+    std::uint64_t field_samples = 0;
+    std::uint64_t roots = 0;
+    std::uint64_t surface_queries = 0;
+};
+
+/// What a surface can do that leads a proxy by itself.
+class SlidingSurface {
+public:
+    virtual ~SlidingSurface() = default;
+
+    /// The next piece of the proxy's way when `pull` draws it and this surface alone holds it: on
+    /// the surface, off it, back onto it. Exact, and certified as the chords of
+    /// SurfaceContact::carry() are; the distance to `pull` never grows.                     [loop]
+    virtual SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept = 0;
+};
+
+/// What a surface can do that opens where it is pressed too hard.
+class Membrane {
+public:
+    virtual ~Membrane() = default;
+
+    virtual double opens_above_n() const noexcept = 0; ///< the force at which it does, N, > 0 [any]
+    /// It opens: from now on it is not felt, until it has been left.                     [loop]
+    virtual void open() noexcept = 0;
+};
+
+/// What a surface can do that is the level of a field: its certificate ends behind the level, and
+/// the proxy may have to be brought back onto it.
+class FieldSurface {
+public:
+    virtual ~FieldSurface() = default;
+
+    /// A frame begins with another gain of its texture than the one before: heights are from now on
+    /// so many times their own, as far as SurfaceTexture::set_gain() allows. [loop]
+    virtual void set_texture_gain(double gain) noexcept = 0;
+
+    /// A certified point nearer to the level, when the last offer() found the proxy so deep in the
+    /// certificate's band that planes alone could deadlock (contact.md 7.4); nothing otherwise.
+    /// [loop]
+    virtual std::optional<Vec3> restore(const Vec3& proxy) noexcept = 0;
+
+    /// The point of the level that the slope at `proxy` leads to, from either side, where a frame
+    /// that cannot go on may end; nothing where there is none within the trusted step. [loop]
+    virtual std::optional<Vec3> settle(const Vec3& proxy) noexcept = 0;
+
+    /// Told that a chord from -> to was blocked at `fraction` with no room left: a plane found
+    /// there may open another way. Returns a point between on the level that the proxy may go to,
+    /// if there is one.  [loop]
+    virtual std::optional<Vec3> obstructed(const Vec3& from, const Vec3& to,
+                                           double fraction) noexcept = 0;
+};
+
+/// One loop's contact with one immutable surface. It offers planes at a point, and says how far a
+/// chord may be followed; it knows no forces, the solver knows no geometry, and the loop alone
+/// knows both (composition.md 2.1). State moves in commit() alone, by the table of SurfaceState;
+/// but for a membrane that opens in the midst of a frame, and set_gain(). Scene frame, m. Not for
+/// two threads at once.
+class SurfaceContact {
+public:
+    virtual ~SurfaceContact() = default;
+
+    /// Forgets everything; the proxy is set to a new place. True when that is inside the surface,
+    /// which is then not felt until the proxy has left it. [loop]
+    virtual bool restart(const Vec3& proxy) noexcept = 0;
+
+    /// A frame begins with another gain than the one before: its strength is from now on
+    /// Gain::strength_n() of its own. At 0 it is as if open, and inside until the gain has risen
+    /// and the proxy has left it. While the gain moves, a membrane gives way as a surface that
+    /// holds, so that the hand is let in as gently as the gain falls. [loop]
+    virtual void set_gain(const Gain& gain) noexcept = 0;
+
+    /// Adds the planes felt at `proxy`: none in free space. `nearest`: answered, too, if it is not
+    /// null. [loop]
+    virtual void offer(const Vec3& proxy, ContactSet& contacts,
+                       NearestPlane* nearest = nullptr) noexcept = 0;
+
+    /// Told which of its planes are needed: `first` is the index of its first offered one. Others
+    /// are forgotten.   [loop]
+    virtual void keep_active(const ProxySolution& solution, std::size_t first) noexcept = 0;
+
+    /// How far the chord from -> to holds this surface's certificate. A surface met on the way may
+    /// remember its plane; its level never moves here.                                     [loop]
+    virtual Chord carry(const Vec3& from, const Vec3& to) noexcept = 0;
+
+    /// Longest step that one evaluation's planes are trusted for, m.                    [any]
+    virtual double trust_m() const noexcept = 0;
+
+    /// The frame ends at `proxy`; the only place where the anchored level moves. `yielded`: its
+    /// multiplier reached its strength in the last solution; `felt`: it was above 0. [loop]
+    virtual void commit(const Vec3& proxy, bool yielded, bool felt) noexcept = 0;
+
+    /// Where the proxy stands with the surface, as of the last commit(), restart(), set_gain() or
+    /// Membrane::open(). Inside, the surface is not felt and no certificate of it holds.  [any]
+    virtual SurfaceState state() const noexcept = 0;
+
+    /// Whether, in the frame just committed, the surface's mesh held back what its volume would
+    /// have let through.  [any]
+    virtual bool guarded() const noexcept { return false; }
+
+    virtual QueryCount queries() const noexcept = 0; ///< [any]
+
+    // What not every surface can do: null where it cannot, now.
+
+    /// Where it alone may hold the proxy; otherwise planes and chords do.               [loop]
+    virtual SlidingSurface* sliding() noexcept { return nullptr; }
+    /// Null also where its strength is infinite, and while its gain moves.              [loop]
+    virtual Membrane* membrane() noexcept { return nullptr; }
+    virtual FieldSurface* of_field() noexcept { return nullptr; } ///< [loop]
+};
+
+} // namespace palpate

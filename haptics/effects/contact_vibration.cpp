@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/effects/contact_vibration.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <palpate/geometry/range.h>
+
+namespace palpate {
+
+ContactVibration::ContactVibration(const ContactVibrationSettings& settings) : settings_(settings) {
+    require("vibration: amplitude_n_s_per_m", settings.amplitude_n_s_per_m, kNotNegative);
+    require("vibration: frequency_hz", settings.frequency_hz, kPositive);
+    require("vibration: decay_s", settings.decay_s, kPositive);
+    require("vibration: most_n", settings.most_n, kNotNegative);
+}
+
+void ContactVibration::restart(const Vec3&) noexcept {
+    first_ = true;
+    felt_ = 0;
+    sine_n_ = cosine_n_ = Vec3{0.0};
+}
+
+void ContactVibration::begin(const FrameContext& frame) noexcept {
+    if (frame.after_silence) restart(frame.start);
+    // A way from nowhere has no speed: what is felt in a first frame was not struck in it.
+    velocity_ = first_ ? Vec3{0.0} : (frame.probe - probe_) / frame.period_s; // > 0
+    first_ = false;
+    probe_ = frame.probe;
+    if (frame.period_s != period_s_) tune(frame.period_s);
+}
+
+void ContactVibration::tune(double period_s) noexcept {
+    period_s_ = period_s;
+    const double decay = std::exp(-period_s / settings_.decay_s);
+    const double angle = 2.0 * std::numbers::pi * settings_.frequency_hz * period_s;
+    turn_sine_ = decay * std::sin(angle);
+    turn_cosine_ = decay * std::cos(angle);
+}
+
+void ContactVibration::commit(const FrameOutcome& outcome) noexcept {
+    const Vec3 sine = turn_cosine_ * sine_n_ + turn_sine_ * cosine_n_;
+    cosine_n_ = turn_cosine_ * cosine_n_ - turn_sine_ * sine_n_;
+    sine_n_ = sine;
+
+    const bool begins = (outcome.felt & ~felt_ & settings_.surfaces) != 0;
+    felt_ = outcome.felt;
+    const Vec3 back = outcome.proxy - probe_;
+    const double distance = glm::length(back);
+    if (!begins || !(distance > 0.0)) return;
+    const Vec3 normal = back / distance;
+    const double approach = std::max(0.0, -glm::dot(velocity_, normal));
+    strike(settings_.amplitude_n_s_per_m * approach * normal);
+}
+
+void ContactVibration::strike(const Vec3& impact_n) noexcept {
+    cosine_n_ += impact_n;
+    const double amplitude = std::sqrt(squared_length(sine_n_) + squared_length(cosine_n_));
+    if (!(amplitude > settings_.most_n)) return;
+    // The sine, which is felt now, is below the limit already: only what is to come is cut.
+    const double room = squared_length(sine_n_);
+    const double cosine = std::sqrt(std::max(0.0, settings_.most_n * settings_.most_n - room));
+    const double length = glm::length(cosine_n_);
+    if (length > 0.0) cosine_n_ *= cosine / length;
+}
+
+} // namespace palpate

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/effects/coulomb_friction.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <palpate/geometry/range.h>
+#include <palpate/haptics/effects/internal/fixed_point.h>
+
+namespace palpate {
+namespace {
+
+// Contacts that do not obey the law together by then keep the last solution.
+constexpr int kMostRounds = 12;
+// What slips rubs with mu times its multiplier, to this share of the largest.
+constexpr double kAgree = 1e-10;
+// What holds bears no more than that, to this share: there the proxy stays where it was, and the
+// solver shares the load among held contacts no better.
+constexpr double kHolds = 1e-5;
+// Or the multipliers' sum is the same and the proxy does not move any more: facets that are nearly
+// one plane may share what presses in many ways.
+constexpr double kSettled = 1e-12; // m
+constexpr double kSameSum = 1e-8;  // of the sum
+// A contact is the one of before where its normal has turned by less than 8 degrees.
+constexpr double kSameContact = 0.99;
+constexpr double kHighestCoefficient = 10.0;
+
+/// Planes of different strength that coincide, as a skin yielded down to bone does with it, leave
+/// open which of them bears what: the weakest does, up to its strength (composition.md 4.2).
+void share_where_planes_coincide(std::span<const PlanePrimitive> planes,
+                                 ProxySolution& solution) noexcept {
+    constexpr double kSameNormal = 1.0 - 1e-12;
+    constexpr double kSamePlace = 1e-9; // m
+    for (std::size_t i = 0; i < planes.size(); ++i)
+        for (std::size_t j = i + 1; j < planes.size(); ++j) {
+            if (planes[i].strength_n == planes[j].strength_n) continue;
+            const double bears_n =
+                solution.planes[i].multiplier_n + solution.planes[j].multiplier_n;
+            const Vec3 n = planes[i].normal;
+            if (!(bears_n > 0.0) || !(glm::dot(n, planes[j].normal) > kSameNormal) ||
+                !(std::abs(glm::dot(n, planes[i].anchor - planes[j].anchor)) < kSamePlace))
+                continue;
+            const bool first = planes[i].strength_n < planes[j].strength_n;
+            const std::size_t weak = first ? i : j, strong = first ? j : i;
+            const double weak_n = std::min(bears_n, planes[weak].strength_n);
+            for (const auto& [index, share_n] :
+                 {std::pair{weak, weak_n}, std::pair{strong, bears_n - weak_n}}) {
+                solution.planes[index].multiplier_n = share_n;
+                solution.planes[index].state = !(share_n > 0.0) ? MultiplierState::released
+                                               : share_n >= planes[index].strength_n
+                                                   ? MultiplierState::saturated
+                                                   : MultiplierState::active;
+            }
+        }
+}
+
+} // namespace
+
+CoulombFriction::CoulombFriction(std::vector<FrictionCoefficients> of_surfaces)
+    : surfaces_(of_surfaces.size()) {
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        const FrictionCoefficients& of = of_surfaces[i];
+        require("friction: static_mu", of.static_mu, {0.0, kHighestCoefficient});
+        require("friction: dynamic_mu, at most static_mu,", of.dynamic_mu, {0.0, of.static_mu});
+        surfaces_[i].own = surfaces_[i].of = of;
+    }
+}
+
+void CoulombFriction::set_gain(std::size_t surface, double gain) noexcept {
+    Surface& s = surfaces_[surface];
+    s.of.static_mu = std::min(gain * s.own.static_mu, kHighestCoefficient);
+    s.of.dynamic_mu = std::min(gain * s.own.dynamic_mu, kHighestCoefficient);
+}
+
+void CoulombFriction::restart() noexcept {
+    contacts_.clear();
+    known_.clear();
+    for (Surface& surface : surfaces_)
+        surface.slid = false;
+}
+
+void CoulombFriction::begin() noexcept {
+    for (Surface& surface : surfaces_) {
+        const bool goes_on = surface.slid && !surface.of.stick_slip;
+        surface.mu = goes_on ? surface.of.dynamic_mu : surface.of.static_mu;
+        surface.found = false;
+    }
+}
+
+double CoulombFriction::remembered_n(std::size_t surface, const Vec3& normal) const noexcept {
+    double closest = kSameContact;
+    double multiplier_n = 0.0;
+    for (const Contact& known : known_) {
+        const double cosine = glm::dot(known.normal, normal);
+        if (known.surface != surface || cosine <= closest) continue;
+        closest = cosine;
+        multiplier_n = known.multiplier_n;
+    }
+    return multiplier_n;
+}
+
+void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
+                             PrimitiveSet& primitives) noexcept {
+    contacts_.clear();
+    first_line_ = primitives.lines().size();
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        const std::size_t index = contacts[c].surface;
+        if (index == ContactSet::kNoSurface || !rubs(index)) continue;
+        Surface& surface = surfaces_[index];
+        if (!surface.found) surface.anchor = proxy;
+        surface.found = true;
+        const Vec3& normal = contacts[c].plane.normal;
+        primitives.add_line({surface.anchor, normal, 0.0});
+        if (primitives.overflowed()) return;
+        contacts_.push_back({index, c, normal, remembered_n(index, normal), TetherState::released});
+    }
+}
+
+ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                                     int& work) noexcept {
+    ProxySolution solution = solve_round(primitives, probe, stiffness, work);
+    if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, work, solution);
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
+        contacts_[j].state = solution.lines[first_line_ + j].state;
+    known_ = contacts_;
+    return solution;
+}
+
+/// Multipliers from which the solution's own come out again; `solution` is of the ones to begin
+/// with.
+void CoulombFriction::find_fixed_point(PrimitiveSet& primitives, const Vec3& probe,
+                                       double stiffness, int& work,
+                                       ProxySolution& solution) noexcept {
+    internal::FixedPoint<PrimitiveSet::kCapacity> fixed_point;
+    Vec3 proxy_before{std::numeric_limits<double>::infinity()};
+    for (int round = 1; round < kMostRounds && work > 0; ++round) {
+        proxy_before = solution.proxy;
+        FixedVector<double, PrimitiveSet::kCapacity> guess, found;
+        for (const Contact& contact : contacts_) {
+            guess.push_back(contact.multiplier_n);
+            found.push_back(solution.planes[contact.plane].multiplier_n);
+        }
+        guess = fixed_point.next(guess, found);
+        for (std::size_t j = 0; j < contacts_.size(); ++j)
+            contacts_[j].multiplier_n = std::max(0.0, guess[j]);
+        solution = solve_round(primitives, probe, stiffness, work);
+        if (obeys_the_law(solution)) return;
+        if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees(solution)) return;
+    }
+    solution.status = SolveStatus::capped;
+}
+
+ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe,
+                                           double stiffness, int& work) const noexcept {
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
+        primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
+                                                          contacts_[j].multiplier_n);
+    const int affordable = work / std::max(1, static_cast<int>(primitives.count()));
+    ProxySolution solution = solve_proxy(primitives, probe, stiffness,
+                                         std::clamp(affordable, kLeastPasses, kLoopPasses));
+    work -= solution.work;
+    share_where_planes_coincide(primitives.planes(), solution);
+    return solution;
+}
+
+/// What holds is no stronger than mu times the multiplier that came out, what slips is as strong.
+bool CoulombFriction::obeys_the_law(const ProxySolution& solution) const noexcept {
+    double largest_n = 0.0;
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
+        largest_n = std::max(largest_n, solution.planes[contacts_[j].plane].multiplier_n);
+    for (std::size_t j = 0; j < contacts_.size(); ++j) {
+        const Contact& contact = contacts_[j];
+        const double mu = surfaces_[contact.surface].mu;
+        const double limit_n = mu * solution.planes[contact.plane].multiplier_n;
+        if (solution.lines[first_line_ + j].state == TetherState::held) {
+            const double bears_n = glm::length(solution.lines[first_line_ + j].force_n);
+            if (bears_n > limit_n + kHolds * mu * largest_n) return false;
+        } else if (std::abs(mu * contact.multiplier_n - limit_n) > kAgree * mu * largest_n) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool CoulombFriction::sum_agrees(const ProxySolution& solution) const noexcept {
+    double guessed_n = 0.0, found_n = 0.0;
+    for (std::size_t j = 0; j < contacts_.size(); ++j) {
+        guessed_n += contacts_[j].multiplier_n;
+        found_n += solution.planes[contacts_[j].plane].multiplier_n;
+    }
+    return std::abs(found_n - guessed_n) <= kSameSum * found_n;
+}
+
+bool CoulombFriction::holds() const noexcept {
+    return std::any_of(contacts_.begin(), contacts_.end(),
+                       [](const Contact& c) { return c.state == TetherState::held; });
+}
+
+bool CoulombFriction::breaks_away() noexcept {
+    bool any = false;
+    for (std::size_t j = 0; j < contacts_.size(); ++j) {
+        Surface& surface = surfaces_[contacts_[j].surface];
+        if (contacts_[j].state != TetherState::slipping || surface.mu == surface.of.dynamic_mu)
+            continue;
+        surface.mu = surface.of.dynamic_mu;
+        any = true;
+    }
+    return any;
+}
+
+void CoulombFriction::commit() noexcept {
+    for (Surface& surface : surfaces_)
+        surface.slid = false;
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
+        if (contacts_[j].state == TetherState::slipping)
+            surfaces_[contacts_[j].surface].slid = true;
+}
+
+} // namespace palpate

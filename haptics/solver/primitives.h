@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include <palpate/geometry/vec.h>
+#include <palpate/haptics/solver/fixed_vector.h>
+#include <palpate/haptics/solver/gain.h>
+
+namespace palpate {
+
+/// A plane that holds the proxy on its normal's side and yields above its strength:
+/// P = +lambda n, lambda in [0, s], while n.(x - p) < 0.                     numerics 1.1
+struct PlanePrimitive {
+    Vec3 anchor{0.0};        ///< p: a point of the plane, m, scene frame
+    Vec3 normal{0.0};        ///< n: unit, towards free space
+    double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
+};
+
+/// A line that draws the proxy onto itself and lets it slip above its strength: P = -mu across the
+/// axis, |mu| <= s, towards the nearest point of the line.                    numerics 1.1
+struct LinePrimitive {
+    Vec3 anchor{0.0};        ///< q: a point of the line, m, scene frame
+    Vec3 axis{0.0};          ///< u: unit, either sense
+    double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
+};
+
+/// A point that draws the proxy into itself and lets it slip above its strength: P = -mu, |mu| <=
+/// s.
+struct PointPrimitive {
+    Vec3 anchor{0.0};        ///< q: m, scene frame
+    double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
+};
+
+/// The haptic primitives of one evaluation: planes, lines and points in one fixed capacity, forces
+/// and springs merged into one each. Planes, lines and points are numbered in the order in which
+/// they were added. What is not finite counts as nothing, and is remembered: nobody downstream has
+/// to reckon with it.
+class PrimitiveSet {
+public:
+    static constexpr std::size_t kCapacity = 32; ///< planes, lines and points together
+
+    void clear() noexcept {
+        planes_.clear();
+        lines_.clear();
+        points_.clear();
+        force_ = Vec3{0.0};
+        spring_ = 0.0;
+        spring_moment_ = Vec3{0.0};
+        overflowed_ = false;
+        all_finite_ = true;
+        gain_ = {};
+    }
+
+    /// What is added from here on is added with this gain: strengths by Gain::strength_n(), forces
+    /// and springs in proportion.                                                        [loop]
+    void set_gain(const Gain& gain) noexcept { gain_ = gain; }
+    /// What a strength in N comes to with it.                                           [loop]
+    double scaled_n(double strength_n) const noexcept { return gain_.strength_n(strength_n); }
+
+    /// Adds a plane; one beyond the capacity is left out and remembered as overflow.       [loop]
+    void add(const PlanePrimitive& plane) noexcept {
+        if (!has_room()) return;
+        if (!usable(plane.anchor, plane.normal, plane.strength_n))
+            return planes_.push_back({Vec3{0.0}, kAnyDirection, 0.0}); // keeps its number
+        planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n)});
+    }
+    /// Adds a line, as add() does.                                                         [loop]
+    void add_line(const LinePrimitive& line) noexcept {
+        if (!has_room()) return;
+        if (!usable(line.anchor, line.axis, line.strength_n))
+            return lines_.push_back({Vec3{0.0}, kAnyDirection, 0.0});
+        lines_.push_back({line.anchor, line.axis, scaled_n(line.strength_n)});
+    }
+    /// Strength of a line that is there, N, >= 0, whatever the gain.                      [loop]
+    void set_line_strength(std::size_t line, double strength_n) noexcept {
+        lines_[line].strength_n = strength_n;
+    }
+    /// Adds a point, as add() does.                                                        [loop]
+    void add_point(const PointPrimitive& point) noexcept {
+        if (!has_room()) return;
+        if (!usable(point.anchor, Vec3{0.0}, point.strength_n))
+            return points_.push_back({Vec3{0.0}, 0.0});
+        points_.push_back({point.anchor, scaled_n(point.strength_n)});
+    }
+
+    /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
+    void add_force(const Vec3& force) noexcept {
+        if (usable(force, Vec3{0.0}, 0.0)) force_ += gain_.value * force;
+    }
+
+    /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
+    /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. [loop]
+    void add_spring(const Vec3& anchor, double stiffness_n_per_m) noexcept {
+        if (!usable(anchor, Vec3{stiffness_n_per_m}, 0.0)) return;
+        const double scaled = gain_.value * stiffness_n_per_m;
+        spring_ += scaled;
+        spring_moment_ += scaled * anchor;
+    }
+
+    std::span<const PlanePrimitive> planes() const noexcept { return planes_; }
+    std::span<const LinePrimitive> lines() const noexcept { return lines_; }
+    std::span<const PointPrimitive> points() const noexcept { return points_; }
+    const Vec3& force() const noexcept { return force_; }
+
+    /// Stiffness of everything that draws without a bound, N/m: K = k + sum g.            [loop]
+    double total_stiffness(double coupling) const noexcept { return coupling + spring_; }
+    /// Where the coupling, the forces and the springs draw together, m:
+    ///   a' = (k a + sum g q + sum d) / K, here a + (sum g (q - a) + sum d) / K.          [loop]
+    /// With it, and K for k, they need no further mention: an exact shift and scale.
+    Vec3 pull(const Vec3& probe, double coupling) const noexcept {
+        return probe + (spring_moment_ - spring_ * probe + force_) / total_stiffness(coupling);
+    }
+
+    /// Whether nothing in it holds or yields: neither planes, lines nor points.
+    /// [loop]
+    bool is_free() const noexcept { return count() == 0; }
+    /// Whether there are lines or points.                                                 [loop]
+    bool has_tethers() const noexcept { return !lines_.empty() || !points_.empty(); }
+    bool overflowed() const noexcept { return overflowed_; }
+    /// Whether everything that was added was finite (strengths: or infinite), and no strength below
+    /// 0.                                                                                [loop]
+    bool all_finite() const noexcept { return all_finite_; }
+    /// Planes, lines and points together.                                                 [loop]
+    std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
+
+private:
+    static constexpr Vec3 kAnyDirection{0.0, 0.0, 1.0};
+
+    /// Written so that what is no number is none.
+    bool usable(const Vec3& at, const Vec3& along, double strength_n) noexcept {
+        const bool good = is_finite(at) && is_finite(along) && strength_n >= 0.0;
+        all_finite_ = all_finite_ && good;
+        return good;
+    }
+    bool has_room() noexcept {
+        const bool room = count() < kCapacity;
+        overflowed_ = overflowed_ || !room;
+        return room;
+    }
+
+    FixedVector<PlanePrimitive, kCapacity> planes_;
+    FixedVector<LinePrimitive, kCapacity> lines_;
+    FixedVector<PointPrimitive, kCapacity> points_;
+    Vec3 force_{0.0};
+    double spring_ = 0.0;     // sum g, N/m
+    Vec3 spring_moment_{0.0}; // sum g q, N
+    bool overflowed_ = false;
+    bool all_finite_ = true;
+    Gain gain_;
+};
+
+} // namespace palpate

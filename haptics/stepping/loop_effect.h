@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+
+#include <palpate/haptics/effects/effect.h>
+#include <palpate/haptics/solver/gain.h>
+
+namespace palpate {
+
+/// An effect as one loop feels it: with its gain. Where that is 0, the effect is not called. Not
+/// for two threads at once, but for GainRamp::set().
+class LoopEffect {
+public:
+    /// The effect must outlive this.                                                     [setup]
+    explicit LoopEffect(Effect& effect) noexcept : effect_(&effect) {}
+
+    GainRamp& gain() noexcept { return gain_; } ///< of all that it does                   [any]
+    bool is_on() const noexcept { return gain_.value() > 0.0; } ///< in this frame         [loop]
+    bool is_as_set() const noexcept { return gain_.value() == 1.0; } ///< in this frame    [loop]
+
+    /// A new trial: the proxy is at a new place.                                         [loop]
+    void restart(const Vec3& proxy) noexcept {
+        effect_->restart(proxy);
+        gain_.jump();
+    }
+    /// A frame begins: its gain takes a step; whether it moved. What is switched on begins as at a
+    /// new trial.                                                                        [loop]
+    bool follow_gain(const FrameContext& frame) noexcept {
+        const bool was_on = is_on();
+        const bool moved = gain_.advance(frame.period_s);
+        if (is_on() && !was_on) effect_->restart(frame.start);
+        return moved;
+    }
+
+    // The rest is as Effect says, with the gain, and nothing where it is off. All [loop].
+
+    void begin(const FrameContext& frame) noexcept {
+        if (is_on()) effect_->begin(frame);
+    }
+    /// `force_limit_n`: FrameContext's, which strengths are scaled by.
+    void gather(const Vec3& proxy, double force_limit_n, PrimitiveSet& primitives) noexcept {
+        if (!is_on()) return;
+        primitives.set_gain(gain_.gain(force_limit_n));
+        effect_->gather(proxy, primitives);
+    }
+    void solved(const Vec3& end) noexcept {
+        if (is_on()) effect_->solved(end);
+    }
+    Vec3 within(const Vec3& wanted) const noexcept {
+        return is_on() ? effect_->within(wanted) : wanted;
+    }
+    void commit(const FrameOutcome& outcome) noexcept {
+        if (is_on()) effect_->commit(outcome);
+    }
+    /// Adds Effect::device_force_n(), N.
+    void add_device_force(Vec3& force_n) const noexcept {
+        if (is_on()) force_n += gain_.value() * effect_->device_force_n();
+    }
+    double unasked_force_n() const noexcept { return gain_.value() * effect_->unasked_force_n(); }
+    bool is_active() const noexcept { return is_on() && effect_->is_active(); }
+
+private:
+    Effect* effect_;
+    GainRamp gain_;
+};
+
+} // namespace palpate

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/stepping/loop_surface.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+// Of a surface that yields only the normal is trusted, not where its level is: for longer steps.
+constexpr double kYieldingTrust = 4.0;
+// A lift below this is rounding.
+constexpr double kNoLift_m = 1e-10;
+
+} // namespace
+
+LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
+    : contact_(&contact), strength_(LocalStrength::holding(0.0, finish.strength)),
+      magnet_(finish.magnet) {}
+
+bool LoopSurface::is_as_set() const noexcept {
+    return std::all_of(gains_.begin(), gains_.end(),
+                       [](const GainRamp& gain) { return gain.value() == 1.0; });
+}
+
+bool LoopSurface::restart(const Vec3& proxy) noexcept {
+    bank_.clear();
+    strength_.restart();
+    magnet_.restart();
+    for (GainRamp& gain : gains_)
+        gain.jump();
+    return contact_->restart(proxy);
+}
+
+bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
+    std::array<bool, kSurfaceParts> moved{};
+    for (std::size_t part = 0; part < kSurfaceParts; ++part)
+        moved[part] = gains_[part].advance(frame.period_s);
+    const auto has_moved = [&](SurfacePart part) { return moved[static_cast<std::size_t>(part)]; };
+    if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) {
+        Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
+        if (strength_.depends_on_place()) now.strength_here_n = strength_.at(frame);
+        contact_->set_gain(now);
+    }
+    if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
+    if (FieldSurface* field = contact_->of_field(); field && has_moved(SurfacePart::texture))
+        field->set_texture_gain(gain_value(SurfacePart::texture));
+    return std::find(moved.begin(), moved.end(), true) != moved.end();
+}
+
+void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {
+    first_ = contacts.size();
+    magnet_.offer(proxy, pull, *contact_, contacts);
+    last_ = contacts.size();
+}
+
+void LoopSurface::ration_restoring(const FrameContext& frame, const ContactSet& contacts) noexcept {
+    sunk_m_ = 0.0;
+    if (!is_touched()) {
+        bank_.clear();
+        return;
+    }
+    const Vec3& proxy = frame.start;
+    double depth_m = -std::numeric_limits<double>::infinity();
+    Vec3 normal{0.0};
+    for (std::size_t c = first_; c < last_; ++c) {
+        const PlanePrimitive& plane = contacts[c].plane;
+        const double depth_of_plane_m = glm::dot(plane.normal, plane.anchor - proxy);
+        if (depth_of_plane_m <= depth_m) continue;
+        depth_m = depth_of_plane_m;
+        normal = plane.normal;
+    }
+    const double lift_m = bank_.lift(depth_m, normal, proxy - frame.probe, frame.stiffness);
+    sunk_m_ = std::max(0.0, depth_m - lift_m);
+}
+
+void LoopSurface::sink(ContactSet& contacts) const noexcept {
+    for (std::size_t c = first_; is_rationed() && c < last_; ++c)
+        contacts.sink(c, sunk_m_);
+}
+
+void LoopSurface::take(const ProxySolution& solution) noexcept {
+    pushes_back_ = yields_ = false;
+    for (std::size_t c = first_; c < last_; ++c) {
+        const MultiplierState state = solution.planes[c].state;
+        pushes_back_ = pushes_back_ || state != MultiplierState::released;
+        yields_ = yields_ || state == MultiplierState::saturated;
+    }
+    contact_->keep_active(solution, first_);
+}
+
+void LoopSurface::commit(const Vec3& proxy, const FrameContext& frame) noexcept {
+    contact_->commit(proxy, yields_, pushes_back_);
+    bank_.end(proxy - frame.probe);
+    if (yields_) bank_.level_moved();
+}
+
+bool LoopSurface::is_open() const noexcept {
+    const SurfaceState state = contact_->state();
+    return state == SurfaceState::inside || state == SurfaceState::yielded;
+}
+
+bool LoopSurface::open_if_pressed(const ProxySolution& solution,
+                                  const ContactSet& contacts) noexcept {
+    Membrane* membrane = contact_->membrane();
+    if (!membrane || contact_->state() == SurfaceState::inside) return false;
+    Vec3 pressing_n{0.0};
+    for (std::size_t c = first_; c < last_; ++c)
+        pressing_n += solution.planes[c].multiplier_n * contacts[c].plane.normal;
+    if (!(glm::length(pressing_n) >= membrane->opens_above_n())) return false;
+    membrane->open();
+    return true;
+}
+
+double LoopSurface::trust_m() const noexcept {
+    if (!is_touched() && !magnet_.holds()) return std::numeric_limits<double>::infinity();
+    return (yields_ ? kYieldingTrust : 1.0) * contact_->trust_m();
+}
+
+std::optional<Vec3> LoopSurface::restore(const Vec3& proxy, const FrameContext& frame) noexcept {
+    FieldSurface* field = contact_->of_field();
+    if (yields_ || !field) return std::nullopt;
+    const std::optional<Vec3> nearer = field->restore(proxy);
+    if (!nearer || !is_rationed()) return nearer;
+    return lifted(proxy, *nearer, bank_.energy_j(), frame);
+}
+
+std::optional<Vec3> LoopSurface::settle(const Vec3& proxy) noexcept {
+    FieldSurface* field = contact_->of_field();
+    if (yields_ || !pushes_back_ || is_rationed() || !field) return std::nullopt;
+    return field->settle(proxy);
+}
+
+std::optional<Vec3> lifted(const Vec3& proxy, const Vec3& to, double drifted_j,
+                           const FrameContext& frame) noexcept {
+    const Vec3 ahead = proxy - frame.probe, way = to - proxy;
+    const double free_m2 = squared_length(frame.start - frame.probe) +
+                           2.0 * drifted_j / frame.stiffness - squared_length(ahead);
+    const double length_m2 = squared_length(way), along_m2 = glm::dot(ahead, way);
+    if (!(free_m2 > 0.0) || !(length_m2 > 0.0)) return std::nullopt;
+    const double root = std::sqrt(along_m2 * along_m2 + length_m2 * free_m2);
+    const Vec3 lift = std::clamp((root - along_m2) / length_m2, 0.0, 1.0) * way;
+    return glm::length(lift) > kNoLift_m ? std::optional(proxy + lift) : std::nullopt;
+}
+
+} // namespace palpate

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/effects/effect.h>
+#include <palpate/haptics/effects/local_strength.h>
+#include <palpate/haptics/effects/surface_magnets.h>
+#include <palpate/haptics/solver/gain.h>
+#include <palpate/haptics/stepping/level_bank.h>
+
+namespace palpate {
+
+/// What of a surface can be made weaker or stronger while a loop runs.
+enum class SurfacePart : std::uint8_t {
+    strength,
+    friction, ///< its coefficients
+    magnet,   ///< its strength
+    texture   ///< its heights
+};
+inline constexpr std::size_t kSurfaceParts = 4;
+
+/// What one loop feels of one surface: the contact with its strength by place, its magnet, its
+/// gains, and what is known of it in a frame. But for friction, which couples surfaces. Not for two
+/// threads at once, except GainRamp::set().
+class LoopSurface {
+public:
+    /// The contact must outlive this. Throws std::invalid_argument on a finish out of range.
+    /// [setup]
+    LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish);
+
+    /// GainRamp::set() is for any thread, all else of it for the loop.                   [any]
+    GainRamp& gain(SurfacePart part) noexcept { return gains_[static_cast<std::size_t>(part)]; }
+    /// In this frame, [0, GainRamp::kHighest].                                           [loop]
+    double gain_value(SurfacePart part) const noexcept {
+        return gains_[static_cast<std::size_t>(part)].value();
+    }
+    /// Whether every gain is 1.                                                          [loop]
+    bool is_as_set() const noexcept;
+    /// Whether frames may find it of another strength elsewhere.                         [any]
+    bool depends_on_place() const noexcept { return strength_.depends_on_place(); }
+    SurfaceContact& contact() const noexcept { return *contact_; } ///< [any]
+    /// Of the fields that its strength and its magnet depend on.                         [any]
+    std::uint64_t samples() const noexcept { return strength_.samples() + magnet_.samples(); }
+
+    /// A new trial: the proxy is set to a new place. True when that is inside.            [loop]
+    bool restart(const Vec3& proxy) noexcept;
+
+    // In a frame. Places in m, scene frame.
+
+    /// A frame begins: the gains take a step, and the surface is as strong as they and the place
+    /// say. Whether any gain moved.                                                      [loop]
+    bool follow_gains(const FrameContext& frame) noexcept;
+    /// The magnet begins the frame, where everything else has.                           [loop]
+    void begin_magnet(const FrameContext& frame) noexcept { magnet_.begin(frame); }
+    /// Adds the planes felt at `proxy`, and finds the magnet's. `pull`: where the forces draw it.
+    /// [loop]
+    void offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept;
+    /// After the frame's first offer(): how deep below its level the proxy has to stay in this
+    /// frame, as to lift it farther would give the hand more than its drift has taken.   [loop]
+    void ration_restoring(const FrameContext& frame, const ContactSet& contacts) noexcept;
+    /// Moves the planes of the last offer() inwards by that depth.                       [loop]
+    void sink(ContactSet& contacts) const noexcept;
+    /// Adds the magnet's plane, if that draws the proxy.                                 [loop]
+    void offer_magnet(ContactSet& contacts) const noexcept { magnet_.gather(contacts); }
+    /// Told what became of its planes.                                                   [loop]
+    void take(const ProxySolution& solution) noexcept;
+    /// The frame ends at `proxy`.                                                        [loop]
+    void commit(const Vec3& proxy, const FrameContext& frame) noexcept;
+
+    // After an evaluation: take().
+
+    /// Whether it offered planes.                                                        [loop]
+    bool is_touched() const noexcept { return first_ != last_; }
+    /// Whether a multiplier of its planes is above 0.                                    [loop]
+    bool pushes_back() const noexcept { return pushes_back_; }
+    /// Whether one is at the surface's strength.                                         [loop]
+    bool yields() const noexcept { return yields_; }
+    /// Whether it may restore only a part of its level.                                  [loop]
+    bool is_rationed() const noexcept { return sunk_m_ > 0.0; }
+    /// Whether its magnet could draw the proxy in this frame.                            [loop]
+    bool has_magnet_on() const noexcept { return magnet_.is_on(); }
+    /// What could lead a proxy that nothing else holds; null where it cannot.             [loop]
+    SlidingSurface* sliding() const noexcept { return yields_ ? nullptr : contact_->sliding(); }
+    /// Whether it does not hold at its own level: the proxy is inside, or it yielded.     [loop]
+    bool is_open() const noexcept;
+    /// Whether it is a membrane that this balance presses above its strength: it opens.  [loop]
+    bool open_if_pressed(const ProxySolution& solution, const ContactSet& contacts) noexcept;
+    /// The longest step for which its planes are trusted, m; infinite where there are none. [loop]
+    double trust_m() const noexcept;
+    /// FieldSurface::restore(), as far as it may; nothing where it need not, or yields. [loop]
+    std::optional<Vec3> restore(const Vec3& proxy, const FrameContext& frame) noexcept;
+    /// FieldSurface::settle(), where it holds the proxy and need not ration.              [loop]
+    std::optional<Vec3> settle(const Vec3& proxy) noexcept;
+
+    /// Energy that the drift below its level has taken, J, >= 0.                         [loop]
+    double drifted_j() const noexcept { return bank_.energy_j(); }
+
+private:
+    SurfaceContact* contact_;
+    LocalStrength strength_;
+    LoopMagnet magnet_;
+    LevelBank bank_;
+    std::array<GainRamp, kSurfaceParts> gains_;
+
+    std::size_t first_ = 0, last_ = 0; // of its planes in the ContactSet: [first_, last_)
+    bool pushes_back_ = false;
+    bool yields_ = false;
+    double sunk_m_ = 0.0; // how far its planes lie below its level in this frame, >= 0
+};
+
+/// As far on the way from the proxy to a place farther from the probe as leaves the coupling no
+/// more energy than it had at the frame's start, but for what drift has taken, J; nothing where
+/// that is no way. m, scene frame. [loop]
+std::optional<Vec3> lifted(const Vec3& proxy, const Vec3& to, double drifted_j,
+                           const FrameContext& frame) noexcept;
+
+} // namespace palpate

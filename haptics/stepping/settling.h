@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <palpate/haptics/effects/effect.h>
+
+namespace palpate {
+
+/// Brings a proxy to rest that goes to and fro by itself, while the probe stands still or nearly
+/// so. Every frame ends where its forces balance, anchored at its start; where effects bend with
+/// the way, as a streamline that slips does, the next frame's balance may be the start of the one
+/// before, and so on for ever. A spring g/2 |x - x0|^2 towards the frame's start makes of the
+/// frames a proximal-point iteration: its steps shorten as k / (k + g), and once g exceeds what the
+/// effects bend by, each frame takes energy out. g grows with each turn back, and then with each
+/// frame that the probe stands still; it is forgotten as the probe goes on. 0: the frame is
+/// untouched.
+///
+/// A proxy that has all but stopped under a held probe keeps its bits from then on, until what is
+/// asked of it there changes.
+class Settling {
+public:
+    /// `tolerance_m`: what the loop may leave of a way, m, > 0.                         [setup]
+    explicit Settling(double tolerance_m) noexcept : tolerance_m_(tolerance_m) {}
+
+    /// A new trial.                                                                     [loop]
+    void restart() noexcept { *this = Settling(tolerance_m_); }
+    /// A frame begins: takes its measures for it.                                       [loop]
+    void begin(const FrameContext& frame) noexcept;
+    /// The stiffness g of the frame's spring towards its start, N/m, >= 0.              [loop]
+    double spring_n_per_m() const noexcept { return spring_n_per_m_; }
+    /// Whether the probe is where the frame before had it, to the bit, and the proxy where that
+    /// frame left it.                                                                   [loop]
+    bool held() const noexcept { return held_; }
+    /// Whether it has all but stopped, so that rests() is likely.                       [loop]
+    bool stopped() const noexcept;
+    /// Whether the proxy is at rest, and the frame over, though its first evaluation asks for
+    /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
+    /// within the tolerance.                                                            [loop]
+    bool rests(const Vec3& asked) noexcept;
+    /// The frame ends with the proxy at `proxy`, m, scene frame; `slowness` >= 1: how many times
+    /// shorter its media made its way.                                                  [loop]
+    void end(const Vec3& proxy, double slowness) noexcept;
+
+private:
+    bool turned_back(const Vec3& step) const noexcept;
+    void look_anew(const Vec3& proxy) noexcept;
+
+    double tolerance_m_;
+    bool begun_ = false;
+    bool held_ = false;
+    FrameContext frame_;
+    double probe_step_m_ = 0.0;   // in this frame
+    Vec3 end_{0.0};               // of the last frame
+    Vec3 last_step_{0.0};         // of the proxy, where it moved last
+    double probe_since_m_ = 0.0;  // the probe's way since then
+    double damping_ = 0.0;        // g, as the next frame begins with it
+    double spring_n_per_m_ = 0.0; // g in this frame
+    int still_ = 0;               // frames in a row that hardly moved the proxy
+    int rested_ = 0;              // frames of the rest
+    Vec3 asked_{0.0};             // in its second frame, when all is as the first has left it
+
+    // Since the last turn back.
+    Vec3 from_{0.0};
+    double way_m_ = 0.0;       // of the proxy
+    double probe_way_m_ = 0.0; // of the probe
+};
+
+} // namespace palpate

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/stepping/subdivision.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <palpate/haptics/stepping/frame_flags.h>
+
+namespace palpate {
+namespace {
+
+// Every membrane that opens and every surface that begins to slide begins the frame anew.
+std::size_t most_evaluations(std::size_t surfaces) {
+    return Stepping::kMostEvaluations + Stepping::kMostBends + 2 * surfaces + 1;
+}
+
+std::vector<FrictionCoefficients> frictions(std::span<const SurfaceFinish> finish,
+                                            std::size_t surfaces) {
+    std::vector<FrictionCoefficients> frictions(surfaces);
+    for (std::size_t i = 0; i < std::min(surfaces, finish.size()); ++i)
+        frictions[i] = finish[i].friction;
+    return frictions;
+}
+
+} // namespace
+
+Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
+                         std::vector<Effect*> effects, Clock& clock,
+                         std::vector<SurfaceFinish> finish)
+    : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
+      settling_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
+    finish.resize(std::max(finish.size(), surfaces.size()));
+    for (std::size_t i = 0; i < surfaces.size(); ++i)
+        surfaces_.emplace_back(*surfaces[i], finish[i]);
+    for (Effect* effect : effects)
+        effects_.emplace_back(*effect);
+    steps_left_.reserve(most_evaluations(surfaces.size()));
+}
+
+std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
+    std::uint32_t flags = 0;
+    for (LoopSurface& surface : surfaces_)
+        if (surface.restart(proxy)) flags |= kInsideAtStart;
+    friction_.restart();
+    settling_.restart();
+    primitives_.clear();
+    for (LoopEffect& effect : effects_)
+        effect.restart(proxy);
+    path_.clear();
+    return flags;
+}
+
+SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
+    return advance(frame, {});
+}
+
+SubdivisionResult Subdivision::advance(const FrameContext& frame,
+                                       std::span<const std::uint32_t> steps_left) noexcept {
+    frame_ = frame;
+    return run(steps_left);
+}
+
+SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
+    begin(replayed); // what depends on the path is anchored at the frame's start
+    Vec3 proxy = frame_.start, before;
+    Move move;
+    do {
+        begin_approach();
+        do {
+            before = proxy;
+            gather(proxy);               // (6)
+            solve(proxy);                // (7)
+            count_steps_left();          // (8), (10)
+            move = share(proxy);         // (9)
+            proxy = follow(move, proxy); // as far as every certificate holds
+        } while (goes_on(move, before, proxy));
+    } while (membrane_opens() || breaks_away());
+    return commit(settle(proxy));
+}
+
+// ---- a frame's beginning -----------------------------------------------------------------------
+
+void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
+    result_ = {};
+    path_.begin(frame_.start);
+    steps_left_.clear();
+    budget_ = {0, all_work(), kMostLegs, 0};
+    stepping_.begin_frame(replayed); // t_0
+    follow_gains();
+    if (is_driven())
+        settling_.restart();
+    else if (frames_may_contradict())
+        settling_.begin(frame_);
+    frame_.held = settling_.held();
+    frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();
+    frame_.rests = settling_.stopped();
+    if (settling_.spring_n_per_m() > 0.0) result_.flags |= kCalmed;
+    for (LoopEffect& effect : effects_)
+        effect.begin(frame_);
+    friction_.begin();
+    for (LoopSurface& surface : surfaces_)
+        surface.begin_magnet(frame_);
+    note_open();
+}
+
+void Subdivision::follow_gains() noexcept {
+    bool any_moves = false; // then a held probe is drawn elsewhere in each frame
+    bool all_as_set = true;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        LoopSurface& surface = surfaces_[i];
+        if (surface.follow_gains(frame_)) {
+            any_moves = true;
+            friction_.set_gain(i, surface.gain_value(SurfacePart::friction));
+        }
+        all_as_set = all_as_set && surface.is_as_set();
+    }
+    for (LoopEffect& effect : effects_) {
+        any_moves = effect.follow_gain(frame_) || any_moves;
+        all_as_set = all_as_set && effect.is_as_set();
+    }
+    if (any_moves) settling_.restart();
+    if (!all_as_set) result_.flags |= kLiveGain;
+}
+
+/// Whether an effect pushes unasked and moves by itself, as a pulse or a beating vessel. It is felt
+/// as it is: a proxy that goes with it is not to be calmed.
+bool Subdivision::is_driven() const noexcept {
+    return std::any_of(effects_.begin(), effects_.end(), [](const LoopEffect& effect) {
+        return effect.is_active() && effect.unasked_force_n() > 0.0;
+    });
+}
+
+/// Whether frames may contradict each other under a held probe. Surfaces alone do not, where each
+/// frame is solved to its end.
+bool Subdivision::frames_may_contradict() const noexcept {
+    return !stepping_.seeks_balance() || !effects_.empty() ||
+           std::any_of(surfaces_.begin(), surfaces_.end(),
+                       [](const LoopSurface& surface) { return surface.depends_on_place(); });
+}
+
+/// Of a frame, by the evaluations that its method may make.
+int Subdivision::all_work() const noexcept {
+    return kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
+}
+
+// ---- one evaluation ----------------------------------------------------------------------------
+
+/// The way to where forces balance begins, or begins anew without what opened or broke away.
+void Subdivision::begin_approach() noexcept {
+    stepping_.begin_approach();
+    path_.look_anew();
+}
+
+void Subdivision::gather(const Vec3& proxy) noexcept {
+    const Vec3 pulled_to = pull();
+    contacts_.clear();
+    primitives_.clear();
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        LoopSurface& surface = surfaces_[i];
+        contacts_.begin(i);
+        surface.offer(proxy, pulled_to, contacts_);
+        if (budget_.evaluations == 0) surface.ration_restoring(frame_, contacts_);
+        surface.sink(contacts_);
+    }
+    contacts_.begin(ContactSet::kNoSurface);
+    for (const LoopSurface& surface : surfaces_)
+        surface.offer_magnet(contacts_);
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+        primitives_.add(contacts_[i].plane);
+    if (settling_.spring_n_per_m() > 0.0)
+        primitives_.add_spring(frame_.start, settling_.spring_n_per_m());
+    for (LoopEffect& effect : effects_)
+        effect.gather(proxy, frame_.force_limit_n, primitives_);
+    primitives_.set_gain({});
+    friction_.gather(proxy, contacts_, primitives_);
+}
+
+void Subdivision::solve(const Vec3& proxy) noexcept {
+    budget_.work_left -= kWorkOfEvaluation;
+    solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness, budget_.work_left);
+    if (!is_a_place(solution_.proxy)) {
+        solution_.proxy = proxy;
+        result_.flags |= kForceNotFinite;
+    }
+    for (LoopEffect& effect : effects_)
+        effect.solved(solution_.proxy);
+    for (LoopSurface& surface : surfaces_)
+        surface.take(solution_);
+    result_.residual_m = glm::length(solution_.proxy - proxy);
+    ++budget_.evaluations;
+    if (solution_.status == SolveStatus::capped) result_.flags |= kSolverCap;
+    if (contacts_.overflowed() || primitives_.overflowed()) result_.flags |= kPrimitivesFull;
+    if (!primitives_.all_finite()) result_.flags |= kForceNotFinite;
+}
+
+void Subdivision::count_steps_left() noexcept {
+    const EvaluationOutcome outcome{result_.residual_m, contacts_.facets_only()};
+    steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
+}
+
+/// Whether another evaluation follows, after one that moved the proxy from `before`.
+bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept {
+    if (move.kind == Move::Kind::none || has_given_up()) return false;
+    if (move.kind == Move::Kind::look) return true;
+    bool more = false;
+    if (move.kind == Move::Kind::slide) {
+        if (stepping_.steps_left() > 0 && rests_firmly(proxy)) {
+            result_.residual_m = 0.0; // nothing is left of the way
+            return false;
+        }
+        // Where another surface stopped it at once, that one has planes the next time.
+        more = stepping_.steps_left() > 0 && (proxy != before || !stepping_.has_converged());
+    } else {
+        if (primitives_.is_free() && proxy == solution_.proxy) return false;
+        if (proxy != move.to) stepping_.cut_short(); // it was not the last
+        more = stepping_.goes_on(budget_);
+    }
+    if (!more && stepping_.is_unfinished()) result_.flags |= kEvaluationCap;
+    return more;
+}
+
+bool Subdivision::has_given_up() const noexcept {
+    return (result_.flags & (kStalled | kEvaluationCap)) != 0;
+}
+
+// ---- a frame's end -----------------------------------------------------------------------------
+
+/// Whether the balance presses a membrane above its strength: it opens, and the frame goes on
+/// without it.
+bool Subdivision::membrane_opens() noexcept {
+    if (has_given_up()) return false;
+    for (LoopSurface& surface : surfaces_) {
+        if (!surface.open_if_pressed(solution_, contacts_)) continue;
+        note_open();
+        return true;
+    }
+    return false;
+}
+
+/// Whether what friction held has begun to slide: the frame goes on with less of it.
+bool Subdivision::breaks_away() noexcept { return !has_given_up() && friction_.breaks_away(); }
+
+void Subdivision::note_open() noexcept {
+    for (std::size_t i = 0; i < surfaces_.size(); ++i)
+        result_.open |= bit_of(i, surfaces_[i].is_open());
+}
+
+SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        LoopSurface& surface = surfaces_[i];
+        result_.felt |= bit_of(i, surface.pushes_back());
+        surface.commit(proxy, frame_);
+        result_.guarded |= bit_of(i, surface.contact().guarded());
+    }
+    note_open();
+    friction_.commit();
+    settling_.end(proxy,
+                  (primitives_.total_stiffness(frame_.stiffness) - settling_.spring_n_per_m()) /
+                      frame_.stiffness);
+    for (LoopEffect& effect : effects_)
+        effect.commit({proxy, result_.felt});
+    for (const PlaneOutcome& plane : solution_.planes)
+        if (plane.state != MultiplierState::released) ++result_.contacts;
+    const std::size_t lines = primitives_.lines().size() - friction_.lines();
+    for (std::size_t i = 0; i < lines; ++i)
+        if (squared_length(solution_.lines[i].force_n) > 0.0) ++result_.contacts;
+    for (const TetherOutcome& point : solution_.points)
+        if (squared_length(point.force_n) > 0.0) ++result_.contacts;
+    result_.proxy = proxy;
+    result_.evaluations = budget_.evaluations;
+    result_.sub_steps = path_.sub_steps();
+    result_.work = static_cast<std::uint32_t>(all_work() - budget_.work_left);
+    return result_;
+}
+
+// ---- what the loop asks besides ----------------------------------------------------------------
+
+QueryCount Subdivision::queries() const noexcept {
+    QueryCount count;
+    for (const LoopSurface& surface : surfaces_)
+        count.field_samples += surface.samples();
+    return count;
+}
+
+Vec3 Subdivision::with_device_forces(Vec3 force_n) const noexcept {
+    for (const LoopEffect& effect : effects_)
+        effect.add_device_force(force_n);
+    return force_n;
+}
+
+double Subdivision::unasked_force_n(double most_n) const noexcept {
+    double sum_n = 0.0;
+    for (const LoopEffect& effect : effects_) {
+        const double own_n = effect.unasked_force_n();
+        if (own_n > 0.0) sum_n += std::min(own_n, most_n); // what is no number is none
+    }
+    return sum_n;
+}
+
+bool Subdivision::is_active() const noexcept {
+    return std::any_of(effects_.begin(), effects_.end(),
+                       [](const LoopEffect& effect) { return effect.is_active(); }) ||
+           std::any_of(surfaces_.begin(), surfaces_.end(),
+                       [](const LoopSurface& surface) { return surface.has_magnet_on(); });
+}
+
+} // namespace palpate

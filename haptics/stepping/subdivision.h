@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/effects/coulomb_friction.h>
+#include <palpate/haptics/effects/effect.h>
+#include <palpate/haptics/effects/surface_magnets.h>
+#include <palpate/haptics/solver/gain.h>
+#include <palpate/haptics/solver/proxy_solver.h>
+#include <palpate/haptics/stepping/loop_effect.h>
+#include <palpate/haptics/stepping/loop_surface.h>
+#include <palpate/haptics/stepping/proxy_path.h>
+#include <palpate/haptics/stepping/settling.h>
+#include <palpate/haptics/stepping/stepping.h>
+
+namespace palpate {
+
+/// What a frame's subdivision came to.
+struct SubdivisionResult {
+    Vec3 proxy{0.0}; ///< x', m
+    std::uint32_t evaluations = 0;
+    std::uint32_t sub_steps = 0;
+    std::uint32_t contacts = 0; ///< multipliers above 0 in the last solution
+    double residual_m = 0.0;    ///< length of the last movement that the solver asked for
+    std::uint32_t flags = 0;    ///< FrameFlag bits
+    std::uint32_t work = 0;     ///< as Subdivision::kWorkOfSolvers counts it
+    std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
+    std::uint64_t open = 0; ///< bit i: surface i did not hold at its own level in a part of the
+                            ///< frame: the proxy is inside, or it yielded
+    std::uint64_t guarded = 0; ///< bit i: the mesh of surface i held back what its volume would
+                               ///< have let through
+};
+
+/// Spends a frame in sub-steps (section 4.1 of the paper; composition.md 2.2): gathers primitives
+/// at the proxy (6), solves (7), sees how many more steps fit (8), takes a share of the movement
+/// (9) or a curvature-corrected one, and lets the surfaces carry the proxy as far as every
+/// certificate holds. Owns nothing that moves but the loop's iteration memory.
+class Subdivision {
+public:
+    /// Bounds every frame, also where a clock stands still.
+    static constexpr int kMostEvaluations = Stepping::kMostEvaluations;
+    /// What a frame may take, in primitives that a solver looks at once: so many for its solvers,
+    /// and three times kWorkOfEvaluation, which is an evaluation without them, for each evaluation
+    /// that its method may make. Evaluations, bends, friction's rounds and solver passes spend of
+    /// it alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and
+    /// others go on with one short round an evaluation (kSolverCap where that does not do).
+    static constexpr int kWorkOfSolvers = 8192;
+    static constexpr int kWorkOfEvaluation = 64;
+    /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
+    static constexpr int kMostLegs = 1024;
+
+    /// Surfaces, the finish of each (plain where there are fewer) and effects in canonical order;
+    /// all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
+    Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
+                std::vector<Effect*> effects, Clock& clock, std::vector<SurfaceFinish> finish = {});
+
+    /// Gain of a part of a surface, or of an effect, by their index; 0 switches off.
+    /// GainRamp::set() is for any thread while the loop runs, all else of it for the loop. A trial
+    /// begins with the gains that were set last. [any]
+    GainRamp& gain(std::size_t surface, SurfacePart part) noexcept {
+        return surfaces_[surface].gain(part);
+    }
+    GainRamp& gain(std::size_t effect) noexcept { return effects_[effect].gain(); }
+
+    /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
+    std::uint32_t restart(const Vec3& proxy) noexcept;
+
+    /// One frame's movement of the proxy from frame.start.                              [loop]
+    SubdivisionResult advance(const FrameContext& frame) noexcept;
+
+    /// The same with steps_left() of an earlier run, instead of what the clock says. Reproduces its
+    /// bits.   [loop]
+    SubdivisionResult advance(const FrameContext& frame,
+                              std::span<const std::uint32_t> steps_left) noexcept;
+
+    /// The proxy's corners in the last frame, frame.start first: every chord that was carried.
+    /// [loop]
+    std::span<const Vec3> path() const noexcept { return path_.corners(); }
+    /// N_steps of eq. (8) after each evaluation of the last frame: with these, wall-clock runs can
+    /// be replayed.  [loop]
+    std::span<const std::uint32_t> steps_left() const noexcept { return steps_left_; }
+    /// The coupling's force with what effects put on the device beside it, each with its gain, N:
+    /// Effect::device_force_n().                                                          [loop]
+    Vec3 with_device_forces(Vec3 force_n) const noexcept;
+    /// What effects push unasked, each with its gain and by no more than `most_n`, N:
+    /// Effect::unasked_force_n().                                                         [loop]
+    double unasked_force_n(double most_n) const noexcept;
+    /// Whether anything that is on, a magnet too, may move a hand that did not press:
+    /// Effect::is_active().                                                               [loop]
+    bool is_active() const noexcept;
+    /// Of the fields that strengths of surfaces and magnets depend on.                   [any]
+    QueryCount queries() const noexcept;
+    /// Of a sub-step, eq. (10), us; 0 where the method needs no clock.                    [any]
+    double estimate_us() const noexcept { return stepping_.estimate_us(); }
+
+private:
+    /// Whether something may be led there: finite, and no further away than a probe may be.
+    static bool is_a_place(const Vec3& point) noexcept {
+        return squared_length(point) < kFarthest_m * kFarthest_m; // false for what is no number
+    }
+    static constexpr double kFarthest_m = 1e7; ///< ten times what the loop takes from a probe
+    /// Bit i where `set`; 0 past the 64th.
+    static std::uint64_t bit_of(std::size_t i, bool set) noexcept {
+        return set && i < 64 ? std::uint64_t{1} << i : 0;
+    }
+
+    /// How the proxy moves after an evaluation.
+    struct Move {
+        enum class Kind : std::uint8_t {
+            none,  // it is where it has to be
+            look,  // not yet: what bends is first gathered again, now that it has been solved
+            chord, // straight to `to`, as far as certificates hold
+            slide, // where the surface leads it that holds it, drawn to `to`
+        } kind = Kind::none;
+        Vec3 to{0.0};
+    };
+
+    SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
+    void begin(std::span<const std::uint32_t> replayed) noexcept;
+    void follow_gains() noexcept;
+    bool is_driven() const noexcept;
+    bool frames_may_contradict() const noexcept;
+    void begin_approach() noexcept;
+    void gather(const Vec3& proxy) noexcept;
+    void solve(const Vec3& proxy) noexcept;
+    void count_steps_left() noexcept;
+    Move share(const Vec3& proxy) noexcept;
+    Vec3 follow(const Move& move, const Vec3& proxy) noexcept;
+    bool goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept;
+    bool membrane_opens() noexcept;
+    bool breaks_away() noexcept;
+    SubdivisionResult commit(const Vec3& proxy) noexcept;
+    void note_open() noexcept;
+    int all_work() const noexcept;
+    bool has_given_up() const noexcept;
+
+    bool keeps_its_place() noexcept;
+    LoopSurface& leader() noexcept;
+    bool one_surface_leads() noexcept;
+    bool rests_firmly(const Vec3& proxy) noexcept;
+    Vec3 pull() const noexcept;
+    Vec3 candidate(const Vec3& proxy) noexcept;
+    std::optional<Vec3> restored(const Vec3& proxy) noexcept;
+    Vec3 curved_candidate(const Vec3& proxy) noexcept;
+    Vec3 carry(const Vec3& from, const Vec3& to) noexcept;
+    Vec3 slide_along(Vec3 proxy, const Vec3& pull) noexcept;
+    Vec3 record_move(const Vec3& proxy) noexcept;
+    Vec3 settle(Vec3 proxy) noexcept;
+    bool is_astray(const Vec3& proxy) const noexcept;
+    Vec3 within(Vec3 wanted) const noexcept;
+
+    Stepping stepping_;
+    std::vector<LoopSurface> surfaces_;
+    std::vector<LoopEffect> effects_;
+    CoulombFriction friction_;
+    Settling settling_;
+
+    // Of one evaluation.
+    ContactSet contacts_; // of surfaces, then of magnets
+    PrimitiveSet primitives_;
+    ProxySolution solution_;
+
+    // Of one frame.
+    FrameContext frame_;
+    FrameBudget budget_;
+    ProxyPath path_;
+    std::vector<std::uint32_t> steps_left_;
+    SubdivisionResult result_;
+};
+
+} // namespace palpate

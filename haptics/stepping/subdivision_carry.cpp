@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the proxy is to go after an evaluation, and how it gets there: along chords that every
+// surface certifies, or where one surface leads it.
+#include <palpate/haptics/stepping/subdivision.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include <palpate/haptics/contact/curvature_step.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+
+namespace palpate {
+namespace {
+
+// A movement below this is rounding where friction holds (composition.md 2.2, step 2).
+constexpr double kStuck = 1e-10; // m
+// A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
+constexpr double kShortestShare = 1.0 / 16.0;
+// In vain once may bring in a new plane. In vain twice, a frame that seeks a balance tries another
+// way; after that nothing will change any more.
+constexpr int kTries = 2;
+constexpr int kTriesForBalance = 3;
+
+/// A contact's plane across the exact slope of its field at the proxy, where that is known: the
+/// continuous gradient, across which planes are felt, may lead the wrong way within a cell.
+PlanePrimitive across_slope(const ContactPlane& contact, const Vec3& proxy) noexcept {
+    PlanePrimitive plane = contact.plane;
+    const double slope = glm::length(contact.slope);
+    if (!(slope > 0.0)) return plane;
+    plane.normal = -contact.slope / slope;
+    plane.anchor = proxy - (contact.level_gap / slope) * plane.normal;
+    return plane;
+}
+
+} // namespace
+
+// ---- where it is to go -------------------------------------------------------------------------
+
+/// The probe, shifted by forces and springs.
+Vec3 Subdivision::pull() const noexcept { return primitives_.pull(frame_.probe, frame_.stiffness); }
+
+Subdivision::Move Subdivision::share(const Vec3& proxy) noexcept {
+    if (one_surface_leads())
+        return {Move::Kind::slide,
+                stepping_.seeks_balance() ? pull() : stepping_.share(proxy, pull())};
+    if (keeps_its_place()) {
+        stepping_.arrive();
+        return {Move::Kind::none, proxy};
+    }
+    if (frame_.looks && budget_.evaluations == 1 && stepping_.steps_left() > 0)
+        return {Move::Kind::look, proxy};
+    return {Move::Kind::chord, candidate(proxy)};
+}
+
+/// The surface of the first plane, which leads where one does.
+LoopSurface& Subdivision::leader() noexcept { return surfaces_[contacts_[0].surface]; }
+
+/// Whether one surface alone holds the proxy, and can lead it.
+bool Subdivision::one_surface_leads() noexcept {
+    const bool others_hold = primitives_.planes().size() != contacts_.size() ||
+                             primitives_.has_tethers() || !contacts_.are_of_one_surface();
+    return !others_hold && !friction_.rubs(contacts_[0].surface) && leader().sliding();
+}
+
+/// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
+/// held proxy.
+bool Subdivision::keeps_its_place() noexcept {
+    const bool first = budget_.evaluations == 1;
+    if (result_.residual_m < (friction_.holds() ? kStuck : Stepping::kNoMovement_m)) return true;
+    if (first && settling_.rests(solution_.proxy)) return true;
+    if (!first || primitives_.is_free()) return false;
+    // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
+    const double unspent_m =
+        primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result_.residual_m;
+    return unspent_m < stepping_.tolerance_m();
+}
+
+Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {
+    if (const std::optional<Vec3> nearer = restored(proxy)) return *nearer;
+    if (stepping_.seeks_balance()) return curved_candidate(proxy);
+    if (stepping_.steps_left() == 0) return solution_.proxy;
+    return stepping_.share(proxy, solution_.proxy); // (9)
+}
+
+/// Where the proxy may be lifted to, if it is so deep in the bands of certificates that no other
+/// way can be certified: nearer to one level along its slope; out of several bands at once along
+/// all planes, as the way out of one may lead deeper into another.
+std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
+    const bool only_try =
+        !stepping_.seeks_balance() && stepping_.steps_left() == 0 && budget_.evaluations == 1;
+    std::optional<Vec3> out_of_one;
+    int deep = 0;
+    double drifted_j = 0.0; // into all of them
+    for (LoopSurface& surface : surfaces_) {
+        // Where only a part may be restored, the planes' way comes first, if there is another try.
+        if (surface.is_rationed() && !path_.stands_still() && !only_try) continue;
+        const std::optional<Vec3> nearer = surface.restore(proxy, frame_);
+        if (!nearer) continue;
+        if (++deep == 1) out_of_one = nearer;
+        drifted_j += surface.drifted_j();
+    }
+    if (deep <= 1) return out_of_one;
+    PrimitiveSet planes;
+    for (std::size_t c = 0; c < contacts_.size(); ++c)
+        if (contacts_[c].surface != ContactSet::kNoSurface)
+            planes.add(across_slope(contacts_[c], proxy));
+    const Vec3 out = solve_proxy(planes, proxy, frame_.stiffness).proxy;
+    const std::optional<Vec3> out_of_all = lifted(proxy, out, drifted_j, frame_);
+    return out_of_all ? out_of_all : out_of_one;
+}
+
+Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
+    if (primitives_.is_free()) return solution_.proxy;
+    const double stiffness = primitives_.total_stiffness(frame_.stiffness);
+    const double damping = stepping_.damp();
+    // Bent by the surfaces that push, a step may lead into one that does not: then the planes' own
+    // way, which keeps in front of all, is tried.
+    Vec3 step = path_.tries_in_vain() >= kTries
+                    ? solution_.proxy - proxy
+                    : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
+    double trust_m = std::numeric_limits<double>::infinity();
+    for (const LoopSurface& surface : surfaces_)
+        trust_m = std::min(trust_m, surface.trust_m());
+    const double length = glm::length(step);
+    if (length > trust_m) step *= trust_m / length;
+    return proxy + step;
+}
+
+// ---- how it gets there -------------------------------------------------------------------------
+
+Vec3 Subdivision::follow(const Move& move, const Vec3& proxy) noexcept {
+    if (move.kind == Move::Kind::chord) return carry(proxy, move.to);
+    return move.kind == Move::Kind::slide ? slide_along(proxy, move.to) : proxy;
+}
+
+/// Follows the chord as far as every surface's certificate holds that does not yield in this
+/// sub-step.
+Vec3 Subdivision::carry(const Vec3& from, const Vec3& to) noexcept {
+    if (!is_a_place(to)) {
+        result_.flags |= kForceNotFinite;
+        return record_move(from);
+    }
+    double stopped_at =
+        1.0; // by a surface met on the way: it offers its plane at the next gathering
+    double blocked_at = 1.0; // by one that is felt already
+    bool bends = false;      // what stopped it is no obstacle
+    FieldSurface* blocking = nullptr;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (surfaces_[i].yields()) {
+            result_.open |= bit_of(i, true); // its certificate is lifted for this chord
+            continue;
+        }
+        const Chord chord = surfaces_[i].contact().carry(from, to);
+        if (!chord.engaged) {
+            if (chord.fraction < stopped_at) bends = chord.bends;
+            stopped_at = std::min(stopped_at, chord.fraction);
+        } else if (chord.fraction < blocked_at) {
+            blocked_at = chord.fraction;
+            blocking = surfaces_[i].contact().of_field();
+        }
+    }
+    if (stopped_at >= 1.0 && blocked_at >= 1.0) return record_move(to);
+    const Vec3 chord = to - from;
+    if (stopped_at < blocked_at) {
+        if (bends) ++budget_.bends;
+        return record_move(from + stopped_at * chord);
+    }
+
+    double share = 0.5;
+    while (share >= blocked_at && share > kShortestShare)
+        share *= 0.5;
+    if (share < blocked_at) return record_move(from + share * chord);
+    const std::optional<Vec3> reached =
+        blocking ? blocking->obstructed(from, to, blocked_at) : std::nullopt;
+    return record_move(reached.value_or(from));
+}
+
+/// Where a surface leads the proxy towards the probe, shifted by the forces, or towards this
+/// sub-step's share of the way there; as far as the other surfaces' certificates hold.
+Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
+    // Every share has a leg of its own: kMostLegs are for corners between.
+    if (!stepping_.seeks_balance()) ++budget_.legs_left;
+    if (!is_a_place(pull)) {
+        result_.flags |= kForceNotFinite | kStalled;
+        return proxy;
+    }
+    for (; budget_.legs_left > 0; --budget_.legs_left) {
+        const SlideLeg leg = leader().sliding()->slide(proxy, pull);
+        if (leg.end == SlideLeg::End::rests) {
+            stepping_.arrive();
+            return proxy;
+        }
+        if (leg.end == SlideLeg::End::stuck) {
+            result_.flags |= kStalled;
+            return proxy;
+        }
+        Chord chord;
+        for (const LoopSurface& other : surfaces_) {
+            if (&other == &leader()) continue;
+            const Chord theirs = other.contact().carry(proxy, leg.corner);
+            if (theirs.fraction < chord.fraction) chord = theirs;
+        }
+        if (chord.fraction < 1.0) {
+            if (chord.bends) ++budget_.bends;
+            return record_move(proxy + chord.fraction * (leg.corner - proxy));
+        }
+        proxy = record_move(leg.corner);
+    }
+    // Else the next share begins where this one ended.
+    if (stepping_.seeks_balance() || stepping_.steps_left() == 0) result_.flags |= kEvaluationCap;
+    return proxy;
+}
+
+/// Whether the frame is over: the surface that leads held the proxy and still does, could neither
+/// yield nor open, and no effect could pull elsewhere from there. Its planes there would tell no
+/// more.
+bool Subdivision::rests_firmly(const Vec3& proxy) noexcept {
+    return stepping_.has_converged() && effects_.empty() &&
+           solution_.planes[0].state == MultiplierState::active &&
+           glm::length(pull() - proxy) > stepping_.tolerance_m() &&
+           std::isinf(contacts_[0].plane.strength_n) && !leader().contact().membrane();
+}
+
+Vec3 Subdivision::record_move(const Vec3& proxy) noexcept {
+    path_.record_move(proxy);
+    const int tries = stepping_.seeks_balance() ? kTriesForBalance : kTries;
+    if (path_.tries_in_vain() >= tries) result_.flags |= kStalled;
+    return proxy;
+}
+
+// ---- where the frame ends ----------------------------------------------------------------------
+
+/// A frame that ends before its forces balance ends on the level at least, and not astray; and
+/// every frame ends within what effects never let the proxy leave.
+Vec3 Subdivision::settle(Vec3 proxy) noexcept {
+    // A frame of one evaluation has no second one to find that out in.
+    if (path_.sub_steps() == 0 && path_.stands_still()) result_.flags |= kStalled;
+    if (stepping_.is_unfinished() && !primitives_.is_free()) {
+        if (is_astray(proxy)) proxy = carry(proxy, frame_.start);
+        for (LoopSurface& surface : surfaces_)
+            if (const std::optional<Vec3> level = surface.settle(proxy))
+                proxy = carry(proxy, *level);
+    }
+    const Vec3 inside = within(proxy);
+    return inside == proxy ? proxy : carry(proxy, inside);
+}
+
+/// Whether a proxy is where no frame ends that comes to its end: the balance is no further from the
+/// pull than the frame's start, but for what the start is lifted or drawn by. What holds the proxy
+/// twice, as two modes of one vector field that never slip, may meet at any angle on the way there.
+bool Subdivision::is_astray(const Vec3& proxy) const noexcept {
+    const double lift_m = frame_.force_limit_n / frame_.stiffness;
+    return glm::length(proxy - pull()) > glm::length(frame_.start - pull()) + lift_m;
+}
+
+/// Where a frame may end for what the effects never let the proxy leave.
+Vec3 Subdivision::within(Vec3 wanted) const noexcept {
+    for (const LoopEffect& effect : effects_)
+        wanted = effect.within(wanted);
+    return wanted;
+}
+
+} // namespace palpate

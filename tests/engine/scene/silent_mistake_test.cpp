@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mistakes in a scene, a path or an option that were taken without a word, or told without a line.
+#include <array>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <palpate/engine/devices/probe_path.h>
+#include <palpate/engine/scene/baked_surface.h>
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_overrides.h>
+#include <palpate/engine/truth/no_contact.h>
+#include <palpate/volume/formats/volume_file.h>
+
+#include "tests/support/test_volumes.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kMm = 1e-3;
+
+std::string complaint(const std::function<void()>& act) {
+    try {
+        act();
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return {};
+}
+
+class BakedMistakes : public testing::Test {
+protected:
+    void write(const std::string& name, const std::function<double(const Vec3&)>& value) const {
+        write_volume(test::sampled({24, 24, 24}, {Mat3(kMm), Vec3(0.0)}, value), folder_ / name);
+    }
+    std::string bake(const std::string& file, const std::string& keys) const {
+        const SceneDescription scene =
+            parse_scene("[volume.v]\nfile = \"" + file + "\"\n[surface.s]\nvolume = \"v\"\n" + keys,
+                        folder_ / "scene.toml");
+        return complaint([&] { bake_surface(scene, "s", {}); });
+    }
+
+    test::TemporaryFolder folder_;
+};
+
+/// Three regions, side by side.
+double regions(const Vec3& p) {
+    const Vec3 from_middle = p - Vec3(12 * kMm);
+    if (glm::length(from_middle) > 9 * kMm) return 0.0;
+    return p.x < 9 * kMm ? 3.0 : p.x < 15 * kMm ? 4.0 : 9.0;
+}
+
+TEST_F(BakedMistakes, AnIsoValueOfALabelMapIsRefused) {
+    write("atlas.nrrd", regions);
+    const std::string said = bake("atlas.nrrd", "iso_value = 3.5\n");
+    EXPECT_THAT(said, HasSubstr("scene.toml:3: [surface.s]: iso_value 3.5 is of the label map"));
+    EXPECT_THAT(said, HasSubstr("give label"));
+    EXPECT_EQ(bake("atlas.nrrd", "label = 4\n"), "");
+    // Two values are a mask; with names beside it, it is a label map.
+    write("mask.nrrd", [](const Vec3& p) { return regions(p) > 0.0 ? 1.0 : 0.0; });
+    EXPECT_EQ(bake("mask.nrrd", "iso_value = 0.5\n"), "");
+    test::make_file(folder_ / "mask.txt", "1 Tumour\n");
+    EXPECT_THAT(bake("mask.nrrd", "iso_value = 0.5\n"), HasSubstr("is of the label map"));
+}
+
+TEST_F(BakedMistakes, ALabelOfAMeasuredImageIsRefused) {
+    int n = 0; // whole numbers, as a CT has, of which hardly two neighbours are equal
+    write("ct.nrrd", [&n](const Vec3& p) {
+        n = (n * 1103 + 12345) % 2039;
+        return std::floor(1e5 * (0.03 - glm::length(p - Vec3(12 * kMm)))) + n % 40 - 1000;
+    });
+    const std::string said = bake("ct.nrrd", "label = 100\n");
+    EXPECT_THAT(said, HasSubstr("scene.toml:3: [surface.s]: label is of "));
+    EXPECT_THAT(said, HasSubstr("which is no label map"));
+    EXPECT_THAT(bake("ct.nrrd", "label = \"Femur\"\n"), HasSubstr("which is no label map"));
+}
+
+// "level_keeping_position: ..." had neither file nor line.
+TEST_F(BakedMistakes, SmoothingThatLeavesNoLevelIsToldWithItsLine) {
+    // Single voxels that stand apart: a Gaussian of five voxels leaves nothing of them.
+    write("dots.nrrd", [](const Vec3& p) {
+        const auto at = [](double m) { return static_cast<int>(std::lround(m / kMm)); };
+        const bool dot = at(p.x) % 8 == 4 && at(p.y) % 8 == 4 && at(p.z) % 8 == 4;
+        return dot ? 1000.0 + 0.25 * at(p.x) : 0.5;
+    });
+    const std::string said = bake("dots.nrrd", "iso_value = 990\nsmooth_voxels = 5\n");
+    EXPECT_THAT(said, HasSubstr("scene.toml:3: [surface.s]: "));
+    EXPECT_THAT(said, HasSubstr("smooth"));
+}
+
+TEST(SilentMistakes, ADeepDocumentIsRefusedWithItsLine) {
+    const auto said = [](const std::string& text) {
+        return complaint([&] { parse_scene(text, "x.toml"); });
+    };
+    const auto times = [](int n, const std::string& what) {
+        std::string text;
+        for (int i = 0; i < n; ++i)
+            text += what;
+        return text;
+    };
+    EXPECT_THAT(said("\n" + times(40000, "a.") + "a = 1\n"),
+                HasSubstr("x.toml:2: a key of more than 16 parts"));
+    EXPECT_THAT(said("[" + times(40000, "a . ") + "a]\n"), HasSubstr("x.toml:1: a key of more"));
+    EXPECT_THAT(said("[" + times(40000, "\"a\".") + "a]\n"), HasSubstr("x.toml:1: a key of more"));
+    EXPECT_THAT(said("a = " + times(100000, "[") + "\n"), HasSubstr("x.toml:1: brackets in more"));
+    EXPECT_THAT(said("a = " + times(100000, "{b=") + "\n"),
+                HasSubstr("x.toml:1: brackets in more"));
+    // What is no key may have as many dots and brackets as it likes.
+    EXPECT_EQ(said("# " + times(99, "a.") + "\n[volume.v]\nanalytic = \"slab\" # " +
+                   times(99, "[") + "\nthickness_mm = 1.5\n"),
+              "");
+    EXPECT_THAT(said("[volume.v]\nanalytic = \"" + times(99, ".[{") + "\"\n"),
+                HasSubstr("x.toml:2: unknown analytic"));
+    EXPECT_THAT(said("[volume.v]\nanalytic = '''\n" + times(99, ".") + "'''\n"),
+                HasSubstr("x.toml:2: unknown analytic"));
+    EXPECT_THAT(said(times(1, std::string(17000000, '#'))), HasSubstr("is larger than 16 MB"));
+}
+
+TEST(SilentMistakes, AnUnknownUnitOfAMeshIsToldTheKnownOnes) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "bone.ply", "");
+    const std::string said = complaint([&] {
+        parse_scene("[surface.s]\nmesh = \"bone.ply\"\nmesh_unit = \"cm\"\n", folder / "x.toml");
+    });
+    EXPECT_THAT(said, HasSubstr("x.toml:3: unknown mesh_unit = \"cm\""));
+    EXPECT_THAT(said, HasSubstr("known are \"mm\" and \"m\""));
+}
+
+TEST(SilentMistakes, TheFramesOfATraceAreNoPathAndPointToItsRecording) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "frames.csv", "frame,trial,time_s,probe_x_m\n0,0,0,0\n");
+    test::make_file(folder / "r.h5", "\x89HDF\r\n\x1a\n");
+    EXPECT_THAT(complaint([&] { read_probe_path(folder / "frames.csv", 1000.0); }),
+                HasSubstr("(--device recording:" + (folder / "recording.h5").string() + ")"));
+    EXPECT_THAT(complaint([&] { read_probe_path(folder / "r.h5", 1000.0); }),
+                HasSubstr("(--device recording:" + (folder / "r.h5").string() + ")"));
+}
+
+TEST(SilentMistakes, OverridesThatChangeNothingAreRefusedAndThoseThatDoAreNot) {
+    SceneDescription scene =
+        parse_scene("[volume.v]\nanalytic = \"slab\"\nthickness_mm = 5\n[surface.s]\nvolume = "
+                    "\"v\"\n",
+                    "x.toml");
+    SceneOverrides steps, tolerance, budget;
+    steps.sub_steps = 8;
+    tolerance.tolerance_um = 1.0;
+    budget.budget_us = 100.0;
+    using Method = SteppingMethod;
+    for (const Method method : {Method::single, Method::paper, Method::fixed, Method::adaptive}) {
+        scene.loop.method = method;
+        EXPECT_EQ(complaint([&] { check_used(steps, scene); }).empty(), method == Method::fixed);
+        EXPECT_EQ(complaint([&] { check_used(tolerance, scene); }).empty(),
+                  method == Method::adaptive);
+        EXPECT_EQ(complaint([&] { check_used(budget, scene); }).empty(), method == Method::paper);
+    }
+}
+
+/// A ball of 20 mm about 60 mm in front of the patient, felt along a path.
+Scene ball_in_front() {
+    SceneDescription description = parse_scene(
+        "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n[surface.s]\nvolume = \"v\"\n"
+        "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+        "x.toml");
+    description.device.kind = DeviceDescription::Kind::path;
+    description.device.file = "path.csv";
+    return Scene(description);
+}
+
+TEST(NoContact, NamesBothBoxesTheDistanceAndWhatAnotherUnitOrFrameWouldGive) {
+    const Scene scene = ball_in_front();
+    // In millimetres, from 30 to 21 mm from the middle along x: 1 mm away when read as such.
+    std::vector<Vec3> probes;
+    for (int i = 0; i <= 9; ++i)
+        probes.emplace_back(30.0 - i, 0.0, 0.0);
+    const std::string said = no_contact_in_words(scene, probes);
+    EXPECT_THAT(said, HasSubstr("nothing is touched in any of the 10 frames"));
+    EXPECT_THAT(said, HasSubstr("the probe is within 2.1e+04 0 0 to 3e+04 0 0 mm"));
+    EXPECT_THAT(said, HasSubstr("the nearest 2.098e+04 mm away"));
+    EXPECT_THAT(said, HasSubstr("in millimetres it would be 1 mm, in RAS 2.098e+04 mm, in both 1 "
+                                "mm away"));
+}
+
+TEST(NoContact, IsSilentWhereSomethingWasTouched) {
+    const Scene scene = ball_in_front();
+    std::vector<FrameReport> frames(3);
+    for (FrameReport& frame : frames)
+        frame.probe = {0.05, 0.0, 0.0};
+    EXPECT_THAT(no_contact_warning(scene, frames), HasSubstr("nearest 30 mm away"));
+    frames[1].contacts = 1;
+    EXPECT_EQ(no_contact_warning(scene, frames), "");
+    EXPECT_EQ(no_contact_warning(scene, {}), "");
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hard cases of the solver that the random families reach only now and then: sixteen primitives in
+// one place, hard planes that contradict each other, all strengths that a number can be.
+#include <palpate/haptics/solver/proxy_solver.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/proxy_reference.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kStiffness = 500.0; // N/m
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+// Strengths of coincident primitives add, so n are one of n times the strength.
+TEST(ProxySolverHard, AFullSetOfCoincidentPrimitivesIsOne) {
+    constexpr double kMany = PrimitiveSet::kCapacity;
+    const Vec3 anchor{0.001, -0.002, 0.0005}, axis = glm::normalize(Vec3{1.0, 2.0, -0.5});
+    for (const double strength : {0.01, 0.25, kInfinite}) { // slips, holds, hard
+        for (const Vec3& probe : {Vec3{0.004, 0.003, -0.006}, anchor, anchor - 0.005 * axis}) {
+            PrimitiveSet planes, lines, points, one_plane, one_line, one_point;
+            for (std::size_t i = 0; i < PrimitiveSet::kCapacity; ++i) {
+                planes.add({anchor, axis, strength});
+                lines.add_line({anchor, axis, strength});
+                points.add_point({anchor, strength});
+            }
+            one_plane.add({anchor, axis, kMany * strength});
+            one_line.add_line({anchor, axis, kMany * strength});
+            one_point.add_point({anchor, kMany * strength});
+            for (const auto& [many, one] :
+                 {std::pair(planes, one_plane), std::pair(lines, one_line),
+                  std::pair(points, one_point)}) {
+                const ProxySolution solution = solve_proxy(many, probe, kStiffness);
+                EXPECT_EQ(solution.status, SolveStatus::exact);
+                // The tolerance of an exact solution: 1e-12 of the scale, a centimetre.
+                EXPECT_LE(glm::length(solution.proxy - solve_proxy(one, probe, kStiffness).proxy),
+                          1e-14);
+            }
+        }
+    }
+}
+
+// Two hard planes that leave no room between them are each as hard as the other: the proxy is
+// halfway, whichever came first, and for probes of a whole centimetre. An error of 1e-12 of the
+// scale in multipliers of 64 scales.
+TEST(ProxySolverHard, HardPlanesThatContradictEachOtherMeetHalfway) {
+    for (const double tilt : {0.0, 1e-16, 1e-12, 1e-8, 1e-4}) {
+        const Vec3 up{0, 0, 1}, down = glm::normalize(Vec3{tilt, 0, -1});
+        const PlanePrimitive low{{0, 0, 0.001}, up, kInfinite},
+            high{{0, 0, -0.001}, down, kInfinite};
+        PrimitiveSet first, second;
+        first.add(low);
+        first.add(high);
+        second.add(high);
+        second.add(low);
+        for (const double z : {-0.005, 0.0, 0.002, 0.005}) {
+            const Vec3 probe{0.0, 0.001, z};
+            const ProxySolution solution = solve_proxy(first, probe, kStiffness);
+            const ProxySolution other = solve_proxy(second, probe, kStiffness);
+            ASSERT_TRUE(is_finite(solution.proxy));
+            EXPECT_EQ(solution.status, SolveStatus::exact);
+            EXPECT_LE(glm::length(solution.proxy - other.proxy), 1e-12) << tilt << " " << z;
+            EXPECT_LE(std::abs(solution.proxy.z), 0.001 + 1e-12);
+            const test::ExactProblem exact(first, probe, kStiffness);
+            EXPECT_LE(exact.worth(solution).residual_m, 1e-12L * exact.scale());
+        }
+    }
+}
+
+// From nothing to everything: not one strength may bring a number that is none.
+TEST(ProxySolverHard, EveryStrengthIsAnswered) {
+    const double least = std::numeric_limits<double>::denorm_min();
+    const double most = std::numeric_limits<double>::max();
+    for (const double strength : {0.0, least, 1e-300, 1e-9, 1.0, 1e9, 1e300, most, kInfinite}) {
+        SCOPED_TRACE(strength);
+        for (const Vec3& probe : {Vec3{0.0}, Vec3{-0.003, 0.0, 0.0}, Vec3{0.002, -0.001, 0.004}}) {
+            PrimitiveSet set; // the probe may be on all of them at once
+            set.add({Vec3{0.0}, {1, 0, 0}, strength});
+            set.add({Vec3{0.0}, {0, 0, 0}, strength});
+            set.add_line({Vec3{0.0}, {0, 1, 0}, strength});
+            set.add_point({Vec3{0.0}, strength});
+            const ProxySolution solution = solve_proxy(set, probe, kStiffness);
+            ASSERT_TRUE(is_finite(solution.proxy));
+            ASSERT_TRUE(std::isfinite(solution.residual_m));
+            EXPECT_EQ(solution.status, SolveStatus::exact);
+            EXPECT_LE(glm::length(solution.proxy - probe), glm::length(probe) * (1.0 + 1e-12))
+                << "what it holds is at the origin, and nothing leads past it";
+            if (strength <= 1e-300) {
+                EXPECT_LE(glm::length(solution.proxy - probe), 1e-17);
+            }
+            if (strength >= 1e9) {
+                EXPECT_LE(glm::length(solution.proxy), 1e-14);
+            }
+        }
+    }
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/volume/formats/volume_sources.h>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace palpate {
+namespace {
+
+using Files = std::vector<std::filesystem::path>;
+
+TEST(SourceFiles, OfAPlainFileAreItself) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "a.nrrd", "NRRD0004\ndata file: b.raw\n\n");
+    EXPECT_EQ(source_files(folder / "a.nrrd"), Files{folder / "a.nrrd"}) << "not detached";
+    EXPECT_EQ(source_files(folder / "missing.nii"), Files{folder / "missing.nii"});
+}
+
+TEST(SourceFiles, OfADetachedHeaderIncludeItsData) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "a.nhdr", "NRRD0004\r\nencoding: raw\r\nData File: b.raw\r\n");
+    EXPECT_EQ(source_files(folder / "a.nhdr"), (Files{folder / "a.nhdr", folder / "b.raw"}));
+    test::make_file(folder / "a.mhd", "NDims = 3\nElementDataFile = c.zraw\n");
+    EXPECT_EQ(source_files(folder / "a.mhd"), (Files{folder / "a.mhd", folder / "c.zraw"}));
+    test::make_file(folder / "l.nhdr", "NRRD0004\ndatafile: LIST 2\nz.raw\ny.raw\n");
+    EXPECT_EQ(source_files(folder / "l.nhdr"),
+              (Files{folder / "l.nhdr", folder / "y.raw", folder / "z.raw"}));
+}
+
+TEST(SourceFiles, OfAPatternAreAllThatLieBesideTheHeader) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "p.nhdr", "NRRD0004\ndata file: s%02d.raw 1 2 1\n");
+    for (const char* name : {"s01.raw", "s02.raw"})
+        test::make_file(folder / name, "x");
+    EXPECT_EQ(source_files(folder / "p.nhdr"),
+              (Files{folder / "p.nhdr", folder / "s01.raw", folder / "s02.raw"}));
+}
+
+TEST(SourceFiles, OfAFolderAreItsFilesByName) {
+    const test::TemporaryFolder folder;
+    for (const char* name : {"2.dcm", "1.dcm", "notes.txt"})
+        test::make_file(folder / name, "x");
+    std::filesystem::create_directory(folder / "deeper");
+    EXPECT_EQ(source_files(folder.path()),
+              (Files{folder / "1.dcm", folder / "2.dcm", folder / "notes.txt"}));
+}
+
+} // namespace
+} // namespace palpate

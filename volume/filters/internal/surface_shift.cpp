@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <palpate/volume/filters/volume_filters.h>
+
+// The part of volume_filters.h that measures where a surface lies against another.
+namespace palpate {
+namespace {
+
+// Search length to either side along a normal: a smoothing by a voxel moves no surface further;
+// what is further is another surface. In voxels along the normal.
+constexpr double kSearchVoxels = 2.0;
+constexpr int kSearchSteps = 8; // a quarter of a voxel: no bone-to-air layer is thinner
+constexpr int kBisections = 20; // a quarter of a voxel / 2^20: below 1 nm for 4 mm voxels
+constexpr std::size_t kMaxPoints = 200000; // the mean of so many is good to sd / 400
+
+constexpr double kLevelTolerance = 1e-6; // m, mean shift that counts as none
+constexpr int kMaxLevelSteps = 60;       // every second one halves: the bracket shrinks by 2^30
+constexpr double kFirstStep = 0.01;      // of the range of values
+constexpr double kMinFound = 0.5;        // of the points: the mean of fewer is of another surface
+constexpr double kJumpVoxels = 0.01;     // what one vanishing point of a small surface may leave
+
+/// A point of the reference surface.
+struct SurfacePoint {
+    Vec3 index{0.0};    ///< in voxels
+    Vec3 step{0.0};     ///< normal towards free space in index space, per metre
+    double voxel = 0.0; ///< length of a voxel along the normal, m
+    double weight = 0.0;
+};
+
+class Trilinear {
+public:
+    explicit Trilinear(const VoxelVolume& volume) : volume_(volume) {}
+
+    /// Nothing outside the voxel centres.
+    std::optional<double> value(const Vec3& index) const {
+        std::array<int, 3> cell{};
+        std::array<double, 3> t{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            const int last = volume_.size[a] - 1;
+            if (!(index[axis] >= 0.0 && index[axis] <= last) || last < 1) return std::nullopt;
+            cell[a] = std::min(static_cast<int>(index[axis]), last - 1);
+            t[a] = index[axis] - cell[a];
+        }
+        double sum = 0.0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const int di = corner & 1, dj = (corner >> 1) & 1, dk = corner >> 2;
+            const double weight =
+                (di ? t[0] : 1.0 - t[0]) * (dj ? t[1] : 1.0 - t[1]) * (dk ? t[2] : 1.0 - t[2]);
+            sum += weight * volume_.at(cell[0] + di, cell[1] + dj, cell[2] + dk);
+        }
+        return sum;
+    }
+
+private:
+    const VoxelVolume& volume_;
+};
+
+Vec3 central_difference(const VoxelVolume& v, int i, int j, int k) {
+    return 0.5 * Vec3(static_cast<double>(v.at(i + 1, j, k)) - v.at(i - 1, j, k),
+                      static_cast<double>(v.at(i, j + 1, k)) - v.at(i, j - 1, k),
+                      static_cast<double>(v.at(i, j, k + 1)) - v.at(i, j, k - 1));
+}
+
+/// Turns a crossing and its gradient in index space into a point with normal and weight.
+///
+/// Weight: the grid lines along axis e, one per unit of area across e, cross a patch of index-space
+/// area dA and unit normal m |m.e| dA times; the three families together (|m_i|+|m_j|+|m_k|) dA. So
+/// a crossing stands for dA = 1/(|m_i|+|m_j|+|m_k|). The scene's area is |det L| |L^-T m| dA
+/// (Nanson); with m = g/|g| the lengths of g cancel: |L^-T g| / (|g_i|+|g_j|+|g_k|), |det L| being
+/// common.
+std::optional<SurfacePoint> surface_point(const AffineTransform& scene_to_index, const Vec3& index,
+                                          const Vec3& gradient) {
+    const Vec3 scene_gradient = glm::transpose(scene_to_index.linear) * gradient; // U/m
+    const double length = glm::length(scene_gradient);
+    const double sum = std::abs(gradient.x) + std::abs(gradient.y) + std::abs(gradient.z);
+    if (!(sum > 0.0) || !std::isfinite(length) || !(length > 0.0))
+        return std::nullopt; // no normal: the tip of a voxel
+    SurfacePoint point;
+    point.index = index;
+    point.step = scene_to_index.direction(-scene_gradient / length);
+    point.voxel = 1.0 / glm::length(point.step);
+    point.weight = length / sum;
+    return point;
+}
+
+/// Calls visit(i, j, k, axis, t) for each voxel edge that crosses the level at the share t of its
+/// length; both ends have neighbours on all sides, so that the gradient exists.
+template <class Visit>
+void for_each_crossing(const VoxelVolume& volume, double level, const Visit& visit) {
+    const auto [ni, nj, nk] = volume.size;
+    const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(ni),
+                                            static_cast<std::size_t>(ni) *
+                                                static_cast<std::size_t>(nj)};
+    for (int k = 1; k < nk - 1; ++k)
+        for (int j = 1; j < nj - 1; ++j)
+            for (int i = 1; i < ni - 1; ++i) {
+                const std::size_t here = volume.index(i, j, k);
+                const std::array<bool, 3> inside{i < ni - 2, j < nj - 2, k < nk - 2};
+                const double a = volume.values[here];
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const double b = volume.values[here + stride[axis]];
+                    if (inside[axis] && (a >= level) != (b >= level) && std::isfinite(a - b))
+                        visit(i, j, k, static_cast<int>(axis), (level - a) / (b - a));
+                }
+            }
+}
+
+/// Points of the surface, regularly thinned to kMaxPoints at most: every n-th crossing in storage
+/// order, so that the same volume gives the same points.
+std::vector<SurfacePoint> surface_points(const VoxelVolume& volume, double level) {
+    std::size_t crossings = 0;
+    for_each_crossing(volume, level, [&](int, int, int, int, double) { ++crossings; });
+    const std::size_t every = crossings / kMaxPoints + 1;
+    const AffineTransform scene_to_index = volume.index_to_scene.inverse();
+
+    std::vector<SurfacePoint> points;
+    points.reserve(crossings / every + 1);
+    std::size_t count = 0;
+    for_each_crossing(volume, level, [&](int i, int j, int k, int axis, double t) {
+        if (count++ % every != 0) return;
+        std::array<int, 3> end{i, j, k};
+        ++end[static_cast<std::size_t>(axis)];
+        Vec3 index(i, j, k);
+        index[axis] += t;
+        const Vec3 gradient = (1.0 - t) * central_difference(volume, i, j, k) +
+                              t * central_difference(volume, end[0], end[1], end[2]);
+        if (const auto point = surface_point(scene_to_index, index, gradient))
+            points.push_back(*point);
+    });
+    return points;
+}
+
+/// Signed distance along the normal, m, to where the field passes the level; towards free space
+/// where the field at the point is material, else the other way. Nothing within the search length.
+std::optional<double> distance_to_level(const Trilinear& field, double level,
+                                        const SurfacePoint& point) {
+    const auto start = field.value(point.index);
+    if (!start || !std::isfinite(*start)) return std::nullopt;
+    const bool material = *start >= level;
+    const double step = (material ? 1.0 : -1.0) * point.voxel * kSearchVoxels / kSearchSteps;
+    double near = 0.0;
+    double near_value = *start;
+    for (int n = 1; n <= kSearchSteps; ++n) {
+        double far = n * step;
+        const auto value = field.value(point.index + far * point.step);
+        if (!value || !std::isfinite(*value)) return std::nullopt;
+        double far_value = *value;
+        if ((far_value >= level) == material) {
+            near = far;
+            near_value = far_value;
+            continue;
+        }
+        for (int bisection = 0; bisection < kBisections; ++bisection) {
+            const double middle = 0.5 * (near + far);
+            const double middle_value =
+                field.value(point.index + middle * point.step).value_or(level);
+            const bool same = (middle_value >= level) == material;
+            (same ? near : far) = middle;
+            (same ? near_value : far_value) = middle_value;
+        }
+        return near + (far - near) * (level - near_value) / (far_value - near_value);
+    }
+    return std::nullopt;
+}
+
+SurfaceShift measure(const std::vector<SurfacePoint>& points, const VoxelVolume& smoothed,
+                     double level) {
+    const Trilinear field(smoothed);
+    SurfaceShift shift;
+    double weights = 0.0;
+    double sum = 0.0;
+    double squares = 0.0;
+    for (const SurfacePoint& point : points) {
+        const auto distance = distance_to_level(field, level, point);
+        if (!distance) continue;
+        weights += point.weight;
+        sum += point.weight * *distance;
+        squares += point.weight * *distance * *distance;
+        ++shift.points;
+    }
+    if (shift.points == 0) return shift;
+    shift.mean_m = sum / weights;
+    shift.deviation_m = std::sqrt(std::max(0.0, squares / weights - shift.mean_m * shift.mean_m));
+    return shift;
+}
+
+void require_same_grid(const VoxelVolume& original, const VoxelVolume& smoothed) {
+    if (original.size != smoothed.size || original.values.size() != original.voxels() ||
+        smoothed.values.size() != smoothed.voxels())
+        throw std::invalid_argument("surface_shift: both volumes must be filled and of one size");
+}
+
+/// Finds the level whose mean shift is 0. A higher level lies deeper in the material, so the shift
+/// falls with the level; it jumps a little where points of the surface appear or vanish.
+class LevelSearch {
+public:
+    LevelSearch(std::vector<SurfacePoint> points, const VoxelVolume& smoothed)
+        : points_(std::move(points)), smoothed_(smoothed), range_(value_range(smoothed)) {}
+
+    double run(double start) {
+        if (points_.empty())
+            throw std::runtime_error("the volume has no surface at " + std::to_string(start) +
+                                     "; choose a level within its range");
+        Sample here = measure_at(start);
+        if (std::abs(here.shift) <= kLevelTolerance) return here.level;
+        const Sample there = find_other_sign(here);
+        return here.shift > 0.0 ? close_in(here, there) : close_in(there, here);
+    }
+
+private:
+    struct Sample {
+        double level = 0.0;
+        double shift = 0.0; ///< m
+    };
+
+    Sample measure_at(double level) const {
+        const SurfaceShift shift = measure(points_, smoothed_, level);
+        if (static_cast<double>(shift.points) < kMinFound * static_cast<double>(points_.size()))
+            fail();
+        return {level, shift.mean_m};
+    }
+
+    /// Goes away from `from`, which becomes the last sample of its own sign, in doubling steps.
+    Sample find_other_sign(Sample& from) const {
+        double step = std::copysign(kFirstStep * (range_[1] - range_[0]), from.shift);
+        while (true) {
+            const double level = from.level + step;
+            if (!(level > range_[0] && level < range_[1]) || level == from.level) fail();
+            const Sample next = measure_at(level);
+            if ((next.shift > 0.0) != (from.shift > 0.0)) return next;
+            from = next;
+            step *= 2.0;
+        }
+    }
+
+    /// Secant steps within the bracket; halving where the last one did not shorten it enough.
+    double close_in(Sample above, Sample below) const {
+        bool halve = false;
+        for (int n = 0; n < kMaxLevelSteps; ++n) {
+            const double width = below.level - above.level;
+            // The shifts have different signs: their difference is not 0.
+            const double share = halve ? 0.5 : above.shift / (above.shift - below.shift);
+            const Sample next = measure_at(above.level + share * width);
+            if (std::abs(next.shift) <= kLevelTolerance) return next.level;
+            (next.shift > 0.0 ? above : below) = next;
+            halve = std::abs(below.level - above.level) > 0.5 * std::abs(width);
+        }
+        const Sample& nearer = above.shift < -below.shift ? above : below;
+        const Vec3 spacing = smoothed_.spacing_m();
+        if (std::abs(nearer.shift) > kJumpVoxels * std::min({spacing.x, spacing.y, spacing.z}))
+            fail();
+        return nearer.level;
+    }
+
+    [[noreturn]] void fail() const {
+        throw std::runtime_error(
+            "no level of the smoothed volume keeps the surface in its place; smooth less or keep "
+            "the level as given");
+    }
+
+    std::vector<SurfacePoint> points_;
+    const VoxelVolume& smoothed_;
+    std::array<double, 2> range_;
+};
+
+} // namespace
+
+SurfaceShift surface_shift(const VoxelVolume& original, double original_level,
+                           const VoxelVolume& smoothed, double smoothed_level) {
+    require_same_grid(original, smoothed);
+    return measure(surface_points(original, original_level), smoothed, smoothed_level);
+}
+
+double level_keeping_position(const VoxelVolume& original, double original_level,
+                              const VoxelVolume& smoothed) {
+    require_same_grid(original, smoothed);
+    return LevelSearch(surface_points(original, original_level), smoothed).run(original_level);
+}
+
+} // namespace palpate
