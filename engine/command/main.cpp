@@ -103,7 +103,7 @@ namespace {
 
 /// The names of an app's options, as "--out"; of all its parents, too.
 std::vector<std::string> option_names(const CLI::App& app) {
-    std::vector<std::string> names{"--help"};
+    std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options())
         for (const std::string& name : option->get_lnames())
             names.push_back("--" + name);

@@ -27,6 +27,7 @@ constexpr int kCacheVersion = 3;
 
 std::string where(const SceneDescription& scene, const std::string& surface) {
     const int line = scene.surfaces.at(surface).line;
+    if (line == 0 && scene.file.empty()) return fmt::format("surfaces[\"{}\"]", surface);
     if (line == 0) return scene.file.string(); // made from options, not from a scene file
     return fmt::format("{}:{}: [surface.{}]", scene.file.string(), line, surface);
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include <palpate/haptics/contact/curvature_step.h>
 #include <palpate/haptics/stepping/frame_flags.h>
@@ -18,10 +19,10 @@ namespace {
 constexpr double kStuck = 1e-10; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
-// In vain once may bring in a new plane. In vain twice, a frame that seeks a balance tries another
-// way; after that nothing will change any more.
-constexpr int kTries = 2;
-constexpr int kTriesForBalance = 3;
+// In vain once may bring in a new plane. In vain twice, another way is tried; after that nothing
+// will change any more.
+constexpr int kTriesOfOneWay = 2;
+constexpr int kTries = 3;
 
 /// A contact's plane across the exact slope of its field at the proxy, where that is known: the
 /// continuous gradient, across which planes are felt, may lead the wrong way within a cell.
@@ -32,6 +33,21 @@ PlanePrimitive across_slope(const ContactPlane& contact, const Vec3& proxy) noex
     plane.normal = -contact.slope / slope;
     plane.anchor = proxy - (contact.level_gap / slope) * plane.normal;
     return plane;
+}
+
+/// Where the proxy may be lifted to so that it is in front of all levels, by their exact slopes.
+std::optional<Vec3> out_of_bands(const Vec3& proxy, const ContactSet& contacts,
+                                 std::span<const LoopSurface> surfaces,
+                                 const FrameContext& frame) noexcept {
+    PrimitiveSet planes;
+    for (std::size_t c = 0; c < contacts.size(); ++c)
+        if (contacts[c].surface != ContactSet::kNoSurface)
+            planes.add(across_slope(contacts[c], proxy));
+    double drifted_j = 0.0; // into all of them
+    for (const LoopSurface& surface : surfaces)
+        if (surface.is_touched()) drifted_j += surface.drifted_j();
+    const Vec3 out = solve_proxy(planes, proxy, frame.stiffness).proxy;
+    return lifted(proxy, out, drifted_j, frame);
 }
 
 } // namespace
@@ -79,7 +95,9 @@ bool Subdivision::keeps_its_place() noexcept {
 
 Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {
     if (const std::optional<Vec3> nearer = restored(proxy)) return *nearer;
-    if (stepping_.seeks_balance()) return curved_candidate(proxy);
+    // A share goes along the planes: where that is in vain, it bends, too.
+    if (stepping_.seeks_balance() || path_.tries_in_vain() >= kTriesOfOneWay)
+        return curved_candidate(proxy);
     if (stepping_.steps_left() == 0) return solution_.proxy;
     return stepping_.share(proxy, solution_.proxy); // (9)
 }
@@ -88,26 +106,22 @@ Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {
 /// way can be certified: nearer to one level along its slope; out of several bands at once along
 /// all planes, as the way out of one may lead deeper into another.
 std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
+    // A share goes along the planes, and in vain where the slope within a cell is another one:
+    // then out of all bands first, however deep in them.
+    if (!stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay)
+        return out_of_bands(proxy, contacts_, surfaces_, frame_);
     const bool only_try =
         !stepping_.seeks_balance() && stepping_.steps_left() == 0 && budget_.evaluations == 1;
     std::optional<Vec3> out_of_one;
     int deep = 0;
-    double drifted_j = 0.0; // into all of them
     for (LoopSurface& surface : surfaces_) {
         // Where only a part may be restored, the planes' way comes first, if there is another try.
         if (surface.is_rationed() && !path_.stands_still() && !only_try) continue;
         const std::optional<Vec3> nearer = surface.restore(proxy, frame_);
-        if (!nearer) continue;
-        if (++deep == 1) out_of_one = nearer;
-        drifted_j += surface.drifted_j();
+        if (nearer && ++deep == 1) out_of_one = nearer;
     }
     if (deep <= 1) return out_of_one;
-    PrimitiveSet planes;
-    for (std::size_t c = 0; c < contacts_.size(); ++c)
-        if (contacts_[c].surface != ContactSet::kNoSurface)
-            planes.add(across_slope(contacts_[c], proxy));
-    const Vec3 out = solve_proxy(planes, proxy, frame_.stiffness).proxy;
-    const std::optional<Vec3> out_of_all = lifted(proxy, out, drifted_j, frame_);
+    const std::optional<Vec3> out_of_all = out_of_bands(proxy, contacts_, surfaces_, frame_);
     return out_of_all ? out_of_all : out_of_one;
 }
 
@@ -117,7 +131,7 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
     const double damping = stepping_.damp();
     // Bent by the surfaces that push, a step may lead into one that does not: then the planes' own
     // way, which keeps in front of all, is tried.
-    Vec3 step = path_.tries_in_vain() >= kTries
+    Vec3 step = stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay
                     ? solution_.proxy - proxy
                     : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
     double trust_m = std::numeric_limits<double>::infinity();
@@ -225,8 +239,7 @@ bool Subdivision::rests_firmly(const Vec3& proxy) noexcept {
 
 Vec3 Subdivision::record_move(const Vec3& proxy) noexcept {
     path_.record_move(proxy);
-    const int tries = stepping_.seeks_balance() ? kTriesForBalance : kTries;
-    if (path_.tries_in_vain() >= tries) result_.flags |= kStalled;
+    if (path_.tries_in_vain() >= kTries) result_.flags |= kStalled;
     return proxy;
 }
 

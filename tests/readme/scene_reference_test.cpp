@@ -102,7 +102,8 @@ protected:
     /// Every range of a section's rows is the one that the reader names for a number far outside.
     void expect_ranges(const std::string& heading, const std::map<std::string, std::string>& tables,
                        const std::string& others) const {
-        static const std::regex range(R"([\[(]-?[0-9.]+, [0-9.]+[\])]( or inf)?)");
+        static const std::regex range(
+            R"([\[(]-?[0-9.]+(e-[0-9]+)?, [0-9.]+[\])]( or inf)?)");
         int compared = 0;
         for (const Row& row : rows(heading, "key")) {
             std::smatch found;

@@ -104,10 +104,10 @@ inline constexpr std::array<Formula, 7> kFormulas{{
     {"helix", {"radius_mm", "pitch_mm"}, 2},
 }};
 
-/// Of a formula's parameter. Lengths: 1 km, far beyond any anatomy and far within double.
+/// Of a formula's parameter. Lengths: 1 nm to 1 km, far beyond any anatomy and far within double.
 constexpr Range parameter_range(std::string_view key) noexcept {
     if (key == "angle_deg") return {0.0, 360.0, Range::Ends::open};
-    return {0.0, 1e6, Range::Ends::low_open};
+    return {1e-6, 1e6};
 }
 
 } // namespace palpate::internal
