@@ -23,6 +23,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/volume/fields/grid_field.h>
 #include <palpate/volume/formats/volume_file.h>
 

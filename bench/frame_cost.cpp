@@ -15,6 +15,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/volume/formats/volume_file.h>
 
 namespace palpate {

@@ -61,7 +61,7 @@ check_includes() {
     }
 
     function check_own(header,    target, parts) {
-        if (header == "palpate/version.h") return
+        if (header == "palpate/version.h" || header == "palpate/palpate.h") return
         split(header, parts, "/")
         target = parts[2]
         sub(/^palpate\//, "", header)

@@ -8,6 +8,7 @@
 #include <palpate/engine/report/effect_prices.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::command {
 namespace {

@@ -11,6 +11,7 @@
 #include <palpate/engine/report/report_page.h>
 #include <palpate/engine/run/recorded_run.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::command {
 namespace {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::command {
 

@@ -18,6 +18,7 @@
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/devices/surface_tour.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 namespace {

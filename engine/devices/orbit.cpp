@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <palpate/engine/devices/internal/surface_walk.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/contact/mesh_contact.h>
 
 namespace palpate {

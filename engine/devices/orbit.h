@@ -8,6 +8,7 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/surface_scene.h>
 #include <palpate/haptics/contact/surface_contact.h>
 #include <palpate/volume/scalar_field.h>

@@ -13,6 +13,7 @@
 #include <palpate/engine/devices/internal/surface_walk.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/internal/surface_loops.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/volume/fields/grid_field.h>
 
 namespace palpate {

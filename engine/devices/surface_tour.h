@@ -11,6 +11,7 @@
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 

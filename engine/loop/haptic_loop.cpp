@@ -16,8 +16,13 @@
 #include <palpate/engine/loop/device_safety.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/geometry/range.h>
+#include <palpate/geometry/surface_scene.h>
+#include <palpate/haptics/hand/safety_chain.h>
+#include <palpate/haptics/hand/velocity_estimator.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {
 namespace {
@@ -82,19 +87,59 @@ bool in_range(const Vec3& p) noexcept {
 
 } // namespace
 
-HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
-                       std::vector<std::unique_ptr<Effect>> custom)
-    : HapticLoop(scene, clock, required("scene", scene)->description().loop, std::move(custom)) {}
+class HapticLoop::Parts {
+public:
+    Parts(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
+          const DeviceProperties& device, std::vector<std::unique_ptr<Effect>> custom);
 
-HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
-                       const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
-    : HapticLoop(std::move(scene), clock, loop, DeviceProperties{}, std::move(custom)) {}
+    FrameReport frame(const DeviceState& device,
+                      std::span<const std::uint32_t> steps_left) noexcept;
+    Vec3 release() noexcept;
+    std::vector<std::string> warnings() const;
+    bool set_gain(std::size_t effect, double gain) noexcept;
 
-HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
-                       const LoopDescription& loop, const DeviceProperties& device,
-                       std::vector<std::unique_ptr<Effect>> custom)
+    const VirtualCoupling& coupling() const noexcept { return coupling_; }
+    const Subdivision& subdivision() const noexcept { return *subdivision_; }
+    std::size_t effect_count() const noexcept { return gains_.size(); }
+
+private:
+    std::size_t effects_before_limits() const;
+    bool keeps_from_surfaces(std::size_t effect) const noexcept;
+    std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
+    void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
+                    FrameReport& report) noexcept;
+    Vec3 release(std::uint32_t& flags) noexcept;
+    Vec3 wanted_force(const DeviceState& device, const Vec3& velocity,
+                      std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
+    Vec3 velocity(const DeviceState& device) noexcept;
+    QueryCount queries() const noexcept;
+
+    std::shared_ptr<const Scene> scene_;
+    Clock& clock_;
+    LoopParts felt_;
+    std::unique_ptr<Subdivision> subdivision_;
+    std::vector<GainRamp*> gains_; // of each effect of the scene, then of the custom ones; null:
+                                   // the plan left it out
+    VirtualCoupling coupling_;
+    SafetyChain safety_;
+    bool has_motors_;
+    bool estimates_velocity_;
+    VelocityEstimator velocity_estimator_;
+    double period_s_;
+
+    std::uint64_t frames_ = 0;
+    QueryCount counted_; // up to the last frame's end
+    bool started_ = false;
+    bool silent_ = false; // since the last frame that the device had a place for
+    std::uint32_t trial_ = 0;
+    Vec3 proxy_{0.0};
+};
+
+HapticLoop::Parts::Parts(std::shared_ptr<const Scene> scene, Clock& clock,
+                         const LoopDescription& loop, const DeviceProperties& device,
+                         std::vector<std::unique_ptr<Effect>> custom)
     : scene_(checked(std::move(scene), loop, device, custom)), clock_(clock),
-      parts_(scene_->make_parts()),
+      felt_(scene_->make_parts()),
       coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
       safety_(
           safety_settings(scene_->description().limits, loop.rate_hz, coupling_.stiffness, device)),
@@ -103,18 +148,16 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                           device.velocity_source == VelocitySource::positions),
       velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
     const std::size_t custom_count = custom.size();
-    parts_.effects.insert(
-        parts_.effects.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
+    felt_.effects.insert(
+        felt_.effects.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
         std::make_move_iterator(custom.begin()), std::make_move_iterator(custom.end()));
     subdivision_ =
-        std::make_unique<Subdivision>(stepping(loop), pointers(parts_.contacts),
-                                      pointers(parts_.effects), clock_, std::move(parts_.finish));
+        std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts),
+                                      pointers(felt_.effects), clock_, std::move(felt_.finish));
     gains_ = gains_of_effects(custom_count);
 }
 
-HapticLoop::~HapticLoop() = default;
-
-std::vector<GainRamp*> HapticLoop::gains_of_effects(std::size_t custom_count) const {
+std::vector<GainRamp*> HapticLoop::Parts::gains_of_effects(std::size_t custom_count) const {
     const std::vector<EffectDescription>& effects = scene_->description().effects;
     std::vector<GainRamp*> gains(effects.size());
     for (const PlannedEffect& planned : scene_->plan().effects) {
@@ -134,7 +177,7 @@ std::vector<GainRamp*> HapticLoop::gains_of_effects(std::size_t custom_count) co
 }
 
 /// Of the scene's effects in their order: limits come last, as they go by what all others draw.
-std::size_t HapticLoop::effects_before_limits() const {
+std::size_t HapticLoop::Parts::effects_before_limits() const {
     const std::vector<std::size_t>& order = scene_->effect_order();
     const auto is_limit = [&](std::size_t effect) {
         return internal::traits_of(scene_->description().effects[effect]).turn ==
@@ -145,38 +188,36 @@ std::size_t HapticLoop::effects_before_limits() const {
 }
 
 /// Whether it is a workspace without which the proxy could come to what the plan left out.
-bool HapticLoop::keeps_from_surfaces(std::size_t effect) const noexcept {
+bool HapticLoop::Parts::keeps_from_surfaces(std::size_t effect) const noexcept {
     const std::vector<EffectDescription>& effects = scene_->description().effects;
     return scene_->plan().relies_on_workspace && effect < effects.size() &&
            internal::traits_of(effects[effect]).turn == internal::EffectTurn::limits;
 }
 
-bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
+bool HapticLoop::Parts::set_gain(std::size_t effect, double gain) noexcept {
     if (effect >= gains_.size() || !gains_[effect] || !GainRamp::in_range(gain)) return false;
     if (gain < 1.0 && keeps_from_surfaces(effect)) return false;
     gains_[effect]->set(gain);
     return true;
 }
 
-std::vector<std::string> HapticLoop::warnings() const {
+std::vector<std::string> HapticLoop::Parts::warnings() const {
     std::vector<internal::FeltEffect> effects;
     const std::vector<std::size_t>& order = scene_->effect_order();
     const std::size_t scene_count = order.size(), before = effects_before_limits();
-    const std::size_t custom_count = parts_.effects.size() - scene_count;
-    for (std::size_t i = 0; i < parts_.effects.size(); ++i) {
+    const std::size_t custom_count = felt_.effects.size() - scene_count;
+    for (std::size_t i = 0; i < felt_.effects.size(); ++i) {
         const bool custom = i >= before && i < before + custom_count;
         const std::size_t number = custom ? i - before : order[i < before ? i : i - custom_count];
         effects.push_back({custom ? "custom effect " + std::to_string(number + 1)
                                   : internal::effect_name(*scene_, number),
-                           parts_.effects[i].get()});
+                           felt_.effects[i].get()});
     }
     return internal::warnings_of(*scene_, effects);
 }
 
-FrameReport HapticLoop::frame(const DeviceState& device) noexcept { return frame(device, {}); }
-
-FrameReport HapticLoop::frame(const DeviceState& device,
-                              std::span<const std::uint32_t> steps_left) noexcept {
+FrameReport HapticLoop::Parts::frame(const DeviceState& device,
+                                     std::span<const std::uint32_t> steps_left) noexcept {
     const FlushDenormals flush_denormals;
     const double began_us = clock_.now_us();
 
@@ -215,25 +256,25 @@ FrameReport HapticLoop::frame(const DeviceState& device,
     return report;
 }
 
-Vec3 HapticLoop::release() noexcept {
+Vec3 HapticLoop::Parts::release() noexcept {
     std::uint32_t flags = 0;
     return release(flags);
 }
 
-Vec3 HapticLoop::release(std::uint32_t& flags) noexcept {
+Vec3 HapticLoop::Parts::release(std::uint32_t& flags) noexcept {
     silent_ = true;
     velocity_estimator_.restart();
     return safety_.fade(flags);
 }
 
-Vec3 HapticLoop::velocity(const DeviceState& device) noexcept {
+Vec3 HapticLoop::Parts::velocity(const DeviceState& device) noexcept {
     return estimates_velocity_ ? velocity_estimator_.update(device.time_s, device.position)
                                : device.velocity;
 }
 
-Vec3 HapticLoop::wanted_force(const DeviceState& device, const Vec3& velocity,
-                              std::span<const std::uint32_t> steps_left,
-                              FrameReport& report) noexcept {
+Vec3 HapticLoop::Parts::wanted_force(const DeviceState& device, const Vec3& velocity,
+                                     std::span<const std::uint32_t> steps_left,
+                                     FrameReport& report) noexcept {
     const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
     move_proxy(device, steps_left, report);
     const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
@@ -242,8 +283,9 @@ Vec3 HapticLoop::wanted_force(const DeviceState& device, const Vec3& velocity,
     return subdivision_->with_device_forces(force);
 }
 
-void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
-                            FrameReport& report) noexcept {
+void HapticLoop::Parts::move_proxy(const DeviceState& device,
+                                   std::span<const std::uint32_t> steps_left,
+                                   FrameReport& report) noexcept {
     if (!started_ || device.trial != trial_) {
         started_ = true;
         trial_ = device.trial;
@@ -271,19 +313,63 @@ void HapticLoop::move_proxy(const DeviceState& device, std::span<const std::uint
     report.flags |= result.flags;
 }
 
-QueryCount HapticLoop::queries() const noexcept {
+QueryCount HapticLoop::Parts::queries() const noexcept {
     QueryCount total;
     const auto add = [&](const QueryCount& one) {
         total.field_samples += one.field_samples;
         total.roots += one.roots;
         total.surface_queries += one.surface_queries;
     };
-    for (const auto& contact : parts_.contacts)
+    for (const auto& contact : felt_.contacts)
         add(contact->queries());
-    for (const auto& effect : parts_.effects)
+    for (const auto& effect : felt_.effects)
         add(effect->queries());
     add(subdivision_->queries());
     return total;
+}
+
+// ---- the loop: its parts, asked from outside ---------------------------------------------------
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(scene, clock, required("scene", scene)->description().loop, std::move(custom)) {}
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       const LoopDescription& loop, std::vector<std::unique_ptr<Effect>> custom)
+    : HapticLoop(std::move(scene), clock, loop, DeviceProperties{}, std::move(custom)) {}
+
+HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
+                       const LoopDescription& loop, const DeviceProperties& device,
+                       std::vector<std::unique_ptr<Effect>> custom)
+    : parts_(std::make_unique<Parts>(std::move(scene), clock, loop, device, std::move(custom))) {}
+
+HapticLoop::~HapticLoop() = default;
+
+FrameReport HapticLoop::frame(const DeviceState& device) noexcept {
+    return parts_->frame(device, {});
+}
+
+FrameReport HapticLoop::frame(const DeviceState& device,
+                              std::span<const std::uint32_t> steps_left) noexcept {
+    return parts_->frame(device, steps_left);
+}
+
+Vec3 HapticLoop::release() noexcept { return parts_->release(); }
+
+std::vector<std::string> HapticLoop::warnings() const { return parts_->warnings(); }
+
+const VirtualCoupling& HapticLoop::coupling() const noexcept { return parts_->coupling(); }
+
+std::span<const Vec3> HapticLoop::path() const noexcept { return parts_->subdivision().path(); }
+
+std::span<const std::uint32_t> HapticLoop::steps_left() const noexcept {
+    return parts_->subdivision().steps_left();
+}
+
+std::size_t HapticLoop::effect_count() const noexcept { return parts_->effect_count(); }
+
+bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
+    return parts_->set_gain(effect, gain);
 }
 
 } // namespace palpate

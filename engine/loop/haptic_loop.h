@@ -10,10 +10,9 @@
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
-#include <palpate/haptics/hand/safety_chain.h>
-#include <palpate/haptics/hand/velocity_estimator.h>
+#include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/hand/virtual_coupling.h>
-#include <palpate/haptics/stepping/subdivision.h>
+#include <palpate/haptics/stepping/clock.h>
 
 namespace palpate {
 
@@ -62,18 +61,16 @@ public:
     std::vector<std::string> warnings() const;
 
     /// What couples probe and proxy.                                                      [any]
-    const VirtualCoupling& coupling() const noexcept { return coupling_; }
+    const VirtualCoupling& coupling() const noexcept;
 
     /// The proxy's corners in the last frame.                                            [loop]
-    std::span<const Vec3> path() const noexcept { return subdivision_->path(); }
+    std::span<const Vec3> path() const noexcept;
     /// N_steps of eq. (8) after each evaluation of the last frame.                        [loop]
-    std::span<const std::uint32_t> steps_left() const noexcept {
-        return subdivision_->steps_left();
-    }
+    std::span<const std::uint32_t> steps_left() const noexcept;
 
     /// How many effects set_gain() knows: the scene's, on or left out, and then the custom ones.
     /// [any]
-    std::size_t effect_count() const noexcept { return gains_.size(); }
+    std::size_t effect_count() const noexcept;
 
     /// Scales what an effect does while the loop runs, from any thread, also while frame() runs:
     /// strengths, forces, damping, heights, a membrane's opening strength. `effect` counts the
@@ -85,36 +82,8 @@ public:
     bool set_gain(std::size_t effect, double gain) noexcept;
 
 private:
-    std::size_t effects_before_limits() const;
-    bool keeps_from_surfaces(std::size_t effect) const noexcept;
-    std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
-    void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
-                    FrameReport& report) noexcept;
-    Vec3 release(std::uint32_t& flags) noexcept;
-    Vec3 wanted_force(const DeviceState& device, const Vec3& velocity,
-                      std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
-    Vec3 velocity(const DeviceState& device) noexcept;
-    QueryCount queries() const noexcept;
-
-    std::shared_ptr<const Scene> scene_;
-    Clock& clock_;
-    LoopParts parts_;
-    std::unique_ptr<Subdivision> subdivision_;
-    std::vector<GainRamp*> gains_; // of each effect of the scene, then of the custom ones; null:
-                                   // the plan left it out
-    VirtualCoupling coupling_;
-    SafetyChain safety_;
-    bool has_motors_;
-    bool estimates_velocity_;
-    VelocityEstimator velocity_estimator_;
-    double period_s_;
-
-    std::uint64_t frames_ = 0;
-    QueryCount counted_; // up to the last frame's end
-    bool started_ = false;
-    bool silent_ = false; // since the last frame that the device had a place for
-    std::uint32_t trial_ = 0;
-    Vec3 proxy_{0.0};
+    class Parts; // contacts, effects, subdivision, safety, and what moves between frames
+    std::unique_ptr<Parts> parts_;
 };
 
 } // namespace palpate

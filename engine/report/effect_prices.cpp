@@ -7,6 +7,7 @@
 #include <palpate/engine/report/internal/felt_places.h>
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 

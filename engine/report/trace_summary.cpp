@@ -20,6 +20,7 @@
 #include <palpate/engine/record/recording.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/version.h>
 
 namespace palpate {

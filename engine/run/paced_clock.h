@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <palpate/haptics/stepping/step_time_estimator.h>
+#include <palpate/haptics/stepping/clock.h>
 
 namespace palpate {
 

@@ -10,6 +10,7 @@
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/version.h>
 #include <palpate/volume/formats/volume_sources.h>
 

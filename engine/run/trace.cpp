@@ -10,6 +10,7 @@
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/engine/loop/device_safety.h>
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 namespace {

@@ -16,7 +16,7 @@
 #include <palpate/engine/scene/device_placement.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/truth/surface_audit.h>
-#include <palpate/haptics/stepping/step_time_estimator.h>
+#include <palpate/haptics/stepping/clock.h>
 
 namespace palpate {
 

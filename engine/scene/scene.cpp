@@ -14,6 +14,7 @@
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/haptics/contact/direct_contact.h>
 #include <palpate/haptics/contact/guarded_contact.h>
@@ -199,6 +200,8 @@ std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& s
     throw std::runtime_error(fmt::format("{}:{}: [volume.{}] is not given by a formula",
                                          scene.file.string(), description.line, volume));
 }
+
+Scene::~Scene() = default;
 
 Scene::Scene(SceneDescription description, const SceneResources& resources)
     : description_(checked(std::move(description))),

@@ -6,15 +6,10 @@
 #include <string>
 #include <vector>
 
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/effect_plan.h>
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/engine/scene/scene_resources.h>
-#include <palpate/engine/scene/surface_mesh.h>
-#include <palpate/haptics/contact/surface_contact.h>
-#include <palpate/haptics/contact/volume_contact.h>
-#include <palpate/haptics/effects/effect.h>
-#include <palpate/haptics/effects/surface_magnets.h>
+#include <palpate/geometry/vec.h>
 
 namespace palpate {
 
@@ -22,28 +17,11 @@ namespace internal {
 struct EffectFields;
 }
 
-/// A surface that is felt: the baked field and its level, the mesh where the contact needs one, or
-/// a mesh alone.
-struct SceneSurface {
-    std::string name;
-    ContactKind contact = ContactKind::volume;
-    LevelSettings level;     ///< strength and yielding are a mesh's, too
-    BakedSurface baked;      ///< without a field where the surface is a mesh alone
-    SurfaceMesh mesh;        ///< empty where the contact needs none
-    double leash_m = 0.0;    ///< contact guarded
-    TextureSettings texture; ///< in front of the level, where an effect says so
-
-    /// True where the mesh decides what is felt, and no field is sampled.                [any]
-    bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
-};
-
-/// What one loop feels, with the state of it: surfaces by name, their finish, effects in
-/// Scene::effect_order(). Who of them samples the same field at the same point shares the sample.
-struct LoopParts {
-    std::vector<std::unique_ptr<SurfaceContact>> contacts;
-    std::vector<SurfaceFinish> finish; ///< of each of them
-    std::vector<std::unique_ptr<Effect>> effects;
-};
+class ScalarField;
+class SurfaceContact;
+struct LoopParts;
+struct SceneSurface;
+struct SurfaceFinish;
 
 /// A scene, loaded: everything that its plan needs and nothing else. Immutable; several loops may
 /// share it.
@@ -53,6 +31,9 @@ public:
     /// Throws std::invalid_argument as validate() does, of a scene made in code as of one from a
     /// file; std::runtime_error "FILE:LINE: what is wrong; what to do".
     explicit Scene(SceneDescription description, const SceneResources& resources = {});
+    ~Scene();
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
 
     const SceneDescription& description() const noexcept { return description_; }
     const EffectPlan& plan() const noexcept { return plan_; }

@@ -13,7 +13,7 @@
 #include <palpate/geometry/mesh_file.h>
 #include <palpate/haptics/contact/surface_state.h>
 #include <palpate/haptics/contact/surface_texture.h>
-#include <palpate/haptics/stepping/subdivision.h>
+#include <palpate/haptics/stepping/stepping_settings.h>
 #include <palpate/volume/filters/volume_filters.h>
 #include <palpate/volume/formats/volume_file.h>
 #include <palpate/volume/transfer_function.h>

@@ -9,6 +9,7 @@
 
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {
 namespace {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/study/internal/study_tally.h>
 #include <palpate/engine/study/study.h>
 #include <palpate/engine/truth/internal/certified_proxy.h>

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/surface_audit.h>
 #include <palpate/geometry/surface_scene.h>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/surface_audit.h>
 
 #include <algorithm>

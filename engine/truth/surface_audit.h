@@ -10,6 +10,7 @@
 
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 

@@ -10,8 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/engine/scene/scene_file.h>
+#include <palpate/palpate.h>
 
 using palpate::Vec3;
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include <palpate/haptics/contact/contact_set.h>
+#include <palpate/haptics/contact/query_count.h>
 #include <palpate/haptics/contact/surface_state.h>
 #include <palpate/haptics/solver/gain.h>
 #include <palpate/haptics/solver/proxy_solver.h>
@@ -42,13 +43,6 @@ struct SlideLeg {
     };
     Vec3 corner{0.0}; ///< m, scene frame
     End end = End::rests;
-};
-
-/// What a surface has computed so far: counters that only grow.
-struct QueryCount {
-    std::uint64_t field_samples = 0;
-    std::uint64_t roots = 0;
-    std::uint64_t surface_queries = 0;
 };
 
 /// What a surface can do that leads a proxy by itself.

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/contact/query_count.h>
 #include <palpate/haptics/solver/primitives.h>
 
 namespace palpate {
@@ -66,7 +66,8 @@ public:
     virtual double unasked_force_n() const noexcept { return 0.0; }
     /// Whether it may move a hand that has put in no energy, or shake one: draws it from a
     /// distance, rings. On a device with motors some power is then allowed. What pushes unasked is
-    /// active anyway. [loop]
+    /// active for that anyway. An effect that is active and pushes unasked is taken to move by
+    /// itself, as a pulse does: then no frame under a held probe is calmed (Settling). [loop]
     virtual bool is_active() const noexcept { return false; }
     /// How many planes, lines and points it adds in an evaluation at most; forces and springs need
     /// no room.                                                                          [setup]

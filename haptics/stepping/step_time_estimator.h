@@ -2,28 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 
 #include <palpate/geometry/range.h>
 
 namespace palpate {
-
-/// Where the loop reads the time; tests script it.
-class Clock {
-public:
-    virtual ~Clock() = default;
-    virtual double now_us() noexcept = 0; ///< us since some fixed instant; never goes back  [loop]
-};
-
-/// The system's monotonic clock (read without a system call on Linux).
-class SteadyClock final : public Clock {
-public:
-    double now_us() noexcept override {
-        return std::chrono::duration<double, std::micro>(
-                   std::chrono::steady_clock::now().time_since_epoch())
-            .count();
-    }
-};
 
 /// Estimate of the time a sub-step takes, eq. (10): up by alpha when the last one took longer, down
 /// by alpha when not. It follows the 49 % quantile (numerics 4); the bounds keep it alive when

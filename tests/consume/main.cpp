@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uses the installed library as an embedding simulator would: a field, a sample, a strength over
-// its value.
+// Uses the installed library as an embedding simulator would: a loop over a ball made in code, a
+// field, a sample, a strength over its value.
 #include <cmath>
 #include <cstdio>
+#include <memory>
 
-#include <palpate/version.h>
+#include <palpate/palpate.h>
 #include <palpate/volume/fields/analytic_fields.h>
 #include <palpate/volume/transfer_function.h>
 
@@ -24,7 +25,25 @@ int main() {
     strength.count = 2;
     const bool strength_right = strength(0.005) == 2.0;
 
+    // Pressed 2 mm into a hard ball: 500 N/m * 2 mm, along x.
+    palpate::SceneDescription ball;
+    ball.volumes["ball"].analytic = "solid_sphere";
+    ball.volumes["ball"].parameters["radius_mm"] = 30.0;
+    ball.surfaces["ball"].volume = "ball";
+    ball.effects.push_back(palpate::effects::Surface{.surface = "ball"});
+    palpate::SteadyClock clock;
+    palpate::HapticLoop loop(std::make_shared<const palpate::Scene>(ball), clock);
+    palpate::FrameReport report;
+    for (int frame = 0; frame <= 40; ++frame) {
+        palpate::DeviceState hand;
+        hand.time_s = 1e-3 * frame;
+        hand.position = {0.032 - 1e-4 * frame, 0.0, 0.0};
+        report = loop.frame(hand);
+    }
+    const bool force_right = std::abs(report.force.x - 1.0) < 1e-3;
+
     std::printf("palpate %s: value %.17g m (expected %.17g), strength %g N\n", palpate::kVersion,
                 sample.value, expected_m, strength(0.005));
-    return value_right && strength_right ? 0 : 1;
+    std::printf("force %.6f N (expected 1)\n", report.force.x);
+    return value_right && strength_right && force_right ? 0 : 1;
 }

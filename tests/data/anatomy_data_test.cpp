@@ -12,6 +12,7 @@
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/mesh_sharpness.h>
 #include <palpate/geometry/surface_seeds.h>
 #include <palpate/volume/formats/label_file.h>

@@ -15,13 +15,14 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_surface.h>
+#include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/label_volume.h>
 
 #include "tests/support/scripted_clock.h"
 
 #ifdef PALPATE_WITH_CGAL
 #include <palpate/geometry/isosurface.h>
-#include <palpate/volume/formats/label_file.h>
 #endif
 
 namespace palpate {
@@ -140,6 +141,27 @@ const std::vector<CornerStroke> kCorners{
      {-5.839, 42.617, 12.956},
      {13.417, 42.319, 7.559},
      127},
+};
+
+/// Strokes in which shares went along the planes in vain: within a cell the slope of the level was
+/// another one, and nothing lifted the proxy out of the certificate's band. Seen with `paper`: runs
+/// of 66, 196 and 101 stalled frames.
+const std::vector<CornerStroke> kStrokesOfShares{
+    {{-15.453, -14.298, 6.567},
+     {-15.777, -8.784, 2.079},
+     {-45.161, -26.934, -18.099},
+     {-44.250, -42.430, -5.488},
+     106},
+    {{28.359, 70.437, 69.212},
+     {26.756, 68.438, 62.517},
+     {1.297, 41.080, 76.776},
+     {5.767, 46.656, 95.456},
+     245},
+    {{27.159, 11.403, -7.594},
+     {24.999, 14.378, 0.967},
+     {62.406, 6.903, 13.001},
+     {67.042, 0.517, -5.376},
+     165},
 };
 
 /// From one place to the next along straight lines.
@@ -280,6 +302,23 @@ TEST_F(LabelBorders, StrokesIntoCornersOfSeveralStructuresGoOn) {
     for (const SteppingMethod method :
          {SteppingMethod::adaptive, SteppingMethod::paper, SteppingMethod::fixed})
         EXPECT_LE(longest_stall(corners, method, static_cast<int>(kCorners.size()), path), 5);
+}
+
+TEST_F(LabelBorders, StrokesOfSharesGoOnWhereACellHasAnotherSlope) {
+    const std::shared_ptr<const Scene> borders =
+        scene({"Caudate_R",         "Putamen_R",      "Pallidum_R",
+               "Thalamus_R",        "Insula_R",       "Frontal_Inf_Orb_R",
+               "Olfactory_R",       "Caudate_L",      "Putamen_L",
+               "Pallidum_L",        "Thalamus_L",     "Insula_L",
+               "Frontal_Inf_Orb_L", "Olfactory_L",    "Parietal_Sup_L",
+               "Precuneus_L",       "Parietal_Inf_L", "Occipital_Sup_L",
+               "Cuneus_L",          "Postcentral_L",  "Paracentral_Lobule_L"});
+    const auto path = [](int stroke) {
+        return path_of(kStrokesOfShares[static_cast<std::size_t>(stroke)]);
+    };
+    const int strokes = static_cast<int>(kStrokesOfShares.size());
+    for (const SteppingMethod method : {SteppingMethod::paper, SteppingMethod::fixed})
+        EXPECT_LE(longest_stall(borders, method, strokes, path), 5);
 }
 
 // The long run: PALPATE_LONG_RUNS=1, about ten minutes.

@@ -22,6 +22,7 @@
 #include "tests/support/mesh_fuzz.h"
 
 #ifdef PALPATE_WITH_CGAL
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/isosurface.h>
 #endif
 

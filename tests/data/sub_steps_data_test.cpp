@@ -20,6 +20,7 @@
 #include "tests/support/sub_step_cases.h"
 
 #ifdef PALPATE_WITH_CGAL
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/isosurface.h>
 #endif
 

@@ -14,6 +14,7 @@
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/surface_audit.h>
 
 #include "tests/support/scripted_clock.h"

@@ -16,6 +16,7 @@
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include "tests/support/scripted_clock.h"
 

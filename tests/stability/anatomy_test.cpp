@@ -13,6 +13,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/trace.h>
 
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/volume/fields/grid_field.h>
 
 #include "tests/support/contact_loop.h"

@@ -10,6 +10,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/contact/direct_contact.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/haptics/hand/safety_chain.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/mesh_fuzz.h"

@@ -13,6 +13,7 @@
 #include <palpate/drivers/simulated_hand.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/devices/internal/device_surfaces.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include <stdexcept>
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::internal {
 

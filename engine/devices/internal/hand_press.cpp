@@ -8,6 +8,7 @@
 
 #include <palpate/engine/devices/internal/device_surfaces.h>
 #include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::internal {
 namespace {

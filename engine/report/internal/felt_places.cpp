@@ -7,6 +7,7 @@
 
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::internal {
 namespace {

@@ -9,8 +9,10 @@
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/effects/coulomb_friction.h>
 #include <palpate/haptics/solver/proxy_solver.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate::internal {
 namespace {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 namespace {

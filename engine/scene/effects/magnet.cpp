@@ -7,6 +7,7 @@
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/effects/surface_magnets.h>
 
 namespace palpate::internal {

@@ -8,6 +8,7 @@
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/effects/viscosity.h>
 
 namespace palpate::internal {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/solver/proxy_solver.h>
 
 namespace palpate::internal {

@@ -8,7 +8,7 @@
 
 #include <palpate/engine/scene/internal/effect_room.h>
 #include <palpate/engine/scene/scene.h>
-#include <palpate/haptics/stepping/step_time_estimator.h>
+#include <palpate/haptics/stepping/clock.h>
 
 /// What evaluations cost, measured on this machine.
 namespace palpate::internal {

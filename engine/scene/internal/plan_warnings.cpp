@@ -11,6 +11,7 @@
 
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/contact/guard_planes.h>
 #include <palpate/haptics/contact/plane_bundle.h>
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::internal {
 

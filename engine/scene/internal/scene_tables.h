@@ -10,6 +10,7 @@
 #include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/internal/toml_reader.h>
 #include <palpate/engine/scene/scene_description.h>
+#include <palpate/haptics/effects/coulomb_friction.h>
 
 /// Parts of a scene file that are read table by table.
 namespace palpate::internal {

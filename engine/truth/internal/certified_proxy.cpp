@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/internal/felt_level.h>
 #include <palpate/haptics/stepping/subdivision.h>
 

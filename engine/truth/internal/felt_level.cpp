@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::internal {
 namespace {

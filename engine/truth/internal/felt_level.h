@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/surface_audit.h>
 
 namespace palpate::internal {

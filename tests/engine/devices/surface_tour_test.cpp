@@ -16,6 +16,7 @@
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/internal/surface_loops.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include "tests/support/phantom.h"
 #include "tests/support/scripted_clock.h"

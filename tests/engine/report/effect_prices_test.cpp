@@ -11,6 +11,7 @@
 #include <palpate/engine/report/internal/felt_places.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 namespace {

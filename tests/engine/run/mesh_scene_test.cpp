@@ -10,6 +10,7 @@
 
 #include <palpate/engine/report/effect_prices.h>
 #include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/study/study.h>
 
 #include "tests/engine/run/mesh_scene_fixture.h"

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/hand/safety_chain.h>
 
 #include "tests/support/scripted_device.h"
 

@@ -14,6 +14,7 @@
 #include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include "tests/support/scripted_clock.h"
 

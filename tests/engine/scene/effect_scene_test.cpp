@@ -9,6 +9,7 @@
 
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include "tests/support/scripted_clock.h"
 

@@ -11,6 +11,7 @@
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 #include "tests/support/phantom.h"
 #include "tests/support/scripted_clock.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/formats/internal/volume_import.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <charconv>
@@ -49,6 +50,17 @@ int line_of_key(const std::filesystem::path& file, const std::vector<std::string
             if (key == wanted) return n;
     }
     return 0;
+}
+
+/// What this program may have at most, bytes: the machine's memory, or what a container is given of
+/// it (cgroup v2); 0 where it is not known.
+double most_memory() {
+    const double pages = static_cast<double>(sysconf(_SC_PHYS_PAGES));
+    double memory = pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+    double given = 0.0;
+    if (std::ifstream("/sys/fs/cgroup/memory.max") >> given) // "max" where there is no limit
+        memory = memory > 0.0 ? std::min(memory, given) : given;
+    return memory;
 }
 
 } // namespace
@@ -117,13 +129,12 @@ void require_plausible(const std::filesystem::path& file, const std::array<int, 
 }
 
 void require_memory(const std::filesystem::path& file, double numbers) {
-    const double pages = static_cast<double>(sysconf(_SC_PHYS_PAGES));
-    const double memory = pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+    const double memory = most_memory();
     const double bytes = numbers * static_cast<double>(sizeof(float));
     if (!(memory > 0.0) || bytes <= memory) return; // not known, or enough
     throw import_error(file, "takes " + short_number(1e-9 * bytes) +
-                                 " GB of memory, where this machine has " +
-                                 short_number(1e-9 * memory) + "; crop or resample it");
+                                 " GB of memory, where there are " + short_number(1e-9 * memory) +
+                                 "; crop or resample it");
 }
 
 std::array<int, 3> require_three_dimensions(const std::filesystem::path& file,
