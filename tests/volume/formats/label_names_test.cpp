@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/formats/internal/label_names.h>
+#include <palpate/volume/internal/printable.h>
 
 #include <array>
 #include <cstdint>
