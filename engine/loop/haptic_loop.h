@@ -24,9 +24,9 @@ public:
     // All throw std::invalid_argument that names the field where a loop, a device or an effect is
     // missing or out of range (validate()).
 
-    /// Builds contacts, effects and buffers; the clock must outlive the loop. `custom` are effects
-    /// of the embedder's own beside the scene's, none of them null; they are felt after those, but
-    /// before workspaces, which limit what all others draw.
+    /// Builds contacts, effects and buffers. The clock must outlive the loop. `custom`: your own
+    /// effects, none of them null. They come after the scene's effects, but before its workspaces,
+    /// which must see the pull of all others.
     /// [setup]
     HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                std::vector<std::unique_ptr<Effect>> custom = {});
@@ -42,17 +42,18 @@ public:
     HapticLoop& operator=(const HapticLoop&) = delete;
 
     /// One haptic frame: probe in, force out (FrameReport::force, N, scene frame).       [loop]
-    /// A probe that is not finite, or beyond 1e6 m, or stale holds the proxy and takes the force to
-    /// zero (SafetyChain::fade()).
+    /// If the probe is not finite, is beyond 1e6 m or is stale, the proxy stays and the force goes
+    /// to zero (SafetyChain::fade()).
     FrameReport frame(const DeviceState& device) noexcept;
 
     /// The same with the clock's decisions of an earlier run (see steps_left()).         [loop]
     FrameReport frame(const DeviceState& device,
                       std::span<const std::uint32_t> steps_left) noexcept;
 
-    /// The next force on the way out, N, scene frame: towards zero, which is reached within
-    /// SafetySettings::fade_s without a look at the device (no motors: at the slew limit). frame()
-    /// may follow, and waits for a small force then.                                    [loop]
+    /// Call it frame by frame when a run ends. Returns the next force on its way to zero, N, scene
+    /// frame, without looking at the device. Zero is reached within SafetySettings::fade_s (without
+    /// motors: at the slew limit). frame() may follow; with motors it then waits for a small force.
+    /// [loop]
     Vec3 release() noexcept;
 
     /// What will not be felt as it is meant, of the scene's effects and of custom ones: forces
@@ -75,10 +76,11 @@ public:
     /// Scales what an effect does while the loop runs, from any thread, also while frame() runs:
     /// strengths, forces, damping, heights, a membrane's opening strength. `effect` counts the
     /// scene's effects from 0 in their order (SceneDescription::effects), and then the custom ones;
-    /// `gain` in [0, 10]: 0 switches it off, 1 is as the scene says. Frames follow within 50 ms per
-    /// unit, linearly, the first of a trial at once (GainRamp). False, and nothing changes, where
-    /// there is no such effect, the plan left it out, or the gain is out of range; or where a
-    /// workspace would yield because of which the plan left a surface out.                  [any]
+    /// `gain` in [0, 10]: 0 switches it off, 1 is as the scene says. The gain moves by 1 in 50 ms;
+    /// a new trial takes it at once (GainRamp). Returns false and changes nothing if there is no
+    /// such effect, if the plan left it out, or if the gain is out of range. The plan may have left
+    /// out a surface because a workspace keeps the proxy away from it. Then a gain below 1 for a
+    /// workspace is refused, too.                                                           [any]
     bool set_gain(std::size_t effect, double gain) noexcept;
 
 private:

@@ -6,11 +6,12 @@
 ///     auto scene = std::make_shared<const palpate::Scene>(palpate::read_scene("skull.toml"));
 ///     palpate::SteadyClock clock;
 ///     palpate::HapticLoop loop(scene, clock);
+///     palpate::DeviceState probe;                              // time_s and position, each frame
 ///     const palpate::FrameReport report = loop.frame(probe);   // a thousand times a second
 ///
 /// A scene is read from a file (scene_file.h) or made in code (scene_description.h,
-/// effects/list.h); both are checked alike. Effects of one's own implement Effect (effect.h). What
-/// records, draws, measures or reads files has headers of its own beside these.
+/// effects/list.h); both are checked alike. An effect of your own implements Effect (effect.h).
+/// Recordings, pictures, studies, volumes and meshes have their own headers beside these.
 ///
 /// Lengths are in metres, forces in newtons, times in seconds, unless a name ends in another unit
 /// (_mm, _um, _us). The scene frame is the patient's: LPS, right-handed.

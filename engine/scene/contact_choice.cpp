@@ -25,7 +25,7 @@ ContactChoice choose_contact(const SceneDescription& scene, const SurfaceDescrip
         return chosen(ContactKind::guarded, "there are a volume and a mesh of it");
     if (is_formula(scene, surface)) return chosen(ContactKind::volume, "a formula has no mesh");
     if (extraction == Extraction::impossible)
-        return chosen(ContactKind::volume, "this build cannot extract the mesh of a guard");
+        return chosen(ContactKind::volume, "no mesh can be extracted here for the guard");
     return chosen(ContactKind::guarded, "a mesh can be extracted from the volume");
 }
 

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Whether meshes can be extracted from volumes: a build with CGAL can.
+/// Whether meshes can be extracted from volumes: where SceneResources::extract is set.
 enum class Extraction { possible, impossible };
 
 /// How a surface is felt, and why so.

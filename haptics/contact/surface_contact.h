@@ -13,39 +13,37 @@
 
 namespace palpate {
 
-/// Asked of a surface together with its planes: the plane of its own level, whether it is felt
-/// there or not.
+/// A question to offer(): the plane of the surface's own level, even if no plane is felt there.
+/// Magnets use it.
 struct NearestPlane {
-    Vec3 pull{0.0};       ///< where the proxy is drawn to, m, scene frame: it tells which plane
-                          ///< round an edge of a mesh
-    double reach_m = 0.0; ///< of a proxy at most so far in front of it, >= 0, or behind by less
-                          ///< than one plane can be trusted for
-    std::optional<ContactPlane> found =
-        {}; ///< the answer: nothing elsewhere, nor where the surface
-            ///< is not felt. Its strength is the caller's to set
+    Vec3 pull{0.0};       ///< where the proxy is drawn to, m, scene frame: at an edge of a mesh it
+                          ///< decides which facet's plane is the answer
+    double reach_m = 0.0; ///< how far in front of the level the proxy may be, >= 0
+    /// The answer. Nothing if the proxy is farther in front, or deeper behind than one plane can be
+    /// trusted, or if the surface is not felt. The caller sets the strength.
+    std::optional<ContactPlane> found = {};
 };
 
 /// How far a surface lets a chord through.
 struct Chord {
     double fraction = 1.0; ///< of the chord that is certified, [0,1]
-    bool engaged = false;  ///< the surface has offered planes at the chord's start: it corrects,
-                           ///< rather than stops
-    bool bends =
-        false; ///< the rest lies round an edge of its own: not an obstacle, go on from there
+    bool engaged = false;  ///< the surface is felt at the chord's start already; false: the chord
+                           ///< ends where it first meets the surface
+    bool bends = false;    ///< the rest of the way goes round an edge of this mesh: no obstacle
 };
 
 /// A straight piece of the way on which a surface leads the proxy by itself.
 struct SlideLeg {
     enum class End {
-        goes_on, ///< at `corner`, which is nearer
-        rests,   ///< it is where the surface holds it
-        stuck,   ///< it stays, though it is not
+        goes_on, ///< the leg ends at `corner`, which is nearer to the pull
+        rests,   ///< no leg: the proxy is where the surface holds it
+        stuck,   ///< no leg was found, though the proxy is not yet where it should rest
     };
     Vec3 corner{0.0}; ///< m, scene frame
     End end = End::rests;
 };
 
-/// What a surface can do that leads a proxy by itself.
+/// Implemented by a surface that can lead the proxy by itself.
 class SlidingSurface {
 public:
     virtual ~SlidingSurface() = default;
@@ -56,7 +54,7 @@ public:
     virtual SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept = 0;
 };
 
-/// What a surface can do that opens where it is pressed too hard.
+/// Implemented by a surface that opens where it is pressed too hard.
 class Membrane {
 public:
     virtual ~Membrane() = default;
@@ -66,8 +64,8 @@ public:
     virtual void open() noexcept = 0;
 };
 
-/// What a surface can do that is the level of a field: its certificate ends behind the level, and
-/// the proxy may have to be brought back onto it.
+/// Implemented by a surface that is a level of a field. Its certificate ends a little behind the
+/// level, so the proxy may have to be brought back onto the level.
 class FieldSurface {
 public:
     virtual ~FieldSurface() = default;
@@ -111,8 +109,8 @@ public:
     /// holds, so that the hand is let in as gently as the gain falls. [loop]
     virtual void set_gain(const Gain& gain) noexcept = 0;
 
-    /// Adds the planes felt at `proxy`: none in free space. `nearest`: answered, too, if it is not
-    /// null. [loop]
+    /// Adds the planes felt at `proxy`: none in free space. If `nearest` is not null, also answers
+    /// it. [loop]
     virtual void offer(const Vec3& proxy, ContactSet& contacts,
                        NearestPlane* nearest = nullptr) noexcept = 0;
 
@@ -141,9 +139,9 @@ public:
 
     virtual QueryCount queries() const noexcept = 0; ///< [any]
 
-    // What not every surface can do: null where it cannot, now.
+    // What not every surface can do. Each returns null if the surface cannot do it now.
 
-    /// Where it alone may hold the proxy; otherwise planes and chords do.               [loop]
+    /// For a proxy that this surface alone holds. Null: use planes and chords.          [loop]
     virtual SlidingSurface* sliding() noexcept { return nullptr; }
     /// Null also where its strength is infinite, and while its gain moves.              [loop]
     virtual Membrane* membrane() noexcept { return nullptr; }

@@ -16,13 +16,13 @@ struct FrameContext {
     double stiffness = 500.0; ///< k_s, N/m, > 0
     double period_s = 1e-3;   ///< nominal frame period T, not the measured one
     double force_limit_n = 5.0; ///< the longest force that the device is sent, N, > 0
-    bool after_silence = false; ///< frames without a device's state came before this one: the probe
-                                ///< came here in more than a period
-    bool held = false;  ///< Subdivision's: the probe is where it was in the frame before, to the
-                        ///< bit, and the proxy where that frame left it
-    bool looks = false; ///< Subdivision's: so held, the first evaluation moves nothing. What bends
-                        ///< is gathered where the proxy is, to see whether it rests
-    bool rests = false; ///< Subdivision's: so held, it has all but stopped and keeps its bits
+    bool after_silence = false; ///< the frames before had no state of the device: the probe took
+                                ///< more than one period to come here
+    // Set by Subdivision.
+    bool held = false;  ///< probe and proxy are where the last frame left them, to the bit
+    bool looks = false; ///< held, and the first evaluation moves nothing: an effect that bends with
+                        ///< the way is gathered at the proxy, to see whether the proxy rests
+    bool rests = false; ///< held, and the proxy has nearly stopped: it keeps its bits
 };
 
 /// How a frame ended.
@@ -31,43 +31,43 @@ struct FrameOutcome {
     std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
 };
 
-/// Something to feel that is not a surface with a certificate: adds primitives for the data at the
-/// proxy. Adding one's own is to implement this and hand it to the loop (docs/architecture.md).
-/// What it adds is scaled by its gain outside; while that is 0, nothing here is called, and
-/// restart() comes first where it goes on.
+/// Something to feel that is not a surface with a certificate. It adds primitives for the data at
+/// the proxy. To add an effect of your own, implement this class and give the effect to the loop
+/// (docs/architecture.md). The loop scales what it adds by its gain. At gain 0 the loop calls only
+/// restart() and queries(). When the gain rises again, restart() is called first.
 class Effect {
 public:
     virtual ~Effect() = default;
-    /// A new trial, or it was switched off: the proxy is at a new place.                 [loop]
+    /// A new trial begins, or the effect is switched on again, with the proxy at `proxy`. [loop]
     virtual void restart(const Vec3& proxy) noexcept { static_cast<void>(proxy); }
     /// A frame begins: anchors what depends on the path.                                [loop]
     virtual void begin(const FrameContext& frame) noexcept = 0;
-    /// Adds the primitives felt at `proxy`. Moves nothing but counters and the iteration memory of
-    /// a frame, as CurveGuide, VectorFollow, VectorSheet and WorkspaceSphere have one, which
-    /// begin() starts anew. [loop]
+    /// Adds the primitives felt at `proxy`. May change only counters and what begin() resets: the
+    /// memory from one evaluation of a frame to the next, as CurveGuide has it.         [loop]
     virtual void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept = 0;
-    /// The solution for what was gathered last: where the frame is likely to end. Sub-steps are
-    /// iterations of one problem, so an effect whose geometry bends towards that end looks there,
-    /// wherever the stepping method leaves the proxy meanwhile.                         [loop]
+    /// `end` is the solution for what was gathered last: the frame will probably end there.
+    /// Sub-steps are iterations of one problem. So an effect whose geometry bends along the way
+    /// should look at `end`, and not at where the stepping method has put the proxy.     [loop]
     virtual void solved(const Vec3& end) noexcept { static_cast<void>(end); }
-    /// Where a frame at `wanted` (m, scene frame) may end: there, or at the nearest place that the
-    /// effect, as gathered last, never lets the proxy leave.                            [loop]
+    /// Where a frame that wants to end at `wanted` may end, m, scene frame: there, or at the
+    /// nearest point of a region that this effect, as gathered last, never lets the proxy leave.
+    /// [loop]
     virtual Vec3 within(const Vec3& wanted) const noexcept { return wanted; }
     /// The frame has ended.                                                             [loop]
     virtual void commit(const FrameOutcome& outcome) noexcept { static_cast<void>(outcome); }
     /// Force on the device beside the coupling's, N, scene frame, of the frame just committed: what
     /// a hand feels whatever holds the proxy.                                           [loop]
     virtual Vec3 device_force_n() const noexcept { return Vec3{0.0}; }
-    /// The longest force that it may exert in these frames on a hand that holds still and has not
-    /// pressed, N, >= 0, at gain 1: a push, a weight; what has a rest position that the hand may go
-    /// to, as a spring, does not count. A device with motors is sent no force until little is
-    /// wanted, and this is what is taken for little: an effect that pushes and says 0 here is never
-    /// felt on one.                                                                      [loop]
+    /// The longest force with which the effect pushes by itself: on a hand that holds still and has
+    /// not pressed, N, >= 0, at gain 1. A push or a weight counts. A spring does not, because the
+    /// hand can go to where it rests. A device with motors gets no force until the wanted force is
+    /// small. This number raises the limit of "small" (SafetyChain::expect). An effect that pushes
+    /// all the time with more than 0.2 N and says 0 here keeps the device waiting for ever. [loop]
     virtual double unasked_force_n() const noexcept { return 0.0; }
-    /// Whether it may move a hand that has put in no energy, or shake one: draws it from a
-    /// distance, rings. On a device with motors some power is then allowed. What pushes unasked is
-    /// active for that anyway. An effect that is active and pushes unasked is taken to move by
-    /// itself, as a pulse does: then no frame under a held probe is calmed (Settling). [loop]
+    /// Whether the effect may move or shake a hand that has put in no energy: it draws from a
+    /// distance, or it rings. A device with motors then allows it some power. An effect that pushes
+    /// by itself gets that power anyway. If an effect is active and also pushes by itself, the loop
+    /// takes it for one that moves, as a pulse does, and calms no frame (Calming).       [loop]
     virtual bool is_active() const noexcept { return false; }
     /// How many planes, lines and points it adds in an evaluation at most; forces and springs need
     /// no room.                                                                          [setup]

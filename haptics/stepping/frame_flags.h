@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-/// What may happen in a frame: bits of FrameReport::flags. Nothing here depends on a clock, so that
-/// a replay has the same.
+/// What may happen in a frame: bits of FrameReport::flags. No flag reads a clock. What the clock
+/// decided for method `paper` is recorded, so a replay has the same flags.
 enum FrameFlag : std::uint32_t {
     kProbeNotFinite = 1u << 0,
     kEvaluationCap = 1u << 1,
@@ -64,7 +64,8 @@ inline constexpr std::array<FrameFlagText, 18> kFrameFlagTexts{{
      "more haptic primitives than the fixed capacity: the last ones were left out; use fewer "
      "effects at one place"},
     {kForceNotFinite, "force_not_finite",
-     "the force was not a number and was sent as zero; please report it"},
+     "a force, a place or a primitive was not a number: the force was led to zero; check effects "
+     "of your own, else report it"},
     {kLiveGain, "live_gain",
      "an effect was weaker, stronger or off, as its gain had been changed while the loop ran: such "
      "a run cannot be replayed; leave the gains at 1 where it must be"},

@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// An effect as one loop feels it: with its gain. Where that is 0, the effect is not called. Not
-/// for two threads at once, but for GainRamp::set().
+/// An effect with its gain, as one loop feels it. At gain 0 the effect gets no frames. Only
+/// GainRamp::set() may be called from a second thread.
 class LoopEffect {
 public:
     /// The effect must outlive this.                                                     [setup]
@@ -57,7 +57,9 @@ public:
     void add_device_force(Vec3& force_n) const noexcept {
         if (is_on()) force_n += gain_.value() * effect_->device_force_n();
     }
-    double unasked_force_n() const noexcept { return gain_.value() * effect_->unasked_force_n(); }
+    double unasked_force_n() const noexcept {
+        return is_on() ? gain_.value() * effect_->unasked_force_n() : 0.0;
+    }
     bool is_active() const noexcept { return is_on() && effect_->is_active(); }
 
 private:

@@ -24,9 +24,9 @@ enum class SurfacePart : std::uint8_t {
 };
 inline constexpr std::size_t kSurfaceParts = 4;
 
-/// What one loop feels of one surface: the contact with its strength by place, its magnet, its
-/// gains, and what is known of it in a frame. But for friction, which couples surfaces. Not for two
-/// threads at once, except GainRamp::set().
+/// One surface as one loop has it: its contact, its strength by place, its magnet, its gains, and
+/// its planes in the current evaluation. Friction is not here, because it couples surfaces
+/// (CoulombFriction). Only GainRamp::set() may be called from a second thread.
 class LoopSurface {
 public:
     /// The contact must outlive this. Throws std::invalid_argument on a finish out of range.
@@ -60,10 +60,10 @@ public:
     /// Adds the planes felt at `proxy`, and finds the magnet's. `pull`: where the forces draw it.
     /// [loop]
     void offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept;
-    /// After the frame's first offer(): how deep below its level the proxy has to stay in this
-    /// frame, as to lift it farther would give the hand more than its drift has taken.   [loop]
+    /// After the frame's first offer(): asks the energy bank how far the proxy may be lifted in
+    /// this frame. A longer lift would give the hand more energy than the drift has taken. [loop]
     void ration_restoring(const FrameContext& frame, const ContactSet& contacts) noexcept;
-    /// Moves the planes of the last offer() inwards by that depth.                       [loop]
+    /// Moves the planes of the last offer() inwards by the depth that must remain.       [loop]
     void sink(ContactSet& contacts) const noexcept;
     /// Adds the magnet's plane, if that draws the proxy.                                 [loop]
     void offer_magnet(ContactSet& contacts) const noexcept { magnet_.gather(contacts); }
@@ -78,9 +78,9 @@ public:
     bool is_touched() const noexcept { return first_ != last_; }
     /// Whether a multiplier of its planes is above 0.                                    [loop]
     bool pushes_back() const noexcept { return pushes_back_; }
-    /// Whether one is at the surface's strength.                                         [loop]
+    /// Whether a multiplier of its planes has reached the surface's strength.            [loop]
     bool yields() const noexcept { return yields_; }
-    /// Whether it may restore only a part of its level.                                  [loop]
+    /// Whether the bank allows only a part of the way back to its level.                 [loop]
     bool is_rationed() const noexcept { return sunk_m_ > 0.0; }
     /// Whether its magnet could draw the proxy in this frame.                            [loop]
     bool has_magnet_on() const noexcept { return magnet_.is_on(); }
@@ -113,9 +113,9 @@ private:
     double sunk_m_ = 0.0; // how far its planes lie below its level in this frame, >= 0
 };
 
-/// As far on the way from the proxy to a place farther from the probe as leaves the coupling no
-/// more energy than it had at the frame's start, but for what drift has taken, J; nothing where
-/// that is no way. m, scene frame. [loop]
+/// The farthest point on the way from `proxy` to `to` that the energy allows: the coupling there
+/// stores no more than at the frame's start plus `drifted_j`, J. Nothing if the proxy may not be
+/// lifted at all. m, scene frame. [loop]
 std::optional<Vec3> lifted(const Vec3& proxy, const Vec3& to, double drifted_j,
                            const FrameContext& frame) noexcept;
 

@@ -18,13 +18,13 @@ struct FrameBudget {
     std::uint32_t evaluations = 0; ///< made so far
     int work_left = 0; ///< primitives that solvers may still look at: Subdivision::kWorkOfSolvers
     int legs_left = 0; ///< pieces of way: Subdivision::kMostLegs
-    int bends = 0;     ///< evaluations that an edge of a surface's own cost: not of the cap
+    int bends = 0;     ///< evaluations spent at edges of meshes; the cap does not count them
 };
 
 /// What an evaluation has come to.
 struct EvaluationOutcome {
     double residual_m = 0.0;  ///< length of the movement that the solver asks for, >= 0
-    bool facets_only = false; ///< there are planes, and none of them bends
+    bool facets_only = false; ///< there are planes, and all of them are flat facets
 };
 
 /// Method `single`: one evaluation, and the whole movement.
@@ -92,8 +92,8 @@ public:
     int steps_left(const EvaluationOutcome& outcome, const FrameBudget& budget) noexcept;
     /// Evaluations that the budget still allows, whether converged or not.               [loop]
     int affordable(const FrameBudget& budget) const noexcept;
-    /// Of tangential steps, now that one is to be made, (0,1]: halved where the residual does not
-    /// fall (contact.md 1.2, step 5).                                                    [loop]
+    /// The factor for the next step along the surface, (0,1]. Each call updates it: it is halved
+    /// while the residual does not fall (contact.md 1.2, step 5).                        [loop]
     double damp() noexcept;
 
     /// Whether the proxy is where it has to be, or is expected to be after this step.     [loop]
@@ -114,7 +114,7 @@ private:
 /// once.
 class Stepping {
 public:
-    /// Bounds every frame, also where a clock stands still.
+    /// The most evaluations that a method may ask for in a frame, even if its clock stands still.
     static constexpr int kMostEvaluations = 4096;
     /// Edges that a frame goes over beyond its cap: as many as a stroke of 5 m/s crosses on two
     /// meshes of 330 000 facets.
@@ -125,14 +125,15 @@ public:
     /// Throws std::invalid_argument on settings out of range. The clock must outlive this. [setup]
     Stepping(const SteppingSettings& settings, Clock& clock);
 
-    /// Evaluations of a frame that nothing begins anew: its budget of work goes by them.   [any]
+    /// The most evaluations of a frame in which nothing gives way. Its work budget grows with
+    /// them.                                                                               [any]
     int most_evaluations() const noexcept;
     /// Of a sub-step, eq. (10), us; 0 where the method needs no clock.                     [any]
     double estimate_us() const noexcept;
-    /// Whether each frame goes on until its forces balance, and not for a number of shares,
-    /// whatever these leave.                                                               [any]
+    /// True for `adaptive`: a frame goes on until its forces balance. False for the others: a frame
+    /// makes a number of shares.                                                           [any]
     bool seeks_balance() const noexcept { return adaptive() != nullptr; }
-    /// What such a frame may leave of its way, m; else 0.                                  [any]
+    /// The part of its way that an adaptive frame may leave, m; 0 for other methods.       [any]
     double tolerance_m() const noexcept { return adaptive() ? adaptive()->tolerance_m() : 0.0; }
 
     /// A frame begins: t_0. `replayed`: N_steps of an earlier run after each evaluation; where
@@ -140,8 +141,8 @@ public:
     void begin_frame(std::span<const std::uint32_t> replayed) noexcept;
     /// The way to a balance begins, or begins anew with other primitives.                  [loop]
     void begin_approach() noexcept;
-    /// N_steps of eq. (8): how many evaluations follow the one just made, from now on
-    /// steps_left().                                                                       [loop]
+    /// N_steps of eq. (8): how many evaluations may follow this one. steps_left() then has it.
+    /// [loop]
     std::uint32_t count_steps_left(const EvaluationOutcome& outcome,
                                    const FrameBudget& budget) noexcept;
     std::uint32_t steps_left() const noexcept { return steps_left_; } ///< [loop]

@@ -9,7 +9,8 @@
 namespace palpate {
 namespace {
 
-// Every membrane that opens and every surface that begins to slide begins the frame anew.
+// Room for the evaluations of one frame. Each membrane that opens, and each surface whose friction
+// begins to slip, starts one more approach.
 std::size_t most_evaluations(std::size_t surfaces) {
     return Stepping::kMostEvaluations + Stepping::kMostBends + 2 * surfaces + 1;
 }
@@ -28,7 +29,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
                          std::vector<Effect*> effects, Clock& clock,
                          std::vector<SurfaceFinish> finish)
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
-      settling_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
+      calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
     finish.resize(std::max(finish.size(), surfaces.size()));
     for (std::size_t i = 0; i < surfaces.size(); ++i)
         surfaces_.emplace_back(*surfaces[i], finish[i]);
@@ -42,7 +43,7 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     for (LoopSurface& surface : surfaces_)
         if (surface.restart(proxy)) flags |= kInsideAtStart;
     friction_.restart();
-    settling_.restart();
+    calming_.restart();
     primitives_.clear();
     for (LoopEffect& effect : effects_)
         effect.restart(proxy);
@@ -60,22 +61,25 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame,
     return run(steps_left);
 }
 
+/// One frame: section 4.1 of the paper. Numbers in brackets are its equations. `replayed` has the
+/// N_steps of an earlier run; if it is empty, the clock decides.
 SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
-    begin(replayed); // what depends on the path is anchored at the frame's start
-    Vec3 proxy = frame_.start, before;
+    begin(replayed); // t_0; effects anchor at the frame's start what depends on the path
+    Vec3 proxy = frame_.start;
+    Vec3 before = proxy;
     Move move;
-    do {
+    do { // one approach to the balance of forces
         begin_approach();
-        do {
+        do { // one evaluation and its sub-step
             before = proxy;
-            gather(proxy);               // (6)
-            solve(proxy);                // (7)
-            count_steps_left();          // (8), (10)
-            move = share(proxy);         // (9)
+            gather(proxy);               // (6) the primitives at the proxy
+            solve(proxy);                // (7) the candidate, where their forces balance
+            count_steps_left();          // (8), (10) how many evaluations may follow
+            move = next_move(proxy);     // (9) a share of the way; adaptive: a Newton step
             proxy = follow(move, proxy); // as far as every certificate holds
         } while (goes_on(move, before, proxy));
-    } while (membrane_opens() || breaks_away());
-    return commit(settle(proxy));
+    } while (open_a_membrane() || let_friction_slip()); // then less holds the proxy: approach again
+    return commit(final_proxy(proxy));
 }
 
 // ---- a frame's beginning -----------------------------------------------------------------------
@@ -88,13 +92,13 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     stepping_.begin_frame(replayed); // t_0
     follow_gains();
     if (is_driven())
-        settling_.restart();
+        calming_.restart();
     else if (frames_may_contradict())
-        settling_.begin(frame_);
-    frame_.held = settling_.held();
+        calming_.begin(frame_);
+    frame_.held = calming_.held();
     frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();
-    frame_.rests = settling_.stopped();
-    if (settling_.spring_n_per_m() > 0.0) result_.flags |= kCalmed;
+    frame_.rests = calming_.stopped();
+    if (calming_.spring_n_per_m() > 0.0) result_.flags |= kCalmed;
     for (LoopEffect& effect : effects_)
         effect.begin(frame_);
     friction_.begin();
@@ -118,34 +122,34 @@ void Subdivision::follow_gains() noexcept {
         any_moves = effect.follow_gain(frame_) || any_moves;
         all_as_set = all_as_set && effect.is_as_set();
     }
-    if (any_moves) settling_.restart();
+    if (any_moves) calming_.restart();
     if (!all_as_set) result_.flags |= kLiveGain;
 }
 
-/// Whether an effect pushes unasked and moves by itself, as a pulse or a beating vessel. It is felt
-/// as it is: a proxy that goes with it is not to be calmed.
+/// Whether an effect pushes and moves by itself, as a pulse or a beating vessel does. A proxy that
+/// moves with such an effect must not be calmed.
 bool Subdivision::is_driven() const noexcept {
     return std::any_of(effects_.begin(), effects_.end(), [](const LoopEffect& effect) {
         return effect.is_active() && effect.unasked_force_n() > 0.0;
     });
 }
 
-/// Whether frames may contradict each other under a held probe. Surfaces alone do not, where each
-/// frame is solved to its end.
+/// Whether the balances of two frames may differ though the probe is held. With surfaces alone, and
+/// each frame solved to its end, they do not differ.
 bool Subdivision::frames_may_contradict() const noexcept {
     return !stepping_.seeks_balance() || !effects_.empty() ||
            std::any_of(surfaces_.begin(), surfaces_.end(),
                        [](const LoopSurface& surface) { return surface.depends_on_place(); });
 }
 
-/// Of a frame, by the evaluations that its method may make.
+/// The work budget of a frame. It grows with the evaluations that the method may make.
 int Subdivision::all_work() const noexcept {
     return kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
 }
 
 // ---- one evaluation ----------------------------------------------------------------------------
 
-/// The way to where forces balance begins, or begins anew without what opened or broke away.
+/// Starts the way to the balance of forces. Also called again when something has given way.
 void Subdivision::begin_approach() noexcept {
     stepping_.begin_approach();
     path_.look_anew();
@@ -167,8 +171,8 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         surface.offer_magnet(contacts_);
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
-    if (settling_.spring_n_per_m() > 0.0)
-        primitives_.add_spring(frame_.start, settling_.spring_n_per_m());
+    if (calming_.spring_n_per_m() > 0.0)
+        primitives_.add_spring(frame_.start, calming_.spring_n_per_m());
     for (LoopEffect& effect : effects_)
         effect.gather(proxy, frame_.force_limit_n, primitives_);
     primitives_.set_gain({});
@@ -198,7 +202,8 @@ void Subdivision::count_steps_left() noexcept {
     steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
 }
 
-/// Whether another evaluation follows, after one that moved the proxy from `before`.
+/// Whether another evaluation follows the one that moved the proxy from `before` to `proxy`. Sets
+/// the flag kEvaluationCap if the frame has to end unfinished.
 bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept {
     if (move.kind == Move::Kind::none || has_given_up()) return false;
     if (move.kind == Move::Kind::look) return true;
@@ -227,7 +232,7 @@ bool Subdivision::has_given_up() const noexcept {
 
 /// Whether the balance presses a membrane above its strength: it opens, and the frame goes on
 /// without it.
-bool Subdivision::membrane_opens() noexcept {
+bool Subdivision::open_a_membrane() noexcept {
     if (has_given_up()) return false;
     for (LoopSurface& surface : surfaces_) {
         if (!surface.open_if_pressed(solution_, contacts_)) continue;
@@ -238,7 +243,9 @@ bool Subdivision::membrane_opens() noexcept {
 }
 
 /// Whether what friction held has begun to slide: the frame goes on with less of it.
-bool Subdivision::breaks_away() noexcept { return !has_given_up() && friction_.breaks_away(); }
+bool Subdivision::let_friction_slip() noexcept {
+    return !has_given_up() && friction_.breaks_away();
+}
 
 void Subdivision::note_open() noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
@@ -254,9 +261,9 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     }
     note_open();
     friction_.commit();
-    settling_.end(proxy,
-                  (primitives_.total_stiffness(frame_.stiffness) - settling_.spring_n_per_m()) /
-                      frame_.stiffness);
+    calming_.end(proxy,
+                 (primitives_.total_stiffness(frame_.stiffness) - calming_.spring_n_per_m()) /
+                     frame_.stiffness);
     for (LoopEffect& effect : effects_)
         effect.commit({proxy, result_.felt});
     for (const PlaneOutcome& plane : solution_.planes)

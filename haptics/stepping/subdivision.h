@@ -13,10 +13,10 @@
 #include <palpate/haptics/effects/surface_magnets.h>
 #include <palpate/haptics/solver/gain.h>
 #include <palpate/haptics/solver/proxy_solver.h>
+#include <palpate/haptics/stepping/calming.h>
 #include <palpate/haptics/stepping/loop_effect.h>
 #include <palpate/haptics/stepping/loop_surface.h>
 #include <palpate/haptics/stepping/proxy_path.h>
-#include <palpate/haptics/stepping/settling.h>
 #include <palpate/haptics/stepping/stepping.h>
 
 namespace palpate {
@@ -29,33 +29,39 @@ struct SubdivisionResult {
     std::uint32_t contacts = 0; ///< multipliers above 0 in the last solution
     double residual_m = 0.0;    ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;    ///< FrameFlag bits
-    std::uint32_t work = 0;     ///< as Subdivision::kWorkOfSolvers counts it
-    std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
-    std::uint64_t open = 0; ///< bit i: surface i did not hold at its own level in a part of the
-                            ///< frame: the proxy is inside, or it yielded
+    std::uint32_t work = 0;     ///< spent of the budget, in units of Subdivision::kWorkOfSolvers
+    // Bit i of the next three: the i-th surface given to Subdivision's constructor, i < 64.
+    std::uint64_t felt = 0;    ///< the surface pushed back at the frame's end
+    std::uint64_t open = 0;    ///< bit i: surface i did not hold at its own level in a part of the
+                               ///< frame: the proxy is inside, or it yielded
     std::uint64_t guarded = 0; ///< bit i: the mesh of surface i held back what its volume would
                                ///< have let through
 };
 
-/// Spends a frame in sub-steps (section 4.1 of the paper; composition.md 2.2): gathers primitives
-/// at the proxy (6), solves (7), sees how many more steps fit (8), takes a share of the movement
-/// (9) or a curvature-corrected one, and lets the surfaces carry the proxy as far as every
-/// certificate holds. Owns nothing that moves but the loop's iteration memory.
+/// Cuts the movement of the proxy in one frame into sub-steps (section 4.1 of the paper;
+/// composition.md 2.2). Each sub-step gathers primitives at the proxy (6), solves for the
+/// candidate (7), counts the steps that are still affordable (8), and takes a share of the way (9)
+/// or a step with curvature. It then moves the proxy as far as every certificate holds. Numbers in
+/// brackets are the paper's equations (docs/equations.md). Contacts and effects belong to the
+/// caller. What a loop remembers of them is here: gains, energy banks, magnets, friction, calming.
 class Subdivision {
 public:
-    /// Bounds every frame, also where a clock stands still.
+    /// The most evaluations that a method may ask for in a frame, even if its clock stands still.
+    /// Edges of meshes and new approaches may add a few.
     static constexpr int kMostEvaluations = Stepping::kMostEvaluations;
-    /// What a frame may take, in primitives that a solver looks at once: so many for its solvers,
-    /// and three times kWorkOfEvaluation, which is an evaluation without them, for each evaluation
-    /// that its method may make. Evaluations, bends, friction's rounds and solver passes spend of
-    /// it alike. Where it is spent an adaptive frame ends with what it has (kEvaluationCap), and
-    /// others go on with one short round an evaluation (kSolverCap where that does not do).
+    /// The work that a frame may do. The unit is one look of a solver at one primitive. A frame may
+    /// spend kWorkOfSolvers, and 3 kWorkOfEvaluation for each evaluation that its method may make.
+    /// An evaluation costs kWorkOfEvaluation without its solver. Evaluations, bends, friction's
+    /// rounds and solver passes all spend from this budget. When it is spent, an adaptive frame
+    /// ends where it is (kEvaluationCap). Other methods go on with one short round of the solver an
+    /// evaluation (kSolverCap if that is not enough).
     static constexpr int kWorkOfSolvers = 8192;
     static constexpr int kWorkOfEvaluation = 64;
-    /// Pieces of way on which surfaces lead the proxy by themselves, in one frame.
+    /// Most legs (SlideLeg) on which surfaces lead the proxy in one frame, besides one a share.
     static constexpr int kMostLegs = 1024;
 
-    /// Surfaces, the finish of each (plain where there are fewer) and effects in canonical order;
+    /// Surfaces, the finish of each (plain where there are fewer) and effects, in an order that
+    /// does not depend on how the scene is written (composition.md 2.4);
     /// all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                 std::vector<Effect*> effects, Clock& clock, std::vector<SurfaceFinish> finish = {});
@@ -113,10 +119,10 @@ private:
     /// How the proxy moves after an evaluation.
     struct Move {
         enum class Kind : std::uint8_t {
-            none,  // it is where it has to be
-            look,  // not yet: what bends is first gathered again, now that it has been solved
+            none,  // the proxy is where it has to be
+            look,  // no move yet: gather again with this solution known (FrameContext::looks)
             chord, // straight to `to`, as far as certificates hold
-            slide, // where the surface leads it that holds it, drawn to `to`
+            slide, // `to` draws the proxy, and the surface that holds it leads it
         } kind = Kind::none;
         Vec3 to{0.0};
     };
@@ -130,11 +136,11 @@ private:
     void gather(const Vec3& proxy) noexcept;
     void solve(const Vec3& proxy) noexcept;
     void count_steps_left() noexcept;
-    Move share(const Vec3& proxy) noexcept;
+    Move next_move(const Vec3& proxy) noexcept;
     Vec3 follow(const Move& move, const Vec3& proxy) noexcept;
     bool goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept;
-    bool membrane_opens() noexcept;
-    bool breaks_away() noexcept;
+    bool open_a_membrane() noexcept;
+    bool let_friction_slip() noexcept;
     SubdivisionResult commit(const Vec3& proxy) noexcept;
     void note_open() noexcept;
     int all_work() const noexcept;
@@ -151,7 +157,7 @@ private:
     Vec3 carry(const Vec3& from, const Vec3& to) noexcept;
     Vec3 slide_along(Vec3 proxy, const Vec3& pull) noexcept;
     Vec3 record_move(const Vec3& proxy) noexcept;
-    Vec3 settle(Vec3 proxy) noexcept;
+    Vec3 final_proxy(Vec3 proxy) noexcept;
     bool is_astray(const Vec3& proxy) const noexcept;
     Vec3 within(Vec3 wanted) const noexcept;
 
@@ -159,7 +165,7 @@ private:
     std::vector<LoopSurface> surfaces_;
     std::vector<LoopEffect> effects_;
     CoulombFriction friction_;
-    Settling settling_;
+    Calming calming_;
 
     // Of one evaluation.
     ContactSet contacts_; // of surfaces, then of magnets

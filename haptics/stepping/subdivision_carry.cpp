@@ -19,13 +19,13 @@ namespace {
 constexpr double kStuck = 1e-10; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
-// In vain once may bring in a new plane. In vain twice, another way is tried; after that nothing
-// will change any more.
+// After one evaluation that did not move the proxy, a new plane may help. After two in a row,
+// another way is tried. After three nothing will change any more: the frame is stalled.
 constexpr int kTriesOfOneWay = 2;
 constexpr int kTries = 3;
 
-/// A contact's plane across the exact slope of its field at the proxy, where that is known: the
-/// continuous gradient, across which planes are felt, may lead the wrong way within a cell.
+/// The plane of a contact, but with the exact slope of its field as normal, where that is known.
+/// Planes are felt with the continuous gradient, which may lead the wrong way within a cell.
 PlanePrimitive across_slope(const ContactPlane& contact, const Vec3& proxy) noexcept {
     PlanePrimitive plane = contact.plane;
     const double slope = glm::length(contact.slope);
@@ -35,7 +35,8 @@ PlanePrimitive across_slope(const ContactPlane& contact, const Vec3& proxy) noex
     return plane;
 }
 
-/// Where the proxy may be lifted to so that it is in front of all levels, by their exact slopes.
+/// Where to lift the proxy so that it is in front of all levels, by their exact slopes. A band is
+/// the layer between a level and the edge of its certificate.
 std::optional<Vec3> out_of_bands(const Vec3& proxy, const ContactSet& contacts,
                                  std::span<const LoopSurface> surfaces,
                                  const FrameContext& frame) noexcept {
@@ -57,7 +58,7 @@ std::optional<Vec3> out_of_bands(const Vec3& proxy, const ContactSet& contacts,
 /// The probe, shifted by forces and springs.
 Vec3 Subdivision::pull() const noexcept { return primitives_.pull(frame_.probe, frame_.stiffness); }
 
-Subdivision::Move Subdivision::share(const Vec3& proxy) noexcept {
+Subdivision::Move Subdivision::next_move(const Vec3& proxy) noexcept {
     if (one_surface_leads())
         return {Move::Kind::slide,
                 stepping_.seeks_balance() ? pull() : stepping_.share(proxy, pull())};
@@ -80,12 +81,12 @@ bool Subdivision::one_surface_leads() noexcept {
     return !others_hold && !friction_.rubs(contacts_[0].surface) && leader().sliding();
 }
 
-/// Whether the proxy is where it has to be: then it keeps its bits, so that a held probe means a
-/// held proxy.
+/// Whether the proxy is where it has to be. Then it keeps its bits: while the probe is held, the
+/// proxy does not change.
 bool Subdivision::keeps_its_place() noexcept {
     const bool first = budget_.evaluations == 1;
     if (result_.residual_m < (friction_.holds() ? kStuck : Stepping::kNoMovement_m)) return true;
-    if (first && settling_.rests(solution_.proxy)) return true;
+    if (first && calming_.rests(solution_.proxy)) return true;
     if (!first || primitives_.is_free()) return false;
     // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
     const double unspent_m =
@@ -95,19 +96,19 @@ bool Subdivision::keeps_its_place() noexcept {
 
 Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {
     if (const std::optional<Vec3> nearer = restored(proxy)) return *nearer;
-    // A share goes along the planes: where that is in vain, it bends, too.
+    // A share follows the planes. If that does not move the proxy, take a step with curvature.
     if (stepping_.seeks_balance() || path_.tries_in_vain() >= kTriesOfOneWay)
         return curved_candidate(proxy);
     if (stepping_.steps_left() == 0) return solution_.proxy;
     return stepping_.share(proxy, solution_.proxy); // (9)
 }
 
-/// Where the proxy may be lifted to, if it is so deep in the bands of certificates that no other
-/// way can be certified: nearer to one level along its slope; out of several bands at once along
-/// all planes, as the way out of one may lead deeper into another.
+/// Where to lift the proxy if it is so deep in the bands that no other way can be certified. In one
+/// band: along the slope, nearer to the level. In several: along all planes at once, because the
+/// way out of one band may lead deeper into another.
 std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
-    // A share goes along the planes, and in vain where the slope within a cell is another one:
-    // then out of all bands first, however deep in them.
+    // A share follows the planes. It cannot move where the exact slope differs too much from them.
+    // Then lift the proxy out of all bands first, at whatever depth it is.
     if (!stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay)
         return out_of_bands(proxy, contacts_, surfaces_, frame_);
     const bool only_try =
@@ -129,8 +130,8 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
     if (primitives_.is_free()) return solution_.proxy;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
     const double damping = stepping_.damp();
-    // Bent by the surfaces that push, a step may lead into one that does not: then the planes' own
-    // way, which keeps in front of all, is tried.
+    // A step that is corrected for the surfaces that push may lead into a surface that does not.
+    // Then try the step of the planes alone: it stays in front of all of them.
     Vec3 step = stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay
                     ? solution_.proxy - proxy
                     : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
@@ -149,17 +150,18 @@ Vec3 Subdivision::follow(const Move& move, const Vec3& proxy) noexcept {
     return move.kind == Move::Kind::slide ? slide_along(proxy, move.to) : proxy;
 }
 
-/// Follows the chord as far as every surface's certificate holds that does not yield in this
-/// sub-step.
+/// Follows the chord as far as the certificates hold. A surface that yields in this sub-step has no
+/// say.
 Vec3 Subdivision::carry(const Vec3& from, const Vec3& to) noexcept {
     if (!is_a_place(to)) {
         result_.flags |= kForceNotFinite;
         return record_move(from);
     }
-    double stopped_at =
-        1.0; // by a surface met on the way: it offers its plane at the next gathering
-    double blocked_at = 1.0; // by one that is felt already
-    bool bends = false;      // what stopped it is no obstacle
+    // Shares of the chord. A surface that is not felt yet stops it at the exact place of contact,
+    // and offers its plane at the next gathering. A surface that is felt already blocks it.
+    double stopped_at = 1.0;
+    double blocked_at = 1.0;
+    bool bends = false; // it was stopped by an edge of the mesh that it follows, no obstacle
     FieldSurface* blocking = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (surfaces_[i].yields()) {
@@ -191,10 +193,10 @@ Vec3 Subdivision::carry(const Vec3& from, const Vec3& to) noexcept {
     return record_move(reached.value_or(from));
 }
 
-/// Where a surface leads the proxy towards the probe, shifted by the forces, or towards this
-/// sub-step's share of the way there; as far as the other surfaces' certificates hold.
+/// Lets the leading surface lead the proxy towards `pull`, as far as the certificates of the other
+/// surfaces hold. `pull` is the probe, shifted by the forces, or this sub-step's share of the way.
 Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
-    // Every share has a leg of its own: kMostLegs are for corners between.
+    // Each share gets one more leg, so that kMostLegs counts only the corners between.
     if (!stepping_.seeks_balance()) ++budget_.legs_left;
     if (!is_a_place(pull)) {
         result_.flags |= kForceNotFinite | kStalled;
@@ -222,14 +224,13 @@ Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
         }
         proxy = record_move(leg.corner);
     }
-    // Else the next share begins where this one ended.
+    // No legs are left. A method with shares goes on with its next share; else the frame ends here.
     if (stepping_.seeks_balance() || stepping_.steps_left() == 0) result_.flags |= kEvaluationCap;
     return proxy;
 }
 
-/// Whether the frame is over: the surface that leads held the proxy and still does, could neither
-/// yield nor open, and no effect could pull elsewhere from there. Its planes there would tell no
-/// more.
+/// Whether the frame is over without another evaluation. It is if the leading surface held the
+/// proxy and still holds it, cannot yield or open, and no effect can pull elsewhere.
 bool Subdivision::rests_firmly(const Vec3& proxy) noexcept {
     return stepping_.has_converged() && effects_.empty() &&
            solution_.planes[0].state == MultiplierState::active &&
@@ -245,10 +246,10 @@ Vec3 Subdivision::record_move(const Vec3& proxy) noexcept {
 
 // ---- where the frame ends ----------------------------------------------------------------------
 
-/// A frame that ends before its forces balance ends on the level at least, and not astray; and
-/// every frame ends within what effects never let the proxy leave.
-Vec3 Subdivision::settle(Vec3 proxy) noexcept {
-    // A frame of one evaluation has no second one to find that out in.
+/// Where the frame ends. If the forces do not balance yet, it ends on the level, and no farther
+/// away than is_astray() allows. It always ends inside what effects never let the proxy leave.
+Vec3 Subdivision::final_proxy(Vec3 proxy) noexcept {
+    // A frame of one evaluation has no second try: if it did not move, it is stalled.
     if (path_.sub_steps() == 0 && path_.stands_still()) result_.flags |= kStalled;
     if (stepping_.is_unfinished() && !primitives_.is_free()) {
         if (is_astray(proxy)) proxy = carry(proxy, frame_.start);
@@ -260,9 +261,10 @@ Vec3 Subdivision::settle(Vec3 proxy) noexcept {
     return inside == proxy ? proxy : carry(proxy, inside);
 }
 
-/// Whether a proxy is where no frame ends that comes to its end: the balance is no further from the
-/// pull than the frame's start, but for what the start is lifted or drawn by. What holds the proxy
-/// twice, as two modes of one vector field that never slip, may meet at any angle on the way there.
+/// Whether the proxy is farther from the pull than any balance can be. A balance is no farther away
+/// than the frame's start, plus the way over which the longest force stretches the coupling. Two
+/// modes of one vector field that never slip hold the proxy twice. Their lines and planes may meet
+/// far away.
 bool Subdivision::is_astray(const Vec3& proxy) const noexcept {
     const double lift_m = frame_.force_limit_n / frame_.stiffness;
     return glm::length(proxy - pull()) > glm::length(frame_.start - pull()) + lift_m;

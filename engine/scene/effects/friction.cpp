@@ -35,11 +35,11 @@ template <class Settings>
 void check(const EffectCheck& check, const Settings& effect) {
     const FieldCheck& fields = check.fields;
     check_surface_name(check, effect.surface);
-    fields.number("friction.static_mu", effect.static_mu, kCoefficient);
-    fields.number("friction.dynamic_mu", effect.dynamic_mu, kCoefficient);
+    fields.number("static_mu", effect.static_mu, kCoefficient);
+    fields.number("dynamic_mu", effect.dynamic_mu, kCoefficient);
     if (effect.dynamic_mu > effect.static_mu)
         fields.fail(
-            "friction.dynamic_mu",
+            "dynamic_mu",
             fmt::format("= {} is above static_mu = {}", effect.dynamic_mu, effect.static_mu),
             "give at most as much friction while sliding as at rest");
 }

@@ -119,8 +119,8 @@ void check_curve(const FieldCheck& fields, const Guide& effect) {
 }
 
 void check(const EffectCheck& check, const Guide& effect) {
-    check.fields.number("guide_settings.strength_n", effect.strength_n, kHoldingN);
-    check.fields.number("guide_settings.capture_m", effect.capture_m, kPositiveOrInfinite);
+    check.fields.number("strength_n", effect.strength_n, kHoldingN);
+    check.fields.number("capture_m", effect.capture_m, kPositiveOrInfinite);
     check_strength_by_place(check, effect.volume, effect.strength, kHoldingN);
     check_curve(check.fields, effect);
 }
@@ -143,7 +143,7 @@ std::unique_ptr<Effect> make(const Guide& effect, const EffectParts& parts) {
     return std::make_unique<CurveGuide>(Polyline(effect.points_m, effect.ends), settings);
 }
 
-/// Corners and middles of the edges.
+/// Places to look at when the effect is priced: the corners, and the middles of the pieces.
 std::vector<Vec3> places(const Guide& effect) {
     const std::vector<Vec3>& corners = effect.points_m;
     std::vector<Vec3> places = corners;

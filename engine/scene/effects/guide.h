@@ -12,18 +12,19 @@
 
 namespace palpate::effects {
 
-/// Draws the proxy to a point or along a polyline (haptics/effects/point_guide.h, curve_guide.h).
+/// Draws the proxy onto a point or onto a polyline (haptics/effects/point_guide.h, curve_guide.h).
 struct Guide {
     std::vector<Vec3> points_m = {}; ///< one point, or the polyline's corners, up to
                                      ///< Polyline::kMostPoints, scene frame, m, within 1e3
-    std::filesystem::path file = {}; ///< CSV that they were read from; empty: the scene itself
+    std::filesystem::path file = {}; ///< CSV file of the points; empty: the scene itself has them
     PolylineEnds ends = PolylineEnds::open;
-    double strength_n = 1.0; ///< N, [0, 1e6] or infinite: it never slips, and never lets go; with
-                             ///< `volume` the greatest of `strength`
+    double strength_n = 1.0; ///< N, [0, 1e6] or infinite: then the proxy never slips off, and the
+                             ///< guide never lets go. With `volume`: the greatest of `strength`
     double capture_m = std::numeric_limits<double>::infinity();
-    ///< it snaps on when the proxy is this near at a frame's start: m, > 0; infinite: always
+    ///< m, > 0: the guide takes the proxy if it is this near at a frame's start; infinite: always
     std::string volume = {};        ///< of scalars; empty: the strength is the same everywhere
-    TransferFunction strength = {}; ///< with `volume`: N over its value, [0, 1e6], finite
+    TransferFunction strength = {}; ///< with `volume`: N as a function of the volume's value,
+                                    ///< [0, 1e6], finite
 
     static const internal::EffectRoom<Guide> room;
 };

@@ -34,8 +34,8 @@ Magnet read(const EffectTable& from) {
 
 void check(const EffectCheck& check, const Magnet& effect) {
     check_surface_name(check, effect.surface);
-    check.fields.number("magnet.strength_n", effect.strength_n, kStrengthN);
-    check.fields.number("magnet.capture_m", effect.capture_m, scaled(kMagnetCaptureMm, 1e-3));
+    check.fields.number("strength_n", effect.strength_n, kStrengthN);
+    check.fields.number("capture_m", effect.capture_m, scaled(kMagnetCaptureMm, 1e-3));
     check_strength_by_place(check, effect.volume, effect.strength, kStrengthN);
 }
 

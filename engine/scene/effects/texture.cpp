@@ -105,19 +105,18 @@ void check(const EffectCheck& check, const Texture& effect) {
     const Range height_m = scaled(kHeightMm, 1e-3);
     if (!effect.volume.empty()) {
         check_field_volume(check, FieldNeed::scalar, effect.volume);
-        return fields.function("texture.height_over_value", effect.height_over_value, height_m);
+        return fields.function("height_over_value", effect.height_over_value, height_m);
     }
     if (effect.height_over_value.count > 0)
-        fields.fail("texture.height_over_value", "is a function, and no volume says of what",
+        fields.fail("height_over_value", "is a function, and no volume says of what",
                     "name the volume, or give height_m");
-    fields.choice("texture.pattern", effect.pattern, TexturePattern::grating);
-    fields.number("texture.wavelength_m", effect.wavelength_m, scaled(kWavelengthMm, 1e-3));
-    fields.number("texture.height_m", effect.height_m, height_m);
+    fields.choice("pattern", effect.pattern, TexturePattern::grating);
+    fields.number("wavelength_m", effect.wavelength_m, scaled(kWavelengthMm, 1e-3));
+    fields.number("height_m", effect.height_m, height_m);
     if (effect.height_m > SurfaceTexture::kHighestOfWave * effect.wavelength_m)
-        fields.fail("texture.height_m",
-                    fmt::format("= {} is above wavelength_m / (2 pi)", effect.height_m),
+        fields.fail("height_m", fmt::format("= {} is above wavelength_m / (2 pi)", effect.height_m),
                     "lower the height, or take a longer wavelength");
-    fields.direction("texture.direction", effect.direction);
+    fields.direction("direction", effect.direction);
 }
 
 /// But for the field.

@@ -48,10 +48,10 @@ void check_tone(const EffectCheck& check, const Vibration& effect) {
 void check(const EffectCheck& check, const Vibration& effect) {
     const FieldCheck& fields = check.fields;
     if (!effect.surface.empty()) check_surface_name(check, effect.surface);
-    fields.number("vibration.amplitude_n_s_per_m", effect.amplitude_n_s_per_m, kVibrationAmplitude);
-    fields.number("vibration.frequency_hz", effect.frequency_hz, kVibrationHz);
-    fields.number("vibration.decay_s", effect.decay_s, scaled(kVibrationDecayMs, 1e-3));
-    fields.number("vibration.most_n", effect.most_n, kVibrationMostN);
+    fields.number("amplitude_n_s_per_m", effect.amplitude_n_s_per_m, kVibrationAmplitude);
+    fields.number("frequency_hz", effect.frequency_hz, kVibrationHz);
+    fields.number("decay_s", effect.decay_s, scaled(kVibrationDecayMs, 1e-3));
+    fields.number("most_n", effect.most_n, kVibrationMostN);
     check_tone(check, effect);
 }
 

@@ -110,7 +110,7 @@ void check_shape(const FieldCheck& fields, const Workspace& effect) {
 }
 
 void check(const EffectCheck& check, const Workspace& effect) {
-    check.fields.number("guide_settings.strength_n", effect.strength_n, kHoldingN);
+    check.fields.number("strength_n", effect.strength_n, kHoldingN);
     check_strength_by_place(check, effect.volume, effect.strength, kHoldingN);
     check_shape(check.fields, effect);
     check_overlap(check, effect);

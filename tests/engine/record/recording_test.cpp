@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/files/sha256.h>
 #include <palpate/engine/record/recording.h>
 
 #include <algorithm>

@@ -11,7 +11,7 @@
 #include <palpate/engine/run/recorded_run.h>
 #include <palpate/engine/run/trace.h>
 
-#include "scene_file_fixture.h"
+#include "tests/engine/scene/scene_file_fixture.h"
 #include "tests/support/scripted_clock.h"
 #include "tests/support/scripted_device.h"
 

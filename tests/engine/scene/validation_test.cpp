@@ -98,7 +98,7 @@ TEST(SceneFromCode, NumbersOutOfRangeNameFieldValueAndRange) {
          "surfaces[\"skull\"].strength_n = -inf is out of range; give a number in [0, 1000000] or "
          "inf"},
         {[](S& s) { of<effects::Friction>(s, 1).dynamic_mu = 0.4; },
-         "effects[1].friction.dynamic_mu = 0.4 is above static_mu = 0.3; give at most as much "
+         "effects[1].dynamic_mu = 0.4 is above static_mu = 0.3; give at most as much "
          "friction while sliding as at rest"},
         {[](S& s) { of<effects::ConstantForce>(s, 2).force_n[1] = 2e3; },
          "effects[2].force_n[1] = 2000 is out of range; give a number in [-1000, 1000]"},
@@ -106,14 +106,14 @@ TEST(SceneFromCode, NumbersOutOfRangeNameFieldValueAndRange) {
          "effects[3].strength.nodes[0].strength_n = inf is out of range; give a number in [0, "
          "1000]"},
         {[](S& s) { of<effects::Guide>(s, 4).capture_m = 0.0; },
-         "effects[4].guide_settings.capture_m = 0 is out of range; give a number in (0, inf]"},
+         "effects[4].capture_m = 0 is out of range; give a number in (0, inf]"},
         {[](S& s) { of<effects::Workspace>(s, 5).radius_m = 0.0; },
          "effects[5].radius_m = 0, and box_m is empty; give a radius_m above 0, or a box_m"},
         {[](S& s) { of<effects::GravityCompensation>(s, 6).down = Vec3{0.0}; },
          "effects[6].down = [0, 0, 0] has no direction; give three finite numbers, not all of them "
          "0"},
         {[](S& s) { of<effects::Magnet>(s, 8).capture_m = 2.0; },
-         "effects[8].magnet.capture_m = 2 is out of range; give a number in (0, 1]"},
+         "effects[8].capture_m = 2 is out of range; give a number in (0, 1]"},
         {[](S& s) { of<effects::Vibration>(s, 10).frequency_hz = 600.0; },
          "frequency_hz = 600 in effects[10] is not below half of [loop] rate_hz = 1000; lower it, "
          "or raise the rate"},

@@ -16,13 +16,13 @@ namespace palpate {
 ///
 /// A proxy that has all but stopped under a held probe keeps its bits from then on, until what is
 /// asked of it there changes.
-class Settling {
+class Calming {
 public:
     /// `tolerance_m`: what the loop may leave of a way, m, > 0.                         [setup]
-    explicit Settling(double tolerance_m) noexcept : tolerance_m_(tolerance_m) {}
+    explicit Calming(double tolerance_m) noexcept : tolerance_m_(tolerance_m) {}
 
     /// A new trial.                                                                     [loop]
-    void restart() noexcept { *this = Settling(tolerance_m_); }
+    void restart() noexcept { *this = Calming(tolerance_m_); }
     /// A frame begins: takes its measures for it.                                       [loop]
     void begin(const FrameContext& frame) noexcept;
     /// The stiffness g of the frame's spring towards its start, N/m, >= 0.              [loop]

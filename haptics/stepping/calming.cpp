@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/haptics/stepping/settling.h>
+#include <palpate/haptics/stepping/calming.h>
 
 #include <algorithm>
 
@@ -33,7 +33,7 @@ constexpr double kWeakest = 1e-3; // of the coupling's
 
 } // namespace
 
-void Settling::begin(const FrameContext& frame) noexcept {
+void Calming::begin(const FrameContext& frame) noexcept {
     const bool was_held = held_;
     held_ = begun_ && frame.probe == frame_.probe && frame.start == end_ &&
             frame.stiffness == frame_.stiffness;
@@ -51,12 +51,12 @@ void Settling::begin(const FrameContext& frame) noexcept {
     spring_n_per_m_ = damping_;
 }
 
-void Settling::look_anew(const Vec3& proxy) noexcept {
+void Calming::look_anew(const Vec3& proxy) noexcept {
     from_ = proxy;
     way_m_ = probe_way_m_ = 0.0;
 }
 
-bool Settling::turned_back(const Vec3& step) const noexcept {
+bool Calming::turned_back(const Vec3& step) const noexcept {
     const double length = glm::length(step), before = glm::length(last_step_);
     if (length > kFollows * probe_since_m_ && length > kNoShorter * before && before > 0.0 &&
         glm::dot(step, last_step_) < kAgainst * length * before)
@@ -64,11 +64,11 @@ bool Settling::turned_back(const Vec3& step) const noexcept {
     return way_m_ > kRound * glm::length(frame_.start + step - from_) + kFollows * probe_way_m_;
 }
 
-bool Settling::stopped() const noexcept {
+bool Calming::stopped() const noexcept {
     return held_ && (still_ >= kStillFrames || damping_ >= kStiffest * frame_.stiffness);
 }
 
-bool Settling::rests(const Vec3& asked) noexcept {
+bool Calming::rests(const Vec3& asked) noexcept {
     if (!stopped()) {
         rested_ = 0;
         return false;
@@ -80,7 +80,7 @@ bool Settling::rests(const Vec3& asked) noexcept {
     return false;
 }
 
-void Settling::end(const Vec3& proxy, double slowness) noexcept {
+void Calming::end(const Vec3& proxy, double slowness) noexcept {
     const Vec3 step = proxy - frame_.start;
     end_ = proxy;
     const bool hardly = slowness * glm::length(step) < kStill * tolerance_m_;
