@@ -145,7 +145,7 @@ TEST_F(SceneFileMessage, ValuesOutOfRangeNameKeyValueAndRange) {
         {"[loop]\ntolerance_um = 0\n",
          "tolerance_um = 0 in [loop] is out of range; give a number in (0, 1000]"},
         {"[volume.a]\nanalytic = \"slab\"\nthickness_mm = -1\n",
-         "thickness_mm = -1 in [volume.a] is out of range; give a number in (0, 1000000]"},
+         "thickness_mm = -1 in [volume.a] is out of range; give a number in [1e-06, 1000000]"},
         {"[volume.a]\nanalytic = \"wedge\"\nangle_deg = 360\n",
          "angle_deg = 360 in [volume.a] is out of range; give a number in (0, 360)"},
         {"[volume.a]\nanalytic = \"wedge\"\nangle_deg = 180\n",

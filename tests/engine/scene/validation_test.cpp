@@ -90,7 +90,8 @@ TEST(SceneFromCode, NumbersOutOfRangeNameFieldValueAndRange) {
         {[](S& s) { s.coupling.stiffness_n_per_m = kNan; },
          "coupling.stiffness_n_per_m = nan is not a number; give a number in (0, 100000]"},
         {[](S& s) { s.volumes["head"].parameters["radius_mm"] = -20.0; },
-         "volumes[\"head\"].parameters[\"radius_mm\"] = -20 is out of range; give a number in (0, "
+         "volumes[\"head\"].parameters[\"radius_mm\"] = -20 is out of range; give a number in "
+         "[1e-06, "
          "1000000]"},
         {[](S& s) { s.materials["bone"].static_mu = 11.0; },
          "materials[\"bone\"].static_mu = 11 is out of range; give a number in [0, 10]"},
