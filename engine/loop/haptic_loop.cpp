@@ -14,6 +14,7 @@
 #endif
 
 #include <palpate/engine/loop/device_safety.h>
+#include <palpate/engine/loop/internal/loop_state_parts.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/validation.h>
@@ -76,6 +77,12 @@ std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
     return required("scene", std::move(scene));
 }
 
+/// The queries of `all` that are not in `some`, which may have been counted later, and less.
+QueryCount without(const QueryCount& all, const QueryCount& some) noexcept {
+    return {all.field_samples - some.field_samples, all.roots - some.roots,
+            all.surface_queries - some.surface_queries};
+}
+
 bool in_range(const Vec3& p) noexcept {
     return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
 }
@@ -93,7 +100,7 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, const DeviceProperties& device,
                        std::vector<std::unique_ptr<Effect>> custom)
-    : scene_(checked(std::move(scene), loop, device, custom)), clock_(clock),
+    : scene_(checked(std::move(scene), loop, device, custom)), loop_(loop), clock_(clock),
       parts_(scene_->make_parts()),
       coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
       safety_(
@@ -156,6 +163,39 @@ bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
     if (gain < 1.0 && keeps_from_surfaces(effect)) return false;
     gains_[effect]->set(gain);
     return true;
+}
+
+internal::LoopMake HapticLoop::make() const {
+    return {scene_,
+            loop_,
+            coupling_,
+            safety_.settings(),
+            velocity_estimator_.settings(),
+            has_motors_,
+            estimates_velocity_};
+}
+
+LoopState HapticLoop::save() const {
+    return LoopState(std::make_shared<const internal::LoopStateParts>(
+        internal::LoopStateParts{make(), subdivision_->save_state(), parts_.fields.save_state(),
+                                 safety_, velocity_estimator_, frames_,
+                                 without(queries(), counted_), started_, silent_, trial_, proxy_}));
+}
+
+void HapticLoop::restore(const LoopState& state) {
+    if (!state.parts()) throw std::invalid_argument("restore: the state was moved elsewhere");
+    const internal::LoopStateParts& from = *state.parts();
+    internal::require_same_make(from.make, make());
+    subdivision_->restore_state(from.subdivision);
+    parts_.fields.restore_state(from.fields);
+    safety_ = from.safety;
+    velocity_estimator_ = from.velocity_estimator;
+    frames_ = from.frames;
+    counted_ = without(queries(), from.uncounted); // counters go on: a report tells differences
+    started_ = from.started;
+    silent_ = from.silent;
+    trial_ = from.trial;
+    proxy_ = from.proxy;
 }
 
 std::vector<std::string> HapticLoop::warnings() const {

@@ -9,6 +9,7 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/loop/frame_report.h>
+#include <palpate/engine/loop/loop_state.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/haptics/hand/safety_chain.h>
 #include <palpate/haptics/hand/velocity_estimator.h>
@@ -16,6 +17,10 @@
 #include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {
+
+namespace internal {
+struct LoopMake;
+}
 
 /// All mutable state of one haptic loop over a shared scene. frame() is an ordinary function: call
 /// it from whichever thread you like, one at a time. Below it there is no allocation, lock,
@@ -56,6 +61,21 @@ public:
     /// may follow, and waits for a small force then.                                    [loop]
     Vec3 release() noexcept;
 
+    /// Its whole state between two frames: of contacts, effects and gains, of the hand's safety and
+    /// of the frames' count.                                                            [setup]
+    LoopState save() const;
+    /// From here on the same inputs give the same reports as they gave after that save(), bit for
+    /// bit; with method paper as long as the clock's decisions are the same, and but for spent_us.
+    /// That is, if custom effects keep their promise (Effect::save_state()). Gains are the state's,
+    /// too; path() and steps_left() are empty until the next frame. The force jumps from the last
+    /// one that was sent to the state's, whatever the slew limit: on a device with motors, restore
+    /// only where release() has come to zero in both. Needs no memory, unless a custom effect does.
+    /// [setup]
+    /// Throws std::invalid_argument that says what differs, and changes nothing, where the state's
+    /// loop was made of another Scene, LoopDescription, kind of device or custom effects; and
+    /// whatever a custom effect's restore_state() throws: then restore again from another state.
+    void restore(const LoopState& state);
+
     /// What will not be felt as it is meant, of the scene's effects and of custom ones: forces
     /// beyond the limit, primitives beyond the room of an evaluation. In words, a line each.
     /// [setup]
@@ -95,8 +115,10 @@ private:
                       std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
     Vec3 velocity(const DeviceState& device) noexcept;
     QueryCount queries() const noexcept;
+    internal::LoopMake make() const;
 
     std::shared_ptr<const Scene> scene_;
+    LoopDescription loop_;
     Clock& clock_;
     LoopParts parts_;
     std::unique_ptr<Subdivision> subdivision_;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <variant>
 
@@ -83,6 +84,10 @@ public:
     int steps_left(const EvaluationOutcome&, const FrameBudget& budget) noexcept;
     /// Of a sub-step, eq. (10), us.                                                      [any]
     double estimate_us() const noexcept { return estimator_.estimate_us(); }
+    /// All that it remembers from frame to frame.                                        [setup]
+    const StepTimeEstimator& save_state() const noexcept { return estimator_; }
+    /// Of one of the same budget.                                                        [setup]
+    void restore_state(const StepTimeEstimator& state) noexcept { estimator_ = state; }
 
 private:
     Clock* clock_;
@@ -145,6 +150,11 @@ public:
     int most_evaluations() const noexcept;
     /// Of a sub-step, eq. (10), us; 0 where the method needs no clock.                     [any]
     double estimate_us() const noexcept;
+    /// What it remembers from frame to frame: of a method that needs no clock, nothing. [setup]
+    using State = std::optional<StepTimeEstimator>;
+    State save_state() const noexcept;
+    /// Of one with the same settings.                                                    [setup]
+    void restore_state(const State& state) noexcept;
     /// Whether each frame goes on until its forces balance, and not for a number of shares,
     /// whatever these leave.                                                               [any]
     bool seeks_balance() const noexcept { return adaptive() != nullptr; }

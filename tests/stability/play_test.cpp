@@ -44,6 +44,8 @@ public:
     }
     SurfaceState state() const noexcept override { return contact_->state(); }
     QueryCount queries() const noexcept override { return contact_->queries(); }
+    std::any save_state() const override { return contact_->save_state(); }
+    void restore_state(const std::any& state) override { contact_->restore_state(state); }
 
 private:
     std::unique_ptr<SurfaceContact> contact_;
