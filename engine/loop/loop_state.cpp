@@ -2,6 +2,7 @@
 #include <palpate/engine/loop/loop_state.h>
 
 #include <stdexcept>
+#include <string>
 
 #include <fmt/format.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How effects make one frame: what composition.md 5 says must fail, fails.
+#include <any>
 #include <cmath>
 #include <functional>
 #include <limits>

@@ -2,6 +2,7 @@
 // A surface that yields, under a hand that goes round while its depth pulsates, against the exact
 // play operator; and what dropping the flag that says so would cost (numerics 3.2).
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <utility>
 

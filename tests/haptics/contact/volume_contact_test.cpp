@@ -2,6 +2,7 @@
 #include <palpate/haptics/contact/volume_contact.h>
 
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <random>
 
