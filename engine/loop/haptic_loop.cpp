@@ -14,6 +14,7 @@
 #endif
 
 #include <palpate/engine/loop/device_safety.h>
+#include <palpate/engine/loop/internal/loop_state_parts.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -85,6 +86,12 @@ bool in_range(const Vec3& p) noexcept {
     return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
 }
 
+/// The queries of `all` that are not in `some`, which may have been counted later, and less.
+QueryCount without(const QueryCount& all, const QueryCount& some) noexcept {
+    return {all.field_samples - some.field_samples, all.roots - some.roots,
+            all.surface_queries - some.surface_queries};
+}
+
 } // namespace
 
 class HapticLoop::Parts {
@@ -97,6 +104,8 @@ public:
     Vec3 release() noexcept;
     std::vector<std::string> warnings() const;
     bool set_gain(std::size_t effect, double gain) noexcept;
+    LoopState save() const;
+    void restore(const LoopState& state);
 
     const VirtualCoupling& coupling() const noexcept { return coupling_; }
     const Subdivision& subdivision() const noexcept { return *subdivision_; }
@@ -113,8 +122,10 @@ private:
                       std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
     Vec3 velocity(const DeviceState& device) noexcept;
     QueryCount queries() const noexcept;
+    internal::LoopMake make() const;
 
     std::shared_ptr<const Scene> scene_;
+    LoopDescription loop_;
     Clock& clock_;
     LoopParts felt_;
     std::unique_ptr<Subdivision> subdivision_;
@@ -138,7 +149,7 @@ private:
 HapticLoop::Parts::Parts(std::shared_ptr<const Scene> scene, Clock& clock,
                          const LoopDescription& loop, const DeviceProperties& device,
                          std::vector<std::unique_ptr<Effect>> custom)
-    : scene_(checked(std::move(scene), loop, device, custom)), clock_(clock),
+    : scene_(checked(std::move(scene), loop, device, custom)), loop_(loop), clock_(clock),
       felt_(scene_->make_parts()),
       coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
       safety_(
@@ -328,6 +339,38 @@ QueryCount HapticLoop::Parts::queries() const noexcept {
     return total;
 }
 
+internal::LoopMake HapticLoop::Parts::make() const {
+    return {scene_,
+            loop_,
+            coupling_,
+            safety_.settings(),
+            velocity_estimator_.settings(),
+            has_motors_,
+            estimates_velocity_};
+}
+
+LoopState HapticLoop::Parts::save() const {
+    return LoopState(std::make_shared<const internal::LoopStateParts>(internal::LoopStateParts{
+        make(), subdivision_->save_state(), felt_.fields.save_state(), safety_, velocity_estimator_,
+        frames_, without(queries(), counted_), started_, silent_, trial_, proxy_}));
+}
+
+void HapticLoop::Parts::restore(const LoopState& state) {
+    if (!state.parts()) throw std::invalid_argument("restore: the state was moved elsewhere");
+    const internal::LoopStateParts& from = *state.parts();
+    internal::require_same_make(from.make, make());
+    subdivision_->restore_state(from.subdivision);
+    felt_.fields.restore_state(from.fields);
+    safety_ = from.safety;
+    velocity_estimator_ = from.velocity_estimator;
+    frames_ = from.frames;
+    counted_ = without(queries(), from.uncounted); // counters go on: a report tells differences
+    started_ = from.started;
+    silent_ = from.silent;
+    trial_ = from.trial;
+    proxy_ = from.proxy;
+}
+
 // ---- the loop: its parts, asked from outside ---------------------------------------------------
 
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
@@ -355,6 +398,10 @@ FrameReport HapticLoop::frame(const DeviceState& device,
 }
 
 Vec3 HapticLoop::release() noexcept { return parts_->release(); }
+
+LoopState HapticLoop::save() const { return parts_->save(); }
+
+void HapticLoop::restore(const LoopState& state) { parts_->restore(state); }
 
 std::vector<std::string> HapticLoop::warnings() const { return parts_->warnings(); }
 

@@ -9,12 +9,17 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/loop/frame_report.h>
+#include <palpate/engine/loop/loop_state.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/hand/virtual_coupling.h>
 #include <palpate/haptics/stepping/clock.h>
 
 namespace palpate {
+
+namespace internal {
+struct LoopMake;
+}
 
 /// All mutable state of one haptic loop over a shared scene. frame() is an ordinary function: call
 /// it from whichever thread you like, one at a time. Below it there is no allocation, lock,
@@ -55,6 +60,21 @@ public:
     /// motors: at the slew limit). frame() may follow; with motors it then waits for a small force.
     /// [loop]
     Vec3 release() noexcept;
+
+    /// Its whole state between two frames: of contacts, effects and gains, of the hand's safety and
+    /// of the frames' count.                                                            [setup]
+    LoopState save() const;
+    /// From here on the same inputs give the same reports as they gave after that save(), bit for
+    /// bit; with method paper as long as the clock's decisions are the same, and but for spent_us.
+    /// That is, if custom effects keep their promise (Effect::save_state()). Gains are the state's,
+    /// too; path() and steps_left() are empty until the next frame. The force jumps from the last
+    /// one that was sent to the state's, whatever the slew limit: on a device with motors, restore
+    /// only where release() has come to zero in both. Needs no memory, unless a custom effect does.
+    /// [setup]
+    /// Throws std::invalid_argument that says what differs, and changes nothing, where the state's
+    /// loop was made of another Scene, LoopDescription, kind of device or custom effects; and
+    /// whatever a custom effect's restore_state() throws: then restore again from another state.
+    void restore(const LoopState& state);
 
     /// What will not be felt as it is meant, of the scene's effects and of custom ones: forces
     /// beyond the limit, primitives beyond the room of an evaluation. In words, a line each.

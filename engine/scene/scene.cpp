@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -20,7 +19,6 @@
 #include <palpate/haptics/contact/guarded_contact.h>
 #include <palpate/haptics/contact/mesh_contact.h>
 #include <palpate/volume/fields/analytic_fields.h>
-#include <palpate/volume/fields/shared_samples.h>
 #include <palpate/volume/formats/volume_file.h>
 
 namespace palpate {
@@ -280,13 +278,8 @@ std::vector<SurfaceFinish> Scene::finish_with(const internal::EffectFields& fiel
 }
 
 LoopParts Scene::make_parts() const {
-    std::map<std::shared_ptr<const ScalarField>, std::shared_ptr<const ScalarField>> own;
-    const auto shared = [&](const std::shared_ptr<const ScalarField>& field) {
-        std::shared_ptr<const ScalarField>& one = own[field];
-        if (!one) one = share_samples(field);
-        return one;
-    };
     LoopParts parts;
+    const auto shared = [&](const auto& field) { return parts.fields.share(field); };
     for (const SceneSurface& surface : surfaces_) {
         TextureSettings texture = surface.texture;
         texture.field = shared(texture.field);
@@ -297,7 +290,7 @@ LoopParts Scene::make_parts() const {
         field = shared(field);
     for (auto* vectors : {&fields.directed, &fields.axial})
         for (auto& [volume, field] : *vectors)
-            field = share_samples(field);
+            field = shared(field);
     parts.finish = finish_with(fields);
     for (const std::size_t index : effect_order_) {
         const EffectDescription& effect = description_.effects[index];

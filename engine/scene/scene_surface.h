@@ -12,6 +12,7 @@
 #include <palpate/haptics/contact/volume_contact.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/effects/surface_magnets.h>
+#include <palpate/volume/fields/shared_samples.h>
 
 namespace palpate {
 
@@ -36,6 +37,7 @@ struct LoopParts {
     std::vector<std::unique_ptr<SurfaceContact>> contacts;
     std::vector<SurfaceFinish> finish; ///< of each of them
     std::vector<std::unique_ptr<Effect>> effects;
+    SharedFields fields; ///< whose samples they share
 };
 
 } // namespace palpate

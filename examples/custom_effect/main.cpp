@@ -3,6 +3,7 @@
 // still hand is held into it, and what it feels is compared with the law; then it is switched off
 // while the loop runs.
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -43,6 +44,9 @@ public:
     bool is_active() const noexcept override { return true; }
     std::size_t most_primitives() const noexcept override { return 0; } // a force needs no room
     palpate::QueryCount queries() const noexcept override { return {}; }
+    // Its time moves from frame to frame, so it is a part of HapticLoop::save() and restore().
+    std::any save_state() const override { return time_s_; }
+    void restore_state(const std::any& state) override { time_s_ = std::any_cast<double>(state); }
 
 private:
     double time_s_ = 0.0;

@@ -131,6 +131,15 @@ bool DirectContact::is_offered(const ContactPlane& contact, const SurfaceHit& hi
     return false;
 }
 
+std::any DirectContact::save_state() const { return State{strength_n_, engaged_, bundle_}; }
+
+void DirectContact::restore_state(const std::any& state) {
+    const auto& from = std::any_cast<const State&>(state);
+    strength_n_ = from.strength_n;
+    engaged_ = from.engaged;
+    bundle_ = from.bundle;
+}
+
 QueryCount DirectContact::queries() const noexcept {
     return {sampler_->samples(), sampler_->roots(), rays_};
 }

@@ -36,8 +36,17 @@ public:
         return engaged_ ? SurfaceState::in_contact : SurfaceState::free;
     }
     QueryCount queries() const noexcept override;
+    std::any save_state() const override;
+    void restore_state(const std::any& state) override;
 
 private:
+    /// What it remembers from frame to frame.
+    struct State {
+        double strength_n = 0.0;
+        bool engaged = false;
+        PlaneBundle bundle;
+    };
+
     bool behind_a_facet(const Vec3& proxy) noexcept;
     bool is_offered(const ContactPlane& contact, const SurfaceHit& hit) const noexcept;
 

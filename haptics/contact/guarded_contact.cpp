@@ -212,6 +212,21 @@ void GuardedContact::open() noexcept {
     on_duty_ = leash_offered_ = leash_holds_ = false;
 }
 
+std::any GuardedContact::save_state() const {
+    return State{volume_.save_state(), guard_contact_->save_state(), on_duty_, guard_, followed_,
+                 leash_holds_};
+}
+
+void GuardedContact::restore_state(const std::any& state) {
+    const auto& from = std::any_cast<const State&>(state);
+    volume_.restore_state(from.volume);
+    guard_contact_->restore_state(from.guard_contact);
+    on_duty_ = from.on_duty;
+    guard_ = from.guard;
+    followed_ = from.followed;
+    leash_holds_ = from.leash_holds;
+}
+
 QueryCount GuardedContact::queries() const noexcept {
     QueryCount count = volume_.queries();
     count.surface_queries += guard_contact_->queries().surface_queries + searches_;

@@ -55,6 +55,8 @@ public:
     void open() noexcept override;
     bool guarded() const noexcept override { return leash_holds_; }
     QueryCount queries() const noexcept override;
+    std::any save_state() const override;
+    void restore_state(const std::any& state) override;
     Membrane* membrane() noexcept override { return volume_.membrane() ? this : nullptr; }
     FieldSurface* of_field() noexcept override { return this; }
 
@@ -64,6 +66,16 @@ public:
     }
 
 private:
+    /// What it remembers from frame to frame.
+    struct State {
+        std::any volume;
+        std::any guard_contact;
+        bool on_duty = false;
+        Vec3 guard{0.0};
+        Vec3 followed{0.0};
+        bool leash_holds = false;
+    };
+
     bool post_guard(const Vec3& proxy) noexcept;
     bool deep_inside(const Vec3& proxy) noexcept;
     void follow(const Vec3& proxy) noexcept;

@@ -41,14 +41,14 @@ MeshContact::MeshContact(std::shared_ptr<const CertifiedMesh> mesh,
 }
 
 bool MeshContact::restart(const Vec3& proxy) noexcept {
-    leg_ = {};
-    guards_.clear();
-    touch_count_ = 0;
-    yielded_ = false;
-    state_ = SurfaceState::free;
-    passed_ = false;
-    pull_ = proxy;
-    leaving_.clear();
+    now_.leg = {};
+    now_.guards.clear();
+    now_.touch_count = 0;
+    now_.yielded = false;
+    now_.state = SurfaceState::free;
+    now_.passed = false;
+    now_.pull = proxy;
+    now_.leaving.clear();
     alight(proxy, proxy);
     return false;
 }
@@ -65,20 +65,21 @@ void MeshContact::rest_on(const MeshSpot& spot) noexcept {
 /// The loop says where the proxy is: where it was, or somewhere on the last chord.
 void MeshContact::locate(const Vec3& proxy) noexcept {
     const bool arrived =
-        leg_.kind != Leg::Kind::none && glm::length(proxy - leg_.to) <= tolerance_m_;
-    if (proxy != proxy_ || arrived) follow(proxy);
-    leg_.kind = Leg::Kind::none;
+        now_.leg.kind != Leg::Kind::none && glm::length(proxy - now_.leg.to) <= tolerance_m_;
+    if (proxy != now_.proxy || arrived) follow(proxy);
+    now_.leg.kind = Leg::Kind::none;
 }
 
 void MeshContact::follow(const Vec3& proxy) noexcept {
-    const Leg leg = leg_;
-    leg_.kind = Leg::Kind::none;
+    const Leg leg = now_.leg;
+    now_.leg.kind = Leg::Kind::none;
     const bool arrived = glm::length(proxy - leg.to) <= tolerance_m_;
     switch (leg.kind) {
     case Leg::Kind::flight:
-        if (mode_ == Mode::on_surface && !arrived &&
+        if (now_.mode == Mode::on_surface && !arrived &&
             glm::length(proxy - leg.from) <= kStillThere * tolerance_m_)
-            proxy_ = proxy; // cut off at once: the label holds, rounding would not tell the side
+            now_.proxy =
+                proxy; // cut off at once: the label holds, rounding would not tell the side
         else if (!arrived)
             alight(proxy, leg.from);
         else if (leg.lands)
@@ -93,10 +94,10 @@ void MeshContact::follow(const Vec3& proxy) noexcept {
         break;
     }
     // It goes where no chord was asked for: because it yielded, or is set to another place.
-    if (yielded_)
+    if (now_.yielded)
         pass_through(proxy);
     else
-        alight(proxy, proxy_);
+        alight(proxy, now_.proxy);
 }
 
 /// In free space somewhere on a certified chord that came from `seen_from`, or at a start.
@@ -112,53 +113,55 @@ void MeshContact::alight(const Vec3& proxy, const Vec3& seen_from) noexcept {
 }
 
 void MeshContact::hover(const Vec3& proxy, double clear_m) noexcept {
-    mode_ = Mode::airborne;
-    proxy_ = proxy;
+    now_.mode = Mode::airborne;
+    now_.proxy = proxy;
     if (clear_m < 0.0) return; // still in the old ball
-    ball_center_ = proxy;
-    ball_radius_m_ = clear_m;
+    now_.ball_center = proxy;
+    now_.ball_radius_m = clear_m;
 }
 
 void MeshContact::stand(const MeshSpot& spot, const Vec3& proxy) noexcept {
-    mode_ = Mode::on_surface;
-    spot_ = spot;
-    proxy_ = proxy;
-    touch_count_ = 0;
-    guards_.clear();
+    now_.mode = Mode::on_surface;
+    now_.spot = spot;
+    now_.proxy = proxy;
+    now_.touch_count = 0;
+    now_.guards.clear();
 }
 
 // ---- planes for the solver ---------------------------------------------------------------------
 
 void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept {
     offered_ = 0;
-    if (!passed_) locate(proxy);
-    if (nearest && !passed_) nearest->found = nearest_plane(proxy, nearest->pull, nearest->reach_m);
-    if (passed_) offer_behind(proxy, contacts);
-    if (passed_) return;
+    if (!now_.passed) locate(proxy);
+    if (nearest && !now_.passed)
+        nearest->found = nearest_plane(proxy, nearest->pull, nearest->reach_m);
+    if (now_.passed) offer_behind(proxy, contacts);
+    if (now_.passed) return;
     ContactPlane contact;
     contact.gradient_length = 1.0;
     const auto add = [&](const Vec3& anchor, const Vec3& normal) {
-        contact.plane = {anchor, normal, offered_strength_n_};
+        contact.plane = {anchor, normal, now_.offered_strength_n};
         if (contacts.add(contact)) ++offered_;
     };
-    if (mode_ == Mode::airborne) {
+    if (now_.mode == Mode::airborne) {
         drop_stale(proxy);
         // Each plane has the whole strength: several of a yielding surface would resist more than
         // it.
-        const std::size_t first =
-            std::isfinite(offered_strength_n_) && guards_.size() > 0 ? guards_.size() - 1 : 0;
-        for (std::size_t i = first; i < guards_.size(); ++i)
-            add(guards_[i].anchor, guards_[i].normal);
+        const std::size_t first = std::isfinite(now_.offered_strength_n) && now_.guards.size() > 0
+                                      ? now_.guards.size() - 1
+                                      : 0;
+        for (std::size_t i = first; i < now_.guards.size(); ++i)
+            add(now_.guards[i].anchor, now_.guards[i].normal);
         return;
     }
-    const Vec3 pull = pull_ - spot_.position;
-    const Heading heading = walk_.heading(spot_, pull);
-    if (spot_.feature == MeshSpot::Feature::face) {
-        add(spot_.position, walk_.outward(spot_.facet, spot_.side));
+    const Vec3 pull = now_.pull - now_.spot.position;
+    const Heading heading = walk_.heading(now_.spot, pull);
+    if (now_.spot.feature == MeshSpot::Feature::face) {
+        add(now_.spot.position, walk_.outward(now_.spot.facet, now_.spot.side));
         return;
     }
-    if (touch_count_ == 0 && heading.height_m > tolerance_m_) return;
-    if (std::isfinite(offered_strength_n_) && heading.toward != Heading::Toward::face) {
+    if (now_.touch_count == 0 && heading.height_m > tolerance_m_) return;
+    if (std::isfinite(now_.offered_strength_n) && heading.toward != Heading::Toward::face) {
         // What several facets do together: one plane against the pull across the way that is left.
         Vec3 across = pull;
         if (heading.toward == Heading::Toward::edge) {
@@ -170,33 +173,34 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
         }
         const double length = glm::length(across);
         if (length > tolerance_m_) {
-            add(spot_.position, -across / length);
+            add(now_.spot.position, -across / length);
             return;
         }
     }
-    if (touch_count_ == 0) {
+    if (now_.touch_count == 0) {
         if (heading.toward == Heading::Toward::apex)
-            touch_all_that_hold(pull_);
+            touch_all_that_hold(now_.pull);
         else
             touch(heading);
     }
-    for (std::size_t i = 0; i < touch_count_; ++i)
-        add(spot_.position, walk_.outward(touches_[i].facet, touches_[i].side));
+    for (std::size_t i = 0; i < now_.touch_count; ++i)
+        add(now_.spot.position, walk_.outward(now_.touches[i].facet, now_.touches[i].side));
 }
 
 std::optional<ContactPlane> MeshContact::nearest_plane(const Vec3& proxy, const Vec3& pull,
                                                        double reach_m) noexcept {
     ContactPlane contact;
     contact.gradient_length = 1.0;
-    if (mode_ == Mode::airborne) drop_stale(proxy);
-    if (mode_ == Mode::airborne && guards_.size() > 0) {
-        const GuardPlanes::Entry& guard = guards_[guards_.size() - 1];
+    if (now_.mode == Mode::airborne) drop_stale(proxy);
+    if (now_.mode == Mode::airborne && now_.guards.size() > 0) {
+        const GuardPlanes::Entry& guard = now_.guards[now_.guards.size() - 1];
         contact.plane = {guard.anchor, guard.normal, 0.0};
         if (glm::dot(guard.normal, proxy - guard.anchor) > reach_m) return std::nullopt;
         return contact;
     }
-    std::optional<MeshSpot> spot =
-        mode_ == Mode::on_surface ? std::optional(spot_) : nearest_spot(proxy, reach_m, proxy);
+    std::optional<MeshSpot> spot = now_.mode == Mode::on_surface
+                                       ? std::optional(now_.spot)
+                                       : nearest_spot(proxy, reach_m, proxy);
     if (!spot) return std::nullopt;
     Vec3 normal = walk_.outward(spot->facet, spot->side);
     if (spot->feature != MeshSpot::Feature::face) {
@@ -211,8 +215,8 @@ std::optional<ContactPlane> MeshContact::nearest_plane(const Vec3& proxy, const 
                 if (spot->feature != MeshSpot::Feature::face && height_m > tolerance_m_)
                     normal = way / height_m;
                 // That is then the way it goes, not where it was pressed to.
-                pull_ = spot->position;
-                touch_count_ = 0;
+                now_.pull = spot->position;
+                now_.touch_count = 0;
             }
         }
     }
@@ -226,25 +230,26 @@ std::optional<MeshSpot> MeshContact::nearest_spot(const Vec3& point, double radi
     const std::optional<SurfaceHit> near = closest_point(point, radius_m);
     if (!near) return std::nullopt;
     MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
-    spot.side = mode_ == Mode::on_surface ? spot_.side : walk_.side_seen_from(spot, seen_from);
+    spot.side =
+        now_.mode == Mode::on_surface ? now_.spot.side : walk_.side_seen_from(spot, seen_from);
     return spot;
 }
 
 void MeshContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
-    yielded_ = false;
+    now_.yielded = false;
     for (std::size_t i = 0; i < offered_; ++i)
-        if (solution.planes[first + i].state == MultiplierState::saturated) yielded_ = true;
-    if (mode_ != Mode::on_surface || offered_ != touch_count_) return;
+        if (solution.planes[first + i].state == MultiplierState::saturated) now_.yielded = true;
+    if (now_.mode != Mode::on_surface || offered_ != now_.touch_count) return;
     std::size_t kept = 0;
-    for (std::size_t i = 0; i < touch_count_; ++i)
+    for (std::size_t i = 0; i < now_.touch_count; ++i)
         if (solution.planes[first + i].state != MultiplierState::released)
-            touches_[kept++] = touches_[i];
-    touch_count_ = kept;
+            now_.touches[kept++] = now_.touches[i];
+    now_.touch_count = kept;
 }
 
 void MeshContact::touch(const Heading& heading) noexcept {
     if (heading.toward == Heading::Toward::apex) {
-        touch_all_that_hold(pull_);
+        touch_all_that_hold(now_.pull);
         return;
     }
     touch(heading.facet, heading.side);
@@ -255,26 +260,26 @@ void MeshContact::touch(const Heading& heading) noexcept {
 }
 
 void MeshContact::touch(std::uint32_t facet, std::int8_t side) noexcept {
-    for (std::size_t i = 0; i < touch_count_; ++i)
-        if (touches_[i].facet == facet && touches_[i].side == side) return;
-    if (touch_count_ == touches_.size()) {
-        std::move(touches_.begin() + 1, touches_.end(), touches_.begin());
-        --touch_count_;
+    for (std::size_t i = 0; i < now_.touch_count; ++i)
+        if (now_.touches[i].facet == facet && now_.touches[i].side == side) return;
+    if (now_.touch_count == now_.touches.size()) {
+        std::move(now_.touches.begin() + 1, now_.touches.end(), now_.touches.begin());
+        --now_.touch_count;
     }
-    touches_[touch_count_++] = {facet, side};
+    now_.touches[now_.touch_count++] = {facet, side};
 }
 
 /// Of a vertex's facets the few whose planes together hold the proxy there.
 void MeshContact::touch_all_that_hold(const Vec3& pull) noexcept {
     Fan facets;
-    walk_.facets_at(spot_, facets);
+    walk_.facets_at(now_.spot, facets);
     PrimitiveSet planes;
     std::array<Touch, PrimitiveSet::kCapacity> candidates{};
     std::size_t count = 0;
     for (std::size_t i = 0; i < facets.size() && count < candidates.size(); ++i) {
         const Vec3 normal = walk_.outward(facets[i].facet, facets[i].side);
-        if (!(glm::dot(normal, pull - spot_.position) < 0.0)) continue;
-        planes.add({spot_.position, normal, std::numeric_limits<double>::infinity()});
+        if (!(glm::dot(normal, pull - now_.spot.position) < 0.0)) continue;
+        planes.add({now_.spot.position, normal, std::numeric_limits<double>::infinity()});
         candidates[count++] = {facets[i].facet, facets[i].side};
     }
     const ProxySolution solution = solve_proxy(planes, pull, kAnyStiffness);
@@ -287,83 +292,89 @@ void MeshContact::touch_all_that_hold(const Vec3& pull) noexcept {
 
 SlideLeg MeshContact::slide(const Vec3& from, const Vec3& pull) noexcept {
     locate(from);
-    pull_ = pull;
-    return mode_ == Mode::on_surface ? slide_on_surface(pull) : slide_above(pull);
+    now_.pull = pull;
+    return now_.mode == Mode::on_surface ? slide_on_surface(pull) : slide_above(pull);
 }
 
 SlideLeg MeshContact::slide_on_surface(const Vec3& pull) noexcept {
-    for (int leg = 0; leg < kEmptyLegs && mode_ == Mode::on_surface; ++leg) {
-        const WalkStep step = walk_.step(spot_, pull);
+    for (int leg = 0; leg < kEmptyLegs && now_.mode == Mode::on_surface; ++leg) {
+        const WalkStep step = walk_.step(now_.spot, pull);
         switch (step.end) {
         case WalkStep::End::rests:
-            return {proxy_, SlideLeg::End::rests};
+            return {now_.proxy, SlideLeg::End::rests};
         case WalkStep::End::uncertain:
             return rise_above(step.heading, pull);
         case WalkStep::End::arrives:
-            leg_ = {
-                Leg::Kind::on_surface, spot_.position, step.spot.position, true, step.spot, 0.0};
+            now_.leg = {Leg::Kind::on_surface,
+                        now_.spot.position,
+                        step.spot.position,
+                        true,
+                        step.spot,
+                        0.0};
             break;
         case WalkStep::End::lifts:
-            walk_.facets_at(spot_, leaving_);
+            walk_.facets_at(now_.spot, now_.leaving);
             guard_added_ = false;
-            fly(spot_.position, pull);
-            if (leg_.to == spot_.position && !leg_.lands) return rise_above_guard(pull);
+            fly(now_.spot.position, pull);
+            if (now_.leg.to == now_.spot.position && !now_.leg.lands) return rise_above_guard(pull);
             break;
         }
-        if (leg_.to != spot_.position) return {leg_.to, SlideLeg::End::goes_on};
-        follow(leg_.to); // nowhere else, but on another facet
+        if (now_.leg.to != now_.spot.position) return {now_.leg.to, SlideLeg::End::goes_on};
+        follow(now_.leg.to); // nowhere else, but on another facet
     }
-    return {proxy_, SlideLeg::End::stuck};
+    return {now_.proxy, SlideLeg::End::stuck};
 }
 
 /// In the air: to the pull, or to the point that the guard planes leave nearest to it.
 SlideLeg MeshContact::slide_above(const Vec3& pull) noexcept {
-    leaving_.clear();
+    now_.leaving.clear();
     for (int tries = 0; tries < kGuardedTries; ++tries) {
-        drop_stale(proxy_);
+        drop_stale(now_.proxy);
         PrimitiveSet planes;
-        for (std::size_t i = 0; i < guards_.size(); ++i)
-            planes.add(
-                {guards_[i].anchor, guards_[i].normal, std::numeric_limits<double>::infinity()});
+        for (std::size_t i = 0; i < now_.guards.size(); ++i)
+            planes.add({now_.guards[i].anchor, now_.guards[i].normal,
+                        std::numeric_limits<double>::infinity()});
         const Vec3 wanted = solve_proxy(planes, pull, kAnyStiffness).proxy;
-        if (glm::length(wanted - proxy_) <= tolerance_m_) return {proxy_, SlideLeg::End::rests};
+        if (glm::length(wanted - now_.proxy) <= tolerance_m_)
+            return {now_.proxy, SlideLeg::End::rests};
         guard_added_ = false;
-        fly(proxy_, wanted);
-        if (leg_.lands || glm::length(leg_.to - proxy_) > tolerance_m_)
-            return {leg_.to, SlideLeg::End::goes_on};
-        leg_.kind = Leg::Kind::none;
+        fly(now_.proxy, wanted);
+        if (now_.leg.lands || glm::length(now_.leg.to - now_.proxy) > tolerance_m_)
+            return {now_.leg.to, SlideLeg::End::goes_on};
+        now_.leg.kind = Leg::Kind::none;
         if (!guard_added_) break;
     }
-    return {proxy_, SlideLeg::End::stuck};
+    return {now_.proxy, SlideLeg::End::stuck};
 }
 
 /// The same where an uncertain facet is so near that the flight ended where it began.
 SlideLeg MeshContact::rise_above_guard(const Vec3& pull) noexcept {
-    leg_.kind = Leg::Kind::none;
+    now_.leg.kind = Leg::Kind::none;
     Heading onto;
-    const bool known = guard_added_ && guards_[guards_.size() - 1].facet != GuardPlanes::kNoFacet;
+    const bool known =
+        guard_added_ && now_.guards[now_.guards.size() - 1].facet != GuardPlanes::kNoFacet;
     if (known) {
-        const GuardPlanes::Entry& last = guards_[guards_.size() - 1];
+        const GuardPlanes::Entry& last = now_.guards[now_.guards.size() - 1];
         onto.facet = last.facet;
         const double along = glm::dot(mesh_->topology().facet(last.facet).normal, last.normal);
         onto.side = along < 0.0 ? -1 : 1;
     }
-    guards_.clear();
-    return known ? rise_above(onto, pull) : SlideLeg{proxy_, SlideLeg::End::stuck};
+    now_.guards.clear();
+    return known ? rise_above(onto, pull) : SlideLeg{now_.proxy, SlideLeg::End::stuck};
 }
 
 /// Off a certified facet into the air above an uncertain one: only when what follows is nearer to
 /// the pull.
 SlideLeg MeshContact::rise_above(const Heading& heading, const Vec3& pull) noexcept {
-    const Vec3 from = spot_.position;
-    walk_.facets_at(spot_, leaving_);
+    const Vec3 from = now_.spot.position;
+    walk_.facets_at(now_.spot, now_.leaving);
     const Vec3 normal = walk_.outward(heading.facet, heading.side);
     Vec3 up = normal;
-    for (std::size_t i = 0; i < leaving_.size(); ++i)
-        up += walk_.outward(leaving_[i].facet, leaving_[i].side);
+    for (std::size_t i = 0; i < now_.leaving.size(); ++i)
+        up += walk_.outward(now_.leaving[i].facet, now_.leaving[i].side);
     up = glm::normalize(up);
-    const SlideLeg stuck{proxy_, SlideLeg::End::stuck};
-    if (!is_finite(up) || !(walk_.heading(spot_, skin_m_ * up).height_m > 0.0)) return stuck;
+    const SlideLeg stuck{now_.proxy, SlideLeg::End::stuck};
+    if (!is_finite(up) || !(walk_.heading(now_.spot, skin_m_ * up).height_m > 0.0)) return stuck;
 
     double height = skin_m_;
     Vec3 risen{0.0};
@@ -375,86 +386,86 @@ SlideLeg MeshContact::rise_above(const Heading& heading, const Vec3& pull) noexc
     }
     if (!clear) return stuck;
 
-    guards_.clear();
+    now_.guards.clear();
     const Vec3 corner = mesh_->topology().corner(heading.facet, 0);
     guard(corner + skin_m_ * normal, normal, heading.facet, risen);
     if (!gets_nearer_from(risen, pull)) return stuck;
-    leg_ = {Leg::Kind::flight, from, risen, false, {}, skin_m_};
+    now_.leg = {Leg::Kind::flight, from, risen, false, {}, skin_m_};
     return {risen, SlideLeg::End::goes_on};
 }
 
 /// Whether sliding on from the air at `risen` ends nearer to the pull than the spot is: tried out,
 /// and taken back but for the guard planes that it begins with.
 bool MeshContact::gets_nearer_from(const Vec3& risen, const Vec3& pull) noexcept {
-    const Vec3 proxy = proxy_;
-    const MeshSpot spot = spot_;
-    const GuardPlanes guards = guards_;
+    const Vec3 proxy = now_.proxy;
+    const MeshSpot spot = now_.spot;
+    const GuardPlanes guards = now_.guards;
     const double distance = glm::length(spot.position - pull);
     hover(risen, 0.0);
     bool nearer = false;
-    for (int i = 0; i < kLegsAhead && !nearer && mode_ == Mode::airborne; ++i) {
+    for (int i = 0; i < kLegsAhead && !nearer && now_.mode == Mode::airborne; ++i) {
         if (slide_above(pull).end != SlideLeg::End::goes_on) break;
-        follow(leg_.to);
-        nearer = glm::length(proxy_ - pull) <= distance;
+        follow(now_.leg.to);
+        nearer = glm::length(now_.proxy - pull) <= distance;
     }
     stand(spot, proxy);
-    guards_ = guards;
-    leg_.kind = Leg::Kind::none;
+    now_.guards = guards;
+    now_.leg.kind = Leg::Kind::none;
     return nearer;
 }
 
 // ---- chords ------------------------------------------------------------------------------------
 
 Chord MeshContact::carry(const Vec3& from, const Vec3& to) noexcept {
-    if (!passed_) locate(from);
-    if (passed_) return carry_behind(from, to);
-    pull_ = to;
-    if (mode_ == Mode::on_surface) return carry_on_surface(to);
-    leaving_.clear();
+    if (!now_.passed) locate(from);
+    if (now_.passed) return carry_behind(from, to);
+    now_.pull = to;
+    if (now_.mode == Mode::on_surface) return carry_on_surface(to);
+    now_.leaving.clear();
     drop_stale(from);
     return met_after(fly(from, to));
 }
 
 Chord MeshContact::carry_on_surface(const Vec3& to) noexcept {
-    const Vec3 from = spot_.position;
-    const WalkStep step = walk_.step(spot_, to);
+    const Vec3 from = now_.spot.position;
+    const WalkStep step = walk_.step(now_.spot, to);
     if (step.end == WalkStep::End::lifts) {
-        walk_.facets_at(spot_, leaving_);
+        walk_.facets_at(now_.spot, now_.leaving);
         return met_after(fly(from, to));
     }
     const bool in_the_way = step.heading.height_m < -tolerance_m_;
     if (in_the_way || step.end == WalkStep::End::uncertain) {
-        const std::size_t known = touch_count_;
-        if (spot_.feature != MeshSpot::Feature::face) touch(step.heading);
-        return {0.0, false, touch_count_ > known};
+        const std::size_t known = now_.touch_count;
+        if (now_.spot.feature != MeshSpot::Feature::face) touch(step.heading);
+        return {0.0, false, now_.touch_count > known};
     }
-    leg_ = {Leg::Kind::on_surface, from, step.spot.position, true, step.spot, 0.0};
+    now_.leg = {Leg::Kind::on_surface, from, step.spot.position, true, step.spot, 0.0};
     if (step.end == WalkStep::End::rests) return {1.0, false};
     const double length = glm::length(to - from);
     return met_after(std::min(1.0, glm::length(step.spot.position - from) / length));
 }
 
 void MeshContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
-    if (!passed_) locate(proxy);
-    yielded_ = false;
-    if (passed_)
+    if (!now_.passed) locate(proxy);
+    now_.yielded = false;
+    if (now_.passed)
         commit_behind(proxy, yielded, felt);
     else
-        state_ = next_state(state_, {felt, false, true, true});
+        now_.state = next_state(now_.state, {felt, false, true, true});
 }
 
 // ---- uncertain facets --------------------------------------------------------------------------
 
 void MeshContact::guard(const Vec3& anchor, const Vec3& normal, std::uint32_t facet,
                         const Vec3& at) noexcept {
-    guards_.add({anchor, normal, facet, at});
+    now_.guards.add({anchor, normal, facet, at});
     guard_added_ = true;
 }
 
 /// Forgets planes of facets that the proxy is not over any more, unless they were found just here.
 void MeshContact::drop_stale(const Vec3& proxy) noexcept {
     const MeshTopology& topology = mesh_->topology();
-    guards_.keep_if([&](const GuardPlanes::Entry& entry) {
+    now_.guards.keep_if([&](const GuardPlanes::Entry& entry) {
         if (entry.found_at == proxy) return true;
         if (entry.facet == GuardPlanes::kNoFacet) return false;
         for (int k = 0; k < 3; ++k) {

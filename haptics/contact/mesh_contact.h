@@ -51,13 +51,19 @@ public:
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
     double trust_m() const noexcept override;
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
-    SurfaceState state() const noexcept override { return state_; }
-    double opens_above_n() const noexcept override { return opens_above_n_; }
+    SurfaceState state() const noexcept override { return now_.state; }
+    double opens_above_n() const noexcept override { return now_.opens_above_n; }
     void open() noexcept override;
     QueryCount queries() const noexcept override { return {0, 0, queries_}; }
+    std::any save_state() const override { return now_; }
+    void restore_state(const std::any& state) override {
+        now_ = std::any_cast<const State&>(state);
+    }
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
-    SlidingSurface* sliding() noexcept override { return passed_ ? nullptr : this; }
-    Membrane* membrane() noexcept override { return std::isinf(opens_above_n_) ? nullptr : this; }
+    SlidingSurface* sliding() noexcept override { return now_.passed ? nullptr : this; }
+    Membrane* membrane() noexcept override {
+        return std::isinf(now_.opens_above_n) ? nullptr : this;
+    }
 
     /// Puts the proxy onto a place of the mesh, on its front.                            [loop]
     void rest_on(const MeshSpot& spot) noexcept;
@@ -65,7 +71,7 @@ public:
 private:
     enum class Mode : std::uint8_t {
         airborne,   ///< off the mesh; with guard planes: above facets that are not certified
-        on_surface, ///< at spot_
+        on_surface, ///< at now_.spot
     };
     /// Where the last chord leads, until the loop says how much of it was followed.
     struct Leg {
@@ -75,6 +81,46 @@ private:
         bool lands = false;      ///< at spot
         MeshSpot spot;
         double clear_m = 0.0; ///< flight that does not land: distance of the mesh from its end
+    };
+
+    struct Touch {
+        std::uint32_t facet = 0;
+        std::int8_t side = 1;
+    };
+    /// What it remembers from frame to frame.
+    struct State {
+        Mode mode = Mode::airborne;
+        Vec3 proxy{0.0}; ///< where the loop has it, m; on the surface `spot` has it exactly
+        MeshSpot spot;
+        Leg leg;
+
+        Vec3 ball_center{0.0}; ///< of free space around, m
+        double ball_radius_m = 0.0;
+
+        Fan leaving; ///< facets that the flight starts from
+        GuardPlanes guards;
+
+        Vec3 pull{0.0};                 ///< where the last movement wanted to go, m
+        std::array<Touch, 3> touches{}; ///< facets at `spot` that hold it, as far as is known
+        std::size_t touch_count = 0;
+
+        double offered_strength_n = 0.0; ///< N, with the gain; a membrane is offered as hard: the
+                                         ///< loop sees when it opens
+        double opens_above_n = 0.0;      ///< N
+        bool off = false;                ///< gain 0
+        bool yielded = false;            ///< in the last solution
+        SurfaceState state = SurfaceState::free;
+
+        /// The surface let the proxy through. While it is so, the members above describe the front:
+        /// the point where the mesh would have held the proxy.
+        bool passed = false;
+        Vec3 behind{0.0};           ///< where the proxy is then, m
+        Vec3 seen{0.0};             ///< and where it was at the last frame's end
+        std::int8_t front_side = 1; ///< of the facets where it was passed; 0: it was switched off
+                                    ///< before, and will be where it is passed
+        Vec3 front_normal{0.0};     ///< unit, of the facet that was last met
+        bool in_front = false;      ///< the proxy came out again, there or elsewhere
+        double held_depth_m = 0.0;  ///< how far from the front the surface holds now
     };
 
     void locate(const Vec3& proxy) noexcept;
@@ -127,44 +173,11 @@ private:
     double tolerance_m_;
     double skin_m_;
 
-    Mode mode_ = Mode::airborne;
-    Vec3 proxy_{0.0}; ///< where the loop has it, m; on the surface spot_ has it exactly
-    MeshSpot spot_;
-    Leg leg_;
+    State now_;
 
-    Vec3 ball_center_{0.0}; ///< of free space around, m
-    double ball_radius_m_ = 0.0;
-
-    Fan leaving_; ///< facets that the flight starts from
-    GuardPlanes guards_;
+    // Of one frame.
     bool guard_added_ = false;
-
-    Vec3 pull_{0.0}; ///< where the last movement wanted to go, m
-    struct Touch {
-        std::uint32_t facet;
-        std::int8_t side;
-    };
-    std::array<Touch, 3> touches_{}; ///< facets at spot_ that hold it, as far as is known
-    std::size_t touch_count_ = 0;
     std::size_t offered_ = 0;
-
-    double offered_strength_n_; ///< N, with the gain; a membrane is offered as hard: the loop sees
-                                ///< when it opens
-    double opens_above_n_;      ///< N
-    bool off_ = false;          ///< gain 0
-    bool yielded_ = false;      ///< in the last solution
-    SurfaceState state_ = SurfaceState::free;
-
-    /// The surface let the proxy through. While it is so, the members above describe the front: the
-    /// point where the mesh would have held the proxy.
-    bool passed_ = false;
-    Vec3 behind_{0.0};           ///< where the proxy is then, m
-    Vec3 seen_{0.0};             ///< and where it was at the last frame's end
-    std::int8_t front_side_ = 1; ///< of the facets where it was passed; 0: it was switched off
-                                 ///< before, and will be where it is passed
-    Vec3 front_normal_{0.0};     ///< unit, of the facet that was last met
-    bool in_front_ = false;      ///< the proxy came out again, there or elsewhere
-    double held_depth_m_ = 0.0;  ///< how far from the front the surface holds now
 
     std::uint64_t queries_ = 0;
 };

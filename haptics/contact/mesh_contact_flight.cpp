@@ -25,10 +25,10 @@ constexpr double kSideShare = 0.1;
 
 std::optional<SurfaceHit> MeshContact::first_hit(const Vec3& from, const Vec3& to) noexcept {
     std::array<std::uint32_t, Fan::kCapacity> except;
-    for (std::size_t i = 0; i < leaving_.size(); ++i)
-        except[i] = leaving_[i].facet;
+    for (std::size_t i = 0; i < now_.leaving.size(); ++i)
+        except[i] = now_.leaving[i].facet;
     SegmentOptions options;
-    options.except = {except.data(), leaving_.size()};
+    options.except = {except.data(), now_.leaving.size()};
     if (mesh_->uncertain_count() > 0) options.widened = mesh_->uncertain();
     ++queries_;
     return mesh_->scene().first_hit(from, to, options);
@@ -39,13 +39,13 @@ std::optional<SurfaceHit> MeshContact::closest_point(const Vec3& point, double r
     return mesh_->scene().closest_point(point, radius_m);
 }
 
-/// Sets leg_ to the part of the chord that is free, and returns which share that is.
+/// Sets now_.leg to the part of the chord that is free, and returns which share that is.
 double MeshContact::fly(const Vec3& from, const Vec3& to) noexcept {
-    leg_ = {Leg::Kind::flight, from, to, false, {}, -1.0};
+    now_.leg = {Leg::Kind::flight, from, to, false, {}, -1.0};
     const bool uncertain = mesh_->uncertain_count() > 0;
     const double margin = uncertain ? skin_m_ : tolerance_m_;
-    if (mode_ == Mode::airborne && guards_.size() == 0 &&
-        glm::length(to - ball_center_) < ball_radius_m_ - margin)
+    if (now_.mode == Mode::airborne && now_.guards.size() == 0 &&
+        glm::length(to - now_.ball_center) < now_.ball_radius_m - margin)
         return 1.0;
 
     if (const std::optional<SurfaceHit> hit = first_hit(from, to)) {
@@ -54,22 +54,22 @@ double MeshContact::fly(const Vec3& from, const Vec3& to) noexcept {
         return std::min(1.0, hit->distance_m / glm::length(to - from));
     }
     const std::optional<SurfaceHit> near = closest_point(to, kBallRadius);
-    leg_.clear_m = near ? near->distance_m : kBallRadius;
+    now_.leg.clear_m = near ? near->distance_m : kBallRadius;
     if (!near) return 1.0;
     if (!mesh_->certified(near->triangle)) return stop_clear(from, to, 1.0);
     if (near->distance_m < tolerance_m_) {
         land(from, *near);
-        leg_.to = to; // it touches: to the spot it is less than nothing
+        now_.leg.to = to; // it touches: to the spot it is less than nothing
     }
     return 1.0;
 }
 
 /// The flight ends on a certified facet.
 void MeshContact::land(const Vec3& from, const SurfaceHit& hit) noexcept {
-    leg_.lands = true;
-    leg_.spot = walk_.spot_at(hit.triangle, 1, hit.position);
-    leg_.spot.side = side_of_hit(leg_.spot, from);
-    leg_.to = leg_.spot.position;
+    now_.leg.lands = true;
+    now_.leg.spot = walk_.spot_at(hit.triangle, 1, hit.position);
+    now_.leg.spot.side = side_of_hit(now_.leg.spot, from);
+    now_.leg.to = now_.leg.spot.position;
 }
 
 /// From which side a flight that came from `from` meets a spot.
@@ -80,11 +80,11 @@ std::int8_t MeshContact::side_of_hit(const MeshSpot& spot, const Vec3& from) con
     if (std::abs(height) > kSideShare * tolerance_m_) return height < 0.0 ? -1 : 1;
     // So near to its plane that rounding would tell: from a neighbour, the label goes over the
     // edge.
-    for (std::size_t i = 0; i < leaving_.size(); ++i) {
-        const Facet& left = topology.facet(leaving_[i].facet);
+    for (std::size_t i = 0; i < now_.leaving.size(); ++i) {
+        const Facet& left = topology.facet(now_.leaving[i].facet);
         for (int k = 0; k < 3; ++k)
             if (left.neighbour[k] == spot.facet)
-                return static_cast<std::int8_t>(leaving_[i].side * left.turn[k]);
+                return static_cast<std::int8_t>(now_.leaving[i].side * left.turn[k]);
     }
     return walk_.side_seen_from(spot, from);
 }
@@ -103,20 +103,20 @@ double MeshContact::stop_above(const Vec3& from, const Vec3& to, const SurfaceHi
         share = std::clamp((height_from - skin_m_) / (height_from - height_to), 0.0,
                            std::min(1.0, hit.distance_m / length));
     share = stop_clear(from, to, share);
-    const double height = std::min(skin_m_, glm::dot(normal, leg_.to - corner));
-    guard(corner + height * normal, normal, hit.triangle, leg_.to);
+    const double height = std::min(skin_m_, glm::dot(normal, now_.leg.to - corner));
+    guard(corner + height * normal, normal, hit.triangle, now_.leg.to);
     return share;
 }
 
 /// Back along the chord to where nothing uncertain is nearer than the skin.
 double MeshContact::stop_clear(const Vec3& from, const Vec3& to, double share) noexcept {
-    leg_.lands = false;
-    leg_.clear_m = 0.0;
+    now_.leg.lands = false;
+    now_.leg.clear_m = 0.0;
     for (int i = 0; i <= kPullBacks; ++i) {
-        leg_.to = from + share * (to - from);
+        now_.leg.to = from + share * (to - from);
         if (share == 0.0) break;
         if (settings_.guard == MeshContactSettings::Guard::rays_only) return share;
-        const std::optional<SurfaceHit> near = closest_point(leg_.to, kNearlySkin * skin_m_);
+        const std::optional<SurfaceHit> near = closest_point(now_.leg.to, kNearlySkin * skin_m_);
         if (!near) return share;
         // Nearer to a certified facet than that, a later flight could not tell its sides.
         if (mesh_->certified(near->triangle)) {
@@ -125,7 +125,7 @@ double MeshContact::stop_clear(const Vec3& from, const Vec3& to, double share) n
         }
         if (i == kPullBacks) break;
 
-        const Vec3 away = leg_.to - near->position;
+        const Vec3 away = now_.leg.to - near->position;
         const MeshSpot spot = walk_.spot_at(near->triangle, 1, near->position);
         const bool on_face = spot.feature == MeshSpot::Feature::face;
         const Vec3 normal = on_face || near->distance_m < tolerance_m_
@@ -141,7 +141,7 @@ double MeshContact::stop_clear(const Vec3& from, const Vec3& to, double share) n
         guard(near->position + height * normal, normal,
               on_face ? near->triangle : GuardPlanes::kNoFacet, back);
     }
-    leg_.to = from;
+    now_.leg.to = from;
     return 0.0;
 }
 

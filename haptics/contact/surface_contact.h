@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <any>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -138,6 +139,14 @@ public:
     virtual bool guarded() const noexcept { return false; }
 
     virtual QueryCount queries() const noexcept = 0; ///< [any]
+
+    /// A copy of all that it remembers from frame to frame, but for queries(): a struct State of
+    /// the contact's own. Between frames.                                                   [setup]
+    virtual std::any save_state() const = 0;
+    /// From here on it remembers what save_state() gave, of itself or of a contact that was made
+    /// alike, of the same surface; without allocation. Between frames. Throws std::bad_any_cast on
+    /// what another kind of contact gave.                                               [setup]
+    virtual void restore_state(const std::any& state) = 0;
 
     // What not every surface can do. Each returns null if the surface cannot do it now.
 

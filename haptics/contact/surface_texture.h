@@ -52,6 +52,7 @@ public:
     /// Heights times a gain >= 0 from now on, as far as the flanks and the limit allow; 0: none.
     /// [loop]
     void set_gain(double gain) noexcept;
+    double gain() const noexcept { return gain_; }      ///< of the heights now         [loop]
     bool none() const noexcept { return gain_ == 0.0; } ///< with this gain               [loop]
     double highest_m() const noexcept { return gain_ * settings_.highest_m(); } ///< [loop]
     /// The longest step in which its planes are trusted, m.                              [any]

@@ -320,6 +320,27 @@ void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept 
         level_ = std::max(settings_.level, value); // play: it holds where it was pushed to
 }
 
+std::any VolumeContact::save_state() const {
+    return State{offered_settings_.strength_n,
+                 opens_above_n_,
+                 off_,
+                 texture_.gain(),
+                 level_,
+                 state_,
+                 bundle_};
+}
+
+void VolumeContact::restore_state(const std::any& state) {
+    const auto& from = std::any_cast<const State&>(state);
+    offered_settings_.strength_n = from.offered_strength_n;
+    opens_above_n_ = from.opens_above_n;
+    off_ = from.off;
+    set_texture_gain(from.texture_gain);
+    level_ = from.level;
+    state_ = from.state;
+    bundle_ = from.bundle;
+}
+
 QueryCount VolumeContact::queries() const noexcept {
     return {sampler_->samples() + texture_.samples(), sampler_->roots(), 0};
 }

@@ -80,6 +80,8 @@ public:
     double opens_above_n() const noexcept override { return opens_above_n_; }
     void open() noexcept override;
     QueryCount queries() const noexcept override;
+    std::any save_state() const override;
+    void restore_state(const std::any& state) override;
     Membrane* membrane() noexcept override { return std::isinf(opens_above_n_) ? nullptr : this; }
     FieldSurface* of_field() noexcept override { return this; }
 
@@ -90,6 +92,17 @@ public:
     double anchored_level() const noexcept { return level_; }
 
 private:
+    /// What it remembers from frame to frame.
+    struct State {
+        double offered_strength_n = 0.0;
+        double opens_above_n = 0.0;
+        bool off = false;
+        double texture_gain = 0.0;
+        double level = 0.0;
+        SurfaceState state = SurfaceState::free;
+        PlaneBundle bundle;
+    };
+
     void look(const Vec3& point) noexcept;
     double felt_value(const Vec3& point) noexcept;
     std::optional<double> felt_root(const Vec3& from, const Vec3& to) noexcept;

@@ -17,17 +17,17 @@ ContactVibration::ContactVibration(const ContactVibrationSettings& settings) : s
 }
 
 void ContactVibration::restart(const Vec3&) noexcept {
-    first_ = true;
-    felt_ = 0;
-    sine_n_ = cosine_n_ = Vec3{0.0};
+    now_.first = true;
+    now_.felt = 0;
+    now_.sine_n = now_.cosine_n = Vec3{0.0};
 }
 
 void ContactVibration::begin(const FrameContext& frame) noexcept {
     if (frame.after_silence) restart(frame.start);
     // A way from nowhere has no speed: what is felt in a first frame was not struck in it.
-    velocity_ = first_ ? Vec3{0.0} : (frame.probe - probe_) / frame.period_s; // > 0
-    first_ = false;
-    probe_ = frame.probe;
+    velocity_ = now_.first ? Vec3{0.0} : (frame.probe - now_.probe) / frame.period_s; // > 0
+    now_.first = false;
+    now_.probe = frame.probe;
     if (frame.period_s != period_s_) tune(frame.period_s);
 }
 
@@ -40,13 +40,13 @@ void ContactVibration::tune(double period_s) noexcept {
 }
 
 void ContactVibration::commit(const FrameOutcome& outcome) noexcept {
-    const Vec3 sine = turn_cosine_ * sine_n_ + turn_sine_ * cosine_n_;
-    cosine_n_ = turn_cosine_ * cosine_n_ - turn_sine_ * sine_n_;
-    sine_n_ = sine;
+    const Vec3 sine = turn_cosine_ * now_.sine_n + turn_sine_ * now_.cosine_n;
+    now_.cosine_n = turn_cosine_ * now_.cosine_n - turn_sine_ * now_.sine_n;
+    now_.sine_n = sine;
 
-    const bool begins = (outcome.felt & ~felt_ & settings_.surfaces) != 0;
-    felt_ = outcome.felt;
-    const Vec3 back = outcome.proxy - probe_;
+    const bool begins = (outcome.felt & ~now_.felt & settings_.surfaces) != 0;
+    now_.felt = outcome.felt;
+    const Vec3 back = outcome.proxy - now_.probe;
     const double distance = glm::length(back);
     if (!begins || !(distance > 0.0)) return;
     const Vec3 normal = back / distance;
@@ -55,14 +55,14 @@ void ContactVibration::commit(const FrameOutcome& outcome) noexcept {
 }
 
 void ContactVibration::strike(const Vec3& impact_n) noexcept {
-    cosine_n_ += impact_n;
-    const double amplitude = std::sqrt(squared_length(sine_n_) + squared_length(cosine_n_));
+    now_.cosine_n += impact_n;
+    const double amplitude = std::sqrt(squared_length(now_.sine_n) + squared_length(now_.cosine_n));
     if (!(amplitude > settings_.most_n)) return;
     // The sine, which is felt now, is below the limit already: only what is to come is cut.
-    const double room = squared_length(sine_n_);
+    const double room = squared_length(now_.sine_n);
     const double cosine = std::sqrt(std::max(0.0, settings_.most_n * settings_.most_n - room));
-    const double length = glm::length(cosine_n_);
-    if (length > 0.0) cosine_n_ *= cosine / length;
+    const double length = glm::length(now_.cosine_n);
+    if (length > 0.0) now_.cosine_n *= cosine / length;
 }
 
 } // namespace palpate

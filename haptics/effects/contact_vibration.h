@@ -38,23 +38,33 @@ public:
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3&, PrimitiveSet&) noexcept override {}
     void commit(const FrameOutcome& outcome) noexcept override;
-    Vec3 device_force_n() const noexcept override { return sine_n_; }
+    Vec3 device_force_n() const noexcept override { return now_.sine_n; }
     bool is_active() const noexcept override { return true; }
     std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {}; }
+    std::any save_state() const override { return now_; }
+    void restore_state(const std::any& state) override {
+        now_ = std::any_cast<const State&>(state);
+    }
 
 private:
+    /// What it remembers from frame to frame.
+    struct State {
+        bool first = true;      // no frame since restart()
+        std::uint64_t felt = 0; // at the last frame's end
+        Vec3 probe{0.0};        // of this frame
+        // The oscillator: A v exp(-t/tau) times sin and cos of 2 pi f t, N.
+        Vec3 sine_n{0.0};
+        Vec3 cosine_n{0.0};
+    };
+
     void tune(double period_s) noexcept;
     void strike(const Vec3& impact_n) noexcept;
 
     ContactVibrationSettings settings_;
-    bool first_ = true;      // no frame since restart()
-    std::uint64_t felt_ = 0; // at the last frame's end
-    Vec3 probe_{0.0};        // of this frame
-    Vec3 velocity_{0.0};     // of the probe since the last frame, m/s
-    // The oscillator: A v exp(-t/tau) times sin and cos of 2 pi f t, N; what a period turns it by.
-    Vec3 sine_n_{0.0};
-    Vec3 cosine_n_{0.0};
+    State now_;
+    Vec3 velocity_{0.0}; // of the probe since the last frame, m/s
+    // What a period turns the oscillator by.
     double period_s_ = 0.0;
     double turn_sine_ = 0.0;
     double turn_cosine_ = 0.0;

@@ -74,6 +74,13 @@ void CoulombFriction::set_gain(std::size_t surface, double gain) noexcept {
     s.of.dynamic_mu = std::min(gain * s.own.dynamic_mu, kHighestCoefficient);
 }
 
+CoulombFriction::State CoulombFriction::save_state() const { return {surfaces_, known_}; }
+
+void CoulombFriction::restore_state(const State& state) {
+    surfaces_ = state.surfaces;
+    known_ = state.known;
+}
+
 void CoulombFriction::restart() noexcept {
     contacts_.clear();
     known_.clear();

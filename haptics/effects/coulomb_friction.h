@@ -32,6 +32,9 @@ struct FrictionCoefficients {
 /// without that, too. Not for two threads at once.
 class CoulombFriction {
 public:
+    /// What it remembers from frame to frame.
+    struct State;
+
     /// Of each surface, in canonical order; throws std::invalid_argument on coefficients out of
     /// range.  [setup]
     explicit CoulombFriction(std::vector<FrictionCoefficients> of_surfaces);
@@ -39,6 +42,9 @@ public:
     /// Coefficients of a surface times a gain >= 0, up to 10, from the next frame on; 0: none.
     /// [loop]
     void set_gain(std::size_t surface, double gain) noexcept;
+    State save_state() const; ///< between frames                                         [setup]
+    /// Between frames, of friction on as many surfaces: without allocation.              [setup]
+    void restore_state(const State& state);
     /// A new trial: nothing is touched.                                                  [loop]
     void restart() noexcept;
     /// A frame begins: what slid goes on to, what did not has to break away.             [loop]
@@ -95,6 +101,11 @@ private:
     Contacts contacts_; // of the last gather()
     std::size_t first_line_ = 0;
     Contacts known_; // of the last solution
+};
+
+struct CoulombFriction::State {
+    std::vector<Surface> surfaces;
+    Contacts known;
 };
 
 } // namespace palpate

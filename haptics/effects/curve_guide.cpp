@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 namespace palpate {
 namespace {
@@ -26,6 +27,18 @@ constexpr std::int64_t piece_before(std::int64_t order) noexcept { return (order
 void CurveGuide::restart(const Vec3&) noexcept {
     capture_.restart();
     lean_ = Vec3{0.0};
+}
+
+std::any CurveGuide::save_state() const { return State{capture_.save_state(), place_, lean_}; }
+
+void CurveGuide::restore_state(const std::any& state) {
+    const auto& from = std::any_cast<const State&>(state);
+    const std::int64_t piece = from.place.piece;
+    if (!curve_.exists(piece) && !(from.place.at_corner && curve_.exists(piece - 1)))
+        throw std::invalid_argument("guide: the state is of one along another curve");
+    capture_.restore_state(from.capture);
+    place_ = from.place;
+    lean_ = from.lean;
 }
 
 void CurveGuide::begin(const FrameContext& frame) noexcept {

@@ -43,8 +43,19 @@ public:
     void commit(const FrameOutcome& outcome) noexcept override;
     bool is_active() const noexcept override { return true; }
     QueryCount queries() const noexcept override { return {capture_.samples(), 0, 0}; }
+    std::any save_state() const override;
+    /// Throws std::invalid_argument on the state of a guide along another curve, where that is
+    /// seen.
+    void restore_state(const std::any& state) override;
 
 private:
+    /// What it remembers from frame to frame.
+    struct State {
+        GuideCapture::State capture;
+        PolylinePlace place;
+        Vec3 lean{0.0};
+    };
+
     /// A line that was tried, and how far along it the solution asked for more.
     struct Try {
         std::int64_t order = 0; // of its place

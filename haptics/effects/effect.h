@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <any>
 #include <cstddef>
 #include <cstdint>
 
@@ -73,6 +74,26 @@ public:
     /// no room.                                                                          [setup]
     virtual std::size_t most_primitives() const noexcept { return 1; }
     virtual QueryCount queries() const noexcept = 0; ///< [any]
+
+    // The state of a loop is a value (HapticLoop::save(), restore()), and what an effect remembers
+    // from one frame to the next is a part of it. One that remembers nothing, or nothing but what
+    // begin() takes anew, has nothing to write here. One that does keeps it in a struct, say State
+    // now_, and writes
+    //   std::any save_state() const override { return now_; }
+    //   void restore_state(const std::any& state) override {
+    //       now_ = std::any_cast<const State&>(state);
+    //   }
+    // That nothing else is remembered is the effect's promise, and nobody checks it: one that
+    // remembers without saying so goes on after a restore() from where it is, not from where it
+    // was, and the frames are not those that followed the save().
+
+    /// A copy of all that it remembers between frames, but for queries(); empty where that is
+    /// nothing. Between frames.                                                         [setup]
+    virtual std::any save_state() const { return {}; }
+    /// From here on it remembers what save_state() gave, of itself or of an effect that was made
+    /// alike. Between frames; need not allocate. May throw, and then the loop has to be restored
+    /// again, from another state.                                                       [setup]
+    virtual void restore_state(const std::any& state) { static_cast<void>(state); }
 };
 
 } // namespace palpate

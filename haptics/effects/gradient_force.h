@@ -41,6 +41,10 @@ public:
     QueryCount queries() const noexcept override {
         return {sampler_->samples(), sampler_->roots(), 0};
     }
+    std::any save_state() const override { return lag_; }
+    void restore_state(const std::any& state) override {
+        lag_ = std::any_cast<const FrameLag<Vec3>&>(state);
+    }
 
 private:
     std::shared_ptr<const ScalarField> field_;

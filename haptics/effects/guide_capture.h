@@ -30,6 +30,17 @@ public:
     explicit GuideCapture(const GuideSettings& settings)
         : capture_m_(checked(settings).capture_m), strength_(settings.strength_n, settings.over) {}
 
+    /// What it remembers from frame to frame.
+    struct State {
+        LocalStrength::State strength;
+        bool holds = false;
+    };
+    State save_state() const noexcept { return {strength_.save_state(), holds_}; } ///< [setup]
+    void restore_state(const State& state) noexcept {                              ///< [setup]
+        strength_.restore_state(state.strength);
+        holds_ = state.holds;
+    }
+
     void restart() noexcept { ///< [loop]
         holds_ = false;
         strength_.restart();

@@ -42,6 +42,17 @@ public:
         return local;
     }
 
+    /// What it remembers from frame to frame.
+    struct State {
+        FrameLag<double> lag;
+        double now = 0.0;
+    };
+    State save_state() const noexcept { return {lag_, now_}; } ///< [setup]
+    void restore_state(const State& state) noexcept {          ///< [setup]
+        lag_ = state.lag;
+        now_ = state.now;
+    }
+
     bool depends_on_place() const noexcept { return sampler_ != nullptr; } ///< [any]
     /// A trial begins, or what it is the strength of was off.                           [loop]
     void restart() noexcept { lag_.restart(); }

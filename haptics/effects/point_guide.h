@@ -30,6 +30,10 @@ public:
     }
     bool is_active() const noexcept override { return true; }
     QueryCount queries() const noexcept override { return {capture_.samples(), 0, 0}; }
+    std::any save_state() const override { return capture_.save_state(); }
+    void restore_state(const std::any& state) override {
+        capture_.restore_state(std::any_cast<const GuideCapture::State&>(state));
+    }
 
 private:
     Vec3 point_;

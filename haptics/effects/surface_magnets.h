@@ -40,6 +40,17 @@ public:
     /// Throws std::invalid_argument on settings out of range.                             [setup]
     explicit LoopMagnet(const SurfaceMagnet& magnet);
 
+    /// What it remembers from frame to frame.
+    struct State {
+        double gain = 1.0;
+        GuideCapture::State capture;
+    };
+    State save_state() const noexcept { return {gain_, capture_.save_state()}; } ///< [setup]
+    void restore_state(const State& state) noexcept {                            ///< [setup]
+        gain_ = state.gain;
+        capture_.restore_state(state.capture);
+    }
+
     /// A new trial: it does not have the proxy.                                           [loop]
     void restart() noexcept { capture_.restart(); }
     /// From the next offer() on, its strength is `gain` times its own, [0, 10]; 0: off.    [loop]

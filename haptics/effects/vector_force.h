@@ -39,6 +39,10 @@ public:
     double unasked_force_n() const noexcept override { return strength_.strongest(); }
     std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
+    std::any save_state() const override { return lag_; }
+    void restore_state(const std::any& state) override {
+        lag_ = std::any_cast<const FrameLag<Vec3>&>(state);
+    }
 
 private:
     std::shared_ptr<const VectorField> field_;

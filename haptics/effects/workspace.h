@@ -46,6 +46,10 @@ public:
     }
     Vec3 within(const Vec3& wanted) const noexcept override;
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
+    std::any save_state() const override { return strength_.save_state(); }
+    void restore_state(const std::any& state) override {
+        strength_.restore_state(std::any_cast<const LocalStrength::State&>(state));
+    }
 
 private:
     void cut_towards(const Vec3& point) noexcept;
@@ -81,6 +85,10 @@ public:
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     std::size_t most_primitives() const noexcept override { return 6; } // a plane for each side
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
+    std::any save_state() const override { return strength_.save_state(); }
+    void restore_state(const std::any& state) override {
+        strength_.restore_state(std::any_cast<const LocalStrength::State&>(state));
+    }
 
 private:
     Box box_;

@@ -20,6 +20,8 @@ struct PassivitySettings {
     double reserve_j = 10e-3; ///< what it may have been given beyond that before it counts as a
                               ///< fault, J, > 0
     double active_w = 0.0;    ///< power that effects may give which push of themselves, W, >= 0
+
+    bool operator==(const PassivitySettings&) const = default;
 };
 
 /// Bounds the energy that the hand gets back: an observer of the work of the forces that were sent,

@@ -32,6 +32,8 @@ struct SafetySettings {
     double fade_s = 4e-3;          ///< from the longest force to none after a fault, s, > 0
     double fastest_m_per_s = 10.0; ///< a probe that is faster has jumped, m/s, > 0
     PassivitySettings passivity;   ///< its period and force are taken from here
+
+    bool operator==(const SafetySettings&) const = default;
 };
 
 /// Last before the device, always on. What leaves here is, in this order,
@@ -69,6 +71,7 @@ public:
     /// send() waits again. Without motors at the slew limit. [loop]
     Vec3 fade(std::uint32_t& flags) noexcept;
 
+    const SafetySettings& settings() const noexcept { return settings_; } ///< [any]
     double force_n() const noexcept { return settings_.force_n; } ///< longest force, N  [any]
     const Vec3& sent() const noexcept { return sent_; } ///< last force, N                  [any]
     /// Energy that the hand may still be given, J.                                       [any]

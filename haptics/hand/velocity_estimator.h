@@ -12,6 +12,8 @@ namespace palpate {
 struct VelocitySettings {
     double step_m = 0.0;     ///< what positions are rounded to, m, >= 0; 0: they are exact
     double longest_s = 0.05; ///< oldest sample that is looked at, s, > 0
+
+    bool operator==(const VelocitySettings&) const = default;
 };
 
 /// Velocity from positions that were rounded: as fresh as the movement allows, and quiet at rest.
@@ -40,6 +42,7 @@ public:
     /// Forgets every sample: what comes next is somewhere else.                          [loop]
     void restart() noexcept;
 
+    const VelocitySettings& settings() const noexcept { return settings_; } ///< [any]
     const Vec3& velocity() const noexcept { return velocity_; } ///< m/s, finite            [loop]
 
 private:

@@ -46,6 +46,24 @@ public:
         : wanted_(other.wanted_.load(std::memory_order_relaxed)), now_(other.now_),
           moving_(other.moving_), jumped_(other.jumped_) {}
 
+    /// Where it is and where it goes, as a value.
+    struct State {
+        double wanted = 1.0;
+        double now = 1.0;
+        bool moving = false;
+        bool jumped = false;
+    };
+    State save_state() const noexcept { ///< [setup]
+        return {wanted_.load(std::memory_order_relaxed), now_, moving_, jumped_};
+    }
+    /// Of a set() at the same time, one of the two holds.                                [setup]
+    void restore_state(const State& state) noexcept {
+        wanted_.store(state.wanted, std::memory_order_relaxed);
+        now_ = state.now;
+        moving_ = state.moving;
+        jumped_ = state.jumped;
+    }
+
     static bool in_range(double gain) noexcept {
         return gain >= 0.0 && gain <= kHighest;
     } ///< [any]

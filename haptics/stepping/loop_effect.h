@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <any>
+#include <typeinfo>
 
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/solver/gain.h>
@@ -14,6 +16,23 @@ class LoopEffect {
 public:
     /// The effect must outlive this.                                                     [setup]
     explicit LoopEffect(Effect& effect) noexcept : effect_(&effect) {}
+
+    /// What it remembers from frame to frame.
+    struct State {
+        const std::type_info* kind = nullptr; ///< of the effect
+        std::any effect;
+        GainRamp::State gain;
+    };
+    State save_state() const { ///< between frames                                       [setup]
+        return {&typeid(*effect_), effect_->save_state(), gain_.save_state()};
+    }
+    /// Whether it is of the same kind of effect.                                         [any]
+    bool takes(const State& state) const noexcept { return *state.kind == typeid(*effect_); }
+    /// Between frames, of one that takes() it and was made alike.                        [setup]
+    void restore_state(const State& state) {
+        effect_->restore_state(state.effect);
+        gain_.restore_state(state.gain);
+    }
 
     GainRamp& gain() noexcept { return gain_; } ///< of all that it does                   [any]
     bool is_on() const noexcept { return gain_.value() > 0.0; } ///< in this frame         [loop]

@@ -19,6 +19,27 @@ LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
     : contact_(&contact), strength_(LocalStrength::holding(0.0, finish.strength)),
       magnet_(finish.magnet) {}
 
+LoopSurface::State LoopSurface::save_state() const {
+    State state{&typeid(*contact_),
+                contact_->save_state(),
+                strength_.save_state(),
+                magnet_.save_state(),
+                bank_,
+                {}};
+    for (std::size_t part = 0; part < kSurfaceParts; ++part)
+        state.gains[part] = gains_[part].save_state();
+    return state;
+}
+
+void LoopSurface::restore_state(const State& state) {
+    contact_->restore_state(state.contact);
+    strength_.restore_state(state.strength);
+    magnet_.restore_state(state.magnet);
+    bank_ = state.bank;
+    for (std::size_t part = 0; part < kSurfaceParts; ++part)
+        gains_[part].restore_state(state.gains[part]);
+}
+
 bool LoopSurface::is_as_set() const noexcept {
     return std::all_of(gains_.begin(), gains_.end(),
                        [](const GainRamp& gain) { return gain.value() == 1.0; });

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <any>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <typeinfo>
 
 #include <palpate/haptics/contact/surface_contact.h>
 #include <palpate/haptics/effects/effect.h>
@@ -32,6 +34,21 @@ public:
     /// The contact must outlive this. Throws std::invalid_argument on a finish out of range.
     /// [setup]
     LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish);
+
+    /// What it remembers from frame to frame.
+    struct State {
+        const std::type_info* kind = nullptr; ///< of the contact
+        std::any contact;
+        LocalStrength::State strength;
+        LoopMagnet::State magnet;
+        LevelBank bank;
+        std::array<GainRamp::State, kSurfaceParts> gains;
+    };
+    State save_state() const; ///< between frames                                         [setup]
+    /// Whether it is of the same kind of contact.                                        [any]
+    bool takes(const State& state) const noexcept { return *state.kind == typeid(*contact_); }
+    /// Between frames, of one that takes() it and was made alike.                        [setup]
+    void restore_state(const State& state);
 
     /// GainRamp::set() is for any thread, all else of it for the loop.                   [any]
     GainRamp& gain(SurfacePart part) noexcept { return gains_[static_cast<std::size_t>(part)]; }

@@ -114,6 +114,16 @@ double Stepping::estimate_us() const noexcept {
     return paper ? paper->estimate_us() : 0.0;
 }
 
+Stepping::State Stepping::save_state() const noexcept {
+    const PaperSteps* paper = std::get_if<PaperSteps>(&method_);
+    return paper ? State(paper->save_state()) : std::nullopt;
+}
+
+void Stepping::restore_state(const State& state) noexcept {
+    PaperSteps* paper = std::get_if<PaperSteps>(&method_);
+    if (paper && state) paper->restore_state(*state);
+}
+
 void Stepping::begin_frame(std::span<const std::uint32_t> replayed) noexcept {
     if (PaperSteps* paper = std::get_if<PaperSteps>(&method_)) paper->begin_frame(replayed);
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <variant>
 
@@ -67,6 +68,10 @@ public:
     int steps_left(const EvaluationOutcome&, const FrameBudget& budget) noexcept;
     /// Of a sub-step, eq. (10), us.                                                      [any]
     double estimate_us() const noexcept { return estimator_.estimate_us(); }
+    /// All that it remembers from frame to frame.                                        [setup]
+    const StepTimeEstimator& save_state() const noexcept { return estimator_; }
+    /// Of one of the same budget.                                                        [setup]
+    void restore_state(const StepTimeEstimator& state) noexcept { estimator_ = state; }
 
 private:
     Clock* clock_;
@@ -130,6 +135,11 @@ public:
     int most_evaluations() const noexcept;
     /// Of a sub-step, eq. (10), us; 0 where the method needs no clock.                     [any]
     double estimate_us() const noexcept;
+    /// What it remembers from frame to frame: of a method that needs no clock, nothing. [setup]
+    using State = std::optional<StepTimeEstimator>;
+    State save_state() const noexcept;
+    /// Of one with the same settings.                                                    [setup]
+    void restore_state(const State& state) noexcept;
     /// True for `adaptive`: a frame goes on until its forces balance. False for the others: a frame
     /// makes a number of shares.                                                           [any]
     bool seeks_balance() const noexcept { return adaptive() != nullptr; }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include <palpate/haptics/stepping/frame_flags.h>
 
@@ -23,6 +25,22 @@ std::vector<FrictionCoefficients> frictions(std::span<const SurfaceFinish> finis
     return frictions;
 }
 
+/// Throws where two lists are not of the same kinds; `what` they are of, as "effect".
+template <class Part, class State>
+void require_same_kinds(const char* what, const std::vector<Part>& parts,
+                        const std::vector<State>& states) {
+    const std::string begin = std::string("restore: ") + what;
+    if (parts.size() != states.size())
+        throw std::invalid_argument(begin + "s: the state has " + std::to_string(states.size()) +
+                                    ", the loop " + std::to_string(parts.size()) +
+                                    "; restore it into a loop that was made alike");
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        if (!parts[i].takes(states[i]))
+            throw std::invalid_argument(begin + " " + std::to_string(i + 1) +
+                                        ": the state's is of another kind than the loop's; "
+                                        "restore it into a loop that was made alike");
+}
+
 } // namespace
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
@@ -36,6 +54,32 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     steps_left_.reserve(most_evaluations(surfaces.size()));
+}
+
+// ---- its state as a value ----------------------------------------------------------------------
+
+Subdivision::State Subdivision::save_state() const {
+    State state{{}, {}, friction_.save_state(), calming_, stepping_.save_state(), primitives_};
+    for (const LoopSurface& surface : surfaces_)
+        state.surfaces.push_back(surface.save_state());
+    for (const LoopEffect& effect : effects_)
+        state.effects.push_back(effect.save_state());
+    return state;
+}
+
+void Subdivision::restore_state(const State& state) {
+    require_same_kinds("surface", surfaces_, state.surfaces);
+    require_same_kinds("effect", effects_, state.effects);
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+        effects_[i].restore_state(state.effects[i]);
+    for (std::size_t i = 0; i < surfaces_.size(); ++i)
+        surfaces_[i].restore_state(state.surfaces[i]);
+    friction_.restore_state(state.friction);
+    calming_ = state.calming;
+    stepping_.restore_state(state.stepping);
+    primitives_ = state.primitives;
+    path_.clear();
+    steps_left_.clear();
 }
 
 std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {

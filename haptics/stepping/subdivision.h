@@ -74,6 +74,23 @@ public:
     }
     GainRamp& gain(std::size_t effect) noexcept { return effects_[effect].gain(); }
 
+    /// What it remembers from frame to frame, of surfaces and effects, too. What only tells of the
+    /// last frame, path() and steps_left(), is left out.
+    struct State {
+        std::vector<LoopSurface::State> surfaces;
+        std::vector<LoopEffect::State> effects;
+        CoulombFriction::State friction;
+        Calming calming;
+        Stepping::State stepping;
+        PrimitiveSet primitives; ///< of the last evaluation: their pull begins the next frame's
+    };
+    State save_state() const; ///< between frames                                         [setup]
+    /// Between frames; without allocation, unless an effect's own restore_state() does. Settings,
+    /// surfaces and effects must be made alike. Throws std::invalid_argument that says what
+    /// differs, and changes nothing, where there are more or fewer of them, or others; and as
+    /// Effect::restore_state() does.                                                     [setup]
+    void restore_state(const State& state);
+
     /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
     std::uint32_t restart(const Vec3& proxy) noexcept;
 

@@ -266,6 +266,31 @@ TEST(Allocation, SwitchingEffectsMakesNone) {
     EXPECT_EQ(allocations, 0);
 }
 
+TEST(Allocation, RestoringALoopsStateMakesNone) {
+    SteadyClock clock;
+    HapticLoop loop(test::one_of_each_scene(), clock, test::fibres());
+    std::mt19937_64 random(22);
+    const auto step = [&](int i) {
+        test::switch_at_random(loop, i, random);
+        DeviceState state;
+        state.position = test::dipping(i);
+        loop.frame(state);
+    };
+    std::vector<LoopState> states;
+    for (int i = 0; i < 1000; ++i) {
+        if (i % 97 == 0) states.push_back(loop.save());
+        step(i);
+    }
+    allocations = 0;
+    counting = true;
+    for (const LoopState& state : states) {
+        loop.restore(state);
+        step(1);
+    }
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+}
+
 /// Waiting for the clock, reading and writing the device and handing over to the recorder included;
 /// frames that find no room as well.
 TEST(Allocation, AServoLoopMakesNone) {

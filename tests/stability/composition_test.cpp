@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How effects make one frame: what composition.md 5 says must fail, fails.
+#include <any>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -116,6 +117,8 @@ public:
     SurfaceState state() const noexcept override { return contact_->state(); }
     Membrane* membrane() noexcept override { return contact_->membrane(); }
     QueryCount queries() const noexcept override { return contact_->queries(); }
+    std::any save_state() const override { return contact_->save_state(); }
+    void restore_state(const std::any& state) override { contact_->restore_state(state); }
 
 private:
     std::unique_ptr<VolumeContact> contact_;

@@ -2,6 +2,7 @@
 // A surface that yields, under a hand that goes round while its depth pulsates, against the exact
 // play operator; and what dropping the flag that says so would cost (numerics 3.2).
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <utility>
 
@@ -44,6 +45,8 @@ public:
     }
     SurfaceState state() const noexcept override { return contact_->state(); }
     QueryCount queries() const noexcept override { return contact_->queries(); }
+    std::any save_state() const override { return contact_->save_state(); }
+    void restore_state(const std::any& state) override { contact_->restore_state(state); }
 
 private:
     std::unique_ptr<SurfaceContact> contact_;

@@ -2,6 +2,7 @@
 #include <palpate/volume/fields/shared_samples.h>
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -25,18 +26,17 @@ struct Common {
 
     std::shared_ptr<const Field> field;
     std::unique_ptr<Sampler> sampler;
-    Vec3 point{0.0}; // of `last`, m
-    std::optional<Sample> last;
+    LastSample<Sample> last;
 };
 
 template <class Common>
 auto sample_of(Common& common, const Vec3& point, std::uint64_t& samples) noexcept {
-    if (!common.last || !same_bits(point, common.point)) {
+    if (!common.last.sample || !same_bits(point, common.last.point)) {
         ++samples;
-        common.last = common.sampler->sample(point);
-        common.point = point;
+        common.last.sample = common.sampler->sample(point);
+        common.last.point = point;
     }
-    return *common.last;
+    return *common.last.sample;
 }
 
 using CommonScalars = Common<ScalarField, FieldSampler, FieldSample>;
@@ -78,8 +78,7 @@ private:
 
 class SharingField final : public ScalarField {
 public:
-    explicit SharingField(std::shared_ptr<const ScalarField> field)
-        : common_(std::make_shared<CommonScalars>(std::move(field))) {}
+    explicit SharingField(std::shared_ptr<CommonScalars> common) : common_(std::move(common)) {}
 
     std::unique_ptr<FieldSampler> make_sampler() const override {
         return std::make_unique<SharingSampler>(common_);
@@ -98,8 +97,8 @@ private:
 
 class SharingVectorField final : public VectorField {
 public:
-    explicit SharingVectorField(std::shared_ptr<const VectorField> field)
-        : common_(std::make_shared<CommonVectors>(std::move(field))) {}
+    explicit SharingVectorField(std::shared_ptr<CommonVectors> common)
+        : common_(std::move(common)) {}
 
     std::unique_ptr<VectorSampler> make_sampler() const override {
         return std::make_unique<SharingVectorSampler>(common_);
@@ -115,12 +114,46 @@ private:
 
 std::shared_ptr<const ScalarField> share_samples(std::shared_ptr<const ScalarField> field) {
     if (!field) return nullptr;
-    return std::make_shared<SharingField>(std::move(field));
+    return std::make_shared<SharingField>(std::make_shared<CommonScalars>(std::move(field)));
 }
 
 std::shared_ptr<const VectorField> share_samples(std::shared_ptr<const VectorField> field) {
     if (!field) return nullptr;
-    return std::make_shared<SharingVectorField>(std::move(field));
+    return std::make_shared<SharingVectorField>(std::make_shared<CommonVectors>(std::move(field)));
+}
+
+std::shared_ptr<const ScalarField>
+SharedFields::share(const std::shared_ptr<const ScalarField>& field) {
+    if (!field) return nullptr;
+    std::shared_ptr<const ScalarField>& one = known_[field];
+    if (one) return one;
+    const auto common = std::make_shared<CommonScalars>(field);
+    scalars_.emplace_back(common, &common->last);
+    return one = std::make_shared<SharingField>(common);
+}
+
+std::shared_ptr<const VectorField>
+SharedFields::share(const std::shared_ptr<const VectorField>& field) {
+    if (!field) return nullptr;
+    const auto common = std::make_shared<CommonVectors>(field);
+    vectors_.emplace_back(common, &common->last);
+    return std::make_shared<SharingVectorField>(common);
+}
+
+SharedFields::State SharedFields::save_state() const {
+    State state;
+    for (const auto& last : scalars_)
+        state.scalars.push_back(*last);
+    for (const auto& last : vectors_)
+        state.vectors.push_back(*last);
+    return state;
+}
+
+void SharedFields::restore_state(const State& state) noexcept {
+    for (std::size_t i = 0; i < scalars_.size(); ++i)
+        *scalars_[i] = state.scalars[i];
+    for (std::size_t i = 0; i < vectors_.size(); ++i)
+        *vectors_[i] = state.vectors[i];
 }
 
 } // namespace palpate

@@ -2,6 +2,7 @@
 #include <palpate/haptics/contact/volume_contact.h>
 
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <random>
 
@@ -95,6 +96,8 @@ public:
     void commit(const Vec3& p, bool y, bool f) noexcept override { contact_.commit(p, y, f); }
     SurfaceState state() const noexcept override { return contact_.state(); }
     QueryCount queries() const noexcept override { return contact_.queries(); }
+    std::any save_state() const override { return contact_.save_state(); }
+    void restore_state(const std::any& state) override { contact_.restore_state(state); }
 
 private:
     VolumeContact contact_;
