@@ -106,5 +106,44 @@ TEST(SharedSamples, TwoSharesOfOneFieldKnowNothingOfEachOther) {
     EXPECT_EQ(of_another->samples(), 1u);
 }
 
+TEST(SharedFields, GiveOneScalarFieldOnce) {
+    const std::shared_ptr<const ScalarField> ball = make_solid_sphere(kRadius);
+    const std::shared_ptr<const ScalarField> torus = make_torus(0.03, 0.01);
+    SharedFields fields;
+    const auto shared = fields.share(ball);
+    EXPECT_EQ(fields.share(ball), shared);
+    EXPECT_NE(fields.share(torus), shared);
+    EXPECT_EQ(fields.share(std::shared_ptr<const ScalarField>()), nullptr);
+    EXPECT_EQ(fields.share(std::shared_ptr<const VectorField>()), nullptr);
+}
+
+TEST(SharedFields, AreAskedAgainAsTheyWereAskedAfterTheSave) {
+    const std::shared_ptr<const ScalarField> ball = make_solid_sphere(kRadius);
+    const std::shared_ptr<const VectorField> helix = make_helix(0.03, 0.03);
+    SharedFields fields;
+    const auto scalars = fields.share(ball)->make_sampler();
+    const auto vectors = fields.share(helix)->make_sampler();
+    const Vec3 here{0.01}, there{0.02};
+    const SharedFields::State untouched = fields.save_state();
+    const FieldSample first = scalars->sample(here);
+    vectors->sample(here);
+    const SharedFields::State touched = fields.save_state();
+    scalars->sample(there);
+    vectors->sample(there);
+
+    fields.restore_state(touched);
+    const std::uint64_t scalars_paid = scalars->samples(), vectors_paid = vectors->samples();
+    EXPECT_TRUE(same_bits(scalars->sample(here), first));
+    vectors->sample(here);
+    EXPECT_EQ(scalars->samples(), scalars_paid);
+    EXPECT_EQ(vectors->samples(), vectors_paid);
+
+    fields.restore_state(untouched);
+    scalars->sample(here);
+    vectors->sample(here);
+    EXPECT_EQ(scalars->samples(), scalars_paid + 1);
+    EXPECT_EQ(vectors->samples(), vectors_paid + 1);
+}
+
 } // namespace
 } // namespace palpate
