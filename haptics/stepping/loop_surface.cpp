@@ -40,11 +40,6 @@ void LoopSurface::restore_state(const State& state) {
         gains_[part].restore_state(state.gains[part]);
 }
 
-bool LoopSurface::is_as_set() const noexcept {
-    return std::all_of(gains_.begin(), gains_.end(),
-                       [](const GainRamp& gain) { return gain.value() == 1.0; });
-}
-
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
     strength_.restart();
@@ -55,9 +50,14 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
-    std::array<bool, kSurfaceParts> moved{};
-    for (std::size_t part = 0; part < kSurfaceParts; ++part)
+    std::array<bool, kSurfaceParts> moved;
+    bool any_moved = false;
+    as_set_ = true;
+    for (std::size_t part = 0; part < kSurfaceParts; ++part) {
         moved[part] = gains_[part].advance(frame.period_s);
+        any_moved = any_moved || moved[part];
+        as_set_ = as_set_ && gains_[part].value() == 1.0;
+    }
     const auto has_moved = [&](SurfacePart part) { return moved[static_cast<std::size_t>(part)]; };
     if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) {
         Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
@@ -65,9 +65,10 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
         contact_->set_gain(now);
     }
     if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
-    if (FieldSurface* field = contact_->of_field(); field && has_moved(SurfacePart::texture))
+    if (!has_moved(SurfacePart::texture)) return any_moved;
+    if (FieldSurface* field = contact_->of_field())
         field->set_texture_gain(gain_value(SurfacePart::texture));
-    return std::find(moved.begin(), moved.end(), true) != moved.end();
+    return any_moved;
 }
 
 void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {

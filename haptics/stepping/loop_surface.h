@@ -56,8 +56,8 @@ public:
     double gain_value(SurfacePart part) const noexcept {
         return gains_[static_cast<std::size_t>(part)].value();
     }
-    /// Whether every gain is 1.                                                          [loop]
-    bool is_as_set() const noexcept;
+    /// Whether every gain is 1 in this frame.                                            [loop]
+    bool is_as_set() const noexcept { return as_set_; }
     /// Whether frames may find it of another strength elsewhere.                         [any]
     bool depends_on_place() const noexcept { return strength_.depends_on_place(); }
     SurfaceContact& contact() const noexcept { return *contact_; } ///< [any]
@@ -123,6 +123,7 @@ private:
     LoopMagnet magnet_;
     LevelBank bank_;
     std::array<GainRamp, kSurfaceParts> gains_;
+    bool as_set_ = true; // of the gains in this frame
 
     std::size_t first_ = 0, last_ = 0; // of its planes in the ContactSet: [first_, last_)
     bool pushes_back_ = false;

@@ -29,16 +29,17 @@ std::vector<FrictionCoefficients> frictions(std::span<const SurfaceFinish> finis
 template <class Part, class State>
 void require_same_kinds(const char* what, const std::vector<Part>& parts,
                         const std::vector<State>& states) {
-    const std::string begin = std::string("restore: ") + what;
-    if (parts.size() != states.size())
-        throw std::invalid_argument(begin + "s: the state has " + std::to_string(states.size()) +
-                                    ", the loop " + std::to_string(parts.size()) +
+    const auto refuse = [&](const std::string& why) {
+        throw std::invalid_argument(std::string("restore: ") + what + why +
                                     "; restore it into a loop that was made alike");
+    };
+    if (parts.size() != states.size())
+        refuse("s: the state has " + std::to_string(states.size()) + ", the loop " +
+               std::to_string(parts.size()));
     for (std::size_t i = 0; i < parts.size(); ++i)
         if (!parts[i].takes(states[i]))
-            throw std::invalid_argument(begin + " " + std::to_string(i + 1) +
-                                        ": the state's is of another kind than the loop's; "
-                                        "restore it into a loop that was made alike");
+            refuse(" " + std::to_string(i + 1) +
+                   ": the state's is of another kind than the loop's");
 }
 
 } // namespace
