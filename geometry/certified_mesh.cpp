@@ -20,11 +20,11 @@ constexpr double kToleranceRoundings = 1000.0;
 constexpr double kSmallestFold = 1.0e-6;
 constexpr std::uint32_t kChunk = 1024; // facets that a thread takes at a time
 
-Corners3 corners(const MeshTopology& topology, std::uint32_t facet) {
+internal::Corners3 corners(const MeshTopology& topology, std::uint32_t facet) {
     return {topology.corner(facet, 0), topology.corner(facet, 1), topology.corner(facet, 2)};
 }
 
-Box box_of(const Corners3& t) {
+Box box_of(const internal::Corners3& t) {
     Box box;
     for (const Vec3& p : {t.a, t.b, t.c})
         box.add(p);
@@ -101,7 +101,7 @@ void CertifiedMesh::certify_facet(std::uint32_t facet, std::vector<std::uint32_t
     if (here.dropped() || here.singular) mark(facet);
     if (here.dropped()) return;
 
-    const Corners3 t = corners(topology_, facet);
+    const internal::Corners3 t = corners(topology_, facet);
     const Box box = box_of(t);
     const Vec3 center = box.center();
     const double radius =
@@ -120,7 +120,7 @@ void CertifiedMesh::certify_facet(std::uint32_t facet, std::vector<std::uint32_t
 /// Whether what two facets do not share keeps its distance.
 bool CertifiedMesh::clear_of_each_other(std::uint32_t facet, std::uint32_t other) const {
     const Facet &f = topology_.facet(facet), &g = topology_.facet(other);
-    const Corners3 s = corners(topology_, facet), t = corners(topology_, other);
+    const internal::Corners3 s = corners(topology_, facet), t = corners(topology_, other);
     const auto has = [](const Facet& of, std::uint32_t vertex) {
         return vertex == of.vertex[0] || vertex == of.vertex[1] || vertex == of.vertex[2];
     };
@@ -134,11 +134,11 @@ bool CertifiedMesh::clear_of_each_other(std::uint32_t facet, std::uint32_t other
     const double room = clearance_m();
     switch (shared) {
     case 0:
-        return triangle_distance(s, t) >= room;
+        return internal::triangle_distance(s, t) >= room;
     case 1: { // the edge opposite to the shared corner is what may be in the way
         const auto p = [&](const Facet& of, int k) { return topology_.position(of.vertex[k % 3]); };
-        return segment_triangle_distance(p(f, own_f + 1), p(f, own_f + 2), t) >= room &&
-               segment_triangle_distance(p(g, own_g + 1), p(g, own_g + 2), s) >= room;
+        return internal::segment_triangle_distance(p(f, own_f + 1), p(f, own_f + 2), t) >= room &&
+               internal::segment_triangle_distance(p(g, own_g + 1), p(g, own_g + 2), s) >= room;
     }
     case 2: {
         const Vec3 apex_f = topology_.corner(facet, own_f), apex_g = topology_.corner(other, own_g);

@@ -41,8 +41,8 @@ constexpr int kMaterial = 1; // the domain's label where the value is > 0; 0 is 
 // afterwards, by about as much.
 constexpr double kBisectionEnd = 1.0e-5;
 // Refinements, each after the first with more seeds where a piece was lost, and the fraction that
-// progress has at their ends: the first took 0.92, 0.6 or 0.45 of all time when it was the only one,
-// one of two or of three.
+// progress has at their ends: the first took 0.92, 0.6 or 0.45 of all time when it was the only
+// one, one of two or of three.
 constexpr std::array<double, 3> kEndOfRound{0.6, 0.8, 0.95};
 // Values of the field and questions about the complex, each about 0.2 us. Skull CT took 700 and
 // 1450 a seed, the generated CT 550 and 700; only the shape of progress rests on it.
@@ -62,7 +62,7 @@ class Complex : public CGAL::Mesh_complex_3_in_triangulation_3<Triangulation> {
 public:
     using Base = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
 
-    void count_work_in(ExtractionProgress& progress) { progress_ = &progress; }
+    void count_work_in(internal::ExtractionProgress& progress) { progress_ = &progress; }
 
     Face_status face_status(const Edge& edge) const {
         note_question();
@@ -82,7 +82,7 @@ public:
         note_question();
         const std::vector<Link> links = links_at(vertex);
         if (links.empty()) return NOT_IN_COMPLEX;
-        DisjointSets fans(links.size() / 2); // of facets
+        internal::DisjointSets fans(links.size() / 2); // of facets
         bool is_border = false;
         for (std::size_t first = 0; first < links.size();) {
             std::size_t last = first + 1;
@@ -134,7 +134,7 @@ private:
             Base::has_incident_facets_in_complex(triangulation().finite_vertices_begin()));
     }
 
-    ExtractionProgress* progress_ = nullptr;
+    internal::ExtractionProgress* progress_ = nullptr;
 };
 
 /// Delaunay refinement of one isosurface, in millimetres.
@@ -142,10 +142,12 @@ class Mesher {
 public:
     Mesher(const Isosurface& surface, const IsosurfaceSettings& settings, const Progress& progress)
         : progress_(progress), material_(surface, progress_),
-          facet_size_(kMmPerM * settings.facet_size_m), domain_(make_domain(surface.bounds)),
+          facet_size_(internal::kMmPerM * settings.facet_size_m),
+          domain_(make_domain(surface.bounds)),
           criteria_(CGAL::parameters::facet_angle = settings.facet_angle_deg,
                     CGAL::parameters::facet_size = facet_size_,
-                    CGAL::parameters::facet_distance = kMmPerM * settings.facet_distance_m) {
+                    CGAL::parameters::facet_distance =
+                        internal::kMmPerM * settings.facet_distance_m) {
         complex_.count_work_in(progress_);
     }
 
@@ -178,7 +180,8 @@ public:
 
 private:
     Domain make_domain(const Box& bounds) {
-        const double radius = 0.5 * kMmPerM * glm::length(bounds.extent()) + 2.0 * facet_size_;
+        const double radius =
+            0.5 * internal::kMmPerM * glm::length(bounds.extent()) + 2.0 * facet_size_;
         const double diagonal = 2.0 * std::sqrt(3.0) * radius; // of the sphere's box: CGAL's unit
         return Domain(
             CGAL::parameters::function =
@@ -191,7 +194,8 @@ private:
     std::vector<Point> on_surface(const std::vector<Vec3>& seeds_m) {
         std::vector<Point> points;
         for (const Vec3& seed : seeds_m)
-            if (const auto p = onto_surface(material_, material_.from_scene(seed), facet_size_))
+            if (const auto p =
+                    internal::onto_surface(material_, material_.from_scene(seed), facet_size_))
                 points.push_back(to_point(*p));
         return points;
     }
@@ -222,13 +226,13 @@ private:
              ++f)
             for (int k = 1; k < 4; ++k)
                 used[f->first->vertex((f->second + k) & 3)] = true;
-        const double near = facet_size_ / kMmPerM;
-        const TriangleGrid grid(mesh, near);
+        const double near = facet_size_ / internal::kMmPerM;
+        const internal::TriangleGrid grid(mesh, near);
         std::vector<VertexHandle> lost;
         for (const VertexHandle vertex : seeds_) {
             if (used[vertex]) continue;
             const Vec3 p = to_vec(vertex->point().point());
-            if (!grid.has_facing(material_.to_scene(p), -gradient(material_, p), near))
+            if (!grid.has_facing(material_.to_scene(p), -internal::gradient(material_, p), near))
                 lost.push_back(vertex);
         }
         return lost;
@@ -237,7 +241,8 @@ private:
     void densify(const std::vector<VertexHandle>& around, double spacing) {
         std::vector<Point> points;
         for (const VertexHandle vertex : around)
-            for (const Vec3& p : ring(material_, to_vec(vertex->point().point()), spacing))
+            for (const Vec3& p :
+                 internal::ring(material_, to_vec(vertex->point().point()), spacing))
                 points.push_back(to_point(p));
         insert(std::move(points));
     }
@@ -270,7 +275,8 @@ private:
 
     Vec3 scene_position(VertexHandle vertex) {
         const Vec3 p = to_vec(vertex->point().point());
-        return material_.to_scene(onto_surface(material_, p, 4.0 * kBisectionEnd).value_or(p));
+        return material_.to_scene(
+            internal::onto_surface(material_, p, 4.0 * kBisectionEnd).value_or(p));
     }
 
     /// The mesh, when it keeps what was promised.
@@ -307,8 +313,8 @@ private:
 
     static constexpr std::uint32_t kNoIndex = 0xffffffffu;
 
-    ExtractionProgress progress_;
-    Material material_;
+    internal::ExtractionProgress progress_;
+    internal::Material material_;
     double facet_size_; // mm
     Domain domain_;
     Criteria criteria_;
@@ -347,9 +353,9 @@ TriangleMesh extract_isosurface(const Isosurface& surface, const IsosurfaceSetti
     require_settings(surface, settings);
     try {
         TriangleMesh mesh = Mesher(surface, settings, progress).run(surface.seeds);
-        if (progress && !progress(1.0, "done")) throw Cancelled{};
+        if (progress && !progress(1.0, "done")) throw internal::Cancelled{};
         return mesh;
-    } catch (const Cancelled&) {
+    } catch (const internal::Cancelled&) {
         throw std::runtime_error("extraction of the isosurface cancelled");
     }
 }

@@ -61,11 +61,11 @@ void write_body(std::ostream& out, const TriangleMesh& mesh) {
 
 /// What a file says about itself with `key`: the one of two values, or nothing. Where the caller
 /// has `asked` for one, what the file says wrongly is only worth a warning.
-std::optional<std::string> stated(const MeshSource& source, std::string_view key,
+std::optional<std::string> stated(const internal::MeshSource& source, std::string_view key,
                                   const std::array<std::string, 2>& known, bool asked,
-                                  FileMesh& file) {
+                                  internal::FileMesh& file) {
     std::optional<std::string> found;
-    const auto complain = [&](const MeshStatement& statement, const std::string& what) {
+    const auto complain = [&](const internal::MeshStatement& statement, const std::string& what) {
         if (asked)
             file.warnings.push_back(what);
         else if (statement.byte)
@@ -73,7 +73,7 @@ std::optional<std::string> stated(const MeshSource& source, std::string_view key
         else
             source.fail(what);
     };
-    for (const MeshStatement& statement : file.statements) {
+    for (const internal::MeshStatement& statement : file.statements) {
         if (!statement.text.starts_with(key)) continue;
         if (statement.text != known[0] && statement.text != known[1])
             complain(statement,
@@ -87,7 +87,8 @@ std::optional<std::string> stated(const MeshSource& source, std::string_view key
     return found;
 }
 
-void settle_frame(const MeshSource& source, MeshFrame asked, FileMesh& file, MeshFile& result) {
+void settle_frame(const internal::MeshSource& source, MeshFrame asked, internal::FileMesh& file,
+                  MeshFile& result) {
     const bool is_asked = asked != MeshFrame::as_stated;
     const auto said = stated(source, "SPACE=", {"SPACE=LPS", "SPACE=RAS"}, is_asked, file);
     const MeshFrame own = said && *said == "SPACE=RAS" ? MeshFrame::ras : MeshFrame::lps;
@@ -99,7 +100,8 @@ void settle_frame(const MeshSource& source, MeshFrame asked, FileMesh& file, Mes
     if (!said && !is_asked) file.warnings.push_back("states no frame: LPS is assumed");
 }
 
-void settle_unit(const MeshSource& source, MeshUnit asked, FileMesh& file, MeshFile& result) {
+void settle_unit(const internal::MeshSource& source, MeshUnit asked, internal::FileMesh& file,
+                 MeshFile& result) {
     const bool is_asked = asked != MeshUnit::as_stated;
     const auto said = stated(source, "UNIT=", {"UNIT=mm", "UNIT=m"}, is_asked, file);
     const MeshUnit own = said && *said == "UNIT=m" ? MeshUnit::metre : MeshUnit::millimetre;
@@ -137,7 +139,8 @@ void bring_into_scene(MeshFile& file) {
     }
 }
 
-MeshFile understood(const MeshSource& source, FileMesh read, const MeshFileSettings& settings) {
+MeshFile understood(const internal::MeshSource& source, internal::FileMesh read,
+                    const MeshFileSettings& settings) {
     MeshFile file;
     settle_frame(source, settings.frame, read, file);
     settle_unit(source, settings.unit, read, file);
@@ -176,8 +179,9 @@ std::string lower_case_ending(const std::filesystem::path& file) {
 
 } // namespace
 
-void note_statements(std::string_view comment, std::optional<std::size_t> byte, FileMesh& file) {
-    for (std::string_view word : words_of(comment)) {
+void internal::note_statements(std::string_view comment, std::optional<std::size_t> byte,
+                               internal::FileMesh& file) {
+    for (std::string_view word : internal::words_of(comment)) {
         if (!word.starts_with("SPACE=") && !word.starts_with("UNIT=")) continue;
         while (word.ends_with('.') || word.ends_with(',') || word.ends_with(';'))
             word.remove_suffix(1); // of the sentence around it
@@ -185,7 +189,8 @@ void note_statements(std::string_view comment, std::optional<std::size_t> byte, 
     }
 }
 
-void note_missing_line_break(const MeshSource& source, FileMesh& file) {
+void internal::note_missing_line_break(const internal::MeshSource& source,
+                                       internal::FileMesh& file) {
     if (!source.text().ends_with('\n'))
         file.warnings.push_back("does not end with a line break: see that it is not cut off");
 }
@@ -215,20 +220,20 @@ void write_ply(const TriangleMesh& mesh, const std::filesystem::path& file,
 
 MeshFile read_mesh(const std::filesystem::path& file, const MeshFileSettings& settings) {
     const std::string ending = lower_case_ending(file);
-    const auto read = ending == ".ply"   ? read_ply_mesh
-                      : ending == ".stl" ? read_stl_mesh
-                      : ending == ".obj" ? read_obj_mesh
+    const auto read = ending == ".ply"   ? internal::read_ply_mesh
+                      : ending == ".stl" ? internal::read_stl_mesh
+                      : ending == ".obj" ? internal::read_obj_mesh
                                          : nullptr;
     if (!read) refuse_no_mesh(file, ending);
-    MeshSource source(file);
+    internal::MeshSource source(file);
     MeshFile result = understood(source, read(source), settings);
     if (result.mesh.triangles.empty()) source.fail("has no triangle; export a surface");
     return result;
 }
 
 TriangleMesh read_ply(const std::filesystem::path& file) {
-    MeshSource source(file);
-    return understood(source, read_ply_mesh(source), {}).mesh;
+    internal::MeshSource source(file);
+    return understood(source, internal::read_ply_mesh(source), {}).mesh;
 }
 
 } // namespace palpate

@@ -34,7 +34,7 @@ struct Welded {
 
 Welded welded(const TriangleMesh& mesh) {
     Welded result;
-    VertexWelder welder;
+    internal::VertexWelder welder;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         Corners corners{};
         std::array<Vec3, 3> p{};

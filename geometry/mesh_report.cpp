@@ -111,7 +111,7 @@ std::uint32_t corner_of(const TriangleMesh& mesh, std::uint32_t triangle, std::u
 
 /// A vertex is manifold when its corners, joined across the edges at it, make one fan.
 std::size_t count_split_vertices(const TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
-    DisjointSets corners_joined(3 * mesh.triangles.size());
+    internal::DisjointSets corners_joined(3 * mesh.triangles.size());
     for_each_edge(edges, [&](std::size_t first, std::size_t last) {
         for (const std::uint32_t vertex : {static_cast<std::uint32_t>(edges[first].key >> 32),
                                            static_cast<std::uint32_t>(edges[first].key)})
@@ -162,7 +162,7 @@ std::size_t count_coincident(std::vector<Vec3> positions) {
 
 /// In the order of their labels.
 std::vector<MeshComponent> measure_components(const TriangleMesh& mesh,
-                                              const ComponentLabels& labels,
+                                              const internal::ComponentLabels& labels,
                                               const std::vector<HalfEdge>& edges) {
     std::vector<MeshComponent> components(labels.count);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -193,7 +193,7 @@ int turn(const MeshComponent& component) { return component.volume_m3 < 0.0 ? -1
 /// Closed components with a negative winding number on one of their sides. Beside a component, the
 /// winding number is the sum of the turns of those that enclose it; across it, its own turn is
 /// added.
-std::size_t count_inside_out(const TriangleMesh& mesh, const ComponentLabels& labels,
+std::size_t count_inside_out(const TriangleMesh& mesh, const internal::ComponentLabels& labels,
                              const std::vector<MeshComponent>& components) {
     std::vector<std::uint32_t> closed;
     std::vector<Vec3> samples;
@@ -202,7 +202,7 @@ std::size_t count_inside_out(const TriangleMesh& mesh, const ComponentLabels& la
         closed.push_back(label);
         samples.push_back(components[label].sample);
     }
-    const auto enclosing = enclosing_components(mesh, labels, samples);
+    const auto enclosing = internal::enclosing_components(mesh, labels, samples);
     std::size_t count = 0;
     for (std::size_t k = 0; k < closed.size(); ++k) {
         int winding = 0;
@@ -242,7 +242,7 @@ MeshReport inspect(const TriangleMesh& mesh) {
     count_edges(edges, report);
     report.non_manifold_vertices = count_split_vertices(mesh, edges);
 
-    const ComponentLabels labels = label_components(mesh);
+    const internal::ComponentLabels labels = internal::label_components(mesh);
     report.components = measure_components(mesh, labels, edges);
     report.inside_out = count_inside_out(mesh, labels, report.components);
     std::stable_sort(

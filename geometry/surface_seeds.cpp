@@ -56,12 +56,12 @@ struct Component {
 };
 
 std::vector<Component> components_of(const TriangleMesh& mesh) {
-    const ComponentLabels labels = label_components(mesh);
+    const internal::ComponentLabels labels = internal::label_components(mesh);
     std::vector<Component> components(labels.count);
     for (const std::uint32_t label : labels.of_triangle)
         ++components[label].triangles;
     for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
-        if (labels.of_vertex[v] != ComponentLabels::kNone)
+        if (labels.of_vertex[v] != internal::ComponentLabels::kNone)
             components[labels.of_vertex[v]].vertices.push_back(v);
     return components;
 }
@@ -70,9 +70,9 @@ std::vector<Component> components_of(const TriangleMesh& mesh) {
 std::vector<std::uint32_t> thin(const TriangleMesh& mesh, const std::vector<Vec3>& directions,
                                 const std::vector<std::uint32_t>& vertices, double side) {
     std::vector<std::uint32_t> kept;
-    std::unordered_map<Cube, std::vector<std::uint32_t>, CubeHash> kept_in;
+    std::unordered_map<internal::Cube, std::vector<std::uint32_t>, internal::CubeHash> kept_in;
     for (const std::uint32_t vertex : vertices) {
-        auto& neighbours = kept_in[cube_of(mesh.vertices[vertex], side)];
+        auto& neighbours = kept_in[internal::cube_of(mesh.vertices[vertex], side)];
         const bool taken =
             std::any_of(neighbours.begin(), neighbours.end(), [&](std::uint32_t other) {
                 return glm::dot(directions[vertex], directions[other]) >= 0.0;
@@ -85,7 +85,8 @@ std::vector<std::uint32_t> thin(const TriangleMesh& mesh, const std::vector<Vec3
 }
 
 double share_covered(const TriangleMesh& preview, const std::vector<Vec3>& directions,
-                     const Component& component, const TriangleGrid& grid, double tolerance) {
+                     const Component& component, const internal::TriangleGrid& grid,
+                     double tolerance) {
     Box box;
     for (const std::uint32_t vertex : component.vertices)
         box.add(preview.vertices[vertex]);
@@ -103,7 +104,7 @@ double share_covered(const TriangleMesh& preview, const std::vector<Vec3>& direc
 }
 
 /// That component of the report which has this one's first vertex as its sample.
-MeshComponent measured(const TriangleMesh& preview, const ComponentLabels& labels,
+MeshComponent measured(const TriangleMesh& preview, const internal::ComponentLabels& labels,
                        std::uint32_t label) {
     TriangleMesh part{preview.vertices, {}};
     for (std::size_t t = 0; t < preview.triangles.size(); ++t)
@@ -144,8 +145,8 @@ std::vector<ComponentMatch> missing_components(const TriangleMesh& preview,
     require_indices(preview);
     require_indices(mesh);
     const std::vector<Vec3> directions = vertex_directions(preview);
-    const TriangleGrid grid(mesh, tolerance_m);
-    const ComponentLabels labels = label_components(preview);
+    const internal::TriangleGrid grid(mesh, tolerance_m);
+    const internal::ComponentLabels labels = internal::label_components(preview);
     const std::vector<Component> components = components_of(preview);
 
     std::vector<ComponentMatch> missing;

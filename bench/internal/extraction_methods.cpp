@@ -69,7 +69,7 @@ std::vector<Point> seeds_of(const ExtractionTask& task, const Field& field) {
 
 /// Turns every component so that most of its area faces lower values.
 void face_lower_values(TriangleMesh& mesh, const ExtractionTask& task) {
-    const ComponentLabels labels = label_components(mesh);
+    const internal::ComponentLabels labels = internal::label_components(mesh);
     const auto sampler = task.field.make_sampler();
     std::vector<double> facing(labels.count, 0.0); // m^2
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr double kPeriod = 0.2; // s between reports
@@ -39,4 +39,4 @@ void ExtractionProgress::report(double fraction) {
     if (progress_ && !progress_(reported_, phase_)) throw Cancelled{};
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -7,7 +7,7 @@
 
 #include <palpate/geometry/isosurface.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// Thrown out of the middle of CGAL when progress wishes to cancel.
 struct Cancelled {};
@@ -44,4 +44,4 @@ private:
     std::chrono::steady_clock::time_point reported_at_{};
 };
 
-} // namespace palpate
+} // namespace palpate::internal

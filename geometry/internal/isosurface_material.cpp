@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr double kRootEnd = 1.0e-7; // mm, that is 0.1 nm
@@ -96,4 +96,4 @@ std::vector<Vec3> ring(Material& material, const Vec3& p, double spacing) {
     return points;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

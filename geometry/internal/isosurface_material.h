@@ -7,7 +7,7 @@
 #include <palpate/geometry/internal/extraction_progress.h>
 #include <palpate/geometry/isosurface.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 inline constexpr double kMmPerM = 1000.0;
 
@@ -40,4 +40,4 @@ std::optional<Vec3> onto_surface(Material& material, const Vec3& p, double reach
 /// directions.
 std::vector<Vec3> ring(Material& material, const Vec3& p, double spacing);
 
-} // namespace palpate
+} // namespace palpate::internal

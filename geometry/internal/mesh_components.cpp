@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/geometry/internal/mesh_components.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 ComponentLabels label_components(const TriangleMesh& mesh) {
     DisjointSets sets(mesh.vertices.size());
@@ -24,4 +24,4 @@ ComponentLabels label_components(const TriangleMesh& mesh) {
     return labels;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

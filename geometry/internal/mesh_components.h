@@ -9,7 +9,7 @@
 
 #include <palpate/geometry/triangle_mesh.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// Sets that grow together: union-find; the root of a set is its lowest element, whatever the order
 /// of the joins.
@@ -48,4 +48,4 @@ struct ComponentLabels {
 /// Components of a mesh by shared vertices; indices must be valid.                      [setup]
 ComponentLabels label_components(const TriangleMesh& mesh);
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -10,7 +10,7 @@
 #include <palpate/geometry/internal/mesh_source.h>
 #include <palpate/geometry/triangle_mesh.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// "SPACE=LPS" or "UNIT=mm" out of a comment, whatever its value.
 struct MeshStatement {
@@ -36,4 +36,4 @@ FileMesh read_ply_mesh(MeshSource& source);
 FileMesh read_stl_mesh(MeshSource& source);
 FileMesh read_obj_mesh(MeshSource& source);
 
-} // namespace palpate
+} // namespace palpate::internal

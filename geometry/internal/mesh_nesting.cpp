@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 /// Points by the squares of a grid over x and y, about as many squares as points.
@@ -113,4 +113,4 @@ std::vector<std::vector<std::uint32_t>> enclosing_components(const TriangleMesh&
     return met;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

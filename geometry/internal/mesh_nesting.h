@@ -7,7 +7,7 @@
 #include <palpate/geometry/internal/mesh_components.h>
 #include <palpate/geometry/triangle_mesh.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// For each point, the components that enclose it: those of which a line upwards (z) from it meets
 /// an odd number of triangles, in ascending order. Only meaningful for closed components. About
@@ -17,4 +17,4 @@ std::vector<std::vector<std::uint32_t>> enclosing_components(const TriangleMesh&
                                                              const ComponentLabels& labels,
                                                              const std::vector<Vec3>& points);
 
-} // namespace palpate
+} // namespace palpate::internal

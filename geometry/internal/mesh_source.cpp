@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::string_view kSpace(" \t\r\n\v\f\0", 7);
@@ -97,4 +97,4 @@ std::optional<double> number_in(std::string_view word) {
     return value;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

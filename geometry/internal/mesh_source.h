@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// The bytes of a mesh file, where reading has come to, and how to complain about it. The views
 /// that it hands out live as long as it does.
@@ -47,4 +47,4 @@ std::vector<std::string_view> words_of(std::string_view line);
 /// The whole word as a number, a plus sign allowed; nothing when it is none.
 std::optional<double> number_in(std::string_view word);
 
-} // namespace palpate
+} // namespace palpate::internal

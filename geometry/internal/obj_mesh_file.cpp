@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::array<std::string_view, 40> kPassedOver{
@@ -147,4 +147,4 @@ private:
 
 FileMesh read_obj_mesh(MeshSource& source) { return ObjReader(source).read(); }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -11,7 +11,7 @@
 #include <limits>
 #include <system_error>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 // --- Header
@@ -331,4 +331,4 @@ FileMesh read_ply_mesh(MeshSource& source) {
     return file;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -12,7 +12,7 @@
 
 #include <palpate/geometry/internal/vertex_welder.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 80;
@@ -180,4 +180,4 @@ FileMesh read_stl_mesh(MeshSource& source) {
     return is_binary(source.text()) ? read_binary(source) : TextReader(source).read();
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -6,7 +6,7 @@
 
 #include <palpate/geometry/triangle_mesh.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 double point_distance(const Vec3& p, const Corners3& t) noexcept {
@@ -47,4 +47,4 @@ double triangle_distance(const Corners3& s, const Corners3& t) noexcept {
                      segment_triangle_distance(t.c, t.a, s)});
 }
 
-} // namespace palpate
+} // namespace palpate::internal

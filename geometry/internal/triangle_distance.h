@@ -3,7 +3,7 @@
 
 #include <palpate/geometry/vec.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 struct Corners3 {
     Vec3 a, b, c;
@@ -18,4 +18,4 @@ double segment_triangle_distance(const Vec3& p, const Vec3& q, const Corners3& t
 /// Distance of two triangles, m; rounding where they intersect. [any]
 double triangle_distance(const Corners3& s, const Corners3& t) noexcept;
 
-} // namespace palpate
+} // namespace palpate::internal

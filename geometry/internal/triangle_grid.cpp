@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 template <typename Visit>
@@ -48,4 +48,4 @@ bool TriangleGrid::cube_has_facing(const Cube& cube, const Vec3& p, const Vec3& 
     });
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -8,7 +8,7 @@
 
 #include <palpate/geometry/triangle_mesh.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// A cube of a regular grid about the origin.
 struct Cube {
@@ -47,4 +47,4 @@ private:
     std::unordered_map<Cube, std::vector<std::uint32_t>, CubeHash> triangles_in_;
 };
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -9,7 +9,7 @@
 
 #include <palpate/geometry/vec.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// Numbers positions in the order in which they first appear; positions with equal coordinates
 /// (-0.0 is 0.0) share a number.
@@ -44,4 +44,4 @@ private:
     std::unordered_map<Bits, std::uint32_t, Hash> number_of_;
 };
 
-} // namespace palpate
+} // namespace palpate::internal

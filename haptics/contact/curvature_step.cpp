@@ -42,7 +42,7 @@ struct FreeDirections {
 FreeDirections complement(const PinnedDirections& pinned) noexcept {
     const auto& n = pinned.axis;
     if (pinned.count == 1) {
-        const Mat3 plane = across_of(n[0]);
+        const Mat3 plane = internal::across_of(n[0]);
         return {{plane[0], plane[1]}, 2};
     }
     if (pinned.count == 2) return {{glm::normalize(glm::cross(n[0], n[1])), Vec3{0.0}}, 1};
@@ -81,7 +81,7 @@ Tethers tethers_of(const PrimitiveSet& primitives, const ProxySolution& solution
                                  glm::length(solution.lines[i].force_n) / stiffness, projection);
             continue;
         }
-        const Mat3 plane = across_of(axis);
+        const Mat3 plane = internal::across_of(axis);
         pinned.add(plane[0]);
         pinned.add(plane[1]);
         tethers.hold = true;

@@ -12,10 +12,10 @@
 namespace palpate {
 namespace {
 
-using solver::kAbsoluteGap;
-using solver::kGapRounding;
-using solver::kHardMultiplier;
-using solver::kRelativeGap;
+using internal::kAbsoluteGap;
+using internal::kGapRounding;
+using internal::kHardMultiplier;
+using internal::kRelativeGap;
 
 constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr std::size_t kNone = kCapacity;
@@ -34,7 +34,7 @@ public:
         for (const PlanePrimitive& plane : planes) {
             Face face;
             const double length = glm::length(plane.normal);
-            face.usable = solver::is_usable(plane.anchor, length, plane.strength_n);
+            face.usable = internal::is_usable(plane.anchor, length, plane.strength_n);
             if (face.usable) {
                 face.normal = plane.normal / length;
                 face.offset = glm::dot(face.normal, plane.anchor - target);
@@ -43,12 +43,12 @@ public:
             }
             faces_.push_back(face);
         }
-        const double hard = kHardMultiplier * scale_;
+        const double hard = internal::kHardMultiplier * scale_;
         for (Face& face : faces_) {
             face.yields = face.bound <= hard;
             face.bound = std::min(face.bound, hard);
         }
-        tolerance_ = kAbsoluteGap + kRelativeGap * scale_;
+        tolerance_ = internal::kAbsoluteGap + internal::kRelativeGap * scale_;
     }
 
     bool solve() noexcept {
@@ -94,7 +94,8 @@ public:
         for (const Face& face : faces_) {
             if (!face.usable) continue;
             const double gap = face.gap(y);
-            gap_m2 += face.bound * (std::max(0.0, -gap) + kGapRounding * size) + face.lambda * gap;
+            gap_m2 += face.bound * (std::max(0.0, -gap) + internal::kGapRounding * size) +
+                      face.lambda * gap;
         }
         return std::sqrt(std::max(0.0, gap_m2));
     }
@@ -305,10 +306,10 @@ private:
 void add_one_plane(const PlanePrimitive& plane, const Vec3& target, double stiffness,
                    ProxySolution& solution) noexcept {
     const double length = glm::length(plane.normal);
-    if (!solver::is_usable(plane.anchor, length, plane.strength_n)) return;
+    if (!internal::is_usable(plane.anchor, length, plane.strength_n)) return;
     const Vec3 normal = plane.normal / length;
     const double offset = glm::dot(normal, plane.anchor - target);
-    if (!(offset > kAbsoluteGap)) return;
+    if (!(offset > internal::kAbsoluteGap)) return;
     const double sigma = plane.strength_n / stiffness;
     const double lambda = std::min(offset, sigma);
     solution.proxy = target + lambda * normal;
@@ -353,13 +354,13 @@ ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, dou
     // without: each answers its own part of the way.
     const bool apart = points.empty() &&
                        (lines.empty() || (lines.size() == 1 && all_across(planes, lines[0].axis)));
-    if (!one_point && !apart) return solve_mixed(primitives, target, stiffness, pass_cap);
+    if (!one_point && !apart) return internal::solve_mixed(primitives, target, stiffness, pass_cap);
 
     ProxySolution solution(primitives, target);
     solution.work = static_cast<int>(primitives.count());
-    if (one_point) add_one_point(points[0], target, stiffness, solution);
+    if (one_point) internal::add_one_point(points[0], target, stiffness, solution);
     if (!planes.empty()) add_planes(planes, target, stiffness, solution);
-    if (!lines.empty()) add_one_line(lines[0], target, stiffness, solution);
+    if (!lines.empty()) internal::add_one_line(lines[0], target, stiffness, solution);
     return solution;
 }
 

@@ -31,9 +31,10 @@ TEST(TriangleDistance, IsThatOfDenseSamples) {
     int touching = 0;
     for (int i = 0; i < 300; ++i) {
         const Vec3 apart = 0.7 * random_point(random);
-        const Corners3 s{random_point(random), random_point(random), random_point(random)};
-        const Corners3 t{random_point(random) + apart, random_point(random) + apart,
-                         random_point(random) + apart};
+        const internal::Corners3 s{random_point(random), random_point(random),
+                                   random_point(random)};
+        const internal::Corners3 t{random_point(random) + apart, random_point(random) + apart,
+                                   random_point(random) + apart};
         constexpr int kCuts = 60;
         double sampled = 10.0;
         for (int u = 0; u <= kCuts; ++u)
@@ -44,10 +45,10 @@ TEST(TriangleDistance, IsThatOfDenseSamples) {
                     std::min(sampled, glm::length(closest_point_on_triangle(p, t.a, t.b, t.c) - p));
             }
         const double spacing = std::max(glm::length(s.b - s.a), glm::length(s.c - s.a)) / kCuts;
-        const double distance = triangle_distance(s, t);
+        const double distance = internal::triangle_distance(s, t);
         ASSERT_LE(distance, sampled + 1e-15);
         ASSERT_GE(distance, sampled - 2.0 * spacing);
-        ASSERT_NEAR(distance, triangle_distance(t, s), 1e-15);
+        ASSERT_NEAR(distance, internal::triangle_distance(t, s), 1e-15);
         if (distance < 1e-14) ++touching;
     }
     EXPECT_GT(touching, 30); // some of them do intersect

@@ -21,7 +21,7 @@ struct Told {
 };
 
 /// Enough for the clock to be looked at, after the time between reports.
-void work_a_while(ExtractionProgress& progress, int units) {
+void work_a_while(internal::ExtractionProgress& progress, int units) {
     std::this_thread::sleep_for(std::chrono::milliseconds(210));
     for (int k = 0; k < units; ++k)
         progress.work();
@@ -29,7 +29,7 @@ void work_a_while(ExtractionProgress& progress, int units) {
 
 TEST(ExtractionProgress, IsAsFarInAPhaseAsItsWork) {
     Told told;
-    ExtractionProgress progress(told.hear);
+    internal::ExtractionProgress progress(told.hear);
     progress.begin("first", 0.5, 2048.0);
     work_a_while(progress, 1024);
     EXPECT_EQ(progress.done(), 1024.0);
@@ -44,7 +44,7 @@ TEST(ExtractionProgress, IsAsFarInAPhaseAsItsWork) {
 
 TEST(ExtractionProgress, CreepsButNeverPassesThePhaseThatTakesLonger) {
     Told told;
-    ExtractionProgress progress(told.hear);
+    internal::ExtractionProgress progress(told.hear);
     progress.begin("long", 0.6, 1.0);
     double last = 0.0;
     for (int k = 0; k < 3; ++k) {
@@ -62,11 +62,11 @@ TEST(ExtractionProgress, CreepsButNeverPassesThePhaseThatTakesLonger) {
 TEST(ExtractionProgress, CancelsInTheMiddleOfAPhase) {
     int calls = 0;
     const Progress once = [&](double, std::string_view) { return calls++ == 0; };
-    ExtractionProgress progress(once);
+    internal::ExtractionProgress progress(once);
     progress.begin("first", 0.5, 2048.0);
-    EXPECT_THROW(work_a_while(progress, 1024), Cancelled);
+    EXPECT_THROW(work_a_while(progress, 1024), internal::Cancelled);
     const Progress nobody;
-    ExtractionProgress unheard(nobody);
+    internal::ExtractionProgress unheard(nobody);
     EXPECT_NO_THROW(unheard.begin("first", 0.5, 2048.0));
     EXPECT_NO_THROW(work_a_while(unheard, 1024));
 }

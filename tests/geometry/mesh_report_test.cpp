@@ -211,7 +211,8 @@ TEST(EnclosingComponents, LinesThroughEdgesAndVerticesCountOnce) {
         for (int y = -5; y <= 5; ++y)
             for (int z = -5; z <= 5; ++z)
                 points.push_back(Vec3(x, y, z + 0.5)); // never on a face, often under an edge
-    const auto enclosing = enclosing_components(mesh, label_components(mesh), points);
+    const auto enclosing =
+        internal::enclosing_components(mesh, internal::label_components(mesh), points);
     for (std::size_t k = 0; k < points.size(); ++k) {
         const Vec3 size = glm::abs(points[k]);
         const double most = std::max({size.x, size.y, size.z});
@@ -240,7 +241,8 @@ TEST(EnclosingComponents, AgreeWithTheWindingNumber) {
     for (Vec3& p : points)
         for (int axis = 0; axis < 3; ++axis)
             p[axis] = in(random);
-    const auto enclosing = enclosing_components(mesh, label_components(mesh), points);
+    const auto enclosing =
+        internal::enclosing_components(mesh, internal::label_components(mesh), points);
     std::size_t found = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
         std::vector<std::uint32_t> expected;

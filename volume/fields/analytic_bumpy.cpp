@@ -42,8 +42,8 @@ struct Bumpy {
     double frequency() const noexcept { return 2.0 * std::numbers::pi * radius / wavelength; }
 
     double value(const Vec3& x) const noexcept {
-        const double r = safe_length(x);
-        if (r < kSingular) return r - radius;
+        const double r = internal::safe_length(x);
+        if (r < internal::kSingular) return r - radius;
         const double w_r = frequency() / r;
         return r - radius -
                amplitude * (std::sin(w_r * x.x) * std::sin(w_r * x.y) * std::sin(w_r * x.z));
@@ -52,8 +52,8 @@ struct Bumpy {
     FieldSample sample(const Vec3& x) const noexcept {
         FieldSample result;
         result.value = value(x);
-        const double r = safe_length(x);
-        if (r < kSingular) return result;
+        const double r = internal::safe_length(x);
+        if (r < internal::kSingular) return result;
         const Vec3 u = x / r;
         const Bumps b = bumps_at(u, frequency());
         const Mat3 tangential = Mat3(1.0) - glm::outerProduct(u, u);
@@ -70,7 +70,9 @@ struct Bumpy {
 
     std::optional<double> root(const Vec3& from, const Vec3& along, double level) const noexcept;
 
-    Box bounds() const { return centred_cube(kBoundsMargin * (radius + amplitude)); }
+    Box bounds() const {
+        return internal::centred_cube(internal::kBoundsMargin * (radius + amplitude));
+    }
 
     /// On a crest of amplitude sin(2 pi x / wavelength) the curvature is amplitude (2 pi /
     /// wavelength)^2.
@@ -78,7 +80,7 @@ struct Bumpy {
         const double wave = wavelength / (2.0 * std::numbers::pi);
         return std::min(radius, wave * wave / amplitude);
     }
-    double patch_cosine() const noexcept { return kSmoothPatch; }
+    double patch_cosine() const noexcept { return internal::kSmoothPatch; }
     double typical_slope(double level) const;
 };
 
@@ -96,7 +98,8 @@ struct Bumpy {
 class BumpySearch {
 public:
     BumpySearch(const Bumpy& shape, const Vec3& from, const Vec3& along, double level) noexcept
-        : shape_(shape), from_(from), along_(along), level_(level), length_(safe_length(along)) {
+        : shape_(shape), from_(from), along_(along), level_(level),
+          length_(internal::safe_length(along)) {
         // The rounding of a position, as t: nothing is resolved below it.
         resolution_ = std::max(0x1p-50, 0x1p-52 * shape.radius / length_);
     }
@@ -137,11 +140,11 @@ private:
 
     double excess(double t) noexcept {
         ++evaluations_;
-        return shape_.value(point_at(from_, along_, t)) - level_;
+        return shape_.value(internal::point_at(from_, along_, t)) - level_;
     }
     double slope(double t) noexcept {
         evaluations_ += 2; // costs about as much as two values
-        return glm::dot(shape_.sample(point_at(from_, along_, t)).slope, along_);
+        return glm::dot(shape_.sample(internal::point_at(from_, along_, t)).slope, along_);
     }
 
     /// The root between a < 0 <= b where the field grows: regula falsi with halved weights
@@ -194,11 +197,12 @@ private:
 std::optional<double> Bumpy::root(const Vec3& from, const Vec3& along,
                                   double level) const noexcept {
     constexpr double kStill = 1e-100; // m
-    if (safe_length(along) < kStill) return std::nullopt;
+    if (internal::safe_length(along) < kStill) return std::nullopt;
     // Inside this sphere the field is below the level whatever the bumps are.
     const double free_radius = radius - amplitude + level;
-    const std::optional<SphereChord> chord = sphere_chord(from, along, free_radius);
-    const double nearest = std::max(free_radius, kSingular);
+    const std::optional<internal::SphereChord> chord =
+        internal::sphere_chord(from, along, free_radius);
+    const double nearest = std::max(free_radius, internal::kSingular);
     BumpySearch search(*this, from, along, level);
     if (!chord || chord->enter >= 1.0 || chord->leave <= 0.0)
         return search.first_in(0.0, 1.0, nearest);
@@ -217,7 +221,7 @@ double Bumpy::typical_slope(double level) const {
         const double flat = std::sqrt(1.0 - z * z);
         const Vec3 u(flat * std::cos(angle), flat * std::sin(angle), z);
         const double r = radius + level + amplitude * bumps_at(u, frequency()).s;
-        if (r > kSingular) slopes.push_back(glm::length(sample(r * u).slope));
+        if (r > internal::kSingular) slopes.push_back(glm::length(sample(r * u).slope));
     }
     if (slopes.empty()) return 0.0;
     const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
@@ -229,14 +233,14 @@ double Bumpy::typical_slope(double level) const {
 
 std::unique_ptr<ScalarField> make_bumpy_cavity(double radius_m, double amplitude_m,
                                                double wavelength_m) {
-    require_positive("bumpy_cavity", "radius", radius_m);
-    require_positive("bumpy_cavity", "amplitude", amplitude_m);
-    require_positive("bumpy_cavity", "wavelength", wavelength_m);
+    internal::require_positive("bumpy_cavity", "radius", radius_m);
+    internal::require_positive("bumpy_cavity", "amplitude", amplitude_m);
+    internal::require_positive("bumpy_cavity", "wavelength", wavelength_m);
     if (amplitude_m >= radius_m)
         throw std::invalid_argument("bumpy_cavity: amplitude = " + std::to_string(amplitude_m) +
                                     " m, radius = " + std::to_string(radius_m) +
                                     " m; give an amplitude below the radius");
-    return make_analytic(Bumpy{radius_m, amplitude_m, wavelength_m});
+    return internal::make_analytic(Bumpy{radius_m, amplitude_m, wavelength_m});
 }
 
 } // namespace palpate

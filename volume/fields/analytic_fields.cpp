@@ -14,13 +14,15 @@ struct Sphere {
     double radius;
     double sign;
 
-    double value(const Vec3& x) const noexcept { return sign * (safe_length(x) - radius); }
+    double value(const Vec3& x) const noexcept {
+        return sign * (internal::safe_length(x) - radius);
+    }
 
     FieldSample sample(const Vec3& x) const noexcept {
         FieldSample s;
-        const double r = safe_length(x);
+        const double r = internal::safe_length(x);
         s.value = sign * (r - radius);
-        if (r < kSingular) return s;
+        if (r < internal::kSingular) return s;
         const Vec3 u = x / r;
         s.slope = sign * u;
         s.hessian = (sign / r) * (Mat3(1.0) - glm::outerProduct(u, u));
@@ -34,16 +36,17 @@ struct Sphere {
         if (sign < 0.0 && glm::dot(from, along) >= 0.0)
             return std::nullopt; // outside and moving away; asked first, for `enter` may round to
                                  // either side of 0
-        const std::optional<SphereChord> chord = sphere_chord(from, along, radius_at(level));
+        const std::optional<internal::SphereChord> chord =
+            internal::sphere_chord(from, along, radius_at(level));
         if (!chord) return std::nullopt;
         const double t = sign > 0.0 ? chord->leave : chord->enter;
         if (t > 1.0) return std::nullopt;
         return std::max(t, 0.0);
     }
 
-    Box bounds() const { return centred_cube(kBoundsMargin * radius); }
+    Box bounds() const { return internal::centred_cube(internal::kBoundsMargin * radius); }
     double feature_size_m() const noexcept { return radius; }
-    double patch_cosine() const noexcept { return kSmoothPatch; }
+    double patch_cosine() const noexcept { return internal::kSmoothPatch; }
     double typical_slope(double level) const { return radius_at(level) > 0.0 ? 1.0 : 0.0; }
 };
 
@@ -71,12 +74,12 @@ struct Slab {
     }
 
     Box bounds() const {
-        const double z = std::max(kReach, kBoundsMargin * half);
+        const double z = std::max(kReach, internal::kBoundsMargin * half);
         return {{-kReach, -kReach, -z}, {kReach, kReach, z}};
     }
-    double feature_size_m() const noexcept { return kFlatFeature; }
+    double feature_size_m() const noexcept { return internal::kFlatFeature; }
     double relief_limit_m() const noexcept { return std::min(half, kReach); }
-    double patch_cosine() const noexcept { return kFlatPatch; }
+    double patch_cosine() const noexcept { return internal::kFlatPatch; }
     double typical_slope(double level) const { return level < half ? 1.0 : 0.0; }
 };
 
@@ -104,7 +107,7 @@ struct Wedge {
         const bool crosses = (from.x > 0.0) != (from.x + along.x > 0.0) && along.x != 0.0;
         const double middle = crosses ? std::clamp(-from.x / along.x, 0.0, 1.0) : 1.0;
         for (const double b : {middle, 1.0}) {
-            const double f_b = value(point_at(from, along, b));
+            const double f_b = value(internal::point_at(from, along, b));
             if (f_b >= level) // > f_a, which is below it
                 return a + (level - f_a) / (f_b - f_a) * (b - a);
             a = b;
@@ -113,28 +116,28 @@ struct Wedge {
         return std::nullopt;
     }
 
-    Box bounds() const { return centred_cube(kReach); }
-    double feature_size_m() const noexcept { return kFlatFeature; }
+    Box bounds() const { return internal::centred_cube(kReach); }
+    double feature_size_m() const noexcept { return internal::kFlatFeature; }
     double relief_limit_m() const noexcept { return kReach; }
-    double patch_cosine() const noexcept { return kFlatPatch; }
+    double patch_cosine() const noexcept { return internal::kFlatPatch; }
     double typical_slope(double) const { return 1.0; }
 };
 
 } // namespace
 
 std::unique_ptr<ScalarField> make_sphere_cavity(double radius_m) {
-    require_positive("sphere_cavity", "radius", radius_m);
-    return make_analytic(Sphere{radius_m, 1.0});
+    internal::require_positive("sphere_cavity", "radius", radius_m);
+    return internal::make_analytic(Sphere{radius_m, 1.0});
 }
 
 std::unique_ptr<ScalarField> make_solid_sphere(double radius_m) {
-    require_positive("solid_sphere", "radius", radius_m);
-    return make_analytic(Sphere{radius_m, -1.0});
+    internal::require_positive("solid_sphere", "radius", radius_m);
+    return internal::make_analytic(Sphere{radius_m, -1.0});
 }
 
 std::unique_ptr<ScalarField> make_slab(double thickness_m) {
-    require_positive("slab", "thickness", thickness_m);
-    return make_analytic(Slab{0.5 * thickness_m});
+    internal::require_positive("slab", "thickness", thickness_m);
+    return internal::make_analytic(Slab{0.5 * thickness_m});
 }
 
 std::unique_ptr<ScalarField> make_wedge(double angle_deg) {
@@ -142,7 +145,7 @@ std::unique_ptr<ScalarField> make_wedge(double angle_deg) {
         throw std::invalid_argument("wedge: angle_deg = " + std::to_string(angle_deg) +
                                     "; give one in (0, 360) that is not 180");
     const double half = 0.5 * angle_deg * std::numbers::pi / 180.0;
-    return make_analytic(Wedge{std::cos(half), std::sin(half)});
+    return internal::make_analytic(Wedge{std::cos(half), std::sin(half)});
 }
 
 } // namespace palpate

@@ -18,7 +18,7 @@ public:
         VectorSample s;
         if (!is_finite(point)) return s;
         const Vec3 along{-point.y, point.x, rise_};
-        const double length = safe_length(along); // >= rise > 0
+        const double length = internal::safe_length(along); // >= rise > 0
         s.value = along / length;
         // d(w / |w|) = (dw - v (v . dw)) / |w|, with dw = (0, 1, 0) by x and (-1, 0, 0) by y.
         s.derivative[0] = (Vec3{0, 1, 0} - s.value.y * s.value) / length;
@@ -41,8 +41,8 @@ public:
 
     Box bounds() const override {
         const double turn = 2.0 * std::numbers::pi * rise_;
-        return {{-kBoundsMargin * radius_, -kBoundsMargin * radius_, -turn},
-                {kBoundsMargin * radius_, kBoundsMargin * radius_, turn}};
+        return {{-internal::kBoundsMargin * radius_, -internal::kBoundsMargin * radius_, -turn},
+                {internal::kBoundsMargin * radius_, internal::kBoundsMargin * radius_, turn}};
     }
 
     /// Curvature r / (r^2 + c^2) is largest at r = c.
@@ -59,8 +59,8 @@ private:
 } // namespace
 
 std::unique_ptr<VectorField> make_helix(double radius_m, double pitch_m) {
-    require_positive("helix", "radius", radius_m);
-    require_positive("helix", "pitch", pitch_m);
+    internal::require_positive("helix", "radius", radius_m);
+    internal::require_positive("helix", "pitch", pitch_m);
     return std::make_unique<Helix>(radius_m, pitch_m / (2.0 * std::numbers::pi));
 }
 

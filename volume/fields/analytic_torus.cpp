@@ -22,7 +22,7 @@ struct Torus {
         const double axial = std::hypot(x.x, x.y); // distance from the axis
         const double distance = std::hypot(axial - radius, x.z);
         s.value = tube - distance;
-        if (axial < kSingular || distance < kSingular) return s;
+        if (axial < internal::kSingular || distance < internal::kSingular) return s;
         const Vec3 outward(x.x / axial, x.y / axial, 0.0);
         const Vec3 around(-outward.y, outward.x, 0.0);
         const double n_outward = (axial - radius) / distance;
@@ -43,44 +43,46 @@ struct Torus {
     std::optional<double> root(const Vec3& from, const Vec3& along, double level) const noexcept {
         const double r = tube - level;
         if (r < 0.0) return std::nullopt;
-        const std::optional<SphereChord> chord = sphere_chord(from, along, radius + r);
+        const std::optional<internal::SphereChord> chord =
+            internal::sphere_chord(from, along, radius + r);
         if (!chord || chord->enter > 1.0 || chord->leave < 0.0) return std::nullopt;
         const double a = std::clamp(chord->enter, 0.0, 1.0);
         const double b = std::clamp(chord->leave, 0.0, 1.0);
         // In units of the circle's radius.
-        const Vec3 p = point_at(from, along, a) / radius;
+        const Vec3 p = internal::point_at(from, along, a) / radius;
         const Vec3 d = ((b - a) / radius) * along;
         const double q_0 = glm::dot(p, p) + (1.0 - r / radius) * (1.0 + r / radius);
         const double q_1 = 2.0 * glm::dot(p, d);
         const double q_2 = glm::dot(d, d);
-        const Polynomial<4> inside{4.0 * (p.x * p.x + p.y * p.y) - q_0 * q_0,
-                                   8.0 * (p.x * d.x + p.y * d.y) - 2.0 * q_0 * q_1,
-                                   4.0 * (d.x * d.x + d.y * d.y) - q_1 * q_1 - 2.0 * q_0 * q_2,
-                                   -2.0 * q_1 * q_2, -q_2 * q_2};
-        const std::optional<double> t = first_reach<4>(inside, 0.0);
+        const internal::Polynomial<4> inside{4.0 * (p.x * p.x + p.y * p.y) - q_0 * q_0,
+                                             8.0 * (p.x * d.x + p.y * d.y) - 2.0 * q_0 * q_1,
+                                             4.0 * (d.x * d.x + d.y * d.y) - q_1 * q_1 -
+                                                 2.0 * q_0 * q_2,
+                                             -2.0 * q_1 * q_2, -q_2 * q_2};
+        const std::optional<double> t = internal::first_reach<4>(inside, 0.0);
         if (!t) return std::nullopt;
         return a + *t * (b - a);
     }
 
     Box bounds() const {
-        const double out = kBoundsMargin * (radius + tube);
+        const double out = internal::kBoundsMargin * (radius + tube);
         const double up = out - radius; // the same room above as around
         return {{-out, -out, -up}, {out, out, up}};
     }
     double feature_size_m() const noexcept { return tube; }
-    double patch_cosine() const noexcept { return kSmoothPatch; }
+    double patch_cosine() const noexcept { return internal::kSmoothPatch; }
     double typical_slope(double level) const { return level < tube ? 1.0 : 0.0; }
 };
 
 } // namespace
 
 std::unique_ptr<ScalarField> make_torus(double radius_m, double tube_m) {
-    require_positive("torus", "radius", radius_m);
-    require_positive("torus", "tube", tube_m);
+    internal::require_positive("torus", "radius", radius_m);
+    internal::require_positive("torus", "tube", tube_m);
     if (tube_m >= radius_m)
         throw std::invalid_argument("torus: tube = " + std::to_string(tube_m) + " m, radius = " +
                                     std::to_string(radius_m) + " m; give a tube below the radius");
-    return make_analytic(Torus{radius_m, tube_m});
+    return internal::make_analytic(Torus{radius_m, tube_m});
 }
 
 } // namespace palpate

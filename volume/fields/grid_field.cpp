@@ -30,7 +30,7 @@ namespace palpate {
 namespace {
 
 using Leaf = std::array<float, openvdb::FloatTree::LeafNodeType::SIZE>;
-static_assert(openvdb::FloatTree::LeafNodeType::DIM == GridNodes::kLeafEdge);
+static_assert(openvdb::FloatTree::LeafNodeType::DIM == internal::GridNodes::kLeafEdge);
 
 constexpr const char* kGridName = "density";
 constexpr const char* kSizeKey = "palpate_size";               // nodes along i, j, k
@@ -159,7 +159,7 @@ std::array<Number, Count> from_text(const openvdb::FloatGrid& vdb, const char* k
     return numbers;
 }
 
-void write_place(openvdb::FloatGrid& vdb, const GridNodes& nodes) {
+void write_place(openvdb::FloatGrid& vdb, const internal::GridNodes& nodes) {
     const AffineTransform& affine = nodes.index_to_scene;
     std::vector<double> numbers;
     for (const Vec3& v : {affine.linear[0], affine.linear[1], affine.linear[2], affine.offset})
@@ -222,7 +222,7 @@ struct GridField::Grid {
     const float* leaf_at(const openvdb::Coord& node);
 
     openvdb::FloatGrid::Ptr vdb;
-    GridNodes nodes;
+    internal::GridNodes nodes;
     std::map<std::uint32_t, std::unique_ptr<Leaf>> constants; // by the bits of their value
     std::size_t replaced = 0;
 };
@@ -234,7 +234,7 @@ GridField::Grid::Grid(openvdb::FloatGrid::Ptr grid, const std::array<int, 3>& si
     nodes.background = static_cast<double>(vdb->background());
     nodes.index_to_scene = affine;
     nodes.scene_to_local = affine.inverse();
-    nodes.scene_to_local.offset += Vec3(GridNodes::kOrigin);
+    nodes.scene_to_local.offset += Vec3(internal::GridNodes::kOrigin);
     nodes.gradient_to_scene = glm::transpose(nodes.scene_to_local.linear);
     nodes.missing = inactive_voxels(*vdb, size);
     for (const std::uint64_t word : nodes.missing)
@@ -242,15 +242,17 @@ GridField::Grid::Grid(openvdb::FloatGrid::Ptr grid, const std::array<int, 3>& si
 
     std::array<int, 3> count;
     for (std::size_t a = 0; a < 3; ++a)
-        count[a] =
-            (GridNodes::kOrigin + size[a] - 1 + GridNodes::kPadding) / GridNodes::kLeafEdge + 1;
+        count[a] = (internal::GridNodes::kOrigin + size[a] - 1 + internal::GridNodes::kPadding) /
+                       internal::GridNodes::kLeafEdge +
+                   1;
     nodes.stride = {static_cast<std::ptrdiff_t>(count[1]) * count[2], count[2], 1};
     for (int i = 0; i < count[0]; ++i)
         for (int j = 0; j < count[1]; ++j)
             for (int k = 0; k < count[2]; ++k)
-                nodes.leaves.push_back(leaf_at({i * GridNodes::kLeafEdge - GridNodes::kOrigin,
-                                                j * GridNodes::kLeafEdge - GridNodes::kOrigin,
-                                                k * GridNodes::kLeafEdge - GridNodes::kOrigin}));
+                nodes.leaves.push_back(
+                    leaf_at({i * internal::GridNodes::kLeafEdge - internal::GridNodes::kOrigin,
+                             j * internal::GridNodes::kLeafEdge - internal::GridNodes::kOrigin,
+                             k * internal::GridNodes::kLeafEdge - internal::GridNodes::kOrigin}));
 }
 
 /// The values of the leaf that starts at `node`. Where the tree has a tile or nothing, that is a
@@ -277,7 +279,7 @@ GridField::GridField(std::unique_ptr<Grid> grid) : grid_(std::move(grid)) {}
 GridField::~GridField() = default;
 
 std::unique_ptr<FieldSampler> GridField::make_sampler() const {
-    return std::make_unique<GridSampler>(grid_->nodes);
+    return std::make_unique<internal::GridSampler>(grid_->nodes);
 }
 
 Box GridField::bounds() const {
@@ -301,7 +303,9 @@ double GridField::patch_cosine() const noexcept {
                 // anatomy
 }
 
-double GridField::typical_slope(double level) const { return median_slope(grid_->nodes, level); }
+double GridField::typical_slope(double level) const {
+    return internal::median_slope(grid_->nodes, level);
+}
 
 const AffineTransform& GridField::index_to_scene() const noexcept {
     return grid_->nodes.index_to_scene;
@@ -333,7 +337,7 @@ TriangleMesh GridField::preview(double level) const {
         mesh.triangles.push_back({q[0], q[1], q[2]});
         mesh.triangles.push_back({q[0], q[2], q[3]});
     }
-    project_onto_level(mesh, grid_->nodes, level);
+    internal::project_onto_level(mesh, grid_->nodes, level);
     return mesh;
 }
 

@@ -127,14 +127,14 @@ private:
         for (std::size_t c = 0; c < t.size(); ++c)
             t[c] = interpolate(c, unused);
         const Mat3 tensor(t[0], t[1], t[2], t[1], t[3], t[4], t[2], t[4], t[5]);
-        const PrincipalAxis principal = principal_axis(tensor);
+        const internal::PrincipalAxis principal = internal::principal_axis(tensor);
         if (!(principal.largest > 0.0) ||
             principal.largest - principal.second < kDistinct * principal.largest)
             return {};
         const bool of_tensors = field_.kind_ == GridVectorField::Kind::tensor;
         // The trace of a mean of v v^T is the mean of |v|^2.
-        const double length =
-            of_tensors ? anisotropy(tensor) : std::sqrt(std::max(0.0, t[0] + t[3] + t[5]));
+        const double length = of_tensors ? internal::anisotropy(tensor)
+                                         : std::sqrt(std::max(0.0, t[0] + t[3] + t[5]));
         return {length * principal.axis, Mat3(0.0), true};
     }
 

@@ -28,11 +28,12 @@ bool is_nrrd(const std::filesystem::path& file) {
 }
 
 /// Names of a table that nobody asked for: what cannot be read is a warning.
-LabelNames names_beside(const std::filesystem::path& file, std::vector<std::string>& warnings) {
+internal::LabelNames names_beside(const std::filesystem::path& file,
+                                  std::vector<std::string>& warnings) {
     const std::filesystem::path table = find_name_table(file);
     if (table.empty()) return {};
     try {
-        return read_label_names(table);
+        return internal::read_label_names(table);
     } catch (const std::runtime_error& error) {
         warnings.push_back(std::string("the table of names beside it is left out: ") +
                            error.what());
@@ -56,7 +57,7 @@ LabelVolume as_labels(const std::filesystem::path& file, VoxelVolume&& image) {
     volume.index_to_scene = image.index_to_scene;
     volume.source_type = std::move(image.source_type);
     volume.warnings = std::move(image.warnings);
-    volume.layers.push_back(whole_numbers(file, image.size, image.values));
+    volume.layers.push_back(internal::whole_numbers(file, image.size, image.values));
     return volume;
 }
 
@@ -66,21 +67,22 @@ LabelVolume read_label_volume(const std::filesystem::path& file,
                               const std::filesystem::path& name_table,
                               const VolumeSelection& selection) {
     // First, since it is read in no time: a typing error is told before a large file is read.
-    LabelNames names;
-    if (!name_table.empty()) names = read_label_names(name_table);
+    internal::LabelNames names;
+    if (!name_table.empty()) names = internal::read_label_names(name_table);
 
     LabelVolume volume;
     std::error_code ignored; // what is no file, read_volume() refuses
     if (is_nrrd(file) && std::filesystem::is_regular_file(file, ignored)) {
-        require_choices(file, selection);
-        ComponentImage image = read_nrrd_image(file);
-        if (is_segmentation(image)) return read_segmentation(file, std::move(image), names);
-        volume = as_labels(file, as_scalar_volume(file, std::move(image)));
+        internal::require_choices(file, selection);
+        internal::ComponentImage image = internal::read_nrrd_image(file);
+        if (internal::is_segmentation(image))
+            return internal::read_segmentation(file, std::move(image), names);
+        volume = as_labels(file, internal::as_scalar_volume(file, std::move(image)));
     } else {
         volume = as_labels(file, read_volume(file, selection));
     }
     if (name_table.empty()) names = names_beside(file, volume.warnings);
-    add_labels(volume, 0, names);
+    internal::add_labels(volume, 0, names);
     return volume;
 }
 

@@ -33,7 +33,7 @@ bool is_one_of(const std::string& kind, std::initializer_list<std::string_view> 
     return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
-bool are_vectors(const ComponentImage& image) {
+bool are_vectors(const internal::ComponentImage& image) {
     return image.components == 3 &&
            is_one_of(image.kind, {"", "vector", "3-vector", "covariant-vector", "3-gradient",
                                   "3-normal", "displacement"});
@@ -41,7 +41,7 @@ bool are_vectors(const ComponentImage& image) {
 
 /// The layout of tensors; nothing where the numbers are none. teem's documents for NRRD's kinds,
 /// nifti1.h for its lower triangle by rows.
-std::optional<TensorLayout> tensor_layout(const ComponentImage& image) {
+std::optional<TensorLayout> tensor_layout(const internal::ComponentImage& image) {
     if (image.components == 6 && is_one_of(image.kind, {"", "3D-symmetric-matrix"}))
         return TensorLayout{};
     if (image.components == 6 && image.kind == "symmetric-matrix")
@@ -53,14 +53,17 @@ std::optional<TensorLayout> tensor_layout(const ComponentImage& image) {
     return std::nullopt;
 }
 
-std::runtime_error not_vectors(const std::filesystem::path& file, const ComponentImage& image) {
+std::runtime_error not_vectors(const std::filesystem::path& file,
+                               const internal::ComponentImage& image) {
     const std::string what =
-        image.components == 1 ? std::string("one number per voxel")
-                              : std::to_string(image.components) + " numbers per voxel" +
-                                    (image.kind.empty() ? "" : " (" + short_text(image.kind) + ")");
-    return import_error(file, "has " + what +
-                                  ", which are neither vectors (3) nor symmetric tensors (6, 7 or "
-                                  "9); name an image of one of these");
+        image.components == 1
+            ? std::string("one number per voxel")
+            : std::to_string(image.components) + " numbers per voxel" +
+                  (image.kind.empty() ? "" : " (" + internal::short_text(image.kind) + ")");
+    return internal::import_error(
+        file, "has " + what +
+                  ", which are neither vectors (3) nor symmetric tensors (6, 7 or "
+                  "9); name an image of one of these");
 }
 
 /// Turns every vector in place.
@@ -100,9 +103,9 @@ void turn_tensors(const std::filesystem::path& file, const Mat3& rotation,
         const std::span<const float> numbers =
             std::span(values).subspan(voxel * components, components);
         if (layout.full && !is_symmetric(numbers.first<9>()))
-            throw import_error(file, "has a tensor that is not symmetric, in voxel number " +
-                                         std::to_string(voxel) +
-                                         "; save symmetric tensors of six numbers");
+            throw internal::import_error(
+                file, "has a tensor that is not symmetric, in voxel number " +
+                          std::to_string(voxel) + "; save symmetric tensors of six numbers");
         const Mat3 t = rotation * tensor_at(numbers, layout) * glm::transpose(rotation);
         const std::array<double, 6> packed{t[0][0], t[1][0], t[2][0], t[1][1], t[2][1], t[2][2]};
         std::transform(packed.begin(), packed.end(),
@@ -113,10 +116,10 @@ void turn_tensors(const std::filesystem::path& file, const Mat3& rotation,
 }
 
 /// The axes that the caller asks for, or those of the file.
-ComponentAxes chosen_axes(const ComponentImage& image, ComponentFrame frame) {
+internal::ComponentAxes chosen_axes(const internal::ComponentImage& image, ComponentFrame frame) {
     switch (frame) {
     case ComponentFrame::image_axes:
-        return {image_axes(image.index_to_scene), true, "the image's axes, as asked"};
+        return {internal::image_axes(image.index_to_scene), true, "the image's axes, as asked"};
     case ComponentFrame::lps:
         return {Mat3(1.0), true, "LPS, as asked"};
     case ComponentFrame::ras:
@@ -129,8 +132,8 @@ ComponentAxes chosen_axes(const ComponentImage& image, ComponentFrame frame) {
 } // namespace
 
 bool holds_vectors(const std::filesystem::path& file) {
-    const auto image =
-        read_component_image(file, VolumeSelection::NiftiTransform::automatic, ImagePart::header);
+    const auto image = internal::read_component_image(
+        file, VolumeSelection::NiftiTransform::automatic, internal::ImagePart::header);
     if (!image) return false;
     const bool colours = image->kind.empty() && image->source_type == "uint8"; // no negative ones
     return !colours && (are_vectors(*image) || tensor_layout(*image));
@@ -138,16 +141,19 @@ bool holds_vectors(const std::filesystem::path& file) {
 
 VectorVolume read_vector_volume(const std::filesystem::path& file, ComponentFrame frame) {
     using Transform = VolumeSelection::NiftiTransform;
-    const auto header = read_component_image(file, Transform::automatic, ImagePart::header);
+    const auto header =
+        internal::read_component_image(file, Transform::automatic, internal::ImagePart::header);
     if (!header)
-        throw import_error(file, "is not an image of vectors by its name; .nrrd, .nhdr, .nii, "
-                                 ".nii.gz, .mha and .mhd are read");
+        throw internal::import_error(file,
+                                     "is not an image of vectors by its name; .nrrd, .nhdr, .nii, "
+                                     ".nii.gz, .mha and .mhd are read");
     const std::optional<TensorLayout> layout = tensor_layout(*header);
     if (!layout && !are_vectors(*header)) throw not_vectors(file, *header);
 
-    ComponentImage image = *read_component_image(file, Transform::automatic, ImagePart::all);
-    const ComponentAxes axes = chosen_axes(image, frame);
-    const Mat3 rotation = nearest_rotation(axes.to_lps);
+    internal::ComponentImage image =
+        *internal::read_component_image(file, Transform::automatic, internal::ImagePart::all);
+    const internal::ComponentAxes axes = chosen_axes(image, frame);
+    const Mat3 rotation = internal::nearest_rotation(axes.to_lps);
     if (layout)
         turn_tensors(file, rotation, *layout, static_cast<std::size_t>(image.components),
                      image.values);

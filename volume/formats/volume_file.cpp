@@ -46,44 +46,46 @@ Format format_of(const std::filesystem::path& file) {
     const std::string ending = known_ending(file);
     if (ending == ".vdb") return Format::vdb;
     if (!ending.empty()) return Format::component_image;
-    if (is_dicom_file(file)) return Format::dicom;
+    if (internal::is_dicom_file(file)) return Format::dicom;
     for (const std::string ending : {".ply", ".stl", ".obj"})
         if (file.extension() == ending)
-            throw import_error(file,
-                               "is a mesh, where a volume is wanted; give it to a surface with "
-                               "mesh = \"...\", or name a volume");
-    throw import_error(file,
-                       "is not a volume by its name; .nrrd, .nhdr, .nii, .nii.gz, .mha, .mhd, "
-                       ".vdb and folders of DICOM slices are read");
+            throw internal::import_error(
+                file, "is a mesh, where a volume is wanted; give it to a surface with "
+                      "mesh = \"...\", or name a volume");
+    throw internal::import_error(
+        file, "is not a volume by its name; .nrrd, .nhdr, .nii, .nii.gz, .mha, .mhd, "
+              ".vdb and folders of DICOM slices are read");
 }
 
 void require_file(const std::filesystem::path& file) {
     std::error_code error;
     const auto status = std::filesystem::status(file, error);
     if (!std::filesystem::exists(status))
-        throw import_error(file, "does not exist; check its name");
+        throw internal::import_error(file, "does not exist; check its name");
     if (!std::filesystem::is_regular_file(status))
-        throw import_error(file, "is not a regular file; name a volume file");
+        throw internal::import_error(file, "is not a regular file; name a volume file");
     if (std::filesystem::file_size(file, error) == 0)
-        throw import_error(file, "is empty; get the file again");
+        throw internal::import_error(file, "is empty; get the file again");
 }
 
 /// A choice that the file does not offer was meant for another file.
-void require_choices(const std::filesystem::path& file, Format format,
-                     const VolumeSelection& selection) {
+void require_choices_of(const std::filesystem::path& file, Format format,
+                        const VolumeSelection& selection) {
     if (!selection.series.empty() && format != Format::dicom)
-        throw import_error(file, "is not DICOM and has no series \"" + selection.series +
-                                     "\"; leave series out");
+        throw internal::import_error(file, "is not DICOM and has no series \"" + selection.series +
+                                               "\"; leave series out");
     if (!selection.grid.empty() && format != Format::vdb)
-        throw import_error(file, "is not OpenVDB and has no grid \"" + selection.grid +
-                                     "\"; leave grid out");
+        throw internal::import_error(file, "is not OpenVDB and has no grid \"" + selection.grid +
+                                               "\"; leave grid out");
     if (selection.slices != VolumeSelection::Slices::refuse && format != Format::dicom)
-        throw import_error(file, "is not DICOM and has no slices to repair; leave slices out");
+        throw internal::import_error(file,
+                                     "is not DICOM and has no slices to repair; leave slices out");
     const std::string ending = known_ending(file);
     if (selection.nifti_transform != VolumeSelection::NiftiTransform::automatic &&
         ending != ".nii" && ending != ".nii.gz")
-        throw import_error(file, "is not NIfTI and has no sform or qform; leave nifti_transform "
-                                 "out");
+        throw internal::import_error(
+            file, "is not NIfTI and has no sform or qform; leave nifti_transform "
+                  "out");
 }
 
 /// Checks what can be said of any file; returns its format.
@@ -95,25 +97,27 @@ Format checked_format(const std::filesystem::path& file) {
 
 } // namespace
 
-void require_choices(const std::filesystem::path& file, const VolumeSelection& selection) {
-    require_choices(file, checked_format(file), selection);
+void internal::require_choices(const std::filesystem::path& file,
+                               const VolumeSelection& selection) {
+    require_choices_of(file, checked_format(file), selection);
 }
 
 VoxelVolume read_volume(const std::filesystem::path& file, const VolumeSelection& selection) {
     const Format format = checked_format(file);
-    require_choices(file, format, selection);
-    if (format == Format::dicom) return read_dicom_volume(file, selection);
-    if (format == Format::vdb) return read_vdb_volume(file, selection.grid);
-    return as_scalar_volume(
-        file, *read_component_image(file, selection.nifti_transform, ImagePart::scalar));
+    require_choices_of(file, format, selection);
+    if (format == Format::dicom) return internal::read_dicom_volume(file, selection);
+    if (format == Format::vdb) return internal::read_vdb_volume(file, selection.grid);
+    return internal::as_scalar_volume(
+        file, *internal::read_component_image(file, selection.nifti_transform,
+                                              internal::ImagePart::scalar));
 }
 
 std::vector<VolumeEntry> list_volumes(const std::filesystem::path& file) {
     const Format format = checked_format(file);
-    if (format == Format::dicom) return list_dicom_series(file);
-    if (format == Format::vdb) return list_vdb_grids(file);
-    const auto image =
-        read_component_image(file, VolumeSelection::NiftiTransform::automatic, ImagePart::header);
+    if (format == Format::dicom) return internal::list_dicom_series(file);
+    if (format == Format::vdb) return internal::list_vdb_grids(file);
+    const auto image = internal::read_component_image(
+        file, VolumeSelection::NiftiTransform::automatic, internal::ImagePart::header);
     std::string text = image->source_type;
     for (std::size_t axis = 0; axis < 3; ++axis)
         text += (axis == 0 ? ", " : "x") + std::to_string(image->size[axis]);
@@ -164,21 +168,25 @@ void require_writable(const VoxelVolume& volume, const std::filesystem::path& fi
     if (std::min({i, j, k}) < 1 || volume.values.size() != volume.voxels())
         throw std::invalid_argument(file.string() +
                                     ": the volume to write is empty or its values do not fill it");
-    require_plausible(file, volume.size, volume.index_to_scene, "the volume's index_to_scene");
+    internal::require_plausible(file, volume.size, volume.index_to_scene,
+                                "the volume's index_to_scene");
     const std::string ending = known_ending(file);
     if (ending != ".nrrd" && ending != ".nii" && ending != ".nii.gz")
-        throw import_error(file, "is not a name that a volume is written to; use .nrrd, .nii or "
-                                 ".nii.gz");
+        throw internal::import_error(
+            file, "is not a name that a volume is written to; use .nrrd, .nii or "
+                  ".nii.gz");
     if (ending == ".nrrd") return;
     if (std::max({i, j, k}) > kMaxNiftiSize)
-        throw import_error(file, "would have more than 32767 voxels along an axis, which NIfTI "
-                                 "cannot hold; write .nrrd");
+        throw internal::import_error(file,
+                                     "would have more than 32767 voxels along an axis, which NIfTI "
+                                     "cannot hold; write .nrrd");
     const Mat3& linear = volume.index_to_scene.linear;
     for (int axis = 0; axis < 3; ++axis) {
         const Vec3 a = glm::normalize(linear[axis]), b = glm::normalize(linear[(axis + 1) % 3]);
         if (std::abs(glm::dot(a, b)) > kOrthogonal)
-            throw import_error(file, "would have axes that are not perpendicular, which NIfTI "
-                                     "cannot hold; write .nrrd");
+            throw internal::import_error(file,
+                                         "would have axes that are not perpendicular, which NIfTI "
+                                         "cannot hold; write .nrrd");
     }
 }
 
@@ -226,7 +234,8 @@ bool is_written_volume(const std::filesystem::path& file) {
     if (ending != ".nii" && ending != ".nii.gz") return false;
     try {
         std::string header(header_bytes, '\0');
-        InputBytes(file, 0, InputBytes::Packing::by_look).read(header, "its header");
+        internal::InputBytes(file, 0, internal::InputBytes::Packing::by_look)
+            .read(header, "its header");
         return header.substr(auxiliary_file).starts_with(std::string(kMark) + '\0');
     } catch (const std::runtime_error&) {
         return false;
@@ -251,8 +260,9 @@ void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) 
     std::error_code ignored;
     // The NIfTI library prints to stderr when it cannot open its file: try that before it does.
     if (!std::ofstream(temporary))
-        throw import_error(file, "cannot be written: its folder does not exist or does not let us; "
-                                 "check the folder");
+        throw internal::import_error(
+            file, "cannot be written: its folder does not exist or does not let us; "
+                  "check the folder");
     try {
         io->SetFileName(temporary.string());
         io->WriteImageInformation();
@@ -260,12 +270,12 @@ void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) 
         std::filesystem::rename(temporary, file);
     } catch (const itk::ExceptionObject& error) {
         std::filesystem::remove(temporary, ignored);
-        throw import_error(file, "cannot be written (" + description(error) +
-                                     "); check the folder and the space on the disk");
+        throw internal::import_error(file, "cannot be written (" + description(error) +
+                                               "); check the folder and the space on the disk");
     } catch (const std::filesystem::filesystem_error& error) {
         std::filesystem::remove(temporary, ignored);
-        throw import_error(file, "cannot be written (" + error.code().message() +
-                                     "); check the folder and the space on the disk");
+        throw internal::import_error(file, "cannot be written (" + error.code().message() +
+                                               "); check the folder and the space on the disk");
     }
 }
 

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <cstddef>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 /// Bytes of the UTF-8 character that begins at `at`; 0 where none does.
@@ -66,4 +66,4 @@ std::string printable(const std::string& text) {
     return result;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

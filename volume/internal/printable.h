@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// White space by the C locale.                                                         [any]
 bool is_blank(char c) noexcept;
@@ -15,4 +15,4 @@ std::string trimmed(const std::string& text);
 /// reports and terminals.                                                                 [any]
 std::string printable(const std::string& text);
 
-} // namespace palpate
+} // namespace palpate::internal

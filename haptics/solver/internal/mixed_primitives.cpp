@@ -6,7 +6,7 @@
 
 #include <palpate/haptics/solver/internal/solver_limits.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 Mat3 across_of(const Vec3& axis) noexcept {
     const Vec3 other = std::abs(axis.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
@@ -24,7 +24,7 @@ MixedPrimitives::MixedPrimitives(const PrimitiveSet& primitives, const Vec3& tar
     for (std::size_t i = 0; i < primitives.planes().size(); ++i) {
         const PlanePrimitive& plane = primitives.planes()[i];
         const double length = glm::length(plane.normal);
-        if (!solver::is_usable(plane.anchor, length, plane.strength_n)) continue;
+        if (!is_usable(plane.anchor, length, plane.strength_n)) continue;
         const Vec3 anchor = plane.anchor - target;
         const Vec3 normal = plane.normal / length;
         hinges.push_back({normal, plane.strength_n / stiffness, true, i});
@@ -34,17 +34,17 @@ MixedPrimitives::MixedPrimitives(const PrimitiveSet& primitives, const Vec3& tar
     for (std::size_t i = 0; i < primitives.lines().size(); ++i) {
         const LinePrimitive& line = primitives.lines()[i];
         const double length = glm::length(line.axis);
-        if (!solver::is_usable(line.anchor, length, line.strength_n)) continue;
+        if (!is_usable(line.anchor, length, line.strength_n)) continue;
         const Vec3 axis = line.axis / length;
         add({axis, across_of(axis), line.strength_n / stiffness, i}, line.anchor - target);
     }
     line_count = tethers.size();
     for (std::size_t i = 0; i < primitives.points().size(); ++i) {
         const PointPrimitive& point = primitives.points()[i];
-        if (!solver::is_usable(point.anchor, 1.0, point.strength_n)) continue;
+        if (!is_usable(point.anchor, 1.0, point.strength_n)) continue;
         add({Vec3{0.0}, Mat3{1.0}, point.strength_n / stiffness, i}, point.anchor - target);
     }
-    const double hard = solver::kHardMultiplier * scale;
+    const double hard = kHardMultiplier * scale;
     for (Hinge& hinge : hinges) {
         hinge.yields = hinge.bound <= hard;
         hinge.bound = std::min(hinge.bound, hard);
@@ -90,4 +90,4 @@ Offsets MixedPrimitives::moved(const Offsets& offsets, const Vec3& step) const n
     return result;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -6,7 +6,7 @@
 #include <palpate/haptics/solver/fixed_vector.h>
 #include <palpate/haptics/solver/primitives.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// A plane as mixed problems know it: multipliers are lengths, N / k.
 struct Hinge {
@@ -61,4 +61,4 @@ struct MixedPrimitives {
 /// Coordinates across a line along the unit vector `axis`: see Tether::across.
 Mat3 across_of(const Vec3& axis) noexcept;
 
-} // namespace palpate
+} // namespace palpate::internal

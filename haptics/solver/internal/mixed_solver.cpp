@@ -7,7 +7,7 @@
 #include <palpate/haptics/solver/internal/smoothed_problem.h>
 #include <palpate/haptics/solver/internal/solver_limits.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 // A natural residual of this many scales is a solution (numerics 1.4).
@@ -54,7 +54,7 @@ private:
         add_residual(glm::length(pull - projected));
         add_gap(tether.bound, distance, glm::dot(pull, way));
 
-        const double held = solver::kAbsoluteGap + solver::kRelativeGap * primitives_.scale;
+        const double held = kAbsoluteGap + kRelativeGap * primitives_.scale;
         const bool slips = distance > held && glm::length(pull) >= (1.0 - kAtBound) * tether.bound;
         const TetherState state = slips ? TetherState::slipping : TetherState::held;
         auto& felt = j < primitives_.line_count ? result_.lines : result_.points;
@@ -65,7 +65,7 @@ private:
         result_.residual_m = std::max(result_.residual_m, residual_m);
     }
     void add_gap(double bound, double distance, double product) noexcept {
-        gap_m2_ += bound * (distance + solver::kGapRounding * size_) + product;
+        gap_m2_ += bound * (distance + kGapRounding * size_) + product;
     }
 
     double stiffness_;
@@ -92,7 +92,7 @@ OneTether solve_one(const Vec3& way, double bound) noexcept {
 void add_one_line(const LinePrimitive& line, const Vec3& target, double stiffness,
                   ProxySolution& solution) noexcept {
     const double length = glm::length(line.axis);
-    if (!solver::is_usable(line.anchor, length, line.strength_n)) return;
+    if (!is_usable(line.anchor, length, line.strength_n)) return;
     const Mat3 across = across_of(line.axis / length);
     const Vec3 way = across * ((target - line.anchor) * across);
     const OneTether tether = solve_one(way, line.strength_n / stiffness);
@@ -102,7 +102,7 @@ void add_one_line(const LinePrimitive& line, const Vec3& target, double stiffnes
 
 void add_one_point(const PointPrimitive& point, const Vec3& target, double stiffness,
                    ProxySolution& solution) noexcept {
-    if (!solver::is_usable(point.anchor, 1.0, point.strength_n)) return;
+    if (!is_usable(point.anchor, 1.0, point.strength_n)) return;
     const OneTether tether = solve_one(target - point.anchor, point.strength_n / stiffness);
     solution.proxy = tether.state == TetherState::held ? point.anchor : target + tether.pull;
     solution.points[0] = {stiffness * tether.pull, tether.state};
@@ -131,4 +131,4 @@ ProxySolution solve_mixed(const PrimitiveSet& primitives, const Vec3& target, do
     return anchored.residual_m < found.residual_m ? anchored : found;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -3,7 +3,7 @@
 
 #include <palpate/haptics/solver/proxy_solver.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// The only line, or the only point: the closed form of eq. (4), x' = a' - r min(1, s / (k |r|))
 /// with r the way from it to a'. `target` is a' (m, scene frame), `stiffness` k (N/m). `solution`
@@ -18,4 +18,4 @@ void add_one_point(const PointPrimitive& point, const Vec3& target, double stiff
 ProxySolution solve_mixed(const PrimitiveSet& primitives, const Vec3& target, double stiffness,
                           int pass_cap) noexcept;
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr double kFirstCompliance = 0.01;
@@ -261,4 +261,4 @@ SmoothedProblem::Shares SmoothedProblem::bends_along(const Vec3& step) const noe
     return bends;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

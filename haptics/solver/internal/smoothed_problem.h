@@ -3,7 +3,7 @@
 
 #include <palpate/haptics/solver/internal/mixed_primitives.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// A displacement y = x - a' and what follows from it within a stage.
 struct Iterate {
@@ -72,4 +72,4 @@ private:
     int passes_ = 0;
 };
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -7,7 +7,7 @@
 
 /// What the solvers of planes and of mixed primitives have in common. "Scale" is the distance of
 /// the furthest anchor from a', the probe shifted by the forces.
-namespace palpate::solver {
+namespace palpate::internal {
 
 // Gap below which a primitive counts as held: rounding of a point at distance `scale` (numerics
 // 1.4).
@@ -25,4 +25,4 @@ inline bool is_usable(const Vec3& anchor, double direction_length, double streng
            strength_n > 0.0;
 }
 
-} // namespace palpate::solver
+} // namespace palpate::internal

@@ -79,14 +79,14 @@ TEST(NrrdImage, ComponentsComeFirstOrLastAndAreStoredFastest) {
                                                                  "kinds: domain domain domain "
                                                                  "vector\n\n") +
                                         counting(48));
-    const ComponentImage first = read_nrrd_image(folder / "first.nrrd");
-    const ComponentImage last = read_nrrd_image(folder / "last.nrrd");
+    const internal::ComponentImage first = internal::read_nrrd_image(folder / "first.nrrd");
+    const internal::ComponentImage last = internal::read_nrrd_image(folder / "last.nrrd");
     EXPECT_EQ(first.values, components_first(48));
     EXPECT_EQ(last.values, components_last(24, 2));
     EXPECT_EQ(first.kind, "list");
     EXPECT_EQ(last.kind, "vector");
     const auto frame = frame_mm(Mat3(0.5, 0, 0, 0, 1, 0.25, 0, 0, 2), {10, 20, 30});
-    for (const ComponentImage* image : {&first, &last}) {
+    for (const internal::ComponentImage* image : {&first, &last}) {
         EXPECT_EQ(image->size, (std::array<int, 3>{4, 3, 2}));
         EXPECT_EQ(image->components, 2);
         EXPECT_EQ(image->source_type, "int16");
@@ -103,7 +103,7 @@ TEST(NrrdImage, TheComponentAxisIsFoundByDirectionKindOrSpacing) {
         SCOPED_TRACE(geometry);
         make_file(folder / "a.nrrd",
                   nrrd_text("2 4 3 2", std::string(geometry) + "encoding: raw\n\n") + counting(48));
-        const ComponentImage image = read_nrrd_image(folder / "a.nrrd");
+        const internal::ComponentImage image = internal::read_nrrd_image(folder / "a.nrrd");
         EXPECT_EQ(image.components, 2);
         EXPECT_EQ(image.size, (std::array<int, 3>{4, 3, 2}));
         EXPECT_EQ(image.values, components_first(48));
@@ -115,9 +115,10 @@ TEST(NrrdImage, ALayerAloneIsAScalarVolumeAndKeepsItsKind) {
     make_file(folder / "a.nrrd", nrrd_text("1 4 3 2", kFirst + "encoding: raw\nkinds: list domain "
                                                                "domain domain\n\n") +
                                      counting(24));
-    ComponentImage image = read_nrrd_image(folder / "a.nrrd");
+    internal::ComponentImage image = internal::read_nrrd_image(folder / "a.nrrd");
     EXPECT_EQ(image.kind, "list");
-    EXPECT_EQ(as_scalar_volume(folder / "a.nrrd", std::move(image)).values, components_first(24));
+    EXPECT_EQ(internal::as_scalar_volume(folder / "a.nrrd", std::move(image)).values,
+              components_first(24));
 }
 
 TEST(NrrdImage, EncodingsAndWaysToStoreGiveTheSameVoxels) {
@@ -128,7 +129,7 @@ TEST(NrrdImage, EncodingsAndWaysToStoreGiveTheSameVoxels) {
         text += std::to_string(n) + (n % 7 == 6 ? "\r\n" : " ");
     const auto expect_same = [&](const char* name) {
         SCOPED_TRACE(name);
-        EXPECT_EQ(read_nrrd_image(folder / name).values, components_first(48));
+        EXPECT_EQ(internal::read_nrrd_image(folder / name).values, components_first(48));
     };
     const auto header = [&](const std::string& more) {
         return nrrd_text("2 4 3 2", kFirst + more + "\n");
@@ -169,7 +170,7 @@ TEST(NrrdImage, KeyValuePairsKeepTheirBlanksAndResolveTheirEscapes) {
               nrrd_text("2 4 3 2", kFirst + "encoding: raw\nSegment0_Name:=Left: hippo campus \n"
                                             "note:=two\\nlines\\\\x\r\n\n") +
                   counting(48));
-    const ComponentImage image = read_nrrd_image(folder / "a.nrrd");
+    const internal::ComponentImage image = internal::read_nrrd_image(folder / "a.nrrd");
     EXPECT_EQ(image.key_values.at("Segment0_Name"), "Left: hippo campus ");
     EXPECT_EQ(image.key_values.at("note"), "two\nlines\\x");
     EXPECT_EQ(image.key_values.size(), 2U);
@@ -183,14 +184,14 @@ TEST(NrrdImage, ComponentAxesAreTheMeasurementFrameElseThoseOfTheSpace) {
                                        "space directions: none (1,0,0) (0,1,0) (0,0,1)\n" +
                                            more + "\n") +
                       counting(48));
-        return read_nrrd_image(folder / "a.nrrd").axes;
+        return internal::read_nrrd_image(folder / "a.nrrd").axes;
     };
     const Mat3 ras(-1, 0, 0, 0, -1, 0, 0, 0, 1);
     EXPECT_EQ(axes("").to_lps, ras);
     EXPECT_FALSE(axes("").stated);
     EXPECT_FALSE(axes("measurement frame: none none none\n").stated);
     // Each vector is a column: the first component points along the space's (0,1,0), which is A.
-    const ComponentAxes stated = axes("measurement frame: (0,1,0) (0,0,1) (1,0,0)\n");
+    const internal::ComponentAxes stated = axes("measurement frame: (0,1,0) (0,0,1) (1,0,0)\n");
     EXPECT_TRUE(stated.stated);
     EXPECT_EQ(stated.to_lps * Vec3(1, 0, 0), Vec3(0, -1, 0));
     EXPECT_EQ(stated.to_lps * Vec3(0, 0, 1), Vec3(-1, 0, 0));
@@ -206,7 +207,7 @@ TEST(NrrdImage, RefusesWhatHasNoThreeAxesInSpaceAndOneOfComponents) {
         SCOPED_TRACE(words);
         make_file(folder / "a.nrrd",
                   nrrd_text(sizes, geometry + "encoding: raw\n\n") + counting(48));
-        EXPECT_SAYS(message_of([&] { read_nrrd_image(folder / "a.nrrd"); }), words);
+        EXPECT_SAYS(message_of([&] { internal::read_nrrd_image(folder / "a.nrrd"); }), words);
     };
     refused("4 2 3 2", "kinds: domain vector domain domain\n", "between those in space");
     refused("2 2 4 3", "kinds: vector time domain domain\n", "several axes");
@@ -237,7 +238,8 @@ TEST(NrrdImage, WordsOfADamagedHeaderDoNotCutAMessageOrFillIt) {
         make_file(folder / "a.nrrd", "NRRD0005\ntype: " + type +
                                          "\ndimension: 3\nsizes: 4 3 2\nencoding: raw\n\n" +
                                          counting(24));
-        const std::string message = message_of([&] { read_nrrd_image(folder / "a.nrrd"); });
+        const std::string message =
+            message_of([&] { internal::read_nrrd_image(folder / "a.nrrd"); });
         EXPECT_SAYS(message, "; convert it to float or short");
         EXPECT_LT(message.size(), 300U);
     }
@@ -250,7 +252,7 @@ TEST(NrrdImage, RefusesDataThatDoNotFillTheVoxels) {
         SCOPED_TRACE(words);
         make_file(folder / "a.nrrd",
                   nrrd_text("2 4 3 2", kFirst + "encoding: " + encoding + "\n\n") + data);
-        EXPECT_SAYS(message_of([&] { read_nrrd_image(folder / "a.nrrd"); }), words);
+        EXPECT_SAYS(message_of([&] { internal::read_nrrd_image(folder / "a.nrrd"); }), words);
     };
     const std::string packed = gzipped(counting(48));
     refused("gzip", packed.substr(0, packed.size() - 1), "cannot be inflated");
@@ -275,7 +277,7 @@ TEST(NrrdImage, RawDataThatLookGzippedAreTakenAsTheyAre) {
     data[0] = '\x1f'; // the first bytes of gzip
     data[1] = '\x8b';
     make_file(folder / "a.nrrd", nrrd_text("2 4 3 2", kFirst + "encoding: raw\n\n") + data);
-    const ComponentImage image = read_nrrd_image(folder / "a.nrrd");
+    const internal::ComponentImage image = internal::read_nrrd_image(folder / "a.nrrd");
     EXPECT_EQ(image.values[0], static_cast<float>(static_cast<std::int16_t>(0x8b1f)));
     EXPECT_EQ(image.values[47], 47.0F);
 }
@@ -283,11 +285,14 @@ TEST(NrrdImage, RawDataThatLookGzippedAreTakenAsTheyAre) {
 TEST(NrrdImage, AHeaderAloneHasEverythingButTheValues) {
     const TemporaryFolder folder;
     make_file(folder / "a.nrrd", nrrd_text("2 4 3 2", kFirst + "encoding: raw\n\n") + counting(48));
-    const ComponentImage header = read_nrrd_image(folder / "a.nrrd", ImagePart::header);
+    const internal::ComponentImage header =
+        internal::read_nrrd_image(folder / "a.nrrd", internal::ImagePart::header);
     EXPECT_TRUE(header.values.empty());
     EXPECT_EQ(header.components, 2);
     make_file(folder / "a.nrrd", nrrd_text("2 4 3 2", kFirst + "encoding: raw\n\n") + counting(47));
-    EXPECT_SAYS(message_of([&] { read_nrrd_image(folder / "a.nrrd", ImagePart::header); }),
+    EXPECT_SAYS(message_of([&] {
+                    internal::read_nrrd_image(folder / "a.nrrd", internal::ImagePart::header);
+                }),
                 "truncated");
 }
 
@@ -301,7 +306,7 @@ TEST(NiftiImage, ComponentsOfTheFourthAndFifthDimensionAreStoredFastest) {
         nifti.sizes(sizes);
         nifti.intent(intent);
         make_file(folder / "a.nii", nifti.with(counting(24 * sizes.back())));
-        return read_nifti_image(folder / "a.nii", kAutomatic);
+        return internal::read_nifti_image(folder / "a.nii", kAutomatic);
     };
     struct Case {
         std::vector<std::int16_t> sizes;
@@ -315,12 +320,12 @@ TEST(NiftiImage, ComponentsOfTheFourthAndFifthDimensionAreStoredFastest) {
           Case{{4, 3, 2, 1, 3}, 1008, "point"}, Case{{4, 3, 2, 6}, 0, ""},
           Case{{4, 3, 2, 7}, 0, "time"}, Case{{4, 3, 2, 3}, 2001, "time"}}) {
         SCOPED_TRACE(std::to_string(c.intent) + " of " + std::to_string(c.sizes.back()));
-        const ComponentImage image = read(c.sizes, c.intent);
+        const internal::ComponentImage image = read(c.sizes, c.intent);
         EXPECT_EQ(image.kind, c.kind);
         EXPECT_EQ(image.components, c.sizes.back());
         EXPECT_EQ(image.values, components_last(24, static_cast<std::size_t>(c.sizes.back())));
     }
-    const ComponentImage label = read({4, 3, 2, 1}, 1002);
+    const internal::ComponentImage label = read({4, 3, 2, 1}, 1002);
     EXPECT_EQ(label.kind, "label");
     EXPECT_EQ(label.components, 1);
 }
@@ -332,7 +337,7 @@ TEST(NiftiImage, SlopeIsAppliedToComponentsAndGzipIsKnownByItsLook) {
     nifti.sizes({4, 3, 2, 3});
     nifti.set<float>(112, 0.5F);
     make_file(folder / "a.nii", gzipped(nifti.with(counting(72)))); // gzipped in spite of its name
-    const ComponentImage image = read_nifti_image(folder / "a.nii", kAutomatic);
+    const internal::ComponentImage image = internal::read_nifti_image(folder / "a.nii", kAutomatic);
     std::vector<float> expected = components_last(24, 3);
     for (float& value : expected)
         value *= 0.5F;
@@ -345,17 +350,17 @@ TEST(ComponentAxes, NearestRotationOfAShearedMatrixIsItsPolarFactor) {
     // M = R S with a rotation or reflection R and a positive stretch S: R again, whatever S.
     const Mat3 r = test::oblique_frame(Vec3(1.0), Vec3(0.0)).linear; // left-handed
     const Mat3 stretch(Vec3(2.0, 0.3, 0.1), Vec3(0.3, 1.0, -0.2), Vec3(0.1, -0.2, 0.7));
-    const Mat3 found = nearest_rotation(r * stretch);
+    const Mat3 found = internal::nearest_rotation(r * stretch);
     for (int column = 0; column < 3; ++column)
         EXPECT_LT(glm::length(found[column] - r[column]), 1e-14) << column;
-    EXPECT_EQ(nearest_rotation(Mat3(1.0)), Mat3(1.0));
+    EXPECT_EQ(internal::nearest_rotation(Mat3(1.0)), Mat3(1.0));
 }
 
 TEST(ComponentAxes, ImageAxesReverseTheFirstOfARightHandedImage) {
     const AffineTransform left = test::oblique_frame(Vec3(0.3, 0.9, 1.7), Vec3(0.0));
     AffineTransform right = left;
     right.linear[0] = -right.linear[0];
-    const Mat3 from_left = image_axes(left), from_right = image_axes(right);
+    const Mat3 from_left = internal::image_axes(left), from_right = internal::image_axes(right);
     for (int column = 0; column < 3; ++column) {
         const Vec3 along = glm::normalize(left.linear[column]);
         EXPECT_LT(glm::length(from_left[column] - along), 1e-14);

@@ -65,7 +65,7 @@ bool survives(const std::filesystem::path& file, std::size_t bytes) {
     };
     using Transform = VolumeSelection::NiftiTransform;
     for (const Transform transform : {Transform::automatic, Transform::qform})
-        attempt([&] { return read_component_image(file, transform)->values.size(); });
+        attempt([&] { return internal::read_component_image(file, transform)->values.size(); });
     attempt([&] { return read_vector_volume(file).values.size(); });
     return was_read;
 }

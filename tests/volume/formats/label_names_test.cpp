@@ -18,10 +18,10 @@ namespace {
 using test::make_file;
 using test::TemporaryFolder;
 
-LabelNames names_of(const std::string& text) {
+internal::LabelNames names_of(const std::string& text) {
     const TemporaryFolder folder;
     make_file(folder / "names.txt", text);
-    return read_label_names(folder / "names.txt");
+    return internal::read_label_names(folder / "names.txt");
 }
 
 /// What reading that text says, without the folder's name.
@@ -29,7 +29,7 @@ std::string refusal(const std::string& text) {
     const TemporaryFolder folder;
     make_file(folder / "names.txt", text);
     try {
-        read_label_names(folder / "names.txt");
+        internal::read_label_names(folder / "names.txt");
     } catch (const std::runtime_error& error) {
         const std::string message = error.what();
         EXPECT_EQ(message.find(folder.path().string()), 0U) << message;
@@ -44,7 +44,7 @@ using Color = std::array<std::uint8_t, 3>;
 
 TEST(LabelNames, LinesOfValueAndNameLeaveOutWhatFollows) {
     // As AAL's: carriage returns, a third column, an empty last line.
-    const LabelNames names =
+    const internal::LabelNames names =
         names_of("1 Precentral_L 2001\r\n2   Precentral_R\t2002\r\n116 Vermis_10 9170\r\n\r\n");
     ASSERT_EQ(names.size(), 3U);
     EXPECT_EQ(names.at(1).name, "Precentral_L");
@@ -54,12 +54,12 @@ TEST(LabelNames, LinesOfValueAndNameLeaveOutWhatFollows) {
 }
 
 TEST(LabelNames, BlanksBelongToANameInQuotesBetweenTabsOrBeforeFurtherWords) {
-    const LabelNames names = names_of("1 \"Left  Area 4\" 2001\n"
-                                      "2\tRight Area 4\t2002\n"
-                                      "3 Third ventricle\n"
-                                      "4\t\tIn the middle\n"
-                                      "-5 Negative\n"
-                                      "6\tUnclassified\n");
+    const internal::LabelNames names = names_of("1 \"Left  Area 4\" 2001\n"
+                                                "2\tRight Area 4\t2002\n"
+                                                "3 Third ventricle\n"
+                                                "4\t\tIn the middle\n"
+                                                "-5 Negative\n"
+                                                "6\tUnclassified\n");
     EXPECT_EQ(names.at(1).name, "Left  Area 4");
     EXPECT_EQ(names.at(2).name, "Right Area 4");
     EXPECT_EQ(names.at(3).name, "Third ventricle");
@@ -69,17 +69,18 @@ TEST(LabelNames, BlanksBelongToANameInQuotesBetweenTabsOrBeforeFurtherWords) {
 }
 
 TEST(LabelNames, CommentsBlankLinesAndAByteOrderMarkArePassedOver) {
-    const LabelNames names = names_of("\xEF\xBB\xBF# a table\n\n   \t \n  # more\n7 Here\n");
+    const internal::LabelNames names =
+        names_of("\xEF\xBB\xBF# a table\n\n   \t \n  # more\n7 Here\n");
     ASSERT_EQ(names.size(), 1U);
     EXPECT_EQ(names.at(7).name, "Here");
 }
 
 TEST(LabelNames, FreeSurferAndSlicerTablesBringColours) {
-    const LabelNames names = names_of("#No. Label Name:  R G B A\n"
-                                      "0   Unknown                 0   0   0   0\n"
-                                      "17  Left-Hippocampus      220 216  20   0\n"
-                                      "18\tLeft-Amygdala\t\t103\t255 255\t255\n"
-                                      "19  Left Insula 80 196 98 0\n");
+    const internal::LabelNames names = names_of("#No. Label Name:  R G B A\n"
+                                                "0   Unknown                 0   0   0   0\n"
+                                                "17  Left-Hippocampus      220 216  20   0\n"
+                                                "18\tLeft-Amygdala\t\t103\t255 255\t255\n"
+                                                "19  Left Insula 80 196 98 0\n");
     EXPECT_EQ(names.at(17).name, "Left-Hippocampus");
     EXPECT_EQ(names.at(17).color, (Color{220, 216, 20}));
     EXPECT_EQ(names.at(18).name, "Left-Amygdala");
@@ -90,7 +91,7 @@ TEST(LabelNames, FreeSurferAndSlicerTablesBringColours) {
 }
 
 TEST(LabelNames, ItkSnapTablesHaveTheNameLast) {
-    const LabelNames names =
+    const internal::LabelNames names =
         names_of("################################################\n"
                  "# IDX   -R-  -G-  -B-  -A--  VIS MSH  LABEL\n"
                  "    0     0    0    0        0  0  0    \"Clear Label\"\n"
@@ -102,11 +103,11 @@ TEST(LabelNames, ItkSnapTablesHaveTheNameLast) {
 }
 
 TEST(LabelNames, ColumnNamesSayWhereIndexNameAndColourAre) {
-    const LabelNames names = names_of("name\tabbreviation\tindex\tcolor\r\n"
-                                      "Gray Matter\tGM\t1\t#ff53bb\r\n"
-                                      "\"White Matter\"\tWM\t2\tn/a\r\n"
-                                      "n/a\tX\t3\t#000000\r\n"
-                                      "CSF\t\t4\r\n");
+    const internal::LabelNames names = names_of("name\tabbreviation\tindex\tcolor\r\n"
+                                                "Gray Matter\tGM\t1\t#ff53bb\r\n"
+                                                "\"White Matter\"\tWM\t2\tn/a\r\n"
+                                                "n/a\tX\t3\t#000000\r\n"
+                                                "CSF\t\t4\r\n");
     ASSERT_EQ(names.size(), 3U);
     EXPECT_EQ(names.at(1).name, "Gray Matter");
     EXPECT_EQ(names.at(1).color, (Color{0xff, 0x53, 0xbb}));
@@ -116,7 +117,7 @@ TEST(LabelNames, ColumnNamesSayWhereIndexNameAndColourAre) {
 }
 
 TEST(LabelNames, ValuesThatNoLabelVolumeHoldsArePassedOver) {
-    const LabelNames names = names_of("1 Here\n614454277 Far\n99999999999999 Beyond\n");
+    const internal::LabelNames names = names_of("1 Here\n614454277 Far\n99999999999999 Beyond\n");
     EXPECT_EQ(names.at(614454277).name, "Far");
     EXPECT_EQ(names.size(), 2U);
 }
@@ -150,8 +151,8 @@ TEST(LabelNames, WhatIsNoTableIsRefused) {
     EXPECT_EQ(refusal(std::string("\xFF\xFE\x31\0\x20\0", 6)).find("names.txt: is UTF-16"), 0U);
     EXPECT_EQ(refusal(std::string(17 << 20, '1')).find("names.txt: is too large"), 0U);
     const TemporaryFolder folder;
-    EXPECT_THROW(read_label_names(folder.path()), std::runtime_error);
-    EXPECT_THROW(read_label_names(folder / "none.txt"), std::runtime_error);
+    EXPECT_THROW(internal::read_label_names(folder.path()), std::runtime_error);
+    EXPECT_THROW(internal::read_label_names(folder / "none.txt"), std::runtime_error);
 }
 
 TEST(LabelNames, GarbageIsReadOrRefusedInOneLine) {
@@ -171,14 +172,14 @@ TEST(LabelNames, GarbageIsReadOrRefusedInOneLine) {
 }
 
 TEST(LabelNames, NamesAreShownWithoutWhatATerminalWouldObey) {
-    EXPECT_EQ(printable("  Gyrus frontalis \t"), "Gyrus frontalis");
-    EXPECT_EQ(printable("N\xC3\xA9oplasie \xE8\x84\xB3 \xF0\x9F\xA7\xA0"),
+    EXPECT_EQ(internal::printable("  Gyrus frontalis \t"), "Gyrus frontalis");
+    EXPECT_EQ(internal::printable("N\xC3\xA9oplasie \xE8\x84\xB3 \xF0\x9F\xA7\xA0"),
               "N\xC3\xA9oplasie \xE8\x84\xB3 \xF0\x9F\xA7\xA0");
-    EXPECT_EQ(printable("a\x1B[31mb\x7F"), "a?[31mb?");
-    EXPECT_EQ(printable("Gr\xF6\xDF"
-                        "e"),
+    EXPECT_EQ(internal::printable("a\x1B[31mb\x7F"), "a?[31mb?");
+    EXPECT_EQ(internal::printable("Gr\xF6\xDF"
+                                  "e"),
               "Gr??e"); // Latin-1
-    EXPECT_EQ(printable("\xC0\xAF \xED\xA0\x80 \xC2\x85 \xE8\x84"), "?? ??? ?? ??");
+    EXPECT_EQ(internal::printable("\xC0\xAF \xED\xA0\x80 \xC2\x85 \xE8\x84"), "?? ??? ?? ??");
     EXPECT_EQ(names_of("1 Gr\xF6sse\n").at(1).name, "Gr?sse");
 }
 

@@ -219,10 +219,11 @@ TEST(MetaImage, ChannelsAreComponentsAndNoScalarVolume) {
     header.size = "DimSize = 2 2 2\nElementNumberOfChannels = 3\n";
     make_file(folder / "a.mha", header.text() + counting(24));
     EXPECT_REFUSED(folder / "a.mha", "3 numbers per voxel");
-    const ComponentImage image = read_meta_image(folder / "a.mha");
+    const internal::ComponentImage image = internal::read_meta_image(folder / "a.mha");
     EXPECT_EQ(image.components, 3);
     EXPECT_EQ(image.values, counted(24));
-    const ComponentImage only_header = read_meta_image(folder / "a.mha", ImagePart::header);
+    const internal::ComponentImage only_header =
+        internal::read_meta_image(folder / "a.mha", internal::ImagePart::header);
     EXPECT_EQ(only_header.size, (std::array<int, 3>{2, 2, 2}));
     EXPECT_TRUE(only_header.values.empty());
     const auto entries = list_volumes(folder / "a.mha");

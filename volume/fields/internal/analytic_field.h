@@ -16,7 +16,7 @@
 ///   std::optional<double> root(from, along, level): the first root on from + t along, t in [0,1],
 ///   to rounding; asked only when the value at `from` is below the level, and for coordinates that
 ///   are finite. A shape of flat faces has a double relief_limit_m(), too.
-namespace palpate {
+namespace palpate::internal {
 
 /// From the centre of a sphere, the circle or the axis of a torus: nearer than this, m, the
 /// direction is rounding. It is far below what any device resolves, and keeps 1 / distance, a
@@ -125,4 +125,4 @@ inline constexpr double kFlatPatch = 0.99999;
 /// be halved and compared, m.
 inline constexpr double kFlatFeature = 1.0;
 
-} // namespace palpate
+} // namespace palpate::internal

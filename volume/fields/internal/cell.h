@@ -6,7 +6,7 @@
 #include <palpate/geometry/vec.h>
 #include <palpate/volume/fields/internal/polynomial_root.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// Index of a cell: of its lowest corner.
 struct CellIndex {
@@ -106,4 +106,4 @@ inline Polynomial<3> on_line(const Corners& corners, const Vec3& x, const Vec3& 
             k_ijk * (d_ij * d.z)};
 }
 
-} // namespace palpate
+} // namespace palpate::internal

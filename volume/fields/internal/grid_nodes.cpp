@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/fields/internal/grid_nodes.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 namespace {
 
@@ -69,4 +69,4 @@ bool GridNodes::is_missing(const CellIndex& cell) const noexcept {
     return true;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -10,7 +10,7 @@
 #include <palpate/geometry/vec.h>
 #include <palpate/volume/fields/internal/cell.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// What a loop reads of an OpenVDB grid: its leaf buffers in a flat table, so that a node costs two
 /// loads instead of a walk down the tree, and nothing registers with the tree. The grid owns the
@@ -88,4 +88,4 @@ inline Corners GridNodes::corners(const CellIndex& c) const noexcept {
     return v;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -6,7 +6,7 @@
 
 #include <palpate/volume/fields/internal/grid_sampler.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 double smallest_spacing(const GridNodes& nodes) {
@@ -86,4 +86,4 @@ double median_slope(const GridNodes& nodes, double level) {
     return *middle;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -4,7 +4,7 @@
 #include <palpate/geometry/triangle_mesh.h>
 #include <palpate/volume/fields/internal/grid_nodes.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// Moves vertices, given in the scene, onto the trilinear level by Newton steps along the slope; at
 /// most one voxel in all, and a vertex that does not get there stays where it was. [setup]
@@ -14,4 +14,4 @@ void project_onto_level(TriangleMesh& mesh, const GridNodes& nodes, double level
 /// none.           [setup]
 double median_slope(const GridNodes& nodes, double level);
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 /// A walk through the cells that a segment passes, in order (Amanatides and Woo 1987), in local
@@ -179,4 +179,4 @@ std::optional<double> GridSampler::first_root(const Vec3& from, const Vec3& to,
     return std::nullopt;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -4,7 +4,7 @@
 #include <palpate/volume/fields/internal/grid_nodes.h>
 #include <palpate/volume/scalar_field.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// One loop's access to a grid: keeps the cell it sampled last. A step of 40-200 um leaves a cell
 /// of 1 mm in every fourth to tenth sample.
@@ -24,4 +24,4 @@ private:
     bool cell_is_missing_ = false;
 };
 
-} // namespace palpate
+} // namespace palpate::internal

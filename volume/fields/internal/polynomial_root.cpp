@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr double kResolution = 0x1p-50; // in t, 8.9e-16: the rounding of a t near 1, times eight
@@ -113,4 +113,4 @@ std::optional<double> first_reach(const Polynomial<Degree>& p, double level) noe
 template std::optional<double> first_reach<3>(const Polynomial<3>&, double) noexcept;
 template std::optional<double> first_reach<4>(const Polynomial<4>&, double) noexcept;
 
-} // namespace palpate
+} // namespace palpate::internal

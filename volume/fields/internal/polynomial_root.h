@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// Coefficients of c[0] + c[1] t + ... + c[Degree] t^Degree.
 template <int Degree>
@@ -29,4 +29,4 @@ std::optional<double> first_reach(const Polynomial<Degree>& p, double level) noe
 extern template std::optional<double> first_reach<3>(const Polynomial<3>&, double) noexcept;
 extern template std::optional<double> first_reach<4>(const Polynomial<4>&, double) noexcept;
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 // Convergence is quadratic: five sweeps reach rounding from anywhere.
@@ -58,4 +58,4 @@ double anisotropy(const Mat3& tensor) noexcept {
     return std::min(1.0, std::sqrt(1.5) * norm(tensor - mean * Mat3(1.0)) / length);
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -3,7 +3,7 @@
 
 #include <palpate/geometry/vec.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// A symmetric tensor's largest eigenvalue, the next one, both in its own unit, and the unit
 /// eigenvector of the largest; either sign of it.
@@ -20,4 +20,4 @@ PrincipalAxis principal_axis(const Mat3& tensor) noexcept;
 /// directions, 1 along one alone; 0 for the zero tensor.                                  [loop]
 double anisotropy(const Mat3& tensor) noexcept;
 
-} // namespace palpate
+} // namespace palpate::internal

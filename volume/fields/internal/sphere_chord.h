@@ -7,7 +7,7 @@
 
 #include <palpate/geometry/vec.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// Where a line runs inside a sphere around the origin: t of from + t along, not limited to [0,1].
 struct SphereChord {
@@ -46,4 +46,4 @@ inline std::optional<SphereChord> sphere_chord(const Vec3& from, const Vec3& alo
     return b <= 0.0 ? SphereChord{near, far} : SphereChord{-far, -near};
 }
 
-} // namespace palpate
+} // namespace palpate::internal

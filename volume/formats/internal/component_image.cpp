@@ -7,7 +7,7 @@
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/volume_file.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 Mat3 nearest_rotation(const Mat3& matrix) {
     // Newton's iteration for the polar factor: quadratic, and convergent for every regular matrix.
@@ -75,4 +75,4 @@ VoxelVolume as_scalar_volume(const std::filesystem::path& file, ComponentImage&&
     return volume;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -12,7 +12,7 @@
 #include <palpate/volume/formats/volume_file.h>
 #include <palpate/volume/voxel_volume.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// How much of a file is read.
 enum class ImagePart {
@@ -78,4 +78,4 @@ void require_scalar(const std::filesystem::path& file, const ComponentImage& ima
 /// The image as a scalar volume; throws as require_scalar().                             [setup]
 VoxelVolume as_scalar_volume(const std::filesystem::path& file, ComponentImage&& image);
 
-} // namespace palpate
+} // namespace palpate::internal

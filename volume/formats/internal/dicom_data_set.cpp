@@ -13,7 +13,7 @@
 
 #include <palpate/volume/formats/internal/volume_import.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr DicomTag kTransferSyntax = 0x00020010;
@@ -446,4 +446,4 @@ DicomFile read_dicom_file(const std::filesystem::path& file) {
     return result;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

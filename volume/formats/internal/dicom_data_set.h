@@ -13,7 +13,7 @@
 /// The elements of a DICOM file (DICOM PS3.5, PS3.10), found by walking its structure. This comes
 /// before any library: GDCM takes minutes over some damaged files, accepts others, and asks for the
 /// memory that an absurd header states.
-namespace palpate {
+namespace palpate::internal {
 
 /// group << 16 | element
 using DicomTag = std::uint32_t;
@@ -83,4 +83,4 @@ constexpr std::size_t kDicomBeginning = 140;
 /// Throws import_error when the file cannot be opened or does not fit into memory.
 DicomFile read_dicom_file(const std::filesystem::path& file);
 
-} // namespace palpate
+} // namespace palpate::internal

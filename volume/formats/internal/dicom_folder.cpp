@@ -15,7 +15,7 @@
 
 #include <palpate/volume/formats/internal/volume_import.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 // Slices of one acquisition state the same cosines but for their last digits; 1e-4 rad moves a
@@ -286,4 +286,4 @@ DicomFolder find_dicom_series(const std::filesystem::path& path) {
     return folder;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -9,7 +9,7 @@
 
 // Attributes: DICOM PS3.3, C.7.6.2 (plane), C.7.6.3 (pixels), C.7.6.16 (functional groups), C.11.1
 // (rescale).
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr DicomTag kMediaStorageClass = 0x00020002;
@@ -350,4 +350,4 @@ DicomContents read_dicom_contents(const std::filesystem::path& path) {
     return contents;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -15,7 +15,7 @@
 
 /// What one DICOM image (a slice file, or a frame of an enhanced file) says about itself. Nothing
 /// that identifies a patient is read.
-namespace palpate {
+namespace palpate::internal {
 
 /// How the numbers of an image are stored (DICOM PS3.3 C.7.6.3).
 struct DicomPixelFormat {
@@ -113,4 +113,4 @@ private:
     std::unique_ptr<DicomFile> open_; ///< the file of the last image
 };
 
-} // namespace palpate
+} // namespace palpate::internal

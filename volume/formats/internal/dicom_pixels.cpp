@@ -18,7 +18,7 @@
 
 #include <palpate/volume/formats/internal/volume_import.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr DicomTag kPixelData = 0x7FE00010;
@@ -297,4 +297,4 @@ std::vector<float> DicomPixels::values(const DicomImage& image) {
     }
 }
 
-} // namespace palpate
+} // namespace palpate::internal

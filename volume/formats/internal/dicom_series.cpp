@@ -7,7 +7,7 @@
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/volume_file.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::size_t kListed = 6; // of series or files in a message: it stays one readable line
@@ -153,4 +153,4 @@ std::vector<VolumeEntry> list_dicom_series(const std::filesystem::path& path) {
     return entries;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

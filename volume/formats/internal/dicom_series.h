@@ -10,7 +10,7 @@
 #include <palpate/volume/formats/volume_file.h>
 #include <palpate/volume/voxel_volume.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// A file that cannot be slices, and why.
 struct DicomFaultyFile {
@@ -64,4 +64,4 @@ VoxelVolume read_dicom_volume(const std::filesystem::path& path, const VolumeSel
 /// Throws import_error when there is none.
 std::vector<VolumeEntry> list_dicom_series(const std::filesystem::path& path);
 
-} // namespace palpate
+} // namespace palpate::internal

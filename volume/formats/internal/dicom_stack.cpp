@@ -10,7 +10,7 @@
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/volume_file.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr double kMetresPerMm = 1e-3;
@@ -322,4 +322,4 @@ VoxelVolume stack_slices(const std::filesystem::path& folder, const DicomSeries&
     return volume;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -16,7 +16,7 @@
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/internal/printable.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 // FreeSurfer's table of everything has 100 kB.
@@ -297,4 +297,4 @@ LabelNames read_label_names(const std::filesystem::path& file) {
     return names;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// What a table says of one value.
 struct LabelName {
@@ -31,4 +31,4 @@ using LabelNames = std::map<std::int32_t, LabelName>;
 /// with two names; "FILE: ..." when the file cannot be read, is too large or names nothing.
 LabelNames read_label_names(const std::filesystem::path& file);
 
-} // namespace palpate
+} // namespace palpate::internal

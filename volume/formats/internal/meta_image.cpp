@@ -20,7 +20,7 @@
 // MetaImage: itk.org/Wiki/ITK/MetaIO/Documentation. Read here rather than by ITK, whose reader
 // (5.2) fills truncated data and compressed data of unstated length with zeros and says nothing.
 // What is placed where is as ITK has it: LPS, millimetres, a direction after the other.
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr double kMetresPerMm = 1e-3;
@@ -375,4 +375,4 @@ ComponentImage read_meta_image(const std::filesystem::path& file, ImagePart part
     return image;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -14,7 +14,7 @@
 #include <palpate/volume/formats/volume_file.h>
 
 // NIfTI-1: nifti.nimh.nih.gov/nifti-1, nifti1.h (offsets of the fields, the two forms, the units).
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 using NiftiTransform = VolumeSelection::NiftiTransform;
@@ -383,4 +383,4 @@ ComponentImage read_nifti_image(const std::filesystem::path& file, NiftiTransfor
     return image;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

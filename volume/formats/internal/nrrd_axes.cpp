@@ -8,7 +8,7 @@
 
 #include <palpate/volume/formats/internal/volume_import.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr double kMetresPerMm = 1e-3;
@@ -230,4 +230,4 @@ NrrdAxes read_nrrd_axes(const std::filesystem::path& file, const NrrdText& text)
     return result;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -12,7 +12,7 @@
 #include <palpate/volume/formats/internal/nrrd_text.h>
 #include <palpate/volume/formats/internal/voxel_bytes.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// What an NRRD header says of its axes: three in space, and perhaps one of components.
 struct NrrdAxes {
@@ -29,4 +29,4 @@ struct NrrdAxes {
 /// space with time, singular directions.                                                [setup]
 NrrdAxes read_nrrd_axes(const std::filesystem::path& file, const NrrdText& text);
 
-} // namespace palpate
+} // namespace palpate::internal

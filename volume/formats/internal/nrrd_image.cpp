@@ -17,7 +17,7 @@
 
 // The voxels are read here rather than by ITK, whose reader refuses images of components with a
 // space of three dimensions, as segmentations with layers are.
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::int64_t kMaxDataFiles = 100000;           // a file per slice
@@ -301,4 +301,4 @@ ComponentImage read_nrrd_image(const std::filesystem::path& file, ImagePart part
     return image;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -10,7 +10,7 @@
 
 #include <palpate/volume/formats/internal/volume_import.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::uint64_t kMaxHeaderBytes = 1 << 24; // thousands of segments' names do not come near
@@ -162,4 +162,4 @@ double nrrd_number(const std::string& word) {
     return value;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

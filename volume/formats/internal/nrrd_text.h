@@ -9,7 +9,7 @@
 #include <vector>
 
 /// The text in front of an NRRD file's data.  teem.sourceforge.net/nrrd/format.html
-namespace palpate {
+namespace palpate::internal {
 
 /// Fields and key/value pairs as they stand in the file.
 struct NrrdText {
@@ -45,4 +45,4 @@ std::optional<std::int64_t> nrrd_integer(const std::string& word);
 /// A number, also nan and inf; NaN where `word` is none.                                [any]
 double nrrd_number(const std::string& word);
 
-} // namespace palpate
+} // namespace palpate::internal

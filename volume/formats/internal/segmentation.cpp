@@ -16,7 +16,7 @@
 #include <palpate/volume/internal/printable.h>
 
 // Keys of a header: slicer.readthedocs.io, Developer guide, Segmentations.
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr float kUnsafe = 16777216.0F; // 2^24: from here on 2^24 + 1 reads as 2^24
@@ -244,4 +244,4 @@ LabelVolume read_segmentation(const std::filesystem::path& file, ComponentImage&
     return volume;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

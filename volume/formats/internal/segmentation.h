@@ -12,7 +12,7 @@
 #include <palpate/volume/formats/internal/label_names.h>
 #include <palpate/volume/label_volume.h>
 
-namespace palpate {
+namespace palpate::internal {
 
 /// One of the interleaved components of an image of that size, as integers.              [setup]
 /// Throws import_error at a value that is not finite, no whole number, or 2^24 and beyond, where
@@ -36,4 +36,4 @@ bool is_segmentation(const ComponentImage& image);
 LabelVolume read_segmentation(const std::filesystem::path& file, ComponentImage&& image,
                               const LabelNames& names);
 
-} // namespace palpate
+} // namespace palpate::internal

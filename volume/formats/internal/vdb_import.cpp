@@ -14,7 +14,7 @@
 
 #include <palpate/volume/formats/internal/vdb_outline.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr const char* kGridName = "density";
@@ -246,4 +246,4 @@ std::vector<VolumeEntry> list_vdb_grids(const std::filesystem::path& file) {
     return entries;
 }
 
-} // namespace palpate
+} // namespace palpate::internal

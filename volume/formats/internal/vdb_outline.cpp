@@ -14,7 +14,7 @@
 // The file format as OpenVDB 2 and later write it (openvdb/io/Archive.cc, GridDescriptor.cc,
 // MetaMap.cc, math/Maps.h): header, metadata, and for each grid a description, metadata, transform,
 // tree.
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x56444220;
@@ -236,4 +236,4 @@ void check_vdb_tree(const std::filesystem::path& file, const VdbGridOutline& gri
     walk_grid(file, reader, grid);
 }
 
-} // namespace palpate
+} // namespace palpate::internal

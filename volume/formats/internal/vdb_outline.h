@@ -12,7 +12,7 @@
 
 /// The outline of an OpenVDB file, walked before OpenVDB reads it: that believes every length. A
 /// wrong byte makes it ask for 4 GB, or write behind a buffer (10.0).
-namespace palpate {
+namespace palpate::internal {
 
 /// Numbers and texts of a file, none of which ends beyond it.
 class OutlineReader {
@@ -84,4 +84,4 @@ void check_vdb_tree(const std::filesystem::path& file, const VdbGridOutline& gri
 void walk_vdb_tree(OutlineReader& reader, std::size_t value_bytes, bool half,
                    std::uint32_t compression);
 
-} // namespace palpate
+} // namespace palpate::internal

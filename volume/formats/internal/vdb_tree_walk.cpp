@@ -6,7 +6,7 @@
 
 // The layout as OpenVDB 2 and later write it: RootNode, InternalNode and LeafNode of
 // openvdb/tree (readTopology, readBuffers), and readCompressedValues of openvdb/io/Compression.h.
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 constexpr std::uint32_t kZip = 1;
@@ -148,4 +148,4 @@ void walk_vdb_tree(OutlineReader& reader, std::size_t value_bytes, bool half,
     TreeWalk(reader, value_bytes, half, compression).run();
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -15,7 +15,7 @@
 
 #include <palpate/geometry/patient_size.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 // More cannot be addressed by a VoxelVolume's float values in a process of today; it also keeps
@@ -165,4 +165,4 @@ void require_plausible_deflation(const std::filesystem::path& file, std::uint64_
                                      " that its header states; get the file again");
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -16,7 +16,7 @@
 /// What read_volume() asks of a file before it lets a library read the voxels: libraries fill what
 /// is missing from a truncated file with zeros or garbage, and keep less of the header than it
 /// says.
-namespace palpate {
+namespace palpate::internal {
 
 /// The exception "FILE: WHAT", on one line whatever a library's message or a name found in a file
 /// looked like.                                                                         [setup]
@@ -75,4 +75,4 @@ VoxelVolume read_vdb_volume(const std::filesystem::path& file, const std::string
 /// The grids of an OpenVDB file.                                                        [setup]
 std::vector<VolumeEntry> list_vdb_grids(const std::filesystem::path& file);
 
-} // namespace palpate
+} // namespace palpate::internal

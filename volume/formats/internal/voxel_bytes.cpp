@@ -16,7 +16,7 @@
 
 #include <palpate/volume/formats/internal/volume_import.h>
 
-namespace palpate {
+namespace palpate::internal {
 namespace {
 
 // Numbers that are read and converted at a time: they stay in the cache between the two.
@@ -286,4 +286,4 @@ void read_voxels(InputBytes& input, const VoxelCoding& coding, std::size_t count
     }
 }
 
-} // namespace palpate
+} // namespace palpate::internal

@@ -10,7 +10,7 @@
 
 /// Voxels as files store them: bytes, deflated or not, in either byte order, that become floats a
 /// chunk at a time, so that a volume needs little more memory than its floats.
-namespace palpate {
+namespace palpate::internal {
 
 /// A scalar type of voxels.
 struct VoxelType {
@@ -94,4 +94,4 @@ private:
 /// Reads `count` numbers of the input into the sink. Throws import_error.               [setup]
 void read_voxels(InputBytes& input, const VoxelCoding& coding, std::size_t count, VoxelSink& sink);
 
-} // namespace palpate
+} // namespace palpate::internal
