@@ -205,9 +205,8 @@ const std::vector<Part>& parts_of_a_state() {
     return parts;
 }
 
-// Negative control: the comparison above would find each part of the state if it were left out.
-// But for the primitives of the last evaluation: their pull tells a magnet at an edge of a mesh
-// which facet's plane it is to take, and no scene here is at such an edge when it is restored.
+// Negative control: the comparison above would find each part of the state if it were left out. But
+// for what the last evaluation was drawn by, which no random scene needs.
 TEST(LoopState, NoPartOfItCanBeLeftOut) {
     const test::TemporaryFolder folder;
     test::SceneTextDraw::make_meshes(folder.path());
@@ -227,6 +226,42 @@ TEST(LoopState, NoPartOfItCanBeLeftOut) {
     }
     for (const Part& part : parts_of_a_state())
         EXPECT_EQ(found[part.name], kFoundOften) << part.name;
+}
+
+// A frame's first plane of a magnet round an edge is the one under the pull, which is by then that
+// of the last evaluation: of the force, too.
+TEST(LoopState, HasWhatTheLastEvaluationWasDrawnBy) {
+    const test::TemporaryFolder folder;
+    test::SceneTextDraw::make_meshes(folder.path());
+    const auto scene = std::make_shared<const Scene>(parse_scene(
+        "[loop]\nmethod = \"single\"\n[surface.box]\nmesh = \"box.ply\"\nmesh_unit = \"mm\"\n"
+        "mesh_frame = \"LPS\"\n[[effect]]\ntype = \"surface\"\nsurface = \"box\"\n"
+        "[[effect]]\ntype = \"magnet\"\nsurface = \"box\"\nstrength_n = 0.6\ncapture_mm = 3\n"
+        "[[effect]]\ntype = \"constant_force\"\nforce_n = [0.8, -0.3, 0]\n",
+        folder / "scene.toml"));
+    test::ScriptedClock clock(kClockStep_us);
+    HapticLoop loop(scene, clock);
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> any(-1.5e-3, 1.5e-3);
+    const auto around_the_edge = [&] { // of x = 9 mm and y = 8 mm
+        DeviceState state;
+        state.position = Vec3{9e-3, 8e-3, 0.0} + Vec3{any(random), any(random), any(random)};
+        return state;
+    };
+    int differ = 0;
+    for (int i = 0; i < 500; ++i) {
+        loop.frame(around_the_edge());
+        const LoopState state = loop.save();
+        const DeviceState next = around_the_edge();
+        const FrameReport first = loop.frame(next);
+        loop.restore(state);
+        EXPECT_EQ(test::difference(loop.frame(next), first), "");
+        auto without = std::make_shared<internal::LoopStateParts>(*state.parts());
+        without->subdivision.primitives.clear();
+        loop.restore(LoopState(without));
+        differ += test::difference(loop.frame(next), first).empty() ? 0 : 1;
+    }
+    EXPECT_GT(differ, 0);
 }
 
 } // namespace
