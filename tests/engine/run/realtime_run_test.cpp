@@ -53,7 +53,10 @@ TEST(RealtimeRun, MakesProgressHereAndEndsWithAStoppedDevice) {
     ASSERT_TRUE(trace.realtime.has_value());
     EXPECT_GE(trace.frames.size(), 300u);
     EXPECT_EQ(trace.inputs.size(), trace.frames.size());
-    EXPECT_GT(glm::length(trace.frames[250].force), 0.5);
+    double largest_n = 0.0; // in no certain frame: a busy machine may leave the loop silent in any
+    for (const FrameReport& frame : trace.frames)
+        largest_n = std::max(largest_n, glm::length(frame.force));
+    EXPECT_GT(largest_n, 0.5);
     EXPECT_EQ(trace.device.name, "scripted");
     EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
     EXPECT_EQ(device.forces.back(), Vec3(0.0));
