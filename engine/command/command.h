@@ -46,6 +46,9 @@ void add_phantom(CLI::App& app, Run& run);
 /// ~/.cache/palpate, else nowhere.
 std::filesystem::path cache_folder();
 
+/// An option's number in [low, high]; unlike CLI::Range, nan is in no range.
+CLI::Validator between(double low, double high);
+
 /// --force: outputs may replace files that Palpate did not write.
 void add_force(CLI::App& command, Replace& replace);
 

@@ -52,10 +52,8 @@ void check_used(const Options& options) {
            "goes with --smooth-voxels, and nothing is smoothed");
 }
 
-IsoAfterSmoothing iso_after_smoothing(const Options& options) {
-    if (options.iso_after_smoothing.empty())
-        return options.labels.empty() ? IsoAfterSmoothing::keep_position
-                                      : IsoAfterSmoothing::keep_volume;
+std::optional<IsoAfterSmoothing> iso_after_smoothing(const Options& options) {
+    if (options.iso_after_smoothing.empty()) return std::nullopt;
     if (options.iso_after_smoothing == "as_given") return IsoAfterSmoothing::as_given;
     if (options.iso_after_smoothing == "keep_position") return IsoAfterSmoothing::keep_position;
     if (options.labels.empty())
@@ -85,8 +83,7 @@ SceneDescription described(const Options& options) {
     surface.volume = "volume";
     surface.iso_value = options.iso.value_or(0.0);
     surface.labels = options.labels;
-    surface.smooth_voxels =
-        options.smooth_voxels.value_or(options.labels.empty() ? 0.0 : kLabelSmoothing);
+    surface.smooth_voxels = options.smooth_voxels;
     surface.iso_after_smoothing = iso_after_smoothing(options);
     surface.facet_size_mm = options.facet_size_mm;
     surface.facet_distance_mm = options.facet_distance_mm;
@@ -191,7 +188,7 @@ void add_extract(CLI::App& app, Run& run) {
     command
         ->add_option("--smooth-voxels", options->smooth_voxels,
                      "Gaussian baked in first, voxels; without it 0, for labels 1")
-        ->check(CLI::Range(0.0, 5.0));
+        ->check(between(0.0, 5.0));
     command
         ->add_option("--iso-after-smoothing", options->iso_after_smoothing,
                      "keep_position (without it, for --iso), keep_volume (for --label) or as_given")
@@ -201,11 +198,11 @@ void add_extract(CLI::App& app, Run& run) {
     command
         ->add_option("--facet-size", options->facet_size_mm,
                      "mm; without it 2, for labels half a voxel")
-        ->check(CLI::Range(0.01, 50.0));
+        ->check(between(0.01, 50.0));
     command
         ->add_option("--facet-distance", options->facet_distance_mm,
                      "mm; without it 0.2, for labels 0.05 voxels")
-        ->check(CLI::Range(0.001, 10.0));
+        ->check(between(0.001, 10.0));
     command
         ->add_option("--method", options->method,
                      "cgal: bounded angles; preview: at once, by OpenVDB, poor angles")

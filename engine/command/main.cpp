@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <limits>
 #include <stdexcept>
 
 #include <unistd.h>
@@ -71,6 +72,16 @@ Progress progress_bar() {
         bar->draw(fraction, what);
         return !stop_wanted();
     };
+}
+
+CLI::Validator between(double low, double high) {
+    return {[=](std::string& text) {
+                double value = std::numeric_limits<double>::quiet_NaN();
+                if (!CLI::detail::lexical_cast(text, value)) return text + " is no number";
+                if (value >= low && value <= high) return std::string();
+                return fmt::format("{} is not in [{}, {}]", text, low, high);
+            },
+            fmt::format("NUMBER in [{}, {}]", low, high)};
 }
 
 void add_force(CLI::App& command, Replace& replace) {
@@ -163,8 +174,7 @@ int run(int argc, char** argv) {
         if (const std::string unknown = unknown_name(app, {argv + 1, argv + argc});
             !unknown.empty())
             throw UsageError(unknown);
-        app.exit(error);
-        return kUsage;
+        throw UsageError(fmt::format("{}; --help says what there is", error.what()));
     }
     return chosen();
 }

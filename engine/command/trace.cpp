@@ -202,7 +202,7 @@ void add_trace(CLI::App& app, Run& run) {
     command->add_option("--frames", options->frames, "the first N frames only")
         ->check(CLI::Range(1, 100000000));
     command->add_option("--seconds", options->seconds, "the first S seconds only")
-        ->check(CLI::Range(1e-3, 1e6));
+        ->check(between(1e-3, 1e6));
     command->add_option("--cpu", options->cpu, "processor for the loop of --pace realtime, from 0")
         ->check(CLI::Range(0, 1023));
     command->add_flag("--events", options->events,

@@ -18,6 +18,7 @@
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/devices/surface_tour.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
@@ -80,6 +81,12 @@ std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::
                 "raise duration_s{}",
                 surface->name, 100.0 * found.spiral_share, found.turns, found.turns == 1 ? "" : "s",
                 orbit.turns > 0 ? " or leave out turns" : " or speed_m_per_s"));
+        else if (orbit.turns == 0 && found.turns == internal::kOrbitTurns.high)
+            notes.push_back(fmt::format(
+                "the orbit around {} ends after {:.3g} of {:.3g} s, with the {} turns that it may "
+                "have: lower duration_s or speed_m_per_s",
+                surface->name, static_cast<double>(found.states.size()) / rate_hz, orbit.duration_s,
+                found.turns));
         chain.add(std::move(found.states));
     }
     return chain.take();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <palpate/engine/devices/internal/surface_walk.h>
+#include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/contact/mesh_contact.h>
 
@@ -27,8 +28,7 @@ constexpr double kMargin = 0.01;     // of a mesh's bounds, so that rays begin b
                                      // way to a facet, so that rounding does not end it short
 constexpr double kApproach = 5e-3;   // m in front of the surface where a trial begins at least
 constexpr double kFacetReach =
-    1e-3; // m from a point of a mesh within which its facet is looked for
-constexpr int kMostTurns = 500;
+    1e-3;                       // m from a point of a mesh within which its facet is looked for
 constexpr int kTries = 6;       // to find how many turns there is time for
 constexpr double kFilled = 0.9; // of the time, with which one is content
 
@@ -235,9 +235,9 @@ Orbit find_orbit(const OrbitTarget& target, const DeviceDescription& orbit, doub
     // How long a turn takes depends on the surface: tried, from a body that fills half its bounds.
     const double reach = 0.5 * glm::length(target.bounds.extent());
     const double guess = orbit.speed_m_per_s * orbit.duration_s / (2.0 * reach);
-    int turns = static_cast<int>(std::clamp(guess, 1.0, 1.0 * kMostTurns));
+    int turns = static_cast<int>(std::clamp(guess, 1.0, 1.0 * internal::kOrbitTurns.high));
     std::optional<Orbit> best;
-    int too_many = kMostTurns + 1;
+    int too_many = internal::kOrbitTurns.high + 1;
     for (int tries = 0; tries < kTries; ++tries) {
         Orbit one = with(turns, most);
         // Of the time: what it takes, or would take.

@@ -85,6 +85,8 @@ void check_arguments(double rate_hz, int every) {
 
 /// What a trace writes is not what it reads: the two are easily confused.
 void refuse_results(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return; // reading it says why
     std::string start(64, '\0');
     std::ifstream(file, std::ios::binary).read(start.data(), 64);
     const bool is_frames = start.starts_with("frame,trial,time_s,");

@@ -23,6 +23,7 @@
 ///            calls the system, and its work is bounded
 ///   [any]    from any thread at any time
 
+#include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/effects/list.h>
 #include <palpate/engine/scene/scene.h>

@@ -259,6 +259,8 @@ std::filesystem::path found_recording(const std::filesystem::path& file) {
 }
 
 bool is_journal(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return false; // a pipe would wait
     std::string start(internal::kJournalMark.size(), '\0');
     std::ifstream stream(file, std::ios::binary);
     return stream.read(start.data(), static_cast<std::streamsize>(start.size())) &&

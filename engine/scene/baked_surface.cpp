@@ -62,8 +62,8 @@ std::string source_key(const VolumeDescription& volume) {
 std::string bake_key(const std::string& source, const VolumeDescription& volume,
                      const SurfaceDescription& surface, const std::vector<std::string>& alike) {
     std::string text = fmt::format("palpate bake {}\n{}\n{:a} {:a} {} {} {}\n", kCacheVersion,
-                                   source, surface.iso_value, surface.smooth_voxels,
-                                   static_cast<int>(surface.iso_after_smoothing),
+                                   source, surface.iso_value, smoothing_of(surface),
+                                   static_cast<int>(iso_rule_of(surface)),
                                    policy_text(surface.keep), region_text(surface.region_mm));
     if (!surface.labels.empty()) {
         const std::filesystem::path table =
@@ -80,7 +80,7 @@ std::string bake_key(const std::string& source, const VolumeDescription& volume,
 /// Whether a surface is one of labels that may be joined to others: whole, smoothed, and hard.
 bool may_be_joined(const SurfaceDescription& surface) {
     return !surface.labels.empty() && surface.mesh.empty() && !surface.region_mm &&
-           surface.keep.kind == ComponentPolicy::Kind::all && surface.smooth_voxels > 0.0 &&
+           surface.keep.kind == ComponentPolicy::Kind::all && smoothing_of(surface) > 0.0 &&
            std::isinf(surface.strength_n) && surface.strength_volume.empty();
 }
 
@@ -159,8 +159,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
         if (name == surface || found == scene.surfaces.end()) continue;
         const SurfaceDescription& other = found->second;
         if (may_be_joined(other) && other.volume == own.volume &&
-            other.smooth_voxels == own.smooth_voxels &&
-            other.iso_after_smoothing == own.iso_after_smoothing)
+            smoothing_of(other) == smoothing_of(own) && iso_rule_of(other) == iso_rule_of(own))
             labels.insert(labels.end(), other.labels.begin(), other.labels.end());
     }
     return labels;
@@ -174,6 +173,25 @@ struct VolumeReader::Kept {
     std::map<std::string, std::shared_ptr<const ScalarField>> formulas;
 };
 
+namespace {
+
+/// Reads a volume's files; what is wrong with them is also said of the scene's line that names
+/// them.
+template <class Read>
+void read_for(const SceneDescription& scene, const std::string& name, const Read& read) {
+    try {
+        read();
+    } catch (const std::runtime_error& error) {
+        const int line = scene.volumes.at(name).line;
+        if (line <= 0) throw;
+        throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}",
+                                             scene.file.empty() ? "scene" : scene.file.string(),
+                                             line, name, error.what()));
+    }
+}
+
+} // namespace
+
 VolumeReader::VolumeReader(const SceneDescription& scene)
     : scene_(scene), kept_(std::make_unique<Kept>()) {}
 VolumeReader::~VolumeReader() = default;
@@ -183,7 +201,7 @@ const VoxelVolume& VolumeReader::volume(const std::string& name) {
     const VolumeDescription& source = scene_.volumes.at(name);
     kept_->volume_name.clear();
     kept_->volume = {}; // before the next one takes its memory
-    kept_->volume = read_volume(source.file, source.selection);
+    read_for(scene_, name, [&] { kept_->volume = read_volume(source.file, source.selection); });
     kept_->volume_name = name;
     return kept_->volume;
 }
@@ -193,7 +211,9 @@ const LabelVolume& VolumeReader::labels(const std::string& name) {
     const VolumeDescription& source = scene_.volumes.at(name);
     kept_->labels_name.clear();
     kept_->labels = {};
-    kept_->labels = read_label_volume(source.file, source.labels, source.selection);
+    read_for(scene_, name, [&] {
+        kept_->labels = read_label_volume(source.file, source.labels, source.selection);
+    });
     kept_->labels_name = name;
     return kept_->labels;
 }
@@ -206,7 +226,7 @@ std::shared_ptr<const ScalarField> VolumeReader::formula(const std::string& name
 
 const std::string& VolumeReader::key(const std::string& name) {
     std::string& key = kept_->keys[name];
-    if (key.empty()) key = source_key(scene_.volumes.at(name));
+    if (key.empty()) read_for(scene_, name, [&] { key = source_key(scene_.volumes.at(name)); });
     return key;
 }
 
@@ -281,8 +301,9 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         result.from_cache = true;
     } else {
         if (!extract)
-            throw std::runtime_error("this build has no CGAL to extract a mesh with; use contact = "
-                                     "\"volume\", name a mesh file, or build with it");
+            throw std::runtime_error(
+                "there is no CGAL to extract a mesh with: set SceneResources::extract in a "
+                "program, or build with CGAL; or use contact = \"volume\", or name a mesh file");
         internal::report(progress, 0.0, "extracting");
         const std::unique_ptr<FieldSampler> sampler = surface.field->make_sampler();
         Isosurface wanted;

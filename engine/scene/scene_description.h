@@ -72,9 +72,9 @@ struct SurfaceDescription {
     double iso_value = 0.0;     ///< in the volume's own unit; unused with labels
     std::vector<std::string> labels; ///< names or numbers, made one surface; empty: by iso_value
     std::optional<Box> region_mm;    ///< the part of the volume that is used, scene frame (LPS), mm
-    double smooth_voxels =
-        0.0; ///< standard deviation of the Gaussian baked in first, voxels, [0, 5]
-    IsoAfterSmoothing iso_after_smoothing = IsoAfterSmoothing::keep_position;
+    std::optional<double> smooth_voxels; ///< standard deviation of the Gaussian baked in first,
+                                         ///< voxels, [0, 5]; empty: as smoothing_of() says
+    std::optional<IsoAfterSmoothing> iso_after_smoothing; ///< empty: as iso_rule_of() says
     ComponentPolicy keep;
     std::optional<ContactKind> contact;  ///< empty: choose_contact() decides
     std::optional<double> leash_mm;      ///< contact guarded: the proxy gets no farther from
@@ -96,6 +96,17 @@ struct SurfaceDescription {
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
 inline constexpr double kLabelSmoothing = 1.0; // voxels
+/// SurfaceDescription::smooth_voxels, or what it is by default: none of an isosurface. [any]
+inline double smoothing_of(const SurfaceDescription& surface) {
+    return surface.smooth_voxels.value_or(surface.labels.empty() ? 0.0 : kLabelSmoothing);
+}
+/// SurfaceDescription::iso_after_smoothing, or what it is by default: keep_volume of labels, and
+/// keep_position of an isosurface.                                                       [any]
+inline SurfaceDescription::IsoAfterSmoothing iso_rule_of(const SurfaceDescription& surface) {
+    using Rule = SurfaceDescription::IsoAfterSmoothing;
+    return surface.iso_after_smoothing.value_or(surface.labels.empty() ? Rule::keep_position
+                                                                       : Rule::keep_volume);
+}
 
 struct CouplingDescription {
     double stiffness_n_per_m = 500.0; ///< k_s of eq. (3), (0, 1e5]

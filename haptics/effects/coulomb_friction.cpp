@@ -112,21 +112,26 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
                              PrimitiveSet& primitives) noexcept {
     contacts_.clear();
     first_line_ = primitives.lines().size();
+    touched_ = 0;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const std::size_t index = contacts[c].surface;
-        if (index == ContactSet::kNoSurface || !rubs(index)) continue;
+        if (index == ContactSet::kNoSurface) break; // magnets come last
+        touched_ = c + 1;
+        if (!rubs(index)) continue;
         Surface& surface = surfaces_[index];
         if (!surface.found) surface.anchor = proxy;
         surface.found = true;
         const Vec3& normal = contacts[c].plane.normal;
         primitives.add_line({surface.anchor, normal, 0.0});
         if (primitives.overflowed()) return;
-        contacts_.push_back({index, c, normal, remembered_n(index, normal), TetherState::released});
+        contacts_.push_back(
+            {index, c, normal, remembered_n(index, normal), 0.0, TetherState::released});
     }
 }
 
 ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
                                      int& work) noexcept {
+    most_n_ = most_friction_n(primitives, probe, stiffness);
     ProxySolution solution = solve_round(primitives, probe, stiffness, work);
     if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, work, solution);
     for (std::size_t j = 0; j < contacts_.size(); ++j)
@@ -147,20 +152,20 @@ void CoulombFriction::find_fixed_point(PrimitiveSet& primitives, const Vec3& pro
         FixedVector<double, PrimitiveSet::kCapacity> guess, found;
         for (const Contact& contact : contacts_) {
             guess.push_back(contact.multiplier_n);
-            found.push_back(solution.planes[contact.plane].multiplier_n);
+            found.push_back(contact.found_n);
         }
         guess = fixed_point.next(guess, found);
         for (std::size_t j = 0; j < contacts_.size(); ++j)
             contacts_[j].multiplier_n = std::max(0.0, guess[j]);
         solution = solve_round(primitives, probe, stiffness, work);
         if (obeys_the_law(solution)) return;
-        if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees(solution)) return;
+        if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees()) return;
     }
     solution.status = SolveStatus::capped;
 }
 
 ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe,
-                                           double stiffness, int& work) const noexcept {
+                                           double stiffness, int& work) noexcept {
     for (std::size_t j = 0; j < contacts_.size(); ++j)
         primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
                                                           contacts_[j].multiplier_n);
@@ -169,18 +174,55 @@ ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3&
                                          std::clamp(affordable, kLeastPasses, kLoopPasses));
     work -= solution.work;
     share_where_planes_coincide(primitives.planes(), solution);
+    weigh(solution);
     return solution;
+}
+
+/// The most that contacts which hold each other may rub with, together: what draws the proxy, F, in
+/// N. In a groove the sides press on each other through the proxy. In a groove that is narrower
+/// than friction's cone, Coulomb's law alone would let them hold the proxy against any pull, out of
+/// the groove too, for ever. Such a groove is where two labels touch, and no place that a hand can
+/// be stuck in. So all contacts together rub with sum mu c lambda <= F. To hold the proxy takes no
+/// more. To hold it against a pull out of the groove takes more, as the sides push it out as well.
+double CoulombFriction::most_friction_n(const PrimitiveSet& primitives, const Vec3& probe,
+                                        double stiffness) const noexcept {
+    constexpr double kAll = std::numeric_limits<double>::infinity();
+    if (touched_ < 2) return kAll;
+    const Vec3 pull = primitives.pull(probe, stiffness);
+    double away_m = 0.0;
+    for (const Contact& contact : contacts_)
+        away_m = std::max(away_m, glm::length(pull - surfaces_[contact.surface].anchor));
+    double most_n = primitives.total_stiffness(stiffness) * away_m;
+    for (const PlanePrimitive& plane : primitives.planes().subspan(touched_))
+        most_n += plane.strength_n; // magnets and effects press and pull, too
+    for (const LinePrimitive& line : primitives.lines().first(first_line_))
+        most_n += line.strength_n;
+    for (const PointPrimitive& point : primitives.points())
+        most_n += point.strength_n;
+    return most_n;
+}
+
+/// What each contact rubs with, by a solution: its multiplier, or its part of most_n_.
+void CoulombFriction::weigh(const ProxySolution& solution) noexcept {
+    double friction_n = 0.0;
+    for (Contact& contact : contacts_) {
+        contact.found_n = solution.planes[contact.plane].multiplier_n;
+        friction_n += surfaces_[contact.surface].mu * contact.found_n;
+    }
+    if (!(friction_n > most_n_)) return;
+    for (Contact& contact : contacts_)
+        contact.found_n *= most_n_ / friction_n;
 }
 
 /// What holds is no stronger than mu times the multiplier that came out, what slips is as strong.
 bool CoulombFriction::obeys_the_law(const ProxySolution& solution) const noexcept {
     double largest_n = 0.0;
-    for (std::size_t j = 0; j < contacts_.size(); ++j)
-        largest_n = std::max(largest_n, solution.planes[contacts_[j].plane].multiplier_n);
+    for (const Contact& contact : contacts_)
+        largest_n = std::max(largest_n, contact.found_n);
     for (std::size_t j = 0; j < contacts_.size(); ++j) {
         const Contact& contact = contacts_[j];
         const double mu = surfaces_[contact.surface].mu;
-        const double limit_n = mu * solution.planes[contact.plane].multiplier_n;
+        const double limit_n = mu * contact.found_n;
         if (solution.lines[first_line_ + j].state == TetherState::held) {
             const double bears_n = glm::length(solution.lines[first_line_ + j].force_n);
             if (bears_n > limit_n + kHolds * mu * largest_n) return false;
@@ -191,11 +233,11 @@ bool CoulombFriction::obeys_the_law(const ProxySolution& solution) const noexcep
     return true;
 }
 
-bool CoulombFriction::sum_agrees(const ProxySolution& solution) const noexcept {
+bool CoulombFriction::sum_agrees() const noexcept {
     double guessed_n = 0.0, found_n = 0.0;
     for (std::size_t j = 0; j < contacts_.size(); ++j) {
         guessed_n += contacts_[j].multiplier_n;
-        found_n += solution.planes[contacts_[j].plane].multiplier_n;
+        found_n += contacts_[j].found_n;
     }
     return std::abs(found_n - guessed_n) <= kSameSum * found_n;
 }

@@ -22,14 +22,14 @@ struct FrictionCoefficients {
 };
 
 /// Coulomb friction on the surfaces of one loop:
-///   sum over contacts  mu lambda |(1 - n n^T)(x - q)|                          composition.md 1
+///   sum over contacts  mu c lambda |(1 - n n^T)(x - q)|                        composition.md 1
 /// a line primitive along each contact's normal n, whose strength is mu times the contact's own
-/// multiplier lambda at the solution: a fixed point, found by solving again (internal::FixedPoint)
-/// until what slips rubs with mu lambda and what holds bears no more. q is where the frame found
-/// the proxy on the surface: its start, or where it met the surface in this frame. So friction is a
-/// part of the frame's one problem, not of its sub-steps. Multipliers are remembered from one
-/// solution to the next, to begin with; where friction holds, a proxy in a crease keeps its place
-/// without that, too. Not for two threads at once.
+/// multiplier lambda at the solution: c is 1 outside of narrow grooves. A fixed point, found by
+/// solving again (internal::FixedPoint) until what slips rubs with mu lambda and what holds bears
+/// no more. q is where the frame found the proxy on the surface: its start, or where it met the
+/// surface in this frame. So friction is a part of the frame's one problem, not of its sub-steps.
+/// Multipliers are remembered from one solution to the next, to begin with; where friction holds, a
+/// proxy in a crease keeps its place without that, too. Not for two threads at once.
 class CoulombFriction {
 public:
     /// What it remembers from frame to frame.
@@ -84,23 +84,29 @@ private:
         std::size_t surface = 0;
         std::size_t plane = 0; // in the PrimitiveSet
         Vec3 normal{0.0};
-        double multiplier_n = 0.0;
+        double multiplier_n = 0.0; // that it rubs with: the guess
+        double found_n = 0.0;      // that the solution would have it rub with
         TetherState state = TetherState::released;
     };
     using Contacts = FixedVector<Contact, PrimitiveSet::kCapacity>;
 
     ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
-                              int& work) const noexcept;
+                              int& work) noexcept;
+    double most_friction_n(const PrimitiveSet& primitives, const Vec3& probe,
+                           double stiffness) const noexcept;
+    void weigh(const ProxySolution& solution) noexcept;
     void find_fixed_point(PrimitiveSet& primitives, const Vec3& probe, double stiffness, int& work,
                           ProxySolution& solution) noexcept;
     bool obeys_the_law(const ProxySolution& solution) const noexcept;
-    bool sum_agrees(const ProxySolution& solution) const noexcept;
+    bool sum_agrees() const noexcept;
     double remembered_n(std::size_t surface, const Vec3& normal) const noexcept;
 
     std::vector<Surface> surfaces_;
     Contacts contacts_; // of the last gather()
     std::size_t first_line_ = 0;
-    Contacts known_; // of the last solution
+    std::size_t touched_ = 0; // so many first planes are surfaces' own, the next ones magnets'
+    double most_n_ = 0.0;     // that all contacts may rub with, in this solution
+    Contacts known_;          // of the last solution
 };
 
 struct CoulombFriction::State {

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <optional>
-#include <utility>
 
 namespace palpate {
 
@@ -75,12 +74,13 @@ public:
     /// frame before.  [loop]
     bool advance(double period_s) noexcept {
         const double wanted = wanted_.load(std::memory_order_relaxed);
-        const bool changed = std::exchange(jumped_, false) || moving_ || now_ != wanted;
+        if (now_ == wanted && !moving_ && !jumped_) return false;
+        jumped_ = false;
         const double longest = period_s / kSecondsPerUnit;
         const double way = wanted - now_;
         now_ = std::abs(way) <= longest ? wanted : now_ + std::copysign(longest, way);
         moving_ = now_ != wanted;
-        return changed;
+        return true;
     }
     /// A trial begins: it is where it goes at once.                                      [loop]
     void jump() noexcept {

@@ -36,6 +36,10 @@ TEST_F(CommandMessages, AMisspeltCommandOrOptionIsToldTheNearest) {
                  "unknown option \"--methd\"; did you mean \"--method\"?");
     expect_usage({"trace", "ball.toml", "--sub-stebs=4"}, "did you mean \"--sub-steps\"?");
     expect_usage({"trace", "--otu", "x"}, "did you mean \"--out\"?");
+    expect_usage({"trace", "ball.toml", "--seconds", "nan"}, "palpate: --seconds: nan is not in [");
+    expect_usage({"trace", "ball.toml", "--frames", "0"}, "palpate: --frames: ");
+    expect_usage({"extract", "a.nrrd", "-o", "a.ply", "--iso", "1", "--facet-size", "60"},
+                 "--facet-size: 60 is not in [0.01, 50]");
     EXPECT_EQ(run({"trace", "--help"}).exit, 0);
     EXPECT_EQ(run({"--version"}).exit, 0);
 }

@@ -196,8 +196,6 @@ protected:
             SurfaceDescription& surface = scene.surfaces["of_" + label];
             surface.volume = "atlas";
             surface.labels = {label};
-            surface.smooth_voxels = kLabelSmoothing;
-            surface.iso_after_smoothing = SurfaceDescription::IsoAfterSmoothing::keep_volume;
             surface.contact = contact;
             scene.effects.push_back(effects::Surface{"of_" + label});
         }

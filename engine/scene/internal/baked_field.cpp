@@ -154,13 +154,13 @@ BakedSurface bake_level(const std::filesystem::path& file, const VoxelVolume& vo
     baked.level = surface.iso_value;
     baked.warnings = volume.warnings;
     baked.volume_before_mm3 = kMm3PerM3 * volume_above(field, surface.iso_value);
-    if (surface.smooth_voxels > 0.0) {
+    if (smoothing_of(surface) > 0.0) {
         report(progress, 0.1, "smoothing");
         const VoxelVolume before = field;
-        smooth(field, surface.smooth_voxels);
+        smooth(field, smoothing_of(surface));
         report(progress, 0.4, "choosing the level again");
-        baked.level = level_after_smoothing(before, surface.iso_value, field,
-                                            surface.iso_after_smoothing, 0.0, place);
+        baked.level = level_after_smoothing(before, surface.iso_value, field, iso_rule_of(surface),
+                                            0.0, place);
         require_level_in_range(field, baked.level, place);
         baked.shift = surface_shift(before, surface.iso_value, field, baked.level);
     }
@@ -180,7 +180,7 @@ BakedSurface bake_labels(const std::filesystem::path& file, const LabelVolume& v
         throw std::runtime_error(fmt::format("{}: {}", place, error.what()));
     }
     // The Gaussian's kernel ends at about four sigma.
-    const int margin = kPadding + static_cast<int>(std::ceil(4.0 * surface.smooth_voxels));
+    const int margin = kPadding + static_cast<int>(std::ceil(4.0 * smoothing_of(surface)));
     VoxelVolume before = label_occupancy(volume, chosen, margin);
     if (surface.region_mm) before = padded(region_of(before, surface, place), margin, 0.0F);
 
@@ -197,11 +197,11 @@ BakedSurface bake_labels(const std::filesystem::path& file, const LabelVolume& v
         throw std::runtime_error(
             fmt::format("{}: region_mm: the label has no voxel in it; correct it", place));
     VoxelVolume field = before;
-    if (surface.smooth_voxels > 0.0) {
+    if (smoothing_of(surface) > 0.0) {
         report(progress, 0.1, "smoothing");
-        field = smooth_against_neighbours(volume, chosen, before, surface.smooth_voxels);
+        field = smooth_against_neighbours(volume, chosen, before, smoothing_of(surface));
         report(progress, 0.4, "choosing the level again");
-        baked.level = level_after_smoothing(before, kLabelLevel, field, surface.iso_after_smoothing,
+        baked.level = level_after_smoothing(before, kLabelLevel, field, iso_rule_of(surface),
                                             baked.volume_before_mm3, place);
         baked.shift = surface_shift(before, kLabelLevel, field, baked.level);
         baked.thin_parts = thin_parts(before, field, baked.level);
@@ -210,7 +210,7 @@ BakedSurface bake_labels(const std::filesystem::path& file, const LabelVolume& v
     if (const std::vector<std::size_t> joined = joined_labels(volume, chosen, alike);
         joined.size() > chosen.size()) {
         report(progress, 0.5, "closing grooves");
-        VoxelVolume closed = without_grooves(volume, chosen, joined, field, surface.smooth_voxels);
+        VoxelVolume closed = without_grooves(volume, chosen, joined, field, smoothing_of(surface));
         baked.joined = closed.values != field.values;
         field = std::move(closed);
     }

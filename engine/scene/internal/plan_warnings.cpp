@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -38,6 +39,21 @@ std::size_t most_where_surfaces_meet(const Scene& scene) {
     std::sort(counts.begin(), counts.end(), std::greater<>());
     counts.resize(std::min(counts.size(), kMeet));
     return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+}
+
+/// A mesh of its own keeps the groove that baking would have closed (labels_felt_alike).
+void warn_of_grooves(const SceneDescription& scene, std::vector<std::string>& warnings) {
+    for (const auto& [name, surface] : scene.surfaces) {
+        if (surface.mesh.empty()) continue;
+        SceneDescription without = scene;
+        without.surfaces.at(name).mesh.clear();
+        if (labels_felt_alike(without, name).empty()) continue;
+        warnings.push_back(fmt::format(
+            "surface {}: its own mesh keeps the groove along borders with other labels that are "
+            "felt, which may hold the proxy for long (flag stalled): leave mesh out, so that "
+            "baking closes the groove",
+            name));
+    }
 }
 
 } // namespace
@@ -90,6 +106,7 @@ std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEff
                 fmt::format("{} alone is up to {:.4g} N, and limits.force_n = {:.4g} N is all that "
                             "is sent: make it weaker or raise the limit",
                             felt.name, force_n, limit_n));
+    warn_of_grooves(scene.description(), warnings);
     return warnings;
 }
 

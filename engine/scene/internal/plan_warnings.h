@@ -28,8 +28,8 @@ std::string effect_name(const Scene& scene, std::size_t effect);
 std::vector<FeltEffect> felt_effects(const Scene& scene, const LoopParts& parts);
 
 /// What will not be felt as a scene says it: primitives beyond what an evaluation has room for, of
-/// the scene's surfaces with their finish and of `effects`; forces of these beyond the limit. In
-/// words, a line each.                                                                  [setup]
+/// the scene's surfaces with their finish and of `effects`; forces of these beyond the limit;
+/// grooves that a surface's own mesh leaves between labels. In words, a line each.      [setup]
 std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEffect> effects);
 
 } // namespace palpate::internal

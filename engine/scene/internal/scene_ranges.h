@@ -85,6 +85,8 @@ inline constexpr Range kTremorUm{0.0, 1e4};
 inline constexpr Range kDeviceDamping{0.0, 1e3}; // N s/m
 inline constexpr Range kEncoderStepUm{0.0, 1e4};
 inline constexpr Range kDelayMs{0.0, 20.0};
+inline constexpr Range kPositionStepM{0.0, 1.0}; ///< 10 mm, at the largest scale of a placement
+inline constexpr Range kDeviceDelayS{0.0, 1.0};
 inline constexpr Range kPressDepthMm{0.0, 100.0};
 inline constexpr Range kPressDurationS{3.0, 3600.0};
 

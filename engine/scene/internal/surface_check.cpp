@@ -66,7 +66,7 @@ void check_volume_part(const FieldCheck& check, const SceneDescription& scene,
             "iso_value",
             fmt::format("is of the label volume \"{}\", whose values are names", surface.volume),
             "give labels, or remove labels from the volume");
-    if (surface.iso_after_smoothing == SurfaceDescription::IsoAfterSmoothing::keep_volume &&
+    if (iso_rule_of(surface) == SurfaceDescription::IsoAfterSmoothing::keep_volume &&
         surface.labels.empty())
         check.fail("iso_after_smoothing", "= keep_volume is for labels",
                    "give keep_position or as_given");
@@ -78,7 +78,7 @@ void check_volume_part(const FieldCheck& check, const SceneDescription& scene,
                    fmt::format("leave {} as it is by default", field));
     };
     if (!surface.labels.empty()) refuse("labels");
-    if (surface.smooth_voxels > 0.0) refuse("smooth_voxels");
+    if (smoothing_of(surface) > 0.0) refuse("smooth_voxels");
     if (surface.keep.kind != ComponentPolicy::Kind::all) refuse("keep");
     if (surface.region_mm) refuse("region_mm");
 }
@@ -162,8 +162,8 @@ void check_surface(const FieldCheck& check, const SceneDescription& scene,
     if (!surface.material.empty())
         check.name("material", surface.material, scene.materials, "materials");
     check.number("iso_value", surface.iso_value, kFiniteRange);
-    check.number("smooth_voxels", surface.smooth_voxels, kSmoothingVoxels);
-    check.choice("iso_after_smoothing", surface.iso_after_smoothing,
+    check.number("smooth_voxels", smoothing_of(surface), kSmoothingVoxels);
+    check.choice("iso_after_smoothing", iso_rule_of(surface),
                  SurfaceDescription::IsoAfterSmoothing::as_given);
     check.choice("keep.kind", surface.keep.kind, ComponentPolicy::Kind::volume);
     if (surface.keep.kind == ComponentPolicy::Kind::count && surface.keep.count < 1)

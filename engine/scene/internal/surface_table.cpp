@@ -128,7 +128,7 @@ void refuse_filters(const TomlTable& table, const SurfaceDescription& surface) {
                                table.where(), surface.volume),
                    fmt::format("remove {}", key));
     };
-    if (surface.smooth_voxels > 0.0) refuse("smooth_voxels");
+    if (smoothing_of(surface) > 0.0) refuse("smooth_voxels");
     if (surface.keep.kind != ComponentPolicy::Kind::all) refuse("keep");
     if (surface.region_mm) refuse("region_mm");
 }
@@ -193,8 +193,6 @@ void read_source(const TomlTable& table, const SceneDescription& scene, bool ana
                                    table.where(), surface.volume),
                        "name a label volume, or take iso_value");
         surface.labels = read_labels(table);
-        surface.smooth_voxels = kLabelSmoothing;
-        surface.iso_after_smoothing = IsoAfterSmoothing::keep_volume;
     } else if (!analytic) {
         table.require("iso_value", "give the level of the surface in the volume's unit, or the "
                                    "name of a label with label = \"...\"");
@@ -264,7 +262,8 @@ void read_volume_part(const TomlTable& table, const SceneDescription& scene,
             fmt::format("volume \"{}\" {} is a formula of vectors", surface.volume, table.where()),
             "name a volume of scalars");
     read_source(table, scene, analytic, surface);
-    surface.smooth_voxels = table.number("smooth_voxels", kSmoothingVoxels, surface.smooth_voxels);
+    if (table.has("smooth_voxels"))
+        surface.smooth_voxels = table.number("smooth_voxels", kSmoothingVoxels, 0.0);
     if (table.has("iso_after_smoothing"))
         surface.iso_after_smoothing = read_iso_after_smoothing(table, surface);
     surface.keep = read_keep(table);

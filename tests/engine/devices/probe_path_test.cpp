@@ -8,6 +8,8 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/temporary_folder.h"
@@ -184,6 +186,11 @@ TEST_F(ProbePath, MissingFileAndFolderAreNamed) {
               missing.string() + ": cannot be read (No such file or directory); check the path");
     EXPECT_TRUE(
         message_of(folder.path()).starts_with(folder.path().string() + ": is a folder; name "));
+    const std::filesystem::path pipe = folder.path() / "pipe.csv"; // nobody writes to it
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_EQ(message_of(pipe),
+              pipe.string() +
+                  ": is a pipe, which cannot be read; copy what comes out of it to a file");
 }
 
 TEST_F(ProbePath, ArgumentsOutOfRangeAreRefused) {

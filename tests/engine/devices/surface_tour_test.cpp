@@ -230,6 +230,15 @@ TEST(Orbit, EndsWhenItSaidItWould) {
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_NE(notes[0].find("the orbit around ball ends after"), std::string::npos) << notes[0];
     EXPECT_NE(notes[0].find("raise duration_s or leave out turns"), std::string::npos);
+
+    const auto full = scene_of(kBall + "[device]\ntype = \"orbit\"\nduration_s = 3000\n"
+                                       "speed_m_per_s = 5\n");
+    notes.clear();
+    device_states(*full, 1, &notes);
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find(" of 3e+03 s, with the 500 turns that it may have: lower duration_s"),
+              std::string::npos)
+        << notes[0];
 }
 
 } // namespace

@@ -228,7 +228,7 @@ TEST_F(MeshScene, WithoutAFileTheMeshIsExtractedAndFeltAlone) {
 
     EXPECT_EQ(scene(volume)->surfaces().front().contact, ContactKind::volume) << "without CGAL";
     EXPECT_NE(refusal(volume + "contact = \"guarded\"\n")
-                  .find("scene.toml:3: [surface.ball]: this build has no CGAL"),
+                  .find("scene.toml:3: [surface.ball]: there is no CGAL"),
               std::string::npos);
 }
 

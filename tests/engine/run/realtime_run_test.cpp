@@ -53,10 +53,11 @@ TEST(RealtimeRun, MakesProgressHereAndEndsWithAStoppedDevice) {
     ASSERT_TRUE(trace.realtime.has_value());
     EXPECT_GE(trace.frames.size(), 300u);
     EXPECT_EQ(trace.inputs.size(), trace.frames.size());
-    double largest_n = 0.0; // in no certain frame: a busy machine may leave the loop silent in any
+    double largest_n = 0.0;
     for (const FrameReport& frame : trace.frames)
         largest_n = std::max(largest_n, glm::length(frame.force));
-    EXPECT_GT(largest_n, 0.5);
+    // A machine that is so busy that the loop was late must not push: then no force is right, too.
+    if (trace.realtime->silent_loop == 0) EXPECT_GT(largest_n, 0.5);
     EXPECT_EQ(trace.device.name, "scripted");
     EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
     EXPECT_EQ(device.forces.back(), Vec3(0.0));
@@ -116,8 +117,10 @@ TEST(RealtimeRun, ThePathsEndEndsIt) {
     device.states = 100;
     device.force_n = 0.0;
     const Trace trace = run_realtime(ball(), {device, {}}, {});
+    // All of it was read, each state at most once: after a late frame, several at a time.
+    EXPECT_EQ(device.reads, 100u);
     EXPECT_LE(trace.frames.size(), 100u);
-    EXPECT_GE(trace.frames.size() + trace.realtime->missed_periods, 99u);
+    EXPECT_GE(trace.frames.size(), 1u);
     EXPECT_EQ(device.calls.back(), "close");
 }
 

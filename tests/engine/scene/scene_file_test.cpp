@@ -117,8 +117,8 @@ TEST_F(SceneFile, EmptySceneIsLegalAndHasTheDefaults) {
 
 TEST_F(SceneFile, SurfaceDefaultsAreThoseOfTheDescription) {
     const SurfaceDescription bone = parse(kBone).surfaces.at("bone");
-    EXPECT_EQ(bone.smooth_voxels, 0.0);
-    EXPECT_EQ(bone.iso_after_smoothing, SurfaceDescription::IsoAfterSmoothing::keep_position);
+    EXPECT_EQ(smoothing_of(bone), 0.0);
+    EXPECT_EQ(iso_rule_of(bone), SurfaceDescription::IsoAfterSmoothing::keep_position);
     EXPECT_EQ(bone.keep.kind, ComponentPolicy::Kind::all);
     EXPECT_FALSE(bone.contact) << "choose_contact() decides";
     EXPECT_FALSE(bone.leash_mm);
@@ -289,8 +289,14 @@ TEST_F(SceneFile, ALabelIsSmoothedAndKeepsItsVolume) {
     using Iso = SurfaceDescription::IsoAfterSmoothing;
     const SurfaceDescription one = surface("label = \"Hippocampus_L\"\n");
     EXPECT_EQ(one.labels, std::vector<std::string>{"Hippocampus_L"});
-    EXPECT_EQ(one.smooth_voxels, kLabelSmoothing);
-    EXPECT_EQ(one.iso_after_smoothing, Iso::keep_volume);
+    EXPECT_EQ(smoothing_of(one), kLabelSmoothing);
+    EXPECT_EQ(iso_rule_of(one), Iso::keep_volume);
+    SurfaceDescription in_code;
+    EXPECT_EQ(smoothing_of(in_code), 0.0);
+    EXPECT_EQ(iso_rule_of(in_code), Iso::keep_position);
+    in_code.labels = {"Hippocampus_L"};
+    EXPECT_EQ(smoothing_of(in_code), smoothing_of(one)) << "the same in code";
+    EXPECT_EQ(iso_rule_of(in_code), iso_rule_of(one));
     const SurfaceDescription several = surface("label = [37, \"Thalamus_L\"]\nsmooth_voxels = 0\n"
                                                "iso_after_smoothing = \"as_given\"\n");
     EXPECT_EQ(several.labels, (std::vector<std::string>{"37", "Thalamus_L"}));

@@ -17,6 +17,8 @@
 #include <palpate/engine/truth/no_contact.h>
 #include <palpate/volume/formats/volume_file.h>
 
+#include "tests/support/mesh_text.h"
+#include "tests/support/test_meshes.h"
 #include "tests/support/test_volumes.h"
 
 namespace palpate {
@@ -68,6 +70,34 @@ TEST_F(BakedMistakes, AnIsoValueOfALabelMapIsRefused) {
     EXPECT_EQ(bake("mask.nrrd", "iso_value = 0.5\n"), "");
     test::make_file(folder_ / "mask.txt", "1 Tumour\n");
     EXPECT_THAT(bake("mask.nrrd", "iso_value = 0.5\n"), HasSubstr("is of the label map"));
+}
+
+TEST_F(BakedMistakes, AVolumeThatCannotBeReadIsToldWithTheScenesLine) {
+    test::make_file(folder_ / "empty.nrrd", "");
+    EXPECT_THAT(bake("empty.nrrd", "iso_value = 1\n"),
+                HasSubstr("scene.toml:1: [volume.v]: " + (folder_ / "empty.nrrd").string()));
+}
+
+// Baking closes the groove between labels that touch; a mesh of its own has it still.
+TEST_F(BakedMistakes, ALabelWithAMeshOfItsOwnBesideOthersIsWarnedOf) {
+    write("atlas.nrrd", regions);
+    test::make_file(folder_ / "three.ply", test::ascii_ply(test::icosphere(5 * kMm, 3)));
+    const auto warnings = [&](const std::string& mesh) {
+        const auto surface = [](const std::string& name, const std::string& keys) {
+            return "[surface." + name + "]\nvolume = \"v\"\n" + keys +
+                   "[[effect]]\ntype = \"surface\"\nsurface = \"" + name + "\"\n";
+        };
+        const Scene scene(
+            parse_scene("[volume.v]\nfile = \"atlas.nrrd\"\n" +
+                            surface("three", "label = 3\ncontact = \"volume\"\n" + mesh) +
+                            surface("four", "label = 4\ncontact = \"volume\"\n"),
+                        folder_ / "scene.toml"));
+        return scene.plan().warnings;
+    };
+    EXPECT_TRUE(warnings("").empty());
+    const std::vector<std::string> said = warnings("mesh = \"three.ply\"\n");
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_THAT(said[0], HasSubstr("surface three: its own mesh keeps the groove"));
 }
 
 TEST_F(BakedMistakes, ALabelOfAMeasuredImageIsRefused) {

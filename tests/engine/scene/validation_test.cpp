@@ -222,7 +222,11 @@ TEST(LoopFromCode, ChecksHowItRunsAndWhatItRunsOn) {
                   d.name = "arm";
                   d.delay_s = kNan;
               }),
-              "device \"arm\".delay_s = nan is not a number; give a number in [0, inf)");
+              "device \"arm\".delay_s = nan is not a number; give a number in [0, 1]");
+    EXPECT_EQ(with_device([](DeviceProperties& d) { d.delay_s = 5.0; }),
+              "device.delay_s = 5 is out of range; give a number in [0, 1]");
+    EXPECT_EQ(with_device([](DeviceProperties& d) { d.position_step_m = 30.0; }),
+              "device.position_step_m = 30 is out of range; give a number in [0, 1]");
     EXPECT_EQ(with_device([](DeviceProperties& d) { d.stiffness_n_per_m = 0.0; }),
               "device.stiffness_n_per_m = 0 is out of range; give a number in (0, inf]");
     EXPECT_EQ(with_device([](DeviceProperties& d) {

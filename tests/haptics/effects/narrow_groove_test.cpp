@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/effects/coulomb_friction.h>
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kStiffness = 500.0; // N/m
+constexpr double kMu = 0.5;
+
+/// Two walls that rub, of two surfaces, whose groove along y opens towards +z; the proxy is at its
+/// bottom, or by `behind_m` in both of them.
+struct Groove {
+    Groove(double half_angle, double behind_m) {
+        for (const double side : {-1.0, 1.0}) {
+            ContactPlane contact;
+            contact.plane.normal = {side * std::cos(half_angle), 0.0, std::sin(half_angle)};
+            contact.plane.anchor = behind_m * contact.plane.normal;
+            contact.plane.strength_n = std::numeric_limits<double>::infinity();
+            contacts.begin(side < 0.0 ? 0 : 1);
+            contacts.add(contact);
+        }
+    }
+
+    Vec3 frame(const Vec3& probe) {
+        friction.begin();
+        PrimitiveSet primitives;
+        for (std::size_t i = 0; i < contacts.size(); ++i)
+            primitives.add(contacts[i].plane);
+        friction.gather(Vec3{0.0}, contacts, primitives);
+        int work = 100000;
+        const Vec3 proxy = friction.solve(primitives, probe, kStiffness, work).proxy;
+        friction.commit();
+        return proxy;
+    }
+
+    ContactSet contacts;
+    CoulombFriction friction{{{kMu, kMu}, {kMu, kMu}}};
+};
+
+double degrees(double angle) { return angle * M_PI / 180.0; }
+
+// Two labels that touch are such walls. By Coulomb's law alone they may hold the proxy against any
+// pull, once they have pressed on each other.
+TEST(NarrowGroove, APullOutOfItIsNotHeld) {
+    for (const double half_angle : {2.0, 3.4, 10.0, 20.0})
+        for (const double behind_m : {0.0, 1e-6, 10e-6}) {
+            SCOPED_TRACE(::testing::Message() << half_angle << " degrees, " << behind_m << " m");
+            Groove groove(degrees(half_angle), behind_m);
+            for (int i = 0; i < 20; ++i)
+                groove.frame({0.0, 1e-3, -17e-3}); // pressed into it
+            for (const Vec3& out : {Vec3{0, 0, 17e-3}, Vec3{0, 17e-3, 17e-3}, Vec3{0, 0, 1e-3}})
+                EXPECT_LE(glm::length(groove.frame(out) - out), 1e-9);
+        }
+}
+
+TEST(NarrowGroove, APullAlongItIsNotHeldEither) {
+    for (const double half_angle : {2.0, 3.4, 10.0, 20.0}) {
+        SCOPED_TRACE(half_angle);
+        Groove groove(degrees(half_angle), 0.0);
+        for (int i = 0; i < 20; ++i)
+            groove.frame({0.0, 0.0, -17e-3});
+        // In it by so little that the walls bear next to nothing.
+        const Vec3 along{0.0, 20e-3, -1e-6};
+        const double lag_m = 2.0 * kMu * 0.5e-6 / std::sin(degrees(half_angle));
+        EXPECT_NEAR(groove.frame(along).y, along.y - lag_m, 1e-6);
+    }
+}
+
+} // namespace
+} // namespace palpate
