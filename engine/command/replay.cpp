@@ -65,9 +65,7 @@ int replay(const std::filesystem::path& named, const std::string& out, bool chec
         check_outputs(folder->files(kReplayFiles), input_files(recording, file), replace);
     }
     const auto scene = recorded_scene(recording, file, resources());
-    const Trace trace = run_again(
-        scene, {recording.inputs, recording.frames, recording.steps_left, recording.device},
-        progress_bar());
+    const Trace trace = run_again(scene, recording, progress_bar());
     if (folder) {
         write_frames_csv(*folder / "frames.csv", trace.frames, felt_names(*scene));
         write_timing_csv(*folder / "timing.csv", trace.frames);

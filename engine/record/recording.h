@@ -7,8 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include <palpate/drivers/haptic_device.h>
-#include <palpate/engine/loop/frame_report.h>
+#include <palpate/engine/loop/run.h>
 
 namespace palpate {
 
@@ -18,22 +17,17 @@ struct RecordedSource {
     std::string sha256; ///< of its bytes, hexadecimal
 };
 
-/// All that it takes to compute the same frames again, and what came out.
-struct Recording {
+/// A run with the scene that it takes to compute the same frames again. The device's workspace is
+/// not kept.
+struct Recording : Run {
     std::string version;    ///< of the engine that wrote it
     std::string scene_file; ///< absolute path the scene was read from: anchors its relative paths
     std::string scene_text; ///< TOML
     std::string
         overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
-    std::vector<RecordedSource> sources;   ///< volumes and meshes
-    std::vector<std::string> felt_names;   ///< bit i of FrameReport::surfaces_felt is entry i;
-                                           ///< empty where that was not recorded
-    DeviceProperties device;               ///< what felt it, as the scene met it, without its
-                                           ///< workspace
-    std::vector<DeviceState> inputs;       ///< a row per frame, scene frame
-    std::vector<FrameReport> frames;       ///< what came out; clock columns included
-    std::vector<std::uint32_t> steps_left; ///< N_steps of eq. (8) after each evaluation, frame by
-                                           ///< frame; empty where no clock decided
+    std::vector<RecordedSource> sources; ///< volumes and meshes
+    std::vector<std::string> felt_names; ///< bit i of FrameReport::surfaces_felt is entry i;
+                                         ///< empty where that was not recorded
 };
 
 /// Writes recording.h5 (HDF5: one data set per column, units as attributes).            [setup]

@@ -52,17 +52,13 @@ std::vector<RecordedSource> sources(const Scene& scene) {
 }
 
 Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Trace& trace) {
-    Recording recording;
+    Recording recording{trace};
     recording.version = kVersion;
     recording.scene_file = std::filesystem::absolute(scene.description().file).string();
     recording.scene_text = scene.description().text;
     recording.overrides = to_json(overrides);
     recording.sources = sources(scene);
     recording.felt_names = felt_names(scene);
-    recording.device = trace.device;
-    recording.inputs = trace.inputs;
-    recording.frames = trace.frames;
-    recording.steps_left = trace.steps_left;
     return recording;
 }
 

@@ -105,8 +105,7 @@ Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
     return trace_inputs(std::move(scene), inputs, {}, clock, progress, Decisions({}, {}));
 }
 
-Trace run_again(std::shared_ptr<const Scene> scene, const EarlierRun& run,
-                const Progress& progress) {
+Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress) {
     SteadyClock clock;
     return trace_inputs(std::move(scene), run.inputs, run.device, clock, progress,
                         Decisions(run.steps_left, run.frames));
@@ -114,9 +113,7 @@ Trace run_again(std::shared_ptr<const Scene> scene, const EarlierRun& run,
 
 void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress) {
     if (trace.realtime && trace.realtime->dropped > 0) return;
-    trace.audits = run_again(std::move(scene),
-                             {trace.inputs, trace.frames, trace.steps_left, trace.device}, progress)
-                       .audits;
+    trace.audits = run_again(std::move(scene), trace, progress).audits;
 }
 
 void warn_of_coupling(const Scene& scene, const DeviceProperties& device, const RunWatch& watch) {

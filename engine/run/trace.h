@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
-#include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/devices/device_factory.h>
-#include <palpate/engine/loop/frame_report.h>
+#include <palpate/engine/loop/run.h>
 #include <palpate/engine/run/run_watch.h>
 #include <palpate/engine/run/scheduler.h>
 #include <palpate/engine/scene/device_placement.h>
@@ -33,13 +32,8 @@ struct RealtimeCounts {
 };
 
 /// What came out of a trace.
-struct Trace {
-    std::vector<DeviceState> inputs; ///< what each frame was given, scene frame
-    std::vector<FrameReport> frames;
-    std::vector<std::uint32_t>
-        steps_left; ///< method paper: N_steps after each evaluation, frame by frame
+struct Trace : Run {
     std::vector<SurfaceAudit> audits;       ///< one per surface that is felt
-    DeviceProperties device;                ///< what felt it, as the scene met it
     std::optional<RealtimeCounts> realtime; ///< nothing at asap pace
 };
 
@@ -56,18 +50,9 @@ Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& device, 
 Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 Clock& clock, const Progress& progress = {});
 
-/// What it takes to compute a run's frames again.
-struct EarlierRun {
-    std::span<const DeviceState> inputs;
-    std::span<const FrameReport> frames;
-    std::span<const std::uint32_t> steps_left; ///< where a clock decided
-    DeviceProperties device;
-};
-
 /// The same frames again, bit for bit: the clock decides nothing, and nobody takes the forces.
 /// [setup] Throws std::runtime_error when cancelled.
-Trace run_again(std::shared_ptr<const Scene> scene, const EarlierRun& run,
-                const Progress& progress = {});
+Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress = {});
 
 /// Fills in the audits of a run that had no time for them, by computing its frames again; leaves a
 /// run of which frames are missing without.                                             [setup]

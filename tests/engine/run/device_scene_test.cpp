@@ -156,8 +156,7 @@ TEST(DeviceFactory, AHandPressesIntoTheSurfaceFromItsSideAndGoesBack) {
     // The same hand again, and what it did replayed: the device's limits hold there, too.
     const SceneDevice again = make_device(*scene);
     const Trace second = run_trace(scene, again.placed(), clock, 1000000);
-    const Trace replayed =
-        run_again(scene, {trace.inputs, trace.frames, trace.steps_left, trace.device});
+    const Trace replayed = run_again(scene, trace);
     ASSERT_EQ(second.frames.size(), trace.frames.size());
     for (std::size_t i = 0; i < trace.frames.size(); ++i) {
         ASSERT_EQ(second.frames[i].force, trace.frames[i].force) << i;
@@ -250,8 +249,7 @@ TEST(ClosedLoop, ASimulatedHandPressesWhereverItsDeviceStands) {
         // The hand is gone; what it did gives the same bits.
         write_recording(folder / "r.h5", recorded(*scene, {}, trace));
         const Recording recording = read_recording(folder / "r.h5");
-        const Trace again = run_again(
-            scene, {recording.inputs, recording.frames, recording.steps_left, recording.device});
+        const Trace again = run_again(scene, recording);
         for (std::size_t i = 0; i < trace.frames.size(); ++i) {
             ASSERT_EQ(again.frames[i].force, trace.frames[i].force) << i;
             ASSERT_EQ(again.frames[i].flags, trace.frames[i].flags) << i;

@@ -82,8 +82,7 @@ TEST(RealtimeRun, AReplayOfItsRecordingHasItsBits) {
 
         const Recording recording = read_recording(folder / "r.h5");
         const auto again = recorded_scene(recording, "r.h5", {});
-        const Trace replayed = run_again(
-            again, {recording.inputs, recording.frames, recording.steps_left, recording.device});
+        const Trace replayed = run_again(again, recording);
         ASSERT_EQ(replayed.frames.size(), trace.frames.size());
         for (std::size_t i = 0; i < trace.frames.size(); ++i) {
             ASSERT_TRUE(same_bits(replayed.frames[i].proxy, trace.frames[i].proxy)) << i;

@@ -245,7 +245,7 @@ TEST(Trace, PaperIsReplayedBitForBit) {
     SteadyClock clock;
     const Trace first = run_trace(scene, inputs, clock);
     test::ScriptedClock other(123.0);
-    const Trace second = run_again(scene, {inputs, first.frames, first.steps_left, {}});
+    const Trace second = run_again(scene, first);
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         ASSERT_EQ(first.frames[i].evaluations, second.frames[i].evaluations) << i;
         ASSERT_EQ(first.frames[i].proxy, second.frames[i].proxy) << i;
