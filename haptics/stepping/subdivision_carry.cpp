@@ -20,9 +20,11 @@ constexpr double kStuck = 1e-10; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
 // After one evaluation that did not move the proxy, a new plane may help. After two in a row,
-// another way is tried. After three nothing will change any more: the frame is stalled.
+// another way is tried: a step of another kind, and the way out of all bands, which comes last with
+// adaptive steps and first with shares. After these nothing will change any more: the frame is
+// stalled.
 constexpr int kTriesOfOneWay = 2;
-constexpr int kTries = 3;
+constexpr int tries_before_lift(bool seeks_balance) noexcept { return seeks_balance ? 3 : 2; }
 
 /// The plane of a contact, but with the exact slope of its field as normal, where that is known.
 /// Planes are felt with the continuous gradient, which may lead the wrong way within a cell.
@@ -107,9 +109,9 @@ Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {
 /// band: along the slope, nearer to the level. In several: along all planes at once, because the
 /// way out of one band may lead deeper into another.
 std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
-    // A share follows the planes. It cannot move where the exact slope differs too much from them.
-    // Then lift the proxy out of all bands first, at whatever depth it is.
-    if (!stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay)
+    // Planes and curvature cannot lead on where the exact slopes differ too much from them. Then
+    // lift the proxy out of all bands first, at whatever depth it is.
+    if (path_.tries_in_vain() >= tries_before_lift(stepping_.seeks_balance()))
         return out_of_bands(proxy, contacts_, surfaces_, frame_);
     const bool only_try =
         !stepping_.seeks_balance() && stepping_.steps_left() == 0 && budget_.evaluations == 1;
@@ -240,7 +242,8 @@ bool Subdivision::rests_firmly(const Vec3& proxy) noexcept {
 
 Vec3 Subdivision::record_move(const Vec3& proxy) noexcept {
     path_.record_move(proxy);
-    if (path_.tries_in_vain() >= kTries) result_.flags |= kStalled;
+    if (path_.tries_in_vain() > tries_before_lift(stepping_.seeks_balance()))
+        result_.flags |= kStalled;
     return proxy;
 }
 

@@ -177,6 +177,22 @@ std::vector<Vec3> path_of(const CornerStroke& stroke) {
     return path;
 }
 
+/// Strokes in which steps with curvature went on in vain once friction had led the proxy deep into
+/// the bands of two labels. Seen with `adaptive` and friction 0.05: runs of 211 and 141 stalled
+/// frames.
+const std::vector<CornerStroke> kStrokesWithFriction{
+    {{37.889, -30.721, -36.459},
+     {31.663, -25.467, -34.909},
+     {48.420, -15.956, 0.145},
+     {63.435, -28.628, -3.595},
+     141},
+    {{-23.765, -28.252, -7.104},
+     {-18.712, -21.895, -5.260},
+     {-39.964, 1.976, -29.311},
+     {-52.101, -13.291, -33.740},
+     207},
+};
+
 class LabelBorders : public testing::Test {
 protected:
     void SetUp() override {
@@ -189,7 +205,8 @@ protected:
 
     std::shared_ptr<const Scene> scene(const std::vector<std::string>& labels,
                                        ContactKind contact = ContactKind::volume,
-                                       const SceneResources& resources = {}) const {
+                                       const SceneResources& resources = {},
+                                       double friction = 0.0) const {
         SceneDescription scene;
         scene.volumes["atlas"].file = file_;
         for (const std::string& label : labels) {
@@ -198,6 +215,9 @@ protected:
             surface.labels = {label};
             surface.contact = contact;
             scene.effects.push_back(effects::Surface{"of_" + label});
+            if (friction > 0.0)
+                scene.effects.push_back(
+                    effects::Friction{.surface = "of_" + label, .static_mu = friction});
         }
         return std::make_shared<const Scene>(scene, resources);
     }
@@ -317,6 +337,22 @@ TEST_F(LabelBorders, StrokesOfSharesGoOnWhereACellHasAnotherSlope) {
     const int strokes = static_cast<int>(kStrokesOfShares.size());
     for (const SteppingMethod method : {SteppingMethod::paper, SteppingMethod::fixed})
         EXPECT_LE(longest_stall(borders, method, strokes, path), 5);
+}
+
+TEST_F(LabelBorders, StrokesWithFrictionGoOnToo) {
+    const auto path = [](int stroke) {
+        return path_of(kStrokesWithFriction[static_cast<std::size_t>(stroke)]);
+    };
+    const int strokes = static_cast<int>(kStrokesWithFriction.size());
+    const auto borders = scene({"Olfactory_R", "Insula_R", "Amygdala_R", "Temporal_Pole_Sup_R",
+                                "Temporal_Pole_Sup_L", "Temporal_Pole_Mid_L"},
+                               ContactKind::volume, {}, 0.05);
+    EXPECT_LE(longest_stall(borders, SteppingMethod::adaptive, strokes, path), 5);
+    for (const double friction : {0.05, 0.5}) {
+        const auto deep = scene(kDeep, ContactKind::volume, {}, friction);
+        EXPECT_LE(longest_stall(deep, SteppingMethod::adaptive, 100), 5) << friction;
+        EXPECT_LE(longest_stall(deep, SteppingMethod::paper, 50), 5) << friction;
+    }
 }
 
 // The long run: PALPATE_LONG_RUNS=1, about ten minutes.
