@@ -23,14 +23,18 @@ void require_same(const char* name, Number of_state, Number of_loop) {
                            name, of_state, of_loop));
 }
 
+std::string origin_of(const Scene& scene) {
+    const std::string file = scene.description().file.string();
+    return file.empty() ? "code" : file;
+}
+
 } // namespace
 
 void require_same_make(const LoopMake& state, const LoopMake& loop) {
     if (state.scene != loop.scene)
         refuse(fmt::format("the state is of another scene, of {}, the loop of {}; make both loops "
                            "of one Scene",
-                           state.scene->description().file.string(),
-                           loop.scene->description().file.string()));
+                           origin_of(*state.scene), origin_of(*loop.scene)));
     const LoopDescription &a = state.loop, &b = loop.loop;
     require_same("loop.rate_hz", a.rate_hz, b.rate_hz);
     require_same("loop.budget_us", a.budget_us, b.budget_us);

@@ -4,6 +4,8 @@
 #include <string>
 #include <thread>
 
+#include <sys/stat.h>
+
 #include <gmock/gmock.h>
 
 #include "tests/command/command_run.h"
@@ -89,6 +91,23 @@ TEST_F(CommandMessages, AnInterruptedTraceSaysWhatWasThrownAway) {
 }
 
 // The parser called itself for each part of a key until the process ended with a signal.
+// To open a pipe would wait for whoever writes to it; nobody does here.
+TEST_F(CommandMessages, APipeIsRefusedAndNotWaitedFor) {
+    for (const char* name : {"p.toml", "p.csv", "p.h5", "p.ply", "p.nrrd", "p.nii.gz", "p.mhd"}) {
+        SCOPED_TRACE(name);
+        ASSERT_EQ(mkfifo((*this / name).c_str(), 0600), 0);
+        const std::string file = name;
+        const std::vector<std::string> arguments =
+            file == "p.csv"
+                ? std::vector<std::string>{"trace", "ball.toml", "--device", "path:" + file}
+                : std::vector<std::string>{"info", file};
+        const test::CommandResult result = run(arguments);
+        EXPECT_EQ(result.exit, 3) << result.err;
+        EXPECT_THAT(result.err, HasSubstr(file + ": is "));
+    }
+    EXPECT_EQ(run({"extract", "p.nrrd", "--iso", "1", "-o", "m.ply"}).exit, 3);
+}
+
 TEST_F(CommandMessages, ADeepKeyIsBadInputAndNoCrash) {
     std::string key = "a";
     for (int i = 1; i < 40000; ++i)

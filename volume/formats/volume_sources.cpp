@@ -32,8 +32,10 @@ constexpr const char* kPattern = "%";
 /// Names that follow the key of a detached header: one, or one a line after LIST; or kPattern.
 std::vector<std::string> named_files(const std::filesystem::path& header, char separator,
                                      const std::string& key) {
-    std::ifstream input(header, std::ios::binary);
     std::vector<std::string> names;
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(header, ignored)) return names; // reading it says why
+    std::ifstream input(header, std::ios::binary);
     bool listing = false;
     std::string line;
     for (std::size_t n = 0; n < kMostHeaderLines && std::getline(input, line); ++n) {

@@ -38,6 +38,9 @@ Mat3 image_axes(const AffineTransform& index_to_scene) {
 std::optional<ComponentImage> read_component_image(const std::filesystem::path& file,
                                                    VolumeSelection::NiftiTransform transform,
                                                    ImagePart part) {
+    std::error_code ignored;
+    if (std::filesystem::is_fifo(file, ignored)) // to open it would wait for a writer, for ever
+        throw import_error(file, "is not a regular file; name a volume file");
     const std::string name = file.filename().string();
     if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_image(file, part);
     if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
