@@ -2,7 +2,6 @@
 #include <palpate/engine/record/trace_files.h>
 
 #include <bit>
-#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -211,16 +210,6 @@ TEST_F(TraceFiles, OlderFileIsReplaced) {
     write_frames_csv(folder() / "frames.csv", random_frames(3, 3), {});
     EXPECT_EQ(cells_of(test::content_of(folder() / "frames.csv")).size(), 4u);
     EXPECT_EQ(test::files_in(folder()), 1u);
-}
-
-TEST_F(TraceFiles, HundredThousandRowsAreWrittenInReasonableTime) {
-    const std::vector<FrameReport> frames = random_frames(100000, 4);
-    const auto start = std::chrono::steady_clock::now();
-    write_frames_csv(folder() / "frames.csv", frames, kFelt);
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    RecordProperty("seconds", std::to_string(spent.count()));
-    // Measured 0.3 s on the reference machine; sanitizers and a busy machine get a factor of 30.
-    EXPECT_LT(spent.count(), 10.0);
 }
 
 } // namespace

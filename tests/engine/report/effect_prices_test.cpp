@@ -64,12 +64,16 @@ TEST(EffectPrices, PlacesInASurfaceAreBehindItsLevel) {
     EXPECT_GT(behind, places.size() / 2) << "it comes from outside";
 }
 
-// Seen: a magnet's price was 0.
+// Seen: a magnet's price was 0. A price is a difference of two times, and on a busy machine one
+// measurement of it may come out as 0.
 TEST(EffectPrices, AMagnetHasOne) {
     const Scene scene(parse_scene(kBall + std::string("[[effect]]\ntype = \"magnet\"\n"
                                                       "surface = \"s\"\nstrength_n = 1\n"),
                                   "x.toml"));
-    EXPECT_GT(measure_prices(scene)[1], 0.0);
+    double price_us = 0.0;
+    for (int tries = 0; tries < 20 && !(price_us > 0.0); ++tries)
+        price_us = measure_prices(scene)[1];
+    EXPECT_GT(price_us, 0.0);
 }
 
 } // namespace
