@@ -31,16 +31,16 @@ struct UsageError : std::runtime_error {
 
 /// Each adds its sub-command to `app`; its options live in the closure. The function to run goes to
 /// `run`.
-using Run = std::function<int()>;
-void add_info(CLI::App& app, Run& run);
-void add_devices(CLI::App& app, Run& run);
-void add_extract(CLI::App& app, Run& run);
-void add_explain(CLI::App& app, Run& run);
-void add_trace(CLI::App& app, Run& run);
-void add_replay(CLI::App& app, Run& run);
-void add_study(CLI::App& app, Run& run);
-void add_report(CLI::App& app, Run& run);
-void add_phantom(CLI::App& app, Run& run);
+using Action = std::function<int()>;
+void add_info(CLI::App& app, Action& run);
+void add_devices(CLI::App& app, Action& run);
+void add_extract(CLI::App& app, Action& run);
+void add_explain(CLI::App& app, Action& run);
+void add_trace(CLI::App& app, Action& run);
+void add_replay(CLI::App& app, Action& run);
+void add_study(CLI::App& app, Action& run);
+void add_report(CLI::App& app, Action& run);
+void add_phantom(CLI::App& app, Action& run);
 
 /// Where baked fields and meshes are kept: $PALPATE_CACHE, else $XDG_CACHE_HOME/palpate, else
 /// ~/.cache/palpate, else nowhere.

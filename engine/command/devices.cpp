@@ -25,7 +25,7 @@ int devices(const Options& options) {
 
 } // namespace
 
-void add_devices(CLI::App& app, Run& run) {
+void add_devices(CLI::App& app, Action& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         app.add_subcommand("devices", "what is attached, and why something is not usable");

@@ -110,7 +110,7 @@ std::string as_text(const Scene& scene, const std::vector<double>& prices) {
 
 } // namespace
 
-void add_explain(CLI::App& app, Run& run) {
+void add_explain(CLI::App& app, Action& run) {
     struct Options {
         std::string scene;
         bool json = false;

@@ -47,7 +47,8 @@ void check_used(const Options& options) {
            "is of --method cgal; the preview's facets are the voxels'");
     refuse("--facet-distance", is_preview && options.facet_distance_mm.has_value(),
            "is of --method cgal; the preview's facets are the voxels'");
-    const double smooth = options.smooth_voxels.value_or(options.labels.empty() ? 0.0 : 1.0);
+    const double smooth =
+        options.smooth_voxels.value_or(options.labels.empty() ? 0.0 : kLabelSmoothing);
     refuse("--iso-after-smoothing", !options.iso_after_smoothing.empty() && smooth == 0.0,
            "goes with --smooth-voxels, and nothing is smoothed");
 }
@@ -171,7 +172,7 @@ int extract(const Options& options) {
 
 } // namespace
 
-void add_extract(CLI::App& app, Run& run) {
+void add_extract(CLI::App& app, Action& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
         "extract", "a closed mesh of a volume's isosurface or of its labels, as PLY");

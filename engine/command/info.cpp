@@ -101,7 +101,7 @@ int info(const Options& options) {
 
 } // namespace
 
-void add_info(CLI::App& app, Run& run) {
+void add_info(CLI::App& app, Action& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
         "info", "what a volume, labels, vectors, a mesh, a scene or a recording is, in words");

@@ -156,7 +156,7 @@ int run(int argc, char** argv) {
                  "warnings to stderr."};
     app.set_version_flag("--version", std::string("palpate ") + kVersion);
     app.require_subcommand(1);
-    Run chosen;
+    Action chosen;
     add_info(app, chosen);
     add_devices(app, chosen);
     add_extract(app, chosen);

@@ -7,7 +7,7 @@
 
 namespace palpate::command {
 
-void add_phantom(CLI::App& app, Run& run) {
+void add_phantom(CLI::App& app, Action& run) {
     struct Options {
         std::string file;
         Replace replace = Replace::own;

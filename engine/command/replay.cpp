@@ -87,7 +87,7 @@ int replay(const std::filesystem::path& named, const std::string& out, bool chec
 
 } // namespace
 
-void add_replay(CLI::App& app, Run& run) {
+void add_replay(CLI::App& app, Action& run) {
     struct Options {
         std::string recording;
         std::string out;

@@ -109,7 +109,7 @@ int report(const std::vector<std::string>& folders, const std::string& out,
 
 } // namespace
 
-void add_report(CLI::App& app, Run& run) {
+void add_report(CLI::App& app, Action& run) {
     struct Options {
         std::vector<std::string> folders;
         std::string out = "report.html";

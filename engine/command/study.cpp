@@ -95,7 +95,7 @@ int study(const Options& options) {
 
 } // namespace
 
-void add_study(CLI::App& app, Run& run) {
+void add_study(CLI::App& app, Action& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
         "study", "accuracy against time: runs a scene's device with every method over its range");

@@ -175,7 +175,7 @@ int trace(const Options& options) {
 
 } // namespace
 
-void add_trace(CLI::App& app, Run& run) {
+void add_trace(CLI::App& app, Action& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         app.add_subcommand("trace", "runs a scene's device over it and records every frame");

@@ -81,7 +81,8 @@ std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::
                 "raise duration_s{}",
                 surface->name, 100.0 * found.spiral_share, found.turns, found.turns == 1 ? "" : "s",
                 orbit.turns > 0 ? " or leave out turns" : " or speed_m_per_s"));
-        else if (orbit.turns == 0 && found.turns == internal::kOrbitTurns.high)
+        else if (orbit.turns == 0 && found.turns == internal::kOrbitTurns.high &&
+                 static_cast<double>(found.states.size()) < 0.9 * orbit.duration_s * rate_hz)
             notes.push_back(fmt::format(
                 "the orbit around {} ends after {:.3g} of {:.3g} s, with the {} turns that it may "
                 "have: lower duration_s or speed_m_per_s",

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/files/internal/csv_rows.h>
+#include <palpate/geometry/internal/ordinary_file.h>
 
 namespace palpate {
 namespace {
@@ -85,8 +86,7 @@ void check_arguments(double rate_hz, int every) {
 
 /// What a trace writes is not what it reads: the two are easily confused.
 void refuse_results(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return; // reading it says why
+    internal::refuse_named_pipe(file);
     std::string start(64, '\0');
     std::ifstream(file, std::ios::binary).read(start.data(), 64);
     const bool is_frames = start.starts_with("frame,trial,time_s,");

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include <palpate/engine/files/internal/sha256.h>
+#include <palpate/geometry/internal/ordinary_file.h>
 
 namespace palpate {
 
@@ -15,8 +16,7 @@ std::string sha256_of_file(const std::filesystem::path& file) {
         throw std::runtime_error(file.string() +
                                  ": cannot be read; check that it exists and is a readable file");
     };
-    std::error_code ignored;
-    if (std::filesystem::is_fifo(file, ignored)) fail(); // to open it would wait, for ever
+    internal::refuse_named_pipe(file);
     std::ifstream stream(file, std::ios::binary);
     if (!stream || std::filesystem::is_directory(file)) fail();
     internal::Sha256 hash;

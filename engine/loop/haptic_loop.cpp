@@ -54,7 +54,7 @@ SteppingSettings stepping(const LoopDescription& loop) {
     SteppingSettings settings;
     settings.method = loop.method;
     settings.sub_steps = loop.sub_steps;
-    settings.budget_us = loop.budget_us;
+    settings.budget_us = budget_of(loop);
     // The smallest numbers there are would come to 0 m.
     settings.tolerance_m = std::max(1e-6 * loop.tolerance_um, std::numeric_limits<double>::min());
     settings.evaluation_cap = loop.evaluation_cap;

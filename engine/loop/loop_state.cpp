@@ -37,7 +37,7 @@ void require_same_make(const LoopMake& state, const LoopMake& loop) {
                            origin_of(*state.scene), origin_of(*loop.scene)));
     const LoopDescription &a = state.loop, &b = loop.loop;
     require_same("loop.rate_hz", a.rate_hz, b.rate_hz);
-    require_same("loop.budget_us", a.budget_us, b.budget_us);
+    require_same("loop.budget_us", budget_of(a), budget_of(b));
     if (a.method != b.method)
         refuse("loop.method of the state is another one than the loop's; restore it into a loop "
                "that was made alike");

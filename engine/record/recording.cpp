@@ -17,6 +17,7 @@
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/record/internal/journal_format.h>
 #include <palpate/engine/record/internal/recording_store.h>
+#include <palpate/geometry/internal/ordinary_file.h>
 
 namespace palpate {
 namespace {
@@ -259,8 +260,7 @@ std::filesystem::path found_recording(const std::filesystem::path& file) {
 }
 
 bool is_journal(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return false; // a pipe would wait
+    internal::refuse_named_pipe(file);
     std::string start(internal::kJournalMark.size(), '\0');
     std::ifstream stream(file, std::ios::binary);
     return stream.read(start.data(), static_cast<std::streamsize>(start.size())) &&

@@ -72,11 +72,11 @@ void count(const RunFrame& run, RealtimeCounts& counts) {
 
 void check_duty(const LoopDescription& loop) {
     const double most_us = RealtimeSettings::kMostDuty * 1e6 / loop.rate_hz;
-    if (loop.budget_us > most_us * (1.0 + 1e-12)) // 0.9 has no exact double
+    if (budget_of(loop) > most_us * (1.0 + 1e-12)) // 0.9 has no exact double
         throw std::invalid_argument(fmt::format(
             "budget_us = {:.6g} leaves less than a tenth of the period in real time; set it to "
             "{:.6g} or less at {:.6g} Hz",
-            loop.budget_us, most_us, loop.rate_hz));
+            budget_of(loop), most_us, loop.rate_hz));
 }
 
 Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -119,13 +120,20 @@ struct LimitsDescription {
 };
 
 struct LoopDescription {
-    double rate_hz = 1000.0;  ///< [50, 20000]
-    double budget_us = 900.0; ///< t_delta of eq. (8), (0, 1e6/rate_hz]
+    double rate_hz = 1000.0;         ///< [50, 20000]
+    std::optional<double> budget_us; ///< t_delta of eq. (8), method paper, (0, 1e6/rate_hz]; empty:
+                                     ///< as budget_of() says
     SteppingMethod method = SteppingMethod::adaptive;
     int sub_steps = 8;         ///< method fixed, [1, 4096]
     double tolerance_um = 0.1; ///< method adaptive, (0, 1000]
     int evaluation_cap = 8;    ///< method adaptive, [1, 256]
 };
+
+/// LoopDescription::budget_us, or what it is by default: 900 us, which leaves at least a tenth of
+/// the period to everything else, at any rate.                                            [any]
+inline double budget_of(const LoopDescription& loop) {
+    return loop.budget_us.value_or(std::min(900.0, 0.9 * (1e6 / loop.rate_hz)));
+}
 
 /// A simulated hand on a simulated device (SimulatedHand), as far as scenes set it.
 struct HandDescription {

@@ -48,10 +48,8 @@ LoopDescription read_loop(const TomlTable& table) {
     table.allow_only(keys);
     LoopDescription loop;
     loop.rate_hz = table.number("rate_hz", internal::kRateHz, loop.rate_hz);
-    const double period_us = 1.0e6 / loop.rate_hz; // rate_hz >= 50
-    // The default leaves a tenth of the period to everything else, at any rate.
-    loop.budget_us = table.number("budget_us", internal::budget_range_us(loop.rate_hz),
-                                  std::min(loop.budget_us, 0.9 * period_us));
+    if (table.has("budget_us"))
+        loop.budget_us = table.number("budget_us", internal::budget_range_us(loop.rate_hz), 0.0);
     if (table.has("method"))
         loop.method = static_cast<SteppingMethod>(table.choice("method", kMethodNames));
     loop.sub_steps = table.integer("sub_steps", internal::kSubSteps.low, internal::kSubSteps.high,

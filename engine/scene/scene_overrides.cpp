@@ -25,9 +25,9 @@ Kind named(const char* option, const std::string& text, const std::array<Kind, N
     throw std::invalid_argument(fmt::format("{} {}: must be one of {}", option, text, names));
 }
 
-template <class Number>
+template <class Number, class Target>
 void set(const char* option, const std::optional<Number>& value, double low, double high,
-         Number& target) {
+         Target& target) {
     if (!value) return;
     if (!(*value >= low && *value <= high))
         throw std::invalid_argument(

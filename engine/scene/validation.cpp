@@ -97,9 +97,7 @@ void validate(const LoopDescription& loop) {
     const FieldCheck check("loop");
     check.number("rate_hz", loop.rate_hz, internal::kRateHz);
     check.choice("method", loop.method, SteppingMethod::adaptive);
-    const bool reads_clock = loop.method == SteppingMethod::paper;
-    check.number("budget_us", loop.budget_us,
-                 internal::budget_range_us(reads_clock ? loop.rate_hz : internal::kRateHz.low));
+    check.number("budget_us", budget_of(loop), internal::budget_range_us(loop.rate_hz));
     check.integer("sub_steps", loop.sub_steps, internal::kSubSteps);
     check.number("tolerance_um", loop.tolerance_um, internal::kToleranceUm);
     check.integer("evaluation_cap", loop.evaluation_cap, internal::kEvaluationCap);

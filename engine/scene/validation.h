@@ -15,8 +15,7 @@ namespace palpate {
 /// of volumes, materials and surfaces that the scene has, parts that go together. Opens no file.
 /// [setup]
 void validate(const SceneDescription& scene);
-/// How a loop runs. budget_us is measured against the period where the method reads a clock.
-/// [setup]
+/// How a loop runs.                                                                      [setup]
 void validate(const LoopDescription& loop);
 /// What a device declares: nothing that is no number, nothing below 0.                  [setup]
 void validate(const DeviceProperties& device);

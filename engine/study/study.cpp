@@ -49,7 +49,7 @@ bool same_setting(const LoopDescription& a, const LoopDescription& b) {
     case SteppingMethod::fixed:
         return a.sub_steps == b.sub_steps;
     case SteppingMethod::paper:
-        return a.budget_us == b.budget_us;
+        return budget_of(a) == budget_of(b);
     case SteppingMethod::adaptive:
         return a.tolerance_um == b.tolerance_um;
     }
@@ -97,7 +97,7 @@ std::vector<LoopDescription> study_settings(const LoopDescription& own) {
                              case SteppingMethod::fixed:
                                  return std::pair{1, 1.0 * loop.sub_steps};
                              case SteppingMethod::paper:
-                                 return std::pair{2, loop.budget_us};
+                                 return std::pair{2, budget_of(loop)};
                              case SteppingMethod::adaptive:
                                  break;
                              }

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include <palpate/geometry/internal/ordinary_file.h>
+
 namespace palpate::internal {
 namespace {
 
@@ -21,8 +23,7 @@ std::string file_text(const std::filesystem::path& file) {
     std::error_code error;
     if (std::filesystem::is_directory(file, error))
         throw std::runtime_error(file.string() + ": is a folder; name a mesh file in it");
-    if (std::filesystem::is_fifo(file, error)) // to open it would wait for a writer, for ever
-        throw std::runtime_error(file.string() + ": is no ordinary file; copy it to one");
+    refuse_named_pipe(file);
     std::ifstream in(file, std::ios::binary);
     if (!in)
         throw std::runtime_error(file.string() +

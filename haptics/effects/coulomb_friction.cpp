@@ -112,11 +112,11 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
                              PrimitiveSet& primitives) noexcept {
     contacts_.clear();
     first_line_ = primitives.lines().size();
-    touched_ = 0;
-    for (std::size_t c = 0; c < contacts.size(); ++c) {
+    touched_ = 0; // magnets come last
+    while (touched_ < contacts.size() && contacts[touched_].surface != ContactSet::kNoSurface)
+        ++touched_;
+    for (std::size_t c = 0; c < touched_; ++c) {
         const std::size_t index = contacts[c].surface;
-        if (index == ContactSet::kNoSurface) break; // magnets come last
-        touched_ = c + 1;
         if (!rubs(index)) continue;
         Surface& surface = surfaces_[index];
         if (!surface.found) surface.anchor = proxy;
@@ -131,7 +131,7 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
 
 ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
                                      int& work) noexcept {
-    most_n_ = most_friction_n(primitives, probe, stiffness);
+    drawn_n_ = drawn_n(primitives, probe, stiffness);
     ProxySolution solution = solve_round(primitives, probe, stiffness, work);
     if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, work, solution);
     for (std::size_t j = 0; j < contacts_.size(); ++j)
@@ -178,40 +178,42 @@ ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3&
     return solution;
 }
 
-/// The most that contacts which hold each other may rub with, together: what draws the proxy, F, in
-/// N. In a groove the sides press on each other through the proxy. In a groove that is narrower
-/// than friction's cone, Coulomb's law alone would let them hold the proxy against any pull, out of
-/// the groove too, for ever. Such a groove is where two labels touch, and no place that a hand can
-/// be stuck in. So all contacts together rub with sum mu c lambda <= F. To hold the proxy takes no
-/// more. To hold it against a pull out of the groove takes more, as the sides push it out as well.
-double CoulombFriction::most_friction_n(const PrimitiveSet& primitives, const Vec3& probe,
-                                        double stiffness) const noexcept {
-    constexpr double kAll = std::numeric_limits<double>::infinity();
-    if (touched_ < 2) return kAll;
+/// What the coupling draws the proxy away with from where it was found, N; where fewer than two
+/// planes of surfaces are touched, infinite.
+double CoulombFriction::drawn_n(const PrimitiveSet& primitives, const Vec3& probe,
+                                double stiffness) const noexcept {
+    if (touched_ < 2) return std::numeric_limits<double>::infinity();
     const Vec3 pull = primitives.pull(probe, stiffness);
     double away_m = 0.0;
     for (const Contact& contact : contacts_)
         away_m = std::max(away_m, glm::length(pull - surfaces_[contact.surface].anchor));
-    double most_n = primitives.total_stiffness(stiffness) * away_m;
-    for (const PlanePrimitive& plane : primitives.planes().subspan(touched_))
-        most_n += plane.strength_n; // magnets and effects press and pull, too
-    for (const LinePrimitive& line : primitives.lines().first(first_line_))
-        most_n += line.strength_n;
-    for (const PointPrimitive& point : primitives.points())
-        most_n += point.strength_n;
-    return most_n;
+    return primitives.total_stiffness(stiffness) * away_m;
 }
 
-/// What each contact rubs with, by a solution: its multiplier, or its part of most_n_.
+/// What each contact rubs with, by a solution: its multiplier lambda, or a part c of it. In a
+/// groove the sides press on each other through the proxy. In a groove that is narrower than
+/// friction's cone, Coulomb's law alone would let them hold the proxy against any pull, out of the
+/// groove too, for ever. Such a groove is where two labels touch, and no place that a hand can be
+/// stuck in. So all contacts together rub with sum mu c lambda <= F: what draws the proxy, with
+/// what magnets and effects do in this solution. To hold the proxy takes no more. To hold it
+/// against a pull out of the groove takes more, as the sides push it out as well.
 void CoulombFriction::weigh(const ProxySolution& solution) noexcept {
     double friction_n = 0.0;
     for (Contact& contact : contacts_) {
         contact.found_n = solution.planes[contact.plane].multiplier_n;
         friction_n += surfaces_[contact.surface].mu * contact.found_n;
     }
-    if (!(friction_n > most_n_)) return;
+    if (!(friction_n > drawn_n_)) return;
+    double most_n = drawn_n_;
+    for (std::size_t i = touched_; i < solution.planes.size(); ++i)
+        most_n += solution.planes[i].multiplier_n;
+    for (std::size_t i = 0; i < first_line_; ++i)
+        most_n += glm::length(solution.lines[i].force_n);
+    for (const TetherOutcome& point : solution.points)
+        most_n += glm::length(point.force_n);
+    if (!(friction_n > most_n)) return;
     for (Contact& contact : contacts_)
-        contact.found_n *= most_n_ / friction_n;
+        contact.found_n *= most_n / friction_n;
 }
 
 /// What holds is no stronger than mu times the multiplier that came out, what slips is as strong.

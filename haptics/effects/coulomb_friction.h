@@ -22,10 +22,11 @@ struct FrictionCoefficients {
 };
 
 /// Coulomb friction on the surfaces of one loop:
-///   sum over contacts  mu c lambda |(1 - n n^T)(x - q)|                        composition.md 1
+///   sum over contacts  mu c lambda |(1 - n n^T)(x - q)|                        composition.md 3.1
 /// a line primitive along each contact's normal n, whose strength is mu times the contact's own
-/// multiplier lambda at the solution: c is 1 outside of narrow grooves. A fixed point, found by
-/// solving again (internal::FixedPoint) until what slips rubs with mu lambda and what holds bears
+/// multiplier lambda at the solution, or a part c of it: 1 for one contact, and else so small that
+/// all of them together rub with no more than what draws the proxy. A fixed point, found by solving
+/// again (internal::FixedPoint) until what slips rubs with mu lambda and what holds bears
 /// no more. q is where the frame found the proxy on the surface: its start, or where it met the
 /// surface in this frame. So friction is a part of the frame's one problem, not of its sub-steps.
 /// Multipliers are remembered from one solution to the next, to begin with; where friction holds, a
@@ -92,8 +93,8 @@ private:
 
     ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
                               int& work) noexcept;
-    double most_friction_n(const PrimitiveSet& primitives, const Vec3& probe,
-                           double stiffness) const noexcept;
+    double drawn_n(const PrimitiveSet& primitives, const Vec3& probe,
+                   double stiffness) const noexcept;
     void weigh(const ProxySolution& solution) noexcept;
     void find_fixed_point(PrimitiveSet& primitives, const Vec3& probe, double stiffness, int& work,
                           ProxySolution& solution) noexcept;
@@ -105,7 +106,7 @@ private:
     Contacts contacts_; // of the last gather()
     std::size_t first_line_ = 0;
     std::size_t touched_ = 0; // so many first planes are surfaces' own, the next ones magnets'
-    double most_n_ = 0.0;     // that all contacts may rub with, in this solution
+    double drawn_n_ = 0.0;    // in this solution
     Contacts known_;          // of the last solution
 };
 

@@ -20,8 +20,8 @@ constexpr double kStuck = 1e-10; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
 // After one evaluation that did not move the proxy, a new plane may help. After two in a row,
-// another way is tried: a step of another kind, and the way out of all bands, which comes last with
-// adaptive steps and first with shares. After these nothing will change any more: the frame is
+// other ways are tried. Adaptive steps: the planes' own step, then out of all bands. Shares: out of
+// all bands, or a step with curvature. After these nothing will change any more: the frame is
 // stalled.
 constexpr int kTriesOfOneWay = 2;
 constexpr int tries_before_lift(bool seeks_balance) noexcept { return seeks_balance ? 3 : 2; }
@@ -44,7 +44,8 @@ std::optional<Vec3> out_of_bands(const Vec3& proxy, const ContactSet& contacts,
                                  const FrameContext& frame) noexcept {
     PrimitiveSet planes;
     for (std::size_t c = 0; c < contacts.size(); ++c)
-        if (contacts[c].surface != ContactSet::kNoSurface)
+        if (contacts[c].surface != ContactSet::kNoSurface &&
+            !surfaces[contacts[c].surface].yields())
             planes.add(across_slope(contacts[c], proxy));
     double drifted_j = 0.0; // into all of them
     for (const LoopSurface& surface : surfaces)

@@ -90,10 +90,10 @@ TEST_F(CommandMessages, AnInterruptedTraceSaysWhatWasThrownAway) {
     EXPECT_FALSE(std::filesystem::exists(*this / "t")) << "an empty folder is not left behind";
 }
 
-// The parser called itself for each part of a key until the process ended with a signal.
 // To open a pipe would wait for whoever writes to it; nobody does here.
 TEST_F(CommandMessages, APipeIsRefusedAndNotWaitedFor) {
-    for (const char* name : {"p.toml", "p.csv", "p.h5", "p.ply", "p.nrrd", "p.nii.gz", "p.mhd"}) {
+    for (const char* name :
+         {"p.toml", "p.csv", "p.h5", "p.ply", "p.nrrd", "p.nii.gz", "p.mhd", "p.dcm", "p"}) {
         SCOPED_TRACE(name);
         ASSERT_EQ(mkfifo((*this / name).c_str(), 0600), 0);
         const std::string file = name;
@@ -103,11 +103,12 @@ TEST_F(CommandMessages, APipeIsRefusedAndNotWaitedFor) {
                 : std::vector<std::string>{"info", file};
         const test::CommandResult result = run(arguments);
         EXPECT_EQ(result.exit, 3) << result.err;
-        EXPECT_THAT(result.err, HasSubstr(file + ": is "));
+        EXPECT_THAT(result.err, HasSubstr(file + ": is a named pipe"));
     }
     EXPECT_EQ(run({"extract", "p.nrrd", "--iso", "1", "-o", "m.ply"}).exit, 3);
 }
 
+// The parser called itself for each part of a key until the process ended with a signal.
 TEST_F(CommandMessages, ADeepKeyIsBadInputAndNoCrash) {
     std::string key = "a";
     for (int i = 1; i < 40000; ++i)

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <string>
 
+#include <palpate/geometry/internal/ordinary_file.h>
+
 namespace palpate {
 namespace {
 
@@ -33,8 +35,7 @@ constexpr const char* kPattern = "%";
 std::vector<std::string> named_files(const std::filesystem::path& header, char separator,
                                      const std::string& key) {
     std::vector<std::string> names;
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(header, ignored)) return names; // reading it says why
+    internal::refuse_named_pipe(header);
     std::ifstream input(header, std::ios::binary);
     bool listing = false;
     std::string line;

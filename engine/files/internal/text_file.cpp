@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include <palpate/geometry/internal/ordinary_file.h>
+
 namespace palpate::internal {
 
 std::string read_text_file(const std::filesystem::path& file, std::string_view kind) {
@@ -16,11 +18,7 @@ std::string read_text_file(const std::filesystem::path& file, std::string_view k
     std::error_code ignored;
     if (std::filesystem::is_directory(file, ignored))
         throw std::runtime_error(fmt::format("{}: is a folder; name {}", file.string(), kind));
-    // Opening a named pipe would wait for whoever writes to it, for ever.
-    if (std::filesystem::is_fifo(file, ignored))
-        throw std::runtime_error(
-            fmt::format("{}: is a pipe, which cannot be read; copy what comes out of it to a file",
-                        file.string()));
+    refuse_named_pipe(file);
     errno = 0;
     std::ifstream stream(file, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};

@@ -43,17 +43,16 @@ std::size_t most_where_surfaces_meet(const Scene& scene) {
 
 /// A mesh of its own keeps the groove that baking would have closed (labels_felt_alike).
 void warn_of_grooves(const SceneDescription& scene, std::vector<std::string>& warnings) {
-    for (const auto& [name, surface] : scene.surfaces) {
-        if (surface.mesh.empty()) continue;
-        SceneDescription without = scene;
-        without.surfaces.at(name).mesh.clear();
-        if (labels_felt_alike(without, name).empty()) continue;
-        warnings.push_back(fmt::format(
-            "surface {}: its own mesh keeps the groove along borders with other labels that are "
-            "felt, which may hold the proxy for long (flag stalled): leave mesh out, so that "
-            "baking closes the groove",
-            name));
-    }
+    SceneDescription without = scene;
+    for (auto& [name, surface] : without.surfaces)
+        surface.mesh.clear();
+    for (const auto& [name, surface] : scene.surfaces)
+        if (!surface.mesh.empty() && !labels_felt_alike(without, name).empty())
+            warnings.push_back(fmt::format(
+                "surface {}: where it touches other labels that are felt, its own mesh keeps the "
+                "groove between them, which may hold the proxy for long (flag stalled): leave mesh "
+                "out, so that baking closes the groove",
+                name));
 }
 
 } // namespace

@@ -84,7 +84,7 @@ std::optional<double> setting_of(const StudyRun& run) noexcept {
     case SteppingMethod::fixed:
         return run.loop.sub_steps;
     case SteppingMethod::paper:
-        return run.loop.budget_us;
+        return budget_of(run.loop);
     case SteppingMethod::adaptive:
         return run.loop.tolerance_um;
     case SteppingMethod::single:

@@ -39,7 +39,7 @@ void StudyTally::add_way(const FrameReport& frame, std::span<const Vec3> path) n
 }
 
 void StudyTally::add_frame(const FrameReport& frame, const LoopDescription& loop) {
-    if (frame.spent_us > loop.budget_us + kAround_us) ++run_.over_budget;
+    if (frame.spent_us > budget_of(loop) + kAround_us) ++run_.over_budget;
     if (frame.spent_us > 1e6 / loop.rate_hz) ++run_.over_period;
     late_us_.push_back(frame.late_us);
     if (frame.contacts == 0) return;

@@ -190,7 +190,7 @@ TEST_F(ProbePath, MissingFileAndFolderAreNamed) {
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     EXPECT_EQ(message_of(pipe),
               pipe.string() +
-                  ": is a pipe, which cannot be read; copy what comes out of it to a file");
+                  ": is a named pipe; copy what comes out of it to a file, and name that");
 }
 
 TEST_F(ProbePath, ArgumentsOutOfRangeAreRefused) {

@@ -111,7 +111,7 @@ TEST_F(SceneFile, EmptySceneIsLegalAndHasTheDefaults) {
     EXPECT_TRUE(scene.volumes.empty() && scene.surfaces.empty() && scene.effects.empty());
     EXPECT_EQ(scene.device.kind, DeviceDescription::Kind::none);
     EXPECT_EQ(scene.loop.method, SteppingMethod::adaptive);
-    EXPECT_EQ(scene.loop.budget_us, 900.0);
+    EXPECT_EQ(budget_of(scene.loop), 900.0);
     EXPECT_EQ(scene.coupling.stiffness_n_per_m, 500.0);
 }
 
@@ -261,8 +261,8 @@ TEST_F(SceneFile, StrengthOfASurfaceAsAFunctionIsItsValueOnTheLevel) {
 }
 
 TEST_F(SceneFile, BudgetFollowsAFasterRate) {
-    EXPECT_EQ(parse("[loop]\nrate_hz = 4000\n").loop.budget_us, 0.9 * 250.0);
-    EXPECT_EQ(parse("[loop]\nrate_hz = 100\n").loop.budget_us, 900.0);
+    EXPECT_EQ(budget_of(parse("[loop]\nrate_hz = 4000\n").loop), 0.9 * 250.0);
+    EXPECT_EQ(budget_of(parse("[loop]\nrate_hz = 100\n").loop), 900.0);
     EXPECT_EQ(parse("[loop]\nrate_hz = 4000\nbudget_us = 250\n").loop.budget_us, 250.0);
     EXPECT_NE(complaint("[loop]\nrate_hz = 4000\nbudget_us = 900\n"), "");
 }

@@ -97,7 +97,7 @@ TEST_F(BakedMistakes, ALabelWithAMeshOfItsOwnBesideOthersIsWarnedOf) {
     EXPECT_TRUE(warnings("").empty());
     const std::vector<std::string> said = warnings("mesh = \"three.ply\"\n");
     ASSERT_EQ(said.size(), 1u);
-    EXPECT_THAT(said[0], HasSubstr("surface three: its own mesh keeps the groove"));
+    EXPECT_THAT(said[0], HasSubstr("surface three: where it touches other labels that are felt, "));
 }
 
 TEST_F(BakedMistakes, ALabelOfAMeasuredImageIsRefused) {

@@ -197,13 +197,14 @@ TEST(LoopFromCode, ChecksHowItRunsAndWhatItRunsOn) {
         return loop_complaint([&] { HapticLoop made(scene, clock, loop); });
     };
     EXPECT_EQ(with_loop([](LoopDescription&) {}), "");
+    EXPECT_EQ(with_loop([](LoopDescription& l) { l.rate_hz = 20000.0; }), "");
     EXPECT_EQ(with_loop([](LoopDescription& l) { l.rate_hz = kNan; }),
               "loop.rate_hz = nan is not a number; give a number in [50, 20000]");
     EXPECT_EQ(with_loop([](LoopDescription& l) { l.tolerance_um = -1.0; }),
               "loop.tolerance_um = -1 is out of range; give a number in (0, 1000]");
     EXPECT_EQ(with_loop([](LoopDescription& l) {
-                  l.method = SteppingMethod::paper;
-                  l.rate_hz = 2000.0;
+                  l.rate_hz = 2000.0; // whatever the method, as in a file
+                  l.budget_us = 900.0;
               }),
               "loop.budget_us = 900 is out of range; give a number in (0, 500]");
     EXPECT_EQ(with_loop([](LoopDescription& l) { l.method = static_cast<SteppingMethod>(-1); }),

@@ -66,7 +66,8 @@ TEST(StudySettings, LeaveATenthOfThePeriod) {
     own.budget_us = 150.0;
     double longest_us = 0.0;
     for (const LoopDescription& loop : study_settings(own))
-        if (loop.method == SteppingMethod::paper) longest_us = std::max(longest_us, loop.budget_us);
+        if (loop.method == SteppingMethod::paper)
+            longest_us = std::max(longest_us, budget_of(loop));
     EXPECT_EQ(longest_us, 150.0) << "200 us is the whole period, 100 us less than the scene's own";
 }
 

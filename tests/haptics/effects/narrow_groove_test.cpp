@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kStiffness = 500.0; // N/m
 constexpr double kMu = 0.5;
+constexpr double kHard = std::numeric_limits<double>::infinity();
 
 /// Two walls that rub, of two surfaces, whose groove along y opens towards +z; the proxy is at its
 /// bottom, or by `behind_m` in both of them.
@@ -20,24 +21,27 @@ struct Groove {
             ContactPlane contact;
             contact.plane.normal = {side * std::cos(half_angle), 0.0, std::sin(half_angle)};
             contact.plane.anchor = behind_m * contact.plane.normal;
-            contact.plane.strength_n = std::numeric_limits<double>::infinity();
+            contact.plane.strength_n = kHard;
             contacts.begin(side < 0.0 ? 0 : 1);
             contacts.add(contact);
         }
     }
 
-    Vec3 frame(const Vec3& probe) {
+    /// A frame whose proxy begins at `start`.
+    Vec3 frame(const Vec3& probe, const Vec3& start = Vec3{0.0}) {
         friction.begin();
         PrimitiveSet primitives;
         for (std::size_t i = 0; i < contacts.size(); ++i)
             primitives.add(contacts[i].plane);
-        friction.gather(Vec3{0.0}, contacts, primitives);
+        if (floor) primitives.add({{0.0, 0.0, -1.0}, {0.0, 0.0, 1.0}, kHard});
+        friction.gather(start, contacts, primitives);
         int work = 100000;
         const Vec3 proxy = friction.solve(primitives, probe, kStiffness, work).proxy;
         friction.commit();
         return proxy;
     }
 
+    bool floor = false; // a workspace's wall, a metre away
     ContactSet contacts;
     CoulombFriction friction{{{kMu, kMu}, {kMu, kMu}}};
 };
@@ -50,11 +54,19 @@ TEST(NarrowGroove, APullOutOfItIsNotHeld) {
     for (const double half_angle : {2.0, 3.4, 10.0, 20.0})
         for (const double behind_m : {0.0, 1e-6, 10e-6}) {
             SCOPED_TRACE(::testing::Message() << half_angle << " degrees, " << behind_m << " m");
-            Groove groove(degrees(half_angle), behind_m);
-            for (int i = 0; i < 20; ++i)
-                groove.frame({0.0, 1e-3, -17e-3}); // pressed into it
-            for (const Vec3& out : {Vec3{0, 0, 17e-3}, Vec3{0, 17e-3, 17e-3}, Vec3{0, 0, 1e-3}})
-                EXPECT_LE(glm::length(groove.frame(out) - out), 1e-9);
+            for (const bool floor : {false, true}) {
+                Groove groove(degrees(half_angle), behind_m);
+                groove.floor = floor;
+                for (const Vec3& out :
+                     {Vec3{0, 0, 17e-3}, Vec3{0, 17e-3, 17e-3}, Vec3{0, 0, 1e-3}}) {
+                    for (int i = 0; i < 20; ++i)
+                        groove.frame({0.0, 1e-3, -17e-3}); // pressed into it
+                    // What is deep in the walls is first lifted out of them, which friction may
+                    // stop.
+                    const Vec3 lifted = groove.frame(out);
+                    EXPECT_LE(glm::length(groove.frame(out, lifted) - out), 1e-9) << floor;
+                }
+            }
         }
 }
 

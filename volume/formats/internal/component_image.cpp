@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include <palpate/geometry/internal/ordinary_file.h>
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/volume_file.h>
 
@@ -38,9 +39,7 @@ Mat3 image_axes(const AffineTransform& index_to_scene) {
 std::optional<ComponentImage> read_component_image(const std::filesystem::path& file,
                                                    VolumeSelection::NiftiTransform transform,
                                                    ImagePart part) {
-    std::error_code ignored;
-    if (std::filesystem::is_fifo(file, ignored)) // to open it would wait for a writer, for ever
-        throw import_error(file, "is not a regular file; name a volume file");
+    refuse_named_pipe(file);
     const std::string name = file.filename().string();
     if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_image(file, part);
     if (name.ends_with(".nii") || name.ends_with(".nii.gz"))

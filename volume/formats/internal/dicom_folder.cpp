@@ -13,6 +13,7 @@
 #include <span>
 #include <tuple>
 
+#include <palpate/geometry/internal/ordinary_file.h>
 #include <palpate/volume/formats/internal/volume_import.h>
 
 namespace palpate::internal {
@@ -259,6 +260,7 @@ std::string DicomSeries::text() const {
 }
 
 bool is_dicom_file(const std::filesystem::path& file) {
+    refuse_named_pipe(file);
     return has_dicom_ending(file) || has_dicom_magic(beginning_of(file));
 }
 
