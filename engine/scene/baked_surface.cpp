@@ -77,9 +77,9 @@ std::string bake_key(const std::string& source, const VolumeDescription& volume,
     return sha256_of_text(text);
 }
 
-/// Whether a surface is one of labels that may be joined to others: whole, smoothed, and hard.
-bool may_be_joined(const SurfaceDescription& surface) {
-    return !surface.labels.empty() && surface.mesh.empty() && !surface.region_mm &&
+/// Whether a surface is one of labels that others may be joined to: whole, smoothed, and hard.
+bool is_whole_and_hard(const SurfaceDescription& surface) {
+    return !surface.labels.empty() && !surface.region_mm &&
            surface.keep.kind == ComponentPolicy::Kind::all && smoothing_of(surface) > 0.0 &&
            std::isinf(surface.strength_n) && surface.strength_volume.empty();
 }
@@ -149,7 +149,8 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
                                            const std::string& surface) {
     const SurfaceDescription& own = scene.surfaces.at(surface);
     std::vector<std::string> labels;
-    if (!may_be_joined(own)) return labels;
+    // A mesh of its own is of the label alone: its field has to stay so, too.
+    if (!is_whole_and_hard(own) || !own.mesh.empty()) return labels;
     std::set<std::string> felt;
     for (const EffectDescription& effect : scene.effects)
         if (makes_surface_felt(effect)) felt.insert(surface_of(effect));
@@ -158,7 +159,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
         const auto found = scene.surfaces.find(name);
         if (name == surface || found == scene.surfaces.end()) continue;
         const SurfaceDescription& other = found->second;
-        if (may_be_joined(other) && other.volume == own.volume &&
+        if (is_whole_and_hard(other) && other.volume == own.volume &&
             smoothing_of(other) == smoothing_of(own) && iso_rule_of(other) == iso_rule_of(own))
             labels.insert(labels.end(), other.labels.begin(), other.labels.end());
     }

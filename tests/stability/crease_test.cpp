@@ -11,6 +11,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/geometry/mesh_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/scripted_clock.h"
@@ -60,39 +61,60 @@ std::vector<std::pair<Vec3, Vec3>> strokes() {
             {{16.3, 28, 9}, {15.7, 4, 9.5}}};
 }
 
+/// The longest run of stalled frames over all strokes. Each ends in free space, where nothing may
+/// hold the proxy.
+int longest_stall(const std::shared_ptr<const Scene>& scene, SteppingMethod method) {
+    LoopDescription loop = scene->description().loop;
+    loop.method = method;
+    loop.sub_steps = 64;
+    test::ScriptedClock clock(4.0); // us: paper has some 225 readings in its budget
+    HapticLoop haptics(scene, clock, loop);
+    DeviceState state;
+    int run = 0, longest = 0;
+    for (const auto& [from, to] : strokes()) {
+        ++state.trial;
+        // Down onto it from above, along, and up again: 0.1 m/s.
+        const auto go = [&](const Vec3& a, const Vec3& b, int frames) {
+            for (int i = 0; i <= frames; ++i) {
+                state.position = kMm * (a + (1.0 * i / frames) * (b - a));
+                state.time_s += 1e-3;
+                const FrameReport report = haptics.frame(state);
+                run = report.flags & kStalled ? run + 1 : 0;
+                longest = std::max(longest, run);
+            }
+        };
+        go({from.x, from.y, 20}, from, 100);
+        go(from, to, 280);
+        go(to, {to.x, to.y, 22}, 140);
+        EXPECT_LT(glm::length(haptics.path().back() - state.position), 1e-9)
+            << "method " << static_cast<int>(method);
+    }
+    return longest;
+}
+
 TEST_F(TouchingLabels, TheProxySlidesAlongTheBorderAndOverIt) {
     const auto loaded = std::make_shared<const Scene>(scene());
     // Method single has no second evaluation to look round an obstacle with; docs/paper.md.
     for (const SteppingMethod method :
-         {SteppingMethod::paper, SteppingMethod::fixed, SteppingMethod::adaptive}) {
-        LoopDescription loop = loaded->description().loop;
-        loop.method = method;
-        loop.sub_steps = 64;
-        test::ScriptedClock clock(4.0); // us: paper has some 225 readings in its budget
-        HapticLoop haptics(loaded, clock, loop);
-        DeviceState state;
-        int stalled = 0, run = 0, longest = 0;
-        for (const auto& [from, to] : strokes()) {
-            ++state.trial;
-            // Down onto it from above, along, and up again: 0.1 m/s.
-            const auto go = [&](const Vec3& a, const Vec3& b, int frames) {
-                for (int i = 0; i <= frames; ++i) {
-                    state.position = kMm * (a + (1.0 * i / frames) * (b - a));
-                    state.time_s += 1e-3;
-                    const FrameReport report = haptics.frame(state);
-                    run = report.flags & kStalled ? run + 1 : 0;
-                    stalled += run > 0;
-                    longest = std::max(longest, run);
-                }
-            };
-            go({from.x, from.y, 20}, from, 100);
-            go(from, to, 280);
-            go(to, {to.x, to.y, 22}, 140);
-            // Back in free space nothing holds the proxy.
-            EXPECT_LT(glm::length(haptics.path().back() - state.position), 1e-9)
-                << "method " << static_cast<int>(method);
-        }
-        EXPECT_LE(longest, 5) << "method " << static_cast<int>(method) << ", stalled " << stalled;
+         {SteppingMethod::paper, SteppingMethod::fixed, SteppingMethod::adaptive})
+        EXPECT_LE(longest_stall(loaded, method), 5) << "method " << static_cast<int>(method);
+}
+
+TEST_F(TouchingLabels, AndWhereOneOfThemHasAMeshOfItsOwn) {
+    SceneDescription alone = scene();
+    alone.effects.resize(1);
+    const BakedSurface baked = bake_surface(alone, "s1", {});
+    write_ply(baked.grid->preview(baked.level), folder_ / "s1.ply");
+    for (const ContactKind contact : {ContactKind::guarded, ContactKind::mesh}) {
+        SceneDescription with_mesh = scene();
+        with_mesh.surfaces.at("s1").mesh = folder_ / "s1.ply";
+        with_mesh.surfaces.at("s1").contact = contact;
+        const auto loaded = std::make_shared<const Scene>(with_mesh);
+        for (const SteppingMethod method :
+             {SteppingMethod::paper, SteppingMethod::fixed, SteppingMethod::adaptive})
+            EXPECT_LE(longest_stall(loaded, method), 5)
+                << "contact " << static_cast<int>(contact) << ", method "
+                << static_cast<int>(method);
     }
 }
 
@@ -107,6 +129,12 @@ TEST_F(TouchingLabels, OnlyLabelsThatAreFeltAlikeAreJoined) {
     SceneDescription one_is_soft = scene();
     one_is_soft.surfaces.at("s3").strength_n = 1.0;
     EXPECT_EQ(labels_felt_alike(one_is_soft, "s1"), (std::vector<std::string>{"2", "4"}));
+    // A mesh is of its label alone, and so is the field that is felt beside it; others close the
+    // groove from their side.
+    SceneDescription one_has_a_mesh = scene();
+    one_has_a_mesh.surfaces.at("s3").mesh = "s3.ply";
+    EXPECT_EQ(labels_felt_alike(one_has_a_mesh, "s1"), (std::vector<std::string>{"2", "3", "4"}));
+    EXPECT_TRUE(labels_felt_alike(one_has_a_mesh, "s3").empty());
     SceneDescription one_is_not_felt = scene();
     one_is_not_felt.effects.pop_back();
     EXPECT_EQ(labels_felt_alike(one_is_not_felt, "s1"), (std::vector<std::string>{"2", "3"}));

@@ -41,17 +41,19 @@ std::size_t most_where_surfaces_meet(const Scene& scene) {
     return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
 }
 
-/// A mesh of its own keeps the groove that baking would have closed (labels_felt_alike).
+/// Between two meshes of their own stays the groove that baking closes where one has none
+/// (labels_felt_alike).
 void warn_of_grooves(const SceneDescription& scene, std::vector<std::string>& warnings) {
-    SceneDescription without = scene;
-    for (auto& [name, surface] : without.surfaces)
+    SceneDescription bare = scene; // the surfaces with a mesh, as they are without it
+    std::erase_if(bare.surfaces, [](const auto& named) { return named.second.mesh.empty(); });
+    for (auto& [name, surface] : bare.surfaces)
         surface.mesh.clear();
-    for (const auto& [name, surface] : scene.surfaces)
-        if (!surface.mesh.empty() && !labels_felt_alike(without, name).empty())
+    for (const auto& [name, surface] : bare.surfaces)
+        if (!labels_felt_alike(bare, name).empty())
             warnings.push_back(fmt::format(
-                "surface {}: where it touches other labels that are felt, its own mesh keeps the "
-                "groove between them, which may hold the proxy for long (flag stalled): leave mesh "
-                "out, so that baking closes the groove",
+                "surface {}: where it touches other labels that are felt and have a mesh of their "
+                "own, too, the groove between them stays and may hold the proxy for long (flag "
+                "stalled): leave mesh out, so that baking closes the groove",
                 name));
 }
 

@@ -78,26 +78,28 @@ TEST_F(BakedMistakes, AVolumeThatCannotBeReadIsToldWithTheScenesLine) {
                 HasSubstr("scene.toml:1: [volume.v]: " + (folder_ / "empty.nrrd").string()));
 }
 
-// Baking closes the groove between labels that touch; a mesh of its own has it still.
-TEST_F(BakedMistakes, ALabelWithAMeshOfItsOwnBesideOthersIsWarnedOf) {
+// Baking closes the groove between labels that touch; between two meshes of their own it stays.
+TEST_F(BakedMistakes, LabelsWithMeshesOfTheirOwnBesideEachOtherAreWarnedOf) {
     write("atlas.nrrd", regions);
     test::make_file(folder_ / "three.ply", test::ascii_ply(test::icosphere(5 * kMm, 3)));
-    const auto warnings = [&](const std::string& mesh) {
+    const auto warnings = [&](const std::string& three, const std::string& four) {
         const auto surface = [](const std::string& name, const std::string& keys) {
             return "[surface." + name + "]\nvolume = \"v\"\n" + keys +
                    "[[effect]]\ntype = \"surface\"\nsurface = \"" + name + "\"\n";
         };
         const Scene scene(
             parse_scene("[volume.v]\nfile = \"atlas.nrrd\"\n" +
-                            surface("three", "label = 3\ncontact = \"volume\"\n" + mesh) +
-                            surface("four", "label = 4\ncontact = \"volume\"\n"),
+                            surface("three", "label = 3\ncontact = \"volume\"\n" + three) +
+                            surface("four", "label = 4\ncontact = \"volume\"\n" + four),
                         folder_ / "scene.toml"));
         return scene.plan().warnings;
     };
-    EXPECT_TRUE(warnings("").empty());
-    const std::vector<std::string> said = warnings("mesh = \"three.ply\"\n");
-    ASSERT_EQ(said.size(), 1u);
-    EXPECT_THAT(said[0], HasSubstr("surface three: where it touches other labels that are felt, "));
+    const std::string mesh = "mesh = \"three.ply\"\n";
+    EXPECT_TRUE(warnings("", "").empty());
+    EXPECT_TRUE(warnings(mesh, "").empty());
+    const std::vector<std::string> said = warnings(mesh, mesh);
+    ASSERT_EQ(said.size(), 2u);
+    EXPECT_THAT(said[0], HasSubstr("surface four: where it touches other labels that are felt "));
 }
 
 TEST_F(BakedMistakes, ALabelOfAMeasuredImageIsRefused) {
