@@ -12,6 +12,7 @@ namespace {
 constexpr double kUnaskedMargin = 1.2;   // over forces that act of themselves: calm is above them
 constexpr double kActivePower_w = 0.5;   // a weight of 1 N let down at 0.5 m/s
 constexpr double kRounding = 1.0 + 1e-9; // what some roundings of a length come to, and far more
+constexpr double kBelow = 1.0 - 1e-15;   // more than two lengths' roundings, each 4 of 1.1e-16
 
 /// Throws std::invalid_argument on settings out of range.
 const SafetySettings& checked(const SafetySettings& settings) {
@@ -64,7 +65,12 @@ Vec3 SafetyChain::fade(std::uint32_t& flags) noexcept {
 
 /// The last word: what does not hold all that is promised is not sent.
 Vec3 SafetyChain::confirmed(const Vec3& force, const Vec3& before, std::uint32_t& flags) noexcept {
-    if (is_allowed(force, before)) return sent_ = force;
+    if (is_allowed(force, before)) {
+        // The limit is a promise: what rounding put beyond it is taken away, too.
+        const double length = glm::length(force);
+        return sent_ = length > settings_.force_n ? force * (kBelow * settings_.force_n / length)
+                                                  : force;
+    }
     flags |= kForceNotFinite;
     sent_ = is_allowed(before, before) ? before : Vec3{0.0};
     if (settings_.feedback == ForceFeedback::motors) return after_fault();

@@ -118,7 +118,8 @@ TEST_F(CommandOutputs, ReportFailsBeforeItComputes) {
     ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
     expect_refused({"report", "t", "-o", "ball.toml", "--force"}, "ball.toml",
                    "is what is read as");
-    expect_refused({"report", "t", "-o", "t/summary.json"}, "t/summary.json", "is what is read as");
+    for (const std::string name : {"t/summary.json", "t/frames.csv", "t/timing.csv"})
+        expect_refused({"report", "t", "-o", name}, name, "is what is read as");
     expect_refused({"report", "t", "-o", "none/page.html"}, "ball.toml",
                    "its folder does not exist");
     const test::CommandResult result = run({"report", "t", "-o", "none/page.html"});

@@ -131,7 +131,7 @@ std::string wrong_with(const Vec3& now, const Vec3& before, const Made& made) {
     const bool motors = made.device.force_n > 0.0;
     const double scenes_n = made.scene.limits.force_n;
     const double limit_n = motors ? std::min(scenes_n, made.device.force_n) : scenes_n;
-    if (glm::length(now) > limit_n * kRounding) return "a force beyond the limit";
+    if (glm::length(now) > limit_n) return "a force beyond the limit";
     const double period_s = 1.0 / made.loop.rate_hz;
     const double rounding_n = (kRounding - 1.0) * limit_n;
     const double change = glm::length(now - before);

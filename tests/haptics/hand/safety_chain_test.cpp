@@ -55,7 +55,7 @@ TEST(SafetyChainWithoutMotors, NeverExceedsLimitOrSlew) {
     for (int i = 0; i < 400; ++i) {
         const Vec3 sent = send(chain, wishes[i % 8]).force;
         ASSERT_TRUE(is_finite(sent));
-        ASSERT_LE(glm::length(sent), kForce * kRounding);
+        ASSERT_LE(glm::length(sent), kForce);
         ASSERT_LE(glm::length(sent - before), kSlew * kRounding);
         before = sent;
     }
@@ -241,7 +241,7 @@ TEST(SafetyChain, AMillionFramesOfAnythingAreFiniteAndWithinTheLimits) {
         else
             sent = chain.send(any_force(random), probe, velocity, flags);
         ASSERT_TRUE(is_finite(sent)) << frame;
-        ASSERT_LE(glm::length(sent), kForce * kRounding) << frame;
+        ASSERT_LE(glm::length(sent), kForce) << frame;
         ASSERT_LE(glm::length(sent - before), kSlew * kRounding) << frame;
         before = sent;
         seen |= flags;
@@ -383,7 +383,7 @@ double anything(std::mt19937_64& random) {
 testing::AssertionResult may_follow(const Vec3& now, const Vec3& before,
                                     const SafetySettings& settings) {
     if (!is_finite(now)) return testing::AssertionFailure() << "not finite";
-    if (glm::length(now) > settings.force_n * kRounding)
+    if (glm::length(now) > settings.force_n)
         return testing::AssertionFailure() << glm::length(now) << " N is beyond the limit";
     const double change = glm::length(now - before);
     const double rounding_n = (kRounding - 1.0) * settings.force_n; // of the forces' last digits
