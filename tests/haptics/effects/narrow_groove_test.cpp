@@ -16,7 +16,8 @@ constexpr double kHard = std::numeric_limits<double>::infinity();
 /// Two walls that rub, of two surfaces, whose groove along y opens towards +z; the proxy is at its
 /// bottom, or by `behind_m` in both of them.
 struct Groove {
-    Groove(double half_angle, double behind_m) {
+    Groove(double half_angle, double behind_m, double left_mu = kMu, double right_mu = kMu)
+        : friction({{left_mu, left_mu}, {right_mu, right_mu}}) {
         for (const double side : {-1.0, 1.0}) {
             ContactPlane contact;
             contact.plane.normal = {side * std::cos(half_angle), 0.0, std::sin(half_angle)};
@@ -34,6 +35,7 @@ struct Groove {
         for (std::size_t i = 0; i < contacts.size(); ++i)
             primitives.add(contacts[i].plane);
         if (floor) primitives.add({{0.0, 0.0, -1.0}, {0.0, 0.0, 1.0}, kHard});
+        if (drawn_n > 0.0) primitives.add_force({0.0, 0.0, -drawn_n});
         friction.gather(start, contacts, primitives);
         int work = 100000;
         const Vec3 proxy = friction.solve(primitives, probe, kStiffness, work).proxy;
@@ -41,9 +43,10 @@ struct Groove {
         return proxy;
     }
 
-    bool floor = false; // a workspace's wall, a metre away
+    bool floor = false;   // a workspace's wall, a metre away
+    double drawn_n = 0.0; // into the groove, by an effect: a magnet, a weight
     ContactSet contacts;
-    CoulombFriction friction{{{kMu, kMu}, {kMu, kMu}}};
+    CoulombFriction friction;
 };
 
 double degrees(double angle) { return angle * M_PI / 180.0; }
@@ -68,6 +71,34 @@ TEST(NarrowGroove, APullOutOfItIsNotHeld) {
                 }
             }
         }
+}
+
+TEST(NarrowGroove, WhateverItsWallsRubWith) {
+    for (const double left_mu : {0.05, 0.5, 2.0})
+        for (const double right_mu : {0.0, 0.1, 1.0}) {
+            SCOPED_TRACE(::testing::Message() << left_mu << " and " << right_mu);
+            Groove groove(degrees(3.4), 1e-6, left_mu, right_mu);
+            for (int i = 0; i < 20; ++i)
+                groove.frame({0.0, 1e-3, -17e-3});
+            const Vec3 out{0.0, 5e-3, 17e-3};
+            const Vec3 lifted = groove.frame(out);
+            EXPECT_LE(glm::length(groove.frame(out, lifted) - out), 1e-9);
+        }
+}
+
+// An effect that draws the proxy into the groove is overcome by a stronger pull.
+TEST(NarrowGroove, AgainstAnEffectThatDrawsIntoIt) {
+    for (const double drawn_n : {0.5, 2.0, 5.0}) {
+        SCOPED_TRACE(drawn_n);
+        Groove groove(degrees(3.4), 1e-6);
+        groove.drawn_n = drawn_n;
+        for (int i = 0; i < 20; ++i)
+            groove.frame({0.0, 1e-3, -17e-3});
+        const Vec3 balance{0.0, 5e-3, 17e-3};
+        const Vec3 out = balance + Vec3{0.0, 0.0, drawn_n / kStiffness};
+        const Vec3 lifted = groove.frame(out);
+        EXPECT_LE(glm::length(groove.frame(out, lifted) - balance), 1e-9);
+    }
 }
 
 TEST(NarrowGroove, APullAlongItIsNotHeldEither) {
