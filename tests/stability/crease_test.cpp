@@ -8,8 +8,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/in_words.h>
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
@@ -61,7 +63,8 @@ std::vector<std::pair<Vec3, Vec3>> strokes() {
 }
 
 TEST_F(TouchingLabels, TheProxySlidesAlongTheBorderAndOverIt) {
-    const auto loaded = std::make_shared<const Scene>(scene());
+    const auto loaded =
+        std::make_shared<const Scene>(scene(), SceneResources{.files = scene_files()});
     // Method single has no second evaluation to look round an obstacle with; docs/paper.md.
     for (const SteppingMethod method :
          {SteppingMethod::paper, SteppingMethod::fixed, SteppingMethod::adaptive}) {
