@@ -16,11 +16,12 @@
 
 #include <unistd.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/info/phantom.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/test_meshes.h"
@@ -128,7 +129,8 @@ void frames(benchmark::State& state, const std::string& text) {
             ? "[loop]\nmethod = \"adaptive\"\n"
             : "[loop]\nmethod = \"fixed\"\nsub_steps = " + std::to_string(sub_steps) + "\n";
     const auto scene =
-        std::make_shared<const Scene>(parse_scene(text + loop_text, files.folder / "scene.toml"));
+        std::make_shared<const Scene>(parse_scene(text + loop_text, files.folder / "scene.toml"),
+                                      SceneResources{.files = scene_files()});
     SteadyClock clock;
     HapticLoop loop(scene, clock);
     const std::vector<DeviceState>& inputs = hand();

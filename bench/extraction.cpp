@@ -18,8 +18,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include <palpate/engine/baking/baking.h>
 #include <palpate/engine/info/phantom.h>
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/geometry/mesh_intersections.h>
 #include <palpate/geometry/mesh_report.h>
 #include <palpate/geometry/surface_seeds.h>

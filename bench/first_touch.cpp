@@ -19,6 +19,7 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/info/phantom.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene.h>
@@ -113,8 +114,8 @@ void first_touch(const std::filesystem::path& folder) {
                     "contact = \"volume\"\n[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n",
                     kLevel),
         folder / "large.toml");
-    const auto scene =
-        std::make_shared<const Scene>(description, SceneResources{folder / "cache", {}, {}});
+    const auto scene = std::make_shared<const Scene>(
+        description, SceneResources{.files = scene_files(folder / "cache")});
     SteadyClock clock;
     HapticLoop loop(scene, clock);
     DeviceState state;

@@ -11,6 +11,7 @@
 
 #include <unistd.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/info/phantom.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/trace.h>
@@ -31,7 +32,8 @@ std::shared_ptr<const Scene> phantom_scene(const std::string& method, int sub_st
         "type = \"surface\"\nsurface = \"bone\"\n[device]\ntype = \"orbit\"\nduration_s = 10\n"
         "[loop]\nmethod = \"" +
         method + "\"\nsub_steps = " + std::to_string(sub_steps) + "\n";
-    auto scene = std::make_shared<const Scene>(parse_scene(text, file));
+    auto scene = std::make_shared<const Scene>(parse_scene(text, file),
+                                               SceneResources{.files = scene_files()});
     std::filesystem::remove(file);
     return scene;
 }

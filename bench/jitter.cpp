@@ -21,11 +21,12 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/sequence_device.h>
-#include <palpate/engine/files/internal/machine.h>
-#include <palpate/engine/files/internal/whole_file.h>
+#include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/report/internal/machine.h>
 #include <palpate/engine/report/internal/series_chart.h>
 #include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/text/whole_file.h>
 
 namespace palpate {
 namespace {
@@ -115,7 +116,8 @@ Result run(const Case& one, double seconds) {
     description.loop.method = one.method;
     description.loop.rate_hz = kRate_hz;
     description.loop.budget_us = RealtimeSettings::kMostDuty * 1e6 / kRate_hz;
-    const auto scene = std::make_shared<const Scene>(std::move(description));
+    const auto scene = std::make_shared<const Scene>(std::move(description),
+                                                     SceneResources{.files = scene_files()});
     SequenceDevice device(std::make_shared<const std::vector<DeviceState>>(circle(seconds)));
     RealtimeSettings settings;
     settings.scheduler = one.scheduler;
@@ -259,8 +261,8 @@ int main_of(int argc, char** argv) {
                 results.push_back(run({method, scheduler, load}, seconds));
     if (!out.empty()) {
         std::filesystem::create_directories(out);
-        internal::write_whole_file(out / "jitter.csv", csv(results));
-        internal::write_whole_file(out / "jitter.svg", picture(results, seconds));
+        write_whole_file(out / "jitter.csv", csv(results));
+        write_whole_file(out / "jitter.svg", picture(results, seconds));
     }
     const std::string text = as_json ? json(results) : table(results);
     std::fwrite(text.data(), 1, text.size(), stdout);

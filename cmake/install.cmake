@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 include(CMakePackageConfigHelpers)
-set(palpate_targets palpate)
-if(PALPATE_WITH_CGAL)
-  list(APPEND palpate_targets palpate_extraction)
-endif()
-install(TARGETS ${palpate_targets} EXPORT palpate_targets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS ${palpate_libraries} EXPORT palpate_targets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS palpate_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 set_target_properties(palpate_command PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
-foreach(folder IN LISTS palpate_folders)
-  install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
-    FILES_MATCHING PATTERN "*.h" PATTERN internal EXCLUDE PATTERN command EXCLUDE PATTERN palpate.h EXCLUDE)
-endforeach()
-install(FILES ${palpate_include}/palpate/version.h ${CMAKE_SOURCE_DIR}/engine/loop/palpate.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate)
+install(CODE "
+  set(PALPATE_SOURCE \"${CMAKE_SOURCE_DIR}\")
+  set(PALPATE_INCLUDE \"${palpate_include}\")
+  set(PALPATE_DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}\")")
+install(SCRIPT cmake/install_headers.cmake)
 install(EXPORT palpate_targets NAMESPACE palpate:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
 configure_package_config_file(cmake/palpate-config.cmake.in ${CMAKE_BINARY_DIR}/palpate-config.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)

@@ -23,8 +23,8 @@
 #include <palpate/geometry/internal/extraction_progress.h>
 #include <palpate/geometry/internal/isosurface_material.h>
 #include <palpate/geometry/internal/mesh_components.h>
-#include <palpate/geometry/internal/triangle_grid.h>
 #include <palpate/geometry/mesh_report.h>
+#include <palpate/geometry/triangle_grid.h>
 
 namespace palpate {
 namespace {
@@ -227,7 +227,7 @@ private:
             for (int k = 1; k < 4; ++k)
                 used[f->first->vertex((f->second + k) & 3)] = true;
         const double near = facet_size_ / internal::kMmPerM;
-        const internal::TriangleGrid grid(mesh, near);
+        const TriangleGrid grid(mesh, near);
         std::vector<VertexHandle> lost;
         for (const VertexHandle vertex : seeds_) {
             if (used[vertex]) continue;

@@ -9,7 +9,7 @@
 #include <unordered_map>
 
 #include <palpate/geometry/internal/mesh_components.h>
-#include <palpate/geometry/internal/triangle_grid.h>
+#include <palpate/geometry/triangle_grid.h>
 
 namespace palpate {
 namespace {
@@ -85,8 +85,7 @@ std::vector<std::uint32_t> thin(const TriangleMesh& mesh, const std::vector<Vec3
 }
 
 double share_covered(const TriangleMesh& preview, const std::vector<Vec3>& directions,
-                     const Component& component, const internal::TriangleGrid& grid,
-                     double tolerance) {
+                     const Component& component, const TriangleGrid& grid, double tolerance) {
     Box box;
     for (const std::uint32_t vertex : component.vertices)
         box.add(preview.vertices[vertex]);
@@ -145,7 +144,7 @@ std::vector<ComponentMatch> missing_components(const TriangleMesh& preview,
     require_indices(preview);
     require_indices(mesh);
     const std::vector<Vec3> directions = vertex_directions(preview);
-    const internal::TriangleGrid grid(mesh, tolerance_m);
+    const TriangleGrid grid(mesh, tolerance_m);
     const internal::ComponentLabels labels = internal::label_components(preview);
     const std::vector<Component> components = components_of(preview);
 

@@ -6,6 +6,8 @@
 #
 #   geometry <- volume <- haptics <- engine, geometry <- drivers <- engine     (docs/architecture.md)
 # The rooms of a folder stand on floors, in the order of `floors` below: a room includes what is below it.
+# Rooms belong to libraries, as CMakeLists.txt has them: the run time includes nothing of palpate::files or palpate::report,
+# palpate::files nothing of palpate::report.
 # Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
 # sources named below. haptics does its work in the loop: nothing there may wait, print or open files.
 set -euo pipefail
@@ -38,16 +40,16 @@ check_includes() {
         if (header ~ /^embree/) return "^geometry/surface_scene\\.cpp$"
         if (header ~ /^CGAL\//) return "^geometry/(isosurface|mesh_intersections)\\.cpp$"
         if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
-        if (header ~ /^itk/) return "^volume/.*\\.cpp$"
+        if (header ~ /^itk/) return "^volume/(filters|formats)/.*\\.cpp$"
         if (header ~ /^gdcm/) return "^volume/formats/internal/dicom_pixels\\.cpp$"
-        if (header ~ /^zlib\.h$/) return "^volume/.*\\.cpp$"
+        if (header ~ /^zlib\.h$/) return "^volume/formats/.*\\.cpp$"
         if (header ~ /^hidapi/) return "^drivers/internal/hid_port\\.cpp$"
-        if (header ~ /^hdf5/) return "^engine/record/(recording|internal/recording_store)\\.cpp$"
+        if (header ~ /^hdf5/) return "^engine/record/internal/recording_store\\.cpp$"
         if (header ~ /^openssl\//) return "^engine/files/internal/sha256\\.cpp$"
         if (header ~ /^toml/) return "^engine/scene/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
-        if (header ~ /^png\.h$/) return "^engine/.*\\.cpp$"
+        if (header ~ /^png\.h$/) return "^engine/picture/internal/canvas\\.cpp$"
         if (header ~ /^fmt\//) return "^engine/.*\\.cpp$"
-        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|files/internal/json_text\\.h)$"
+        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|text/internal/json_text\\.h)$"
         if (header ~ /^CLI\//) return "^engine/command/"
         return ""
     }
@@ -60,6 +62,13 @@ check_includes() {
         return 0
     }
 
+    # 0 of what is in the run time, else the place in `libraries`; the command and tests may include all of them.
+    function library_of(path,    i) {
+        if (path ~ /^engine\/command\//) return 9
+        for (i = 2; i >= 1; --i) if (path ~ rooms_of[i]) return i
+        return 0
+    }
+
     function check_own(header,    target, parts) {
         if (header == "palpate/version.h" || header == "palpate/palpate.h") return
         split(header, parts, "/")
@@ -67,6 +76,8 @@ check_includes() {
         sub(/^palpate\//, "", header)
         if (target == folder && floor_of(header) > floor_of(FILENAME))
             complain(room_of(FILENAME) " must not include what stands above it: <palpate/" header ">")
+        else if (library_of(header) > library_of(FILENAME))
+            complain(library[library_of(FILENAME)] " must not include " library[library_of(header)] ": <palpate/" header ">")
         if (index(may_include[folder], " " target " ") == 0)
             complain(folder " must not include " target ": <palpate/" header ">")
         if (is_public && header ~ /\/(internal|command)\//)
@@ -98,9 +109,15 @@ check_includes() {
         may_include["haptics"] = " haptics volume geometry "
         may_include["drivers"] = " drivers geometry "
         may_include["engine"] = " engine drivers haptics volume geometry "
+        floors["geometry"] = "formats"
         floors["volume"] = "internal fields filters formats"
         floors["haptics"] = "solver contact effects stepping hand"
-        floors["engine"] = "files scene loop truth picture record devices info run report study command"
+        floors["engine"] = "text scene loop truth devices run files record baking picture info report study command"
+        library[0] = "palpate::palpate"
+        library[1] = "palpate::files"
+        library[2] = "palpate::report"
+        rooms_of[1] = "^(geometry/formats|volume/(filters|formats)|engine/(files|record|baking))/"
+        rooms_of[2] = "^engine/(picture|info|report|study)/"
         never_in_haptics = "^(thread|mutex|shared_mutex|condition_variable|future|iostream|fstream|filesystem|cstdio|stdio\\.h)$"
         system_header = "^((sys|linux)/)?[a-z0-9_]+\\.h$"  # of the C library, kernel and compiler; libraries are above
     }

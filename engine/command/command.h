@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <palpate/engine/files/result_cache.h>
 #include <palpate/engine/record/output_files.h>
 #include <palpate/engine/scene/scene.h>
 
@@ -52,8 +53,12 @@ CLI::Validator between(double low, double high);
 /// --force: outputs may replace files that Palpate did not write.
 void add_force(CLI::App& command, Replace& replace);
 
-/// What the command gives a scene to be built with: the cache, whose warnings go to stderr, CGAL
-/// where this build has it, a progress bar.
+/// The cache in that folder, one for all that a command builds, so that its warnings come once, on
+/// stderr.
+const ResultCache& cache();
+
+/// What the command gives a scene to be built with: its files with the cache, CGAL where this build
+/// has it, a progress bar.
 SceneResources resources();
 
 /// Draws a progress bar with the time that is left on stderr where that is a terminal, and nothing

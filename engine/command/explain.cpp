@@ -4,8 +4,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/report/effect_prices.h>
+#include <palpate/engine/run/effect_prices.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>

@@ -6,11 +6,13 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/volume_options.h>
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/engine/scene/surface_mesh.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/mesh_sharpness.h>
 #include <palpate/geometry/surface_seeds.h>
 #include <palpate/volume/fields/level_distance.h>
@@ -143,7 +145,7 @@ BakedMesh meshed(const BakedSurface& baked, const IsosurfaceSettings& settings,
                  const std::string& method, const SceneResources& with) {
     if (method == "preview")
         return {std::make_shared<TriangleMesh>(baked.grid->preview(baked.level)), false};
-    return mesh_surface(baked, settings, with.extract, with.cache, with.progress);
+    return mesh_surface(baked, settings, with.extract, cache(), with.progress);
 }
 
 int extract(const Options& options) {
@@ -155,7 +157,7 @@ int extract(const Options& options) {
         throw UsageError(fmt::format("-o {}: is written as PLY; name it .ply", options.mesh));
     check_outputs(std::array{file}, input_files(scene), options.replace);
     const SceneResources with = resources();
-    const BakedSurface baked = bake_surface(scene, "surface", with.cache, with.progress);
+    const BakedSurface baked = bake_surface(scene, "surface", cache(), with.progress);
     print(baked_in_words(baked));
     const IsosurfaceSettings settings = mesh_settings(scene.surfaces.at("surface"), baked);
     const BakedMesh mesh = meshed(baked, settings, options.method, with);

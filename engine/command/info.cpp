@@ -8,8 +8,8 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/volume_options.h>
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/info/file_info.h>
+#include <palpate/engine/text/whole_file.h>
 #include <palpate/geometry/mesh_intersections.h>
 
 namespace palpate::command {
@@ -92,7 +92,7 @@ int info(const Options& options) {
                                      "mesh, of several volumes one by --series or --grid",
                                      file));
     if (!options.picture.empty()) {
-        internal::write_whole_file(options.picture, info.picture);
+        write_whole_file(options.picture, info.picture);
         info.words += "picture: " + options.picture + "\n";
     }
     print(options.json ? info.json : fmt::format("{}: {}", file, info.words));

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/interrupt.h>
 #include <palpate/engine/devices/device_factory.h>
@@ -90,13 +91,16 @@ void add_force(CLI::App& command, Replace& replace) {
         "replace files that Palpate did not write; what is being read is never replaced");
 }
 
-SceneResources resources() {
-    // One for all that a command builds, so that its warnings come once.
-    static const ResultCache cache(cache_folder(), [](const std::string& warning) {
+const ResultCache& cache() {
+    static const ResultCache one(cache_folder(), [](const std::string& warning) {
         fmt::print(stderr, "palpate: warning: {}\n", warning);
     });
+    return one;
+}
+
+SceneResources resources() {
     SceneResources result;
-    result.cache = cache;
+    result.files = scene_files(cache());
     result.progress = progress_bar();
 #ifdef PALPATE_WITH_CGAL
     result.extract = extract_isosurface;

@@ -9,11 +9,11 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/report/trace_summary.h>
-#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/text/whole_file.h>
 
 namespace palpate::command {
 namespace {
@@ -69,7 +69,7 @@ int replay(const std::filesystem::path& named, const std::string& out, bool chec
     if (folder) {
         write_frames_csv(*folder / "frames.csv", trace.frames, felt_names(*scene));
         write_timing_csv(*folder / "timing.csv", trace.frames);
-        internal::write_whole_file(*folder / "summary.json", summarize(*scene, trace));
+        write_whole_file(*folder / "summary.json", summarize(*scene, trace));
     }
     if (!check) {
         print(fmt::format("replayed {} frames", trace.frames.size()));

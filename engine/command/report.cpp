@@ -6,12 +6,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/baking/baking.h>
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/files/internal/text_file.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/report_page.h>
-#include <palpate/engine/run/recorded_run.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/text/text_file.h>
 
 namespace palpate::command {
 namespace {
@@ -26,7 +27,7 @@ std::shared_ptr<const TriangleMesh> drawn_mesh(const Scene& scene, const SceneSu
         return std::make_shared<TriangleMesh>(surface.baked.grid->preview(surface.baked.level));
     const IsosurfaceSettings settings =
         mesh_settings(scene.description().surfaces.at(surface.name), surface.baked);
-    return mesh_surface(surface.baked, settings, with.extract, with.cache, with.progress).mesh;
+    return mesh_surface(surface.baked, settings, with.extract, cache(), with.progress).mesh;
 }
 
 /// All surfaces of a scene in one mesh; none where no surface has one.
@@ -96,7 +97,7 @@ int report(const std::vector<std::string>& folders, const std::string& out,
             subjects.push_back({title_of(*scene), drawn_meshes(*scene), {}});
         }
         const std::string summary =
-            internal::read_text_file(folder / "summary.json", "a summary of palpate trace");
+            read_text_file(folder / "summary.json", "a summary of palpate trace");
         ReportSubject& subject = subjects[subject_of[recording.scene_file]];
         subject.traces.push_back(
             {fmt::format("{}, {}", std::filesystem::path(recording.scene_file).stem().string(),

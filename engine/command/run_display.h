@@ -4,10 +4,10 @@
 #include <chrono>
 #include <optional>
 
-#include <palpate/engine/run/live_line.h>
-#include <palpate/engine/run/run_events.h>
+#include <palpate/engine/baking/label_probe.h>
+#include <palpate/engine/report/live_line.h>
+#include <palpate/engine/report/run_events.h>
 #include <palpate/engine/run/run_watch.h>
-#include <palpate/engine/scene/label_probe.h>
 
 namespace palpate::command {
 

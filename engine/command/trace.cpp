@@ -14,16 +14,16 @@
 #include <palpate/engine/command/run_display.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/devices/device_factory.h>
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/record/recorded_run.h>
+#include <palpate/engine/record/recording_journal.h>
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/report/report_page.h>
 #include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/run/realtime_run.h>
-#include <palpate/engine/run/recorded_run.h>
-#include <palpate/engine/run/recording_journal.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/truth/no_contact.h>
 
 namespace palpate::command {
@@ -155,7 +155,7 @@ int trace(const Options& options) {
     write_recording(out / "recording.h5", recorded(*scene, options.overrides, trace));
     if (journal) journal->remove();
     const std::string summary = summarize(*scene, trace);
-    internal::write_whole_file(out / "summary.json", summary);
+    write_whole_file(out / "summary.json", summary);
 
     for (const SurfaceAudit& audit : trace.audits)
         if (const std::string warning = guard_warning(audit); !warning.empty())

@@ -17,8 +17,8 @@
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/devices/surface_tour.h>
-#include <palpate/engine/record/recording.h>
 #include <palpate/engine/scene/internal/scene_ranges.h>
+#include <palpate/engine/scene/scene_reader.h>
 #include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
@@ -125,7 +125,8 @@ double median_period_s(const std::vector<DeviceState>& states) {
 std::vector<DeviceState> recorded_states(const Scene& scene) {
     const std::filesystem::path& file = scene.description().device.file;
     const double rate_hz = scene.description().loop.rate_hz;
-    std::vector<DeviceState> states = read_recording(file).inputs;
+    std::vector<DeviceState> states =
+        require_files(scene.files(), place_of(scene), file).recorded_inputs(file);
     if (states.empty())
         throw std::runtime_error(file.string() +
                                  ": has no frames to play; record a longer run with `palpate "

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/devices/device_list.h>
-#include <palpate/engine/files/internal/json_text.h>
+#include <palpate/engine/text/internal/json_text.h>
 
 namespace palpate {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/files/internal/csv_rows.h>
+#include <palpate/engine/text/internal/csv_rows.h>
 #include <palpate/geometry/internal/ordinary_file.h>
 
 namespace palpate {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/devices/internal/shipped_models.h>
-#include <palpate/engine/files/internal/text_file.h>
+#include <palpate/engine/text/text_file.h>
 
 namespace palpate {
 
@@ -163,7 +163,7 @@ std::vector<std::string> wooden_model_names() {
 WoodenModel wooden_model(const std::string& name) {
     const std::filesystem::path file(name);
     if (file.extension() == ".json")
-        return parse_wooden_model(internal::read_text_file(file, "a device model (JSON)"), file);
+        return parse_wooden_model(read_text_file(file, "a device model (JSON)"), file);
     std::string known;
     for (const auto& model : internal::shipped_models()) {
         if (model.name == name) return parse_wooden_model(std::string(model.text), name);

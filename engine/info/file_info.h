@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/mesh_intersections.h>
 #include <palpate/volume/formats/volume_file.h>
 

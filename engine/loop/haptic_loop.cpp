@@ -23,6 +23,7 @@
 #include <palpate/geometry/surface_scene.h>
 #include <palpate/haptics/hand/safety_chain.h>
 #include <palpate/haptics/hand/velocity_estimator.h>
+#include <palpate/haptics/stepping/stepping_settings.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {

@@ -3,14 +3,20 @@
 
 /// The whole of a haptic loop in one include, <palpate/palpate.h>:
 ///
-///     auto scene = std::make_shared<const palpate::Scene>(palpate::read_scene("skull.toml"));
+///     palpate::SceneDescription ball;                          // made in code
+///     ball.volumes["ball"].analytic = "solid_sphere";
+///     ball.volumes["ball"].parameters["radius_mm"] = 30.0;
+///     ball.surfaces["ball"].volume = "ball";
+///     ball.effects.push_back(palpate::effects::Surface{.surface = "ball"});
+///     auto scene = std::make_shared<const palpate::Scene>(ball);
 ///     palpate::SteadyClock clock;
 ///     palpate::HapticLoop loop(scene, clock);
 ///     palpate::DeviceState probe;                              // time_s and position, each frame
 ///     const palpate::FrameReport report = loop.frame(probe);   // a thousand times a second
 ///
 /// A scene is read from a file (scene_file.h) or made in code (scene_description.h,
-/// effects/list.h); both are checked alike. An effect of your own implements Effect (effect.h).
+/// effects/list.h); both are checked alike. One that names volumes, meshes or recordings needs
+/// SceneResources::files of palpate::files. An effect of your own implements Effect (effect.h).
 /// Recordings, pictures, studies, volumes and meshes have their own headers beside these.
 ///
 /// Lengths are in metres, forces in newtons, times in seconds, unless a name ends in another unit

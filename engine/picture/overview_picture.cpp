@@ -11,11 +11,11 @@
 #include <vector>
 
 #include <palpate/engine/picture/internal/canvas.h>
+#include <palpate/engine/picture/internal/preview_surface.h>
 #include <palpate/engine/picture/internal/principal_direction.h>
 #include <palpate/engine/picture/internal/slice_view.h>
 #include <palpate/engine/picture/internal/surface_tile.h>
 #include <palpate/engine/picture/internal/value_sample.h>
-#include <palpate/engine/scene/internal/preview_surface.h>
 
 namespace palpate {
 namespace {

@@ -18,12 +18,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/picture/internal/canvas.h>
 #include <palpate/engine/record/internal/recording_store.h>
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/engine/text/internal/png_mark.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/formats/volume_file.h>
 #include <palpate/volume/formats/volume_sources.h>

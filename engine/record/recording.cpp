@@ -12,11 +12,11 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/files/internal/sha256.h>
-#include <palpate/engine/files/internal/text_file.h>
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/record/internal/journal_format.h>
 #include <palpate/engine/record/internal/recording_store.h>
+#include <palpate/engine/text/text_file.h>
+#include <palpate/engine/text/whole_file.h>
 #include <palpate/geometry/internal/ordinary_file.h>
 
 namespace palpate {
@@ -204,7 +204,7 @@ std::string recording_bytes(const std::filesystem::path& file, const Recording& 
 }
 
 void write_recording(const std::filesystem::path& file, const Recording& recording) {
-    internal::write_whole_file(file, recording_bytes(file, recording));
+    write_whole_file(file, recording_bytes(file, recording));
 }
 
 namespace {
@@ -269,7 +269,7 @@ bool is_journal(const std::filesystem::path& file) {
 
 Recording read_recording(const std::filesystem::path& file) {
     const std::filesystem::path found = found_recording(file);
-    std::string bytes = internal::read_text_file(found, "a recording of palpate trace");
+    std::string bytes = read_text_file(found, "a recording of palpate trace");
     if (bytes.starts_with(internal::kJournalMark))
         return read_journal(found, std::string_view(bytes).substr(internal::kJournalMark.size()));
     return read_one({found, std::move(bytes)});

@@ -11,8 +11,8 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/text/whole_file.h>
 
 namespace palpate {
 namespace {
@@ -90,7 +90,7 @@ private:
 };
 
 void write_text(const std::filesystem::path& file, const fmt::memory_buffer& text) {
-    internal::write_whole_file(file, std::string_view(text.data(), text.size()));
+    write_whole_file(file, std::string_view(text.data(), text.size()));
 }
 
 } // namespace

@@ -9,13 +9,13 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/picture/internal/force_colors.h>
 #include <palpate/engine/picture/picture.h>
 #include <palpate/engine/report/internal/force_chart.h>
 #include <palpate/engine/report/internal/html.h>
 #include <palpate/engine/report/internal/report_style.h>
 #include <palpate/engine/report/internal/trace_summary_reader.h>
+#include <palpate/engine/text/whole_file.h>
 
 namespace palpate {
 namespace {
@@ -407,7 +407,7 @@ void write_report_page(const std::filesystem::path& file,
     page += felt_table(entries) + paths_table(entries) + surfaces_table(entries) +
             truth_table(entries) + flags_table(entries) + effects_table(entries);
     page += "<footer>\n" + machine_lines(entries) + "</footer>\n</main>\n</body>\n</html>\n";
-    internal::write_whole_file(file, page);
+    write_whole_file(file, page);
 }
 
 } // namespace palpate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/report/effect_prices.h>
 #include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/run/effect_prices.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,13 +11,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/devices/surface_tour.h>
-#include <palpate/engine/files/internal/machine.h>
-#include <palpate/engine/files/internal/spread.h>
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/engine/report/internal/machine.h>
+#include <palpate/engine/report/internal/spread.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>

@@ -11,4 +11,12 @@ enum class Scheduler : std::uint8_t {
     fifo,     ///< SCHED_FIFO: before every ordinary thread, after the kernel's own
 };
 
+/// Below 50, at which the kernel's own threads serve interrupts: a loop that kept the processor
+/// from them would wait for its own device.
+inline constexpr int kLoopPriority = 49; // of SCHED_FIFO, 1 to 99
+
+/// Puts the calling thread under a scheduler; false when the system does not permit it.
+/// [setup]
+bool enter(Scheduler scheduler) noexcept;
+
 } // namespace palpate

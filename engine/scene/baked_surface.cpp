@@ -1,81 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene/baked_surface.h>
 
-#include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include <palpate/engine/files/sha256.h>
-#include <palpate/engine/scene/internal/baked_field.h>
-#include <palpate/engine/scene/internal/baked_report.h>
-#include <palpate/engine/scene/scene.h>
-#include <palpate/geometry/mesh_file.h>
-#include <palpate/geometry/surface_seeds.h>
-#include <palpate/volume/formats/label_file.h>
-#include <palpate/volume/formats/volume_sources.h>
-
 namespace palpate {
 namespace {
-
-// Raised whenever the same inputs would bake or mesh differently: old cache files are then no
-// longer found.
-constexpr int kCacheVersion = 3;
-
-std::string where(const SceneDescription& scene, const std::string& surface) {
-    const int line = scene.surfaces.at(surface).line;
-    if (line == 0 && scene.file.empty()) return fmt::format("surfaces[\"{}\"]", surface);
-    if (line == 0) return scene.file.string(); // made from options, not from a scene file
-    return fmt::format("{}:{}: [surface.{}]", scene.file.string(), line, surface);
-}
-
-std::string policy_text(const ComponentPolicy& keep) {
-    return fmt::format("{}/{}/{:a}", static_cast<int>(keep.kind), keep.count, keep.volume_mm3);
-}
-
-std::string region_text(const std::optional<Box>& region_mm) {
-    if (!region_mm) return "all";
-    std::string text;
-    for (const Vec3& corner : {region_mm->lower, region_mm->upper})
-        text += fmt::format("{:a} {:a} {:a} ", corner.x, corner.y, corner.z);
-    return text;
-}
-
-/// Hash of what a volume is read from and of how it is read; the names of files do not matter.
-std::string source_key(const VolumeDescription& volume) {
-    std::vector<std::string> hashes;
-    for (const std::filesystem::path& file : source_files(volume.file))
-        if (std::filesystem::exists(file)) hashes.push_back(sha256_of_file(file));
-    std::sort(hashes.begin(), hashes.end());
-    std::string text = fmt::format("{} {} {} {}\n", volume.selection.series, volume.selection.grid,
-                                   static_cast<int>(volume.selection.slices),
-                                   static_cast<int>(volume.selection.nifti_transform));
-    for (const std::string& hash : hashes)
-        text += hash + "\n";
-    return sha256_of_text(text);
-}
-
-/// The hash of everything that decides on a baked field.
-std::string bake_key(const std::string& source, const VolumeDescription& volume,
-                     const SurfaceDescription& surface, const std::vector<std::string>& alike) {
-    std::string text = fmt::format("palpate bake {}\n{}\n{:a} {:a} {} {} {}\n", kCacheVersion,
-                                   source, surface.iso_value, smoothing_of(surface),
-                                   static_cast<int>(iso_rule_of(surface)),
-                                   policy_text(surface.keep), region_text(surface.region_mm));
-    if (!surface.labels.empty()) {
-        const std::filesystem::path table =
-            volume.labels.empty() ? find_name_table(volume.file) : volume.labels;
-        if (!table.empty()) text += sha256_of_file(table) + "\n";
-        for (const std::string& label : surface.labels)
-            text += fmt::format("{} {}\n", label.size(), label);
-        for (const std::string& label : alike)
-            text += fmt::format("beside {} {}\n", label.size(), label);
-    }
-    return sha256_of_text(text);
-}
 
 /// Whether a surface is one of labels that others may be joined to: whole, smoothed, and hard.
 bool is_whole_and_hard(const SurfaceDescription& surface) {
@@ -99,51 +33,25 @@ void require_level_of_formula(const VolumeDescription& source, const BakedSurfac
         above ? "below" : "above"));
 }
 
-/// What an earlier run baked under this name; false where there is nothing usable, which is then
-/// baked again.
-bool read_cached(const ResultCache& cache, const std::string& name, BakedSurface& baked) {
-    const auto file = cache.find(name);
-    if (!file) return false;
-    try {
-        std::map<std::string, std::string> metadata;
-        std::shared_ptr<const GridField> grid = GridField::read_vdb(*file, metadata);
-        baked = internal::baked_from_json(metadata.at("palpate_baked"));
-        baked.grid = grid;
-        baked.field = grid;
-        baked.from_cache = true;
-        return true;
-    } catch (const std::exception&) {
-        return false;
-    }
-}
-
-/// Refuses what would fill the memory: CGAL's triangles take some 500 bytes each while it works.
-void require_affordable(const TriangleMesh& preview, double facet_size_m) {
-    constexpr double most_triangles = 5e6;
-    double area_m2 = 0.0;
-    for (const auto& t : preview.triangles) {
-        const Vec3& a = preview.vertices[t[0]];
-        area_m2 +=
-            0.5 * glm::length(glm::cross(preview.vertices[t[1]] - a, preview.vertices[t[2]] - a));
-    }
-    // An equilateral triangle in a circle of that radius; most are smaller.
-    const double triangles = area_m2 / (1.3 * facet_size_m * facet_size_m);
-    if (triangles <= most_triangles) return;
-    throw std::runtime_error(fmt::format(
-        "a surface of {:.3g} mm2 would have some {:.2g} million facets of {:.3g} mm; give a larger "
-        "facet_size_mm (--facet-size), or a smaller region_mm",
-        1e6 * area_m2, 1e-6 * triangles, 1e3 * facet_size_m));
-}
-
-/// Millimetres and back round: the run that extracts a mesh takes the same bits as one that reads
-/// it.
-void round_as_written(TriangleMesh& mesh) {
-    for (Vec3& vertex : mesh.vertices)
-        for (int axis = 0; axis < 3; ++axis)
-            vertex[axis] = (1e3 * vertex[axis]) / 1e3;
-}
-
 } // namespace
+
+std::string place_of_surface(const SceneDescription& scene, const std::string& surface) {
+    const int line = scene.surfaces.at(surface).line;
+    if (line == 0 && scene.file.empty()) return fmt::format("surfaces[\"{}\"]", surface);
+    if (line == 0) return scene.file.string(); // made from options, not from a scene file
+    return fmt::format("{}:{}: [surface.{}]", scene.file.string(), line, surface);
+}
+
+BakedSurface bake_formula(const SceneDescription& scene, const std::string& surface,
+                          std::shared_ptr<const ScalarField> field) {
+    const SurfaceDescription& description = scene.surfaces.at(surface);
+    BakedSurface baked;
+    baked.field = std::move(field);
+    baked.level = description.iso_value;
+    require_level_of_formula(scene.volumes.at(description.volume), baked,
+                             place_of_surface(scene, surface));
+    return baked;
+}
 
 std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
                                            const std::string& surface) {
@@ -164,165 +72,6 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
             labels.insert(labels.end(), other.labels.begin(), other.labels.end());
     }
     return labels;
-}
-
-struct VolumeReader::Kept {
-    std::string volume_name, labels_name;
-    VoxelVolume volume;
-    LabelVolume labels;
-    std::map<std::string, std::string> keys;
-    std::map<std::string, std::shared_ptr<const ScalarField>> formulas;
-};
-
-namespace {
-
-/// Reads a volume's files; what is wrong with them is also said of the scene's line that names
-/// them.
-template <class Read>
-void read_for(const SceneDescription& scene, const std::string& name, const Read& read) {
-    try {
-        read();
-    } catch (const std::runtime_error& error) {
-        const int line = scene.volumes.at(name).line;
-        if (line <= 0) throw;
-        throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}",
-                                             scene.file.empty() ? "scene" : scene.file.string(),
-                                             line, name, error.what()));
-    }
-}
-
-} // namespace
-
-VolumeReader::VolumeReader(const SceneDescription& scene)
-    : scene_(scene), kept_(std::make_unique<Kept>()) {}
-VolumeReader::~VolumeReader() = default;
-
-const VoxelVolume& VolumeReader::volume(const std::string& name) {
-    if (kept_->volume_name == name) return kept_->volume;
-    const VolumeDescription& source = scene_.volumes.at(name);
-    kept_->volume_name.clear();
-    kept_->volume = {}; // before the next one takes its memory
-    read_for(scene_, name, [&] { kept_->volume = read_volume(source.file, source.selection); });
-    kept_->volume_name = name;
-    return kept_->volume;
-}
-
-const LabelVolume& VolumeReader::labels(const std::string& name) {
-    if (kept_->labels_name == name) return kept_->labels;
-    const VolumeDescription& source = scene_.volumes.at(name);
-    kept_->labels_name.clear();
-    kept_->labels = {};
-    read_for(scene_, name, [&] {
-        kept_->labels = read_label_volume(source.file, source.labels, source.selection);
-    });
-    kept_->labels_name = name;
-    return kept_->labels;
-}
-
-std::shared_ptr<const ScalarField> VolumeReader::formula(const std::string& name) {
-    std::shared_ptr<const ScalarField>& field = kept_->formulas[name];
-    if (!field) field = make_analytic_field(scene_, name);
-    return field;
-}
-
-const std::string& VolumeReader::key(const std::string& name) {
-    std::string& key = kept_->keys[name];
-    if (key.empty()) read_for(scene_, name, [&] { key = source_key(scene_.volumes.at(name)); });
-    return key;
-}
-
-BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
-                          VolumeReader& reader, const ResultCache& cache,
-                          const Progress& progress) {
-    const SurfaceDescription& description = scene.surfaces.at(surface);
-    const VolumeDescription& source = scene.volumes.at(description.volume);
-    if (source.file.empty()) {
-        BakedSurface baked;
-        baked.field = reader.formula(description.volume);
-        baked.level = description.iso_value;
-        require_level_of_formula(source, baked, where(scene, surface));
-        return baked;
-    }
-
-    internal::report(progress, 0.0, "reading " + source.file.filename().string());
-    const std::vector<std::string> alike = labels_felt_alike(scene, surface);
-    const std::string key = bake_key(reader.key(description.volume), source, description, alike);
-    const std::string name = key.substr(0, 32) + ".vdb";
-    BakedSurface baked;
-    if (!read_cached(cache, name, baked)) {
-        const std::string place = where(scene, surface);
-        baked = description.labels.empty()
-                    ? internal::bake_level(source.file, reader.volume(description.volume),
-                                           description, place, progress)
-                    : internal::bake_labels(source.file, reader.labels(description.volume),
-                                            description, alike, place, progress);
-        cache.keep(name, [&baked](const std::filesystem::path& file) {
-            baked.grid->write_vdb(file, {{"palpate_baked", baked_as_json(baked)}});
-        });
-    }
-    baked.key = key;
-    internal::report(progress, 1.0, "field ready");
-    return baked;
-}
-
-BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
-                          const ResultCache& cache, const Progress& progress) {
-    VolumeReader reader(scene);
-    return bake_surface(scene, surface, reader, cache, progress);
-}
-
-IsosurfaceSettings mesh_settings(const SurfaceDescription& description, const BakedSurface& baked) {
-    // Coarser facets would turn by more than 40 degrees over what a smoothed label keeps of its
-    // voxels: 2 % of the edges at the isosurfaces' 2 mm, at most 0.9 % with these (AAL, 1 mm).
-    constexpr double label_size_voxels = 0.5, label_distance_voxels = 0.05;
-    IsosurfaceSettings settings;
-    if (!description.labels.empty()) {
-        settings.facet_size_m = label_size_voxels * baked.field->feature_size_m();
-        settings.facet_distance_m = label_distance_voxels * baked.field->feature_size_m();
-    }
-    if (description.facet_size_mm) settings.facet_size_m = 1e-3 * *description.facet_size_mm;
-    if (description.facet_distance_mm)
-        settings.facet_distance_m = 1e-3 * *description.facet_distance_mm;
-    return settings;
-}
-
-BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& settings,
-                       const IsosurfaceExtractor& extract, const ResultCache& cache,
-                       const Progress& progress) {
-    if (!surface.grid)
-        throw std::runtime_error(
-            "a surface given by a formula is not meshed; use contact = \"volume\"");
-    const std::string key = sha256_of_text(fmt::format(
-        "palpate mesh {} {} {:a} {:a} {:a} {:a}", kCacheVersion, surface.key, surface.level,
-        settings.facet_angle_deg, settings.facet_size_m, settings.facet_distance_m));
-    const std::string name = key.substr(0, 32) + ".ply";
-    BakedMesh result;
-    if (const auto file = cache.find(name)) {
-        result.mesh = std::make_shared<TriangleMesh>(read_ply(*file));
-        result.from_cache = true;
-    } else {
-        if (!extract)
-            throw std::runtime_error(
-                "there is no CGAL to extract a mesh with: set SceneResources::extract in a "
-                "program, or build with CGAL; or use contact = \"volume\", or name a mesh file");
-        internal::report(progress, 0.0, "extracting");
-        const std::unique_ptr<FieldSampler> sampler = surface.field->make_sampler();
-        Isosurface wanted;
-        wanted.value = [&sampler, level = surface.level](const Vec3& p) {
-            return sampler->value(p) - level;
-        };
-        wanted.bounds = surface.field->bounds();
-        const TriangleMesh preview = surface.grid->preview(surface.level);
-        require_affordable(preview, settings.facet_size_m);
-        wanted.seeds = choose_seeds(preview, settings.facet_size_m, kSmallestComponentTriangles);
-        auto mesh = std::make_shared<TriangleMesh>(extract(wanted, settings, progress));
-        cache.keep(name, [&](const std::filesystem::path& file) {
-            write_ply(*mesh, file, {"palpate mesh " + key});
-        });
-        round_as_written(*mesh);
-        result.mesh = std::move(mesh);
-    }
-    return result;
 }
 
 } // namespace palpate

@@ -5,11 +5,9 @@
 #include <string>
 
 #include <palpate/engine/scene/scene_description.h>
+#include <palpate/engine/scene/scene_resources.h>
 
 namespace palpate {
-
-/// Whether meshes can be extracted from volumes: where SceneResources::extract is set.
-enum class Extraction { possible, impossible };
 
 /// How a surface is felt, and why so.
 struct ContactChoice {

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/scene_file.h>
 

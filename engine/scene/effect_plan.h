@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/scene_description.h>
+#include <palpate/engine/scene/scene_resources.h>
 
 namespace palpate {
 

@@ -9,9 +9,11 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
+#include <palpate/engine/scene/internal/scene_sources.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/validation.h>
@@ -19,7 +21,6 @@
 #include <palpate/haptics/contact/guarded_contact.h>
 #include <palpate/haptics/contact/mesh_contact.h>
 #include <palpate/volume/fields/analytic_fields.h>
-#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate {
 namespace {
@@ -65,15 +66,14 @@ void check_contact(const SceneDescription& scene, const SurfaceDescription& desc
 }
 
 SceneSurface build_surface(const SceneDescription& scene, const std::string& name,
-                           VolumeReader& reader, const SceneResources& resources) {
+                           internal::SceneSources& sources, const SceneResources& resources) {
     const SurfaceDescription& description = scene.surfaces.at(name);
     const std::string place = place_of(scene, name);
     SceneSurface surface;
     surface.name = name;
     surface.contact = choose_contact(scene, description, extraction(resources)).kind;
     check_contact(scene, description, surface.contact, place);
-    if (!description.volume.empty())
-        surface.baked = bake_surface(scene, name, reader, resources.cache, resources.progress);
+    if (!description.volume.empty()) surface.baked = sources.surface(name);
     surface.level.level = surface.baked.level;
     surface.level.strength_n = description.strength_n;
     surface.level.yielding = description.yielding;
@@ -84,7 +84,8 @@ SceneSurface build_surface(const SceneDescription& scene, const std::string& nam
     at_place(place, [&] {
         if (needs_mesh(surface.contact))
             surface.mesh =
-                make_surface_mesh(description, surface.baked, surface.contact, place, resources);
+                make_surface_mesh(sources.mesh(name, surface.baked, surface.contact, place),
+                                  surface.contact, resources.progress);
     });
     return surface;
 }
@@ -203,12 +204,12 @@ Scene::~Scene() = default;
 
 Scene::Scene(SceneDescription description, const SceneResources& resources)
     : description_(checked(std::move(description))),
-      plan_(plan_effects(description_, extraction(resources))) {
-    VolumeReader reader(description_);
+      plan_(plan_effects(description_, extraction(resources))), files_(resources.files) {
+    internal::SceneSources sources(description_, resources);
     std::set<std::string> out_of_reach;
     for (const auto& [name, surface] : description_.surfaces) {
         if (!plan_.uses_surface(description_, name)) continue;
-        SceneSurface built = build_surface(description_, name, reader, resources);
+        SceneSurface built = build_surface(description_, name, sources, resources);
         if (is_out_of_reach(description_, plan_, built))
             out_of_reach.insert(name);
         else
@@ -219,11 +220,10 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     const auto fields = std::make_shared<internal::EffectFields>();
     for (const PlannedEffect& planned : plan_.effects)
         if (planned.on)
-            internal::load_field_of(description_, description_.effects[planned.effect], reader,
-                                    *fields);
+            internal::load_field_of(description_.effects[planned.effect], sources, *fields);
     for (const SceneSurface& surface : surfaces_)
-        internal::load_scalar_field(
-            description_, description_.surfaces.at(surface.name).strength_volume, reader, *fields);
+        internal::load_scalar_field(description_.surfaces.at(surface.name).strength_volume, sources,
+                                    *fields);
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
     shape_surfaces();

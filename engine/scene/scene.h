@@ -56,12 +56,16 @@ public:
     /// nothing where none does. [any]
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
+    /// What read its files, SceneResources::files; null where nobody did. [any]
+    const SceneFiles* files() const noexcept { return files_.get(); }
+
 private:
     void shape_surfaces();
     std::vector<SurfaceFinish> finish_with(const internal::EffectFields& fields) const;
 
     SceneDescription description_;
     EffectPlan plan_;
+    std::shared_ptr<const SceneFiles> files_;
     std::vector<SceneSurface> surfaces_;
     std::vector<std::size_t> effect_order_;
     std::shared_ptr<const internal::EffectFields> effect_fields_;

@@ -11,13 +11,10 @@
 
 #include <palpate/engine/scene/device_placement.h>
 #include <palpate/engine/scene/effects/list.h>
-#include <palpate/geometry/mesh_file.h>
-#include <palpate/haptics/contact/surface_state.h>
-#include <palpate/haptics/contact/surface_texture.h>
-#include <palpate/haptics/stepping/stepping_settings.h>
-#include <palpate/volume/filters/volume_filters.h>
-#include <palpate/volume/formats/volume_file.h>
+#include <palpate/geometry/mesh_file_settings.h>
+#include <palpate/haptics/choices.h>
 #include <palpate/volume/transfer_function.h>
+#include <palpate/volume/volume_settings.h>
 
 namespace palpate {
 

@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/files/internal/text_file.h>
 #include <palpate/engine/scene/internal/scene_tables.h>
 #include <palpate/engine/scene/validation.h>
+#include <palpate/engine/text/text_file.h>
 
 namespace palpate {
 namespace {
@@ -99,7 +99,7 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
 }
 
 SceneDescription read_scene(const std::filesystem::path& file) {
-    return parse_scene(internal::read_text_file(file, "a scene file (TOML)"), file);
+    return parse_scene(read_text_file(file, "a scene file (TOML)"), file);
 }
 
 } // namespace palpate

@@ -1,17 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <palpate/engine/files/result_cache.h>
+#include <memory>
+
 #include <palpate/geometry/isosurface.h>
 
 namespace palpate {
 
+class SceneFiles;
+
 /// What building a scene may use besides its description.
 struct SceneResources {
-    ResultCache cache;           ///< of baked fields and meshes; as it begins: none is kept
-    IsosurfaceExtractor extract; ///< extract_isosurface of palpate::extraction, or empty: then only
-                                 ///< meshes from files and from the cache
-    Progress progress;           ///< may be empty
+    std::shared_ptr<const SceneFiles> files; ///< scene_files() of palpate::files, or null: then no
+                                             ///< scene that names a volume, a mesh or a recording
+    IsosurfaceExtractor extract = {}; ///< extract_isosurface of palpate::extraction, or empty: then
+                                      ///< only meshes from files and from the cache
+    Progress progress = {};           ///< may be empty
 };
+
+/// Whether meshes can be extracted from volumes: where SceneResources::extract is set.
+enum class Extraction { possible, impossible };
 
 } // namespace palpate

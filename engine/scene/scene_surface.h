@@ -9,6 +9,7 @@
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/engine/scene/surface_mesh.h>
 #include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/contact/surface_texture.h>
 #include <palpate/haptics/contact/volume_contact.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/effects/surface_magnets.h>

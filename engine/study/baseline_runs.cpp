@@ -7,8 +7,8 @@
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/study/internal/study_tally.h>
 #include <palpate/engine/study/study.h>
-#include <palpate/engine/truth/internal/certified_proxy.h>
-#include <palpate/engine/truth/internal/frame_truth.h>
+#include <palpate/engine/truth/certified_proxy.h>
+#include <palpate/engine/truth/frame_truth.h>
 
 namespace palpate {
 namespace {
@@ -16,8 +16,8 @@ namespace {
 constexpr std::size_t kFramesPerReport = 500; // between two calls of progress
 
 /// The one level that is felt in a scene, if it is one.
-std::optional<internal::FeltLevel> the_felt_level(const Scene& scene) {
-    std::vector<internal::FeltLevel> levels = internal::felt_levels(scene);
+std::optional<FeltLevel> the_felt_level(const Scene& scene) {
+    std::vector<FeltLevel> levels = felt_levels(scene);
     // A mesh without a volume beside it is felt as well.
     for (const SceneSurface& surface : scene.surfaces())
         if (!surface.baked.field) return {};
@@ -43,12 +43,12 @@ FrameReport report_of(Baseline& baseline, const DeviceState& input, Clock& clock
     return report;
 }
 
-StudyRun run_baseline(const Scene& scene, const internal::FeltLevel& felt, BaselineKind kind,
+StudyRun run_baseline(const Scene& scene, const FeltLevel& felt, BaselineKind kind,
                       std::span<const DeviceState> inputs, std::span<const Vec3> certified,
                       Clock& clock, const std::function<void(std::size_t frame)>& tick) {
     const LoopDescription& loop = scene.description().loop;
     const auto baseline = make_baseline(kind, felt.field, felt.settings.level);
-    internal::FrameTruth truth(scene, internal::FrameTruth::Measure::levels);
+    FrameTruth truth(scene, FrameTruth::Measure::levels);
     internal::StudyTally tally;
     Vec3 proxy{0.0};
     for (std::size_t i = 0; i < inputs.size(); ++i) {
@@ -74,9 +74,9 @@ StudyRun run_baseline(const Scene& scene, const internal::FeltLevel& felt, Basel
 std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceState> inputs,
                                     Clock& clock, const Progress& progress) {
     std::vector<StudyRun> runs;
-    const std::optional<internal::FeltLevel> felt = the_felt_level(scene);
+    const std::optional<FeltLevel> felt = the_felt_level(scene);
     if (!felt) return runs;
-    const std::vector<Vec3> certified = internal::certified_proxies(scene, inputs);
+    const std::vector<Vec3> certified = certified_proxies(scene, inputs);
     const auto report = [&](double done) {
         if (progress && !progress(done / static_cast<double>(kBaselines.size()), "comparing"))
             throw std::runtime_error("cancelled");

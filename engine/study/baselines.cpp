@@ -6,6 +6,7 @@
 
 #include <palpate/geometry/range.h>
 #include <palpate/haptics/effects/gradient_surface.h>
+#include <palpate/haptics/stepping/stepping_settings.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {

@@ -11,10 +11,10 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/engine/run/internal/loop_thread.h>
 #include <palpate/engine/run/paced_clock.h>
+#include <palpate/engine/run/scheduler.h>
 #include <palpate/engine/study/internal/study_tally.h>
-#include <palpate/engine/truth/internal/frame_truth.h>
+#include <palpate/engine/truth/frame_truth.h>
 
 namespace palpate {
 namespace {
@@ -58,7 +58,7 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
     std::atomic<double> done{0.0};
 
     const auto run = [&]() noexcept {
-        permitted = internal::enter(scheduler);
+        permitted = enter(scheduler);
         if (!permitted) return;
         const double began_us = clock.now_us();
         double tick_us = 0.0;
@@ -83,7 +83,7 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
         if (progress && !progress(done, "in real time")) cancelled = true;
     if (cancelled) throw std::runtime_error("cancelled");
 
-    internal::FrameTruth truth(*scene);
+    FrameTruth truth(*scene);
     for (const FrameReport& frame : frames) {
         tally.add_frame(frame, settings);
         tally.add_truth(truth.of(frame));

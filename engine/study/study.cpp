@@ -10,8 +10,8 @@
 
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/study/internal/study_tally.h>
-#include <palpate/engine/truth/internal/certified_proxy.h>
-#include <palpate/engine/truth/internal/frame_truth.h>
+#include <palpate/engine/truth/certified_proxy.h>
+#include <palpate/engine/truth/frame_truth.h>
 
 namespace palpate {
 namespace {
@@ -29,7 +29,7 @@ StudyRun run_once(std::shared_ptr<const Scene> scene, std::span<const DeviceStat
                   std::span<const Vec3> certified, const LoopDescription& settings, Clock& clock,
                   const Tick& tick) {
     HapticLoop loop(scene, clock, settings);
-    internal::FrameTruth truth(*scene);
+    FrameTruth truth(*scene);
     internal::StudyTally tally;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const FrameReport frame = loop.frame(inputs[i]);
@@ -128,10 +128,10 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
                 const std::vector<LoopDescription>& settings, Clock& clock,
                 const Progress& progress) {
     Study study;
-    study.sphere = internal::FrameTruth(*scene).sphere();
+    study.sphere = FrameTruth(*scene).sphere();
     for (const DeviceState& input : inputs)
         study.time_s.push_back(input.time_s);
-    const std::vector<Vec3> certified = internal::certified_proxies(*scene, inputs);
+    const std::vector<Vec3> certified = certified_proxies(*scene, inputs);
     for (const LoopDescription& loop : settings) {
         const auto tick = [&](std::size_t frame) {
             const double runs = static_cast<double>(settings.size());

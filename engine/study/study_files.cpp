@@ -7,15 +7,15 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/files/internal/json_text.h>
-#include <palpate/engine/files/internal/machine.h>
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/record/recording.h>
 #include <palpate/engine/report/internal/html.h>
+#include <palpate/engine/report/internal/machine.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/study/internal/study_columns.h>
 #include <palpate/engine/study/study.h>
+#include <palpate/engine/text/internal/json_text.h>
+#include <palpate/engine/text/whole_file.h>
 #include <palpate/version.h>
 
 namespace palpate {
@@ -161,9 +161,9 @@ std::string study_table(const Study& study) {
 
 void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
                  const std::string& command) {
-    internal::write_whole_file(folder / "study.csv", runs_csv(study));
-    internal::write_whole_file(folder / "drift.csv", drift_csv(study));
-    internal::write_whole_file(folder / "study.json", study_json(scene, study, command));
+    write_whole_file(folder / "study.csv", runs_csv(study));
+    write_whole_file(folder / "drift.csv", drift_csv(study));
+    write_whole_file(folder / "study.json", study_json(scene, study, command));
     internal::write_study_page(folder / "index.html", scene, study, command);
 }
 

@@ -3,13 +3,9 @@
 
 #include <cstdint>
 
-namespace palpate {
+#include <palpate/haptics/choices.h>
 
-/// What a surface does when it is pressed harder than its strength (composition.md 2.3).
-enum class Yielding : std::uint8_t {
-    holds, ///< it gives way with the strength's force, and holds where it was pushed to (play)
-    opens, ///< it holds up to its strength, then opens like a membrane until it has been left
-};
+namespace palpate {
 
 /// Where the proxy stands with one surface: one table for all contacts.
 ///

@@ -5,17 +5,11 @@
 #include <memory>
 #include <numbers>
 
+#include <palpate/haptics/choices.h>
 #include <palpate/volume/scalar_field.h>
 #include <palpate/volume/transfer_function.h>
 
 namespace palpate {
-
-/// Patterns fill space, fixed in the scene's frame, so that a surface of any shape has them without
-/// a parametrisation: h = H/(2 n) sum over n waves (1 - cos(2 pi u.x / wavelength)).
-enum class TexturePattern {
-    bumps,   ///< three waves, along the scene's axes: crests on a cubic lattice
-    grating, ///< one wave, along a direction: grooves across it
-};
 
 /// What is on top of a surface: a height h(x) >= 0 in front of its level.
 struct TextureSettings {

@@ -9,15 +9,9 @@
 #include <vector>
 
 #include <palpate/geometry/vec.h>
+#include <palpate/haptics/choices.h>
 
 namespace palpate {
-
-/// What a polyline does beyond its first and last point.
-enum class PolylineEnds {
-    open,    ///< it ends there
-    closed,  ///< it goes on from the last point to the first
-    endless, ///< its first and last piece go on for ever
-};
 
 /// A place on a polyline: on a piece, or at the corner where a piece begins. Pieces are counted
 /// on, round after round, where the polyline is closed.

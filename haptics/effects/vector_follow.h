@@ -4,20 +4,13 @@
 #include <memory>
 #include <optional>
 
+#include <palpate/haptics/choices.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/effects/streamline.h>
 #include <palpate/volume/transfer_function.h>
 #include <palpate/volume/vector_field.h>
 
 namespace palpate {
-
-/// What guides the proxy within a frame.
-enum class FollowGuide {
-    tangent,    ///< the vector at the current proxy, through it: the paper's line, which drifts off
-                ///< by a share of each step's square; subdivision divides the drift
-    midpoint,   ///< the streamline through the frame's start, by midpoint steps
-    streamline, ///< the same by Runge-Kutta steps
-};
 
 /// Movement along the vectors is free, across them the proxy is drawn back and slips above a
 /// strength: a line primitive, s |Pi (x' - q)|.                    numerics 3.4, composition.md 1

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace palpate {
+#include <palpate/haptics/choices.h>
 
-/// How a frame's movement of the proxy is cut into sub-steps.
-enum class SteppingMethod {
-    single,   ///< one evaluation: the state before the paper
-    paper,    ///< eqs (6)-(10): as many shares as the clock allows
-    fixed,    ///< eqs (6), (7), (9) with a given number of shares
-    adaptive, ///< full steps with curvature until the residual is below the tolerance
-};
+namespace palpate {
 
 struct SteppingSettings {
     SteppingMethod method = SteppingMethod::adaptive;

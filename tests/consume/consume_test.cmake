@@ -41,8 +41,26 @@ if(opened MATCHES "\n\\.+ [^\n]*/(${libraries})[/\n][^\n]*")
   message(FATAL_ERROR "a public header needs a third-party header: ${CMAKE_MATCH_0}")
 endif()
 
-run("consumer" ${WORK}/build/consumer)
-message(STATUS "${output}")
+foreach(consumer consumer consumer_files consumer_report)
+  run("${consumer}" ${WORK}/build/${consumer})
+  message(STATUS "${output}")
+endforeach()
+
+# The run time alone: what reads files and draws pages is not behind it.
+run("ldd" ldd ${WORK}/build/consumer)
+if(output MATCHES "lib(palpate_|ITK|itk|gdcm|hdf5|crypto|png)[^ ]*")
+  message(FATAL_ERROR "the run time links ${CMAKE_MATCH_0}:\n${output}")
+endif()
+
+# A component that there is not.
+file(WRITE ${WORK}/missing/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(missing LANGUAGES CXX)
+find_package(palpate REQUIRED COMPONENTS wood)\n")
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${WORK}/missing -B ${WORK}/missing/build ${settings}
+  RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE errors)
+if(status EQUAL 0 OR NOT errors MATCHES "wood")
+  message(FATAL_ERROR "a component that there is not was accepted:\n${errors}")
+endif()
 
 set(example ${CMAKE_CURRENT_LIST_DIR}/../../examples/custom_effect)
 run("configure the example" ${CMAKE_COMMAND} -S ${example} -B ${WORK}/example ${settings})

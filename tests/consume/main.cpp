@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 #include <palpate/palpate.h>
 #include <palpate/volume/fields/analytic_fields.h>
@@ -42,8 +44,19 @@ int main() {
     }
     const bool force_right = std::abs(report.force.x - 1.0) < 1e-3;
 
+    // The run time alone reads no files, and says who does.
+    bool refusal_right = false;
+    ball.volumes["ball"] = {};
+    ball.volumes["ball"].file = "ball.nrrd";
+    try {
+        const palpate::Scene scene(ball);
+    } catch (const std::runtime_error& error) {
+        refusal_right = std::string(error.what()).find("link palpate::files") != std::string::npos;
+        std::printf("%s\n", error.what());
+    }
+
     std::printf("palpate %s: value %.17g m (expected %.17g), strength %g N\n", palpate::kVersion,
                 sample.value, expected_m, strength(0.005));
     std::printf("force %.6f N (expected 1)\n", report.force.x);
-    return value_right && strength_right && force_right ? 0 : 1;
+    return value_right && strength_right && force_right && refusal_right ? 0 : 1;
 }

@@ -9,8 +9,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/run/trace.h>
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/mesh_sharpness.h>
@@ -89,7 +90,8 @@ TEST(Labels, OfTheLeftSideLieOnTheLeft) {
 
 TEST(Labels, EightStructuresAreTracedByNameInOneScene) {
     PALPATE_NEEDS("aal.nii.gz");
-    const auto scene = std::make_shared<const Scene>(atlas(kEight));
+    const auto scene =
+        std::make_shared<const Scene>(atlas(kEight), SceneResources{.files = scene_files()});
     ASSERT_EQ(scene->surfaces().size(), 8u);
     test::ScriptedClock clock;
     const Trace trace = run_trace(scene, device_states(*scene), clock);

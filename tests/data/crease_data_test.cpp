@@ -22,6 +22,7 @@
 #include "tests/support/scripted_clock.h"
 
 #ifdef PALPATE_WITH_CGAL
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/geometry/isosurface.h>
 #endif
 
@@ -205,7 +206,7 @@ protected:
 
     std::shared_ptr<const Scene> scene(const std::vector<std::string>& labels,
                                        ContactKind contact = ContactKind::volume,
-                                       const SceneResources& resources = {},
+                                       const SceneResources& resources = {.files = scene_files()},
                                        double friction = 0.0) const {
         SceneDescription scene;
         scene.volumes["atlas"].file = file_;
@@ -271,7 +272,7 @@ TEST_F(LabelBorders, StrokesOverDeepStructuresNeverStallForMoreThanFiveFrames) {
 // fields do not have, and the proxy stays in them.
 TEST_F(LabelBorders, TheProxyIsAsFarFromTheProbeAsMeshesHoldIt) {
     SceneResources resources;
-    resources.cache = ResultCache(file_.parent_path() / "cache");
+    resources.files = scene_files(ResultCache(file_.parent_path() / "cache"));
     resources.extract = extract_isosurface;
     const std::shared_ptr<const Scene> level = scene(kDeep, ContactKind::volume, resources);
     test::ScriptedClock clock(10.0);

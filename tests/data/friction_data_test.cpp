@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/trace.h>
@@ -39,7 +40,7 @@ protected:
     /// Bone with friction, no limits on the force.
     std::shared_ptr<const Scene> bone(double mu_static, double mu_dynamic, double tolerance_um) {
         SceneResources resources;
-        resources.cache = folder_ / "cache";
+        resources.files = scene_files(folder_ / "cache");
         return std::make_shared<const Scene>(
             parse_scene(
                 fmt::format("[volume.head]\nfile = \"{}\"\n[surface.bone]\nvolume = \"head\"\n"

@@ -10,10 +10,10 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/baking.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/run/trace.h>
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/contact/guarded_contact.h>
@@ -22,6 +22,7 @@
 #include "tests/support/mesh_fuzz.h"
 
 #ifdef PALPATE_WITH_CGAL
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/isosurface.h>
 #endif
@@ -49,7 +50,7 @@ SceneSurface surface_of(const std::string& file, double iso_value, double smooth
     surface.contact = ContactKind::guarded;
     description.effects.push_back(effects::Surface{"surface"});
     SceneResources resources;
-    resources.cache = real_data("cache");
+    resources.files = scene_files(real_data("cache"));
 #ifdef PALPATE_WITH_CGAL
     resources.extract = extract_isosurface;
 #endif

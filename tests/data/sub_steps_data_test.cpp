@@ -20,6 +20,7 @@
 #include "tests/support/sub_step_cases.h"
 
 #ifdef PALPATE_WITH_CGAL
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/isosurface.h>
 #endif
@@ -62,7 +63,7 @@ protected:
         orbit.duration_s = 48.0;
         orbit.turns = 24;
         SceneResources resources;
-        resources.cache = real_data("cache");
+        resources.files = scene_files(real_data("cache"));
         resources.extract = extract_isosurface;
         bone_ = Scene(scene, resources).surfaces().front();
         orbit_ = make_orbit(*bone_.baked.field, bone_.level.level, orbit, 1000.0);

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -34,7 +35,7 @@ protected:
 
     std::shared_ptr<const Scene> bone(const std::string& texture) {
         SceneResources resources;
-        resources.cache = folder_ / "cache";
+        resources.files = scene_files(folder_ / "cache");
         return std::make_shared<const Scene>(
             parse_scene(fmt::format("[volume.head]\nfile = \"{}\"\n[surface.bone]\nvolume = "
                                     "\"head\"\niso_value = 226\nsmooth_voxels = 0.7\nkeep = "

@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -41,7 +42,8 @@ protected:
             scene_text.replace(at, there.size(), folder.string() + "/");
         SceneDescription scene = parse_scene(scene_text, file);
         inputs_ = read_probe_path(scene.device.file, scene.loop.rate_hz);
-        scene_ = std::make_shared<const Scene>(std::move(scene));
+        scene_ =
+            std::make_shared<const Scene>(std::move(scene), SceneResources{.files = scene_files()});
     }
 
     std::shared_ptr<const Scene> scene_;

@@ -50,12 +50,17 @@ expect_violation(haptics/a.cpp "#include <palpate/drivers/device.h>" "haptics mu
 expect_violation(drivers/a.h "#include <palpate/haptics/effects/effect.h>" "drivers must not include haptics")
 expect_violation(engine/run/a.cpp "#include <palpate/command/a.h>" "engine must not include command")
 expect_violation(engine/scene/a.cpp "#include <palpate/engine/loop/frame_report.h>" "engine/scene must not include")
-expect_violation(engine/files/internal/a.h "#include <palpate/engine/scene/scene.h>" "engine/files must not include")
+expect_violation(engine/text/internal/a.h "#include <palpate/engine/scene/scene.h>" "engine/text must not include")
 expect_violation(haptics/contact/a.h "#include <palpate/haptics/effects/effect.h>" "haptics/contact must not include")
 expect_violation(volume/a.h "#include <palpate/volume/formats/volume_file.h>" "volume/a.h must not include")
+expect_violation(geometry/a.cpp "#include <palpate/geometry/formats/mesh_file.h>" "geometry/a.cpp must not include")
 expect_violation(engine/a.cpp "#include \"frame_report.h\"" "not quotes")
 expect_violation(engine/scene/a.h "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
 expect_violation(engine/scene/effects/a.h "#include <palpate/engine/scene/internal/effect_room.h>" "private")
+
+# Libraries of ours.
+expect_violation(engine/scene/a.cpp "#include <palpate/volume/formats/volume_file.h>" "palpate::palpate must not include palpate::files")
+expect_violation(engine/scene/a.h "#include <palpate/geometry/formats/mesh_file.h>" "palpate::palpate must not include palpate::files")
 
 # Libraries outside their home.
 expect_violation(geometry/a.cpp "#include <embree3/rtcore.h>" "belongs to")

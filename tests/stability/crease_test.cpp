@@ -8,10 +8,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/in_words.h>
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/scripted_clock.h"
@@ -93,7 +95,8 @@ int longest_stall(const std::shared_ptr<const Scene>& scene, SteppingMethod meth
 }
 
 TEST_F(TouchingLabels, TheProxySlidesAlongTheBorderAndOverIt) {
-    const auto loaded = std::make_shared<const Scene>(scene());
+    const auto loaded =
+        std::make_shared<const Scene>(scene(), SceneResources{.files = scene_files()});
     // Method single has no second evaluation to look round an obstacle with; docs/paper.md.
     for (const SteppingMethod method :
          {SteppingMethod::paper, SteppingMethod::fixed, SteppingMethod::adaptive})
@@ -109,7 +112,8 @@ TEST_F(TouchingLabels, AndWhereOneOfThemHasAMeshOfItsOwn) {
         SceneDescription with_mesh = scene();
         with_mesh.surfaces.at("s1").mesh = folder_ / "s1.ply";
         with_mesh.surfaces.at("s1").contact = contact;
-        const auto loaded = std::make_shared<const Scene>(with_mesh);
+        const auto loaded =
+            std::make_shared<const Scene>(with_mesh, SceneResources{.files = scene_files()});
         for (const SteppingMethod method :
              {SteppingMethod::paper, SteppingMethod::fixed, SteppingMethod::adaptive})
             EXPECT_LE(longest_stall(loaded, method), 5)

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/stepping/frame_flags.h>
@@ -133,7 +134,8 @@ TEST(HeldProbe, AFrameThatHasFoundItsBalanceIsFollowedByOneThatStays) {
         const std::string text = draw.text();
         if (text.find("\"adaptive\"") == std::string::npos || !is_one_problem(text)) continue;
         const auto scene =
-            std::make_shared<const Scene>(parse_scene(text, folder.path() / "scene.toml"));
+            std::make_shared<const Scene>(parse_scene(text, folder.path() / "scene.toml"),
+                                          SceneResources{.files = scene_files()});
         const LoopDescription& settings = scene->description().loop;
         test::ScriptedClock clock(7.0);
         HapticLoop loop(scene, clock);

@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/loop/internal/loop_state_parts.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -43,7 +44,8 @@ struct Input {
 struct Case {
     Case(std::uint64_t seed, const std::filesystem::path& folder) : draw(seed), random(seed) {
         text = draw.text();
-        scene = std::make_shared<const Scene>(parse_scene(text, folder / "scene.toml"));
+        scene = std::make_shared<const Scene>(parse_scene(text, folder / "scene.toml"),
+                                              SceneResources{.files = scene_files()});
         if (seed % 2 == 1) { // the whole safety chain
             device.name = "motors";
             device.force_n = 4.0;
@@ -233,12 +235,14 @@ TEST(LoopState, NoPartOfItCanBeLeftOut) {
 TEST(LoopState, HasWhatTheLastEvaluationWasDrawnBy) {
     const test::TemporaryFolder folder;
     test::SceneTextDraw::make_meshes(folder.path());
-    const auto scene = std::make_shared<const Scene>(parse_scene(
-        "[loop]\nmethod = \"single\"\n[surface.box]\nmesh = \"box.ply\"\nmesh_unit = \"mm\"\n"
-        "mesh_frame = \"LPS\"\n[[effect]]\ntype = \"surface\"\nsurface = \"box\"\n"
-        "[[effect]]\ntype = \"magnet\"\nsurface = \"box\"\nstrength_n = 0.6\ncapture_mm = 3\n"
-        "[[effect]]\ntype = \"constant_force\"\nforce_n = [0.8, -0.3, 0]\n",
-        folder / "scene.toml"));
+    const auto scene = std::make_shared<const Scene>(
+        parse_scene(
+            "[loop]\nmethod = \"single\"\n[surface.box]\nmesh = \"box.ply\"\nmesh_unit = \"mm\"\n"
+            "mesh_frame = \"LPS\"\n[[effect]]\ntype = \"surface\"\nsurface = \"box\"\n"
+            "[[effect]]\ntype = \"magnet\"\nsurface = \"box\"\nstrength_n = 0.6\ncapture_mm = 3\n"
+            "[[effect]]\ntype = \"constant_force\"\nforce_n = [0.8, -0.3, 0]\n",
+            folder / "scene.toml"),
+        SceneResources{.files = scene_files()});
     test::ScriptedClock clock(kClockStep_us);
     HapticLoop loop(scene, clock);
     std::mt19937_64 random(5);

@@ -16,6 +16,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/haptics/hand/safety_chain.h>
 
@@ -186,7 +187,8 @@ std::string try_scene(std::uint64_t seed, const std::filesystem::path& mesh, Tal
         for (Field& field : made->fields)
             if (chance(random, 0.1)) spoil(field);
     try {
-        const auto scene = std::make_shared<const Scene>(made->scene);
+        const auto scene =
+            std::make_shared<const Scene>(made->scene, SceneResources{.files = scene_files()});
         test::ScriptedClock clock(30.0);
         HapticLoop loop(scene, clock, made->loop, made->device, wild_effects(random));
         ++tally.ran;

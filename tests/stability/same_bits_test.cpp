@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
 
@@ -66,7 +67,8 @@ std::string hash_of(std::uint64_t seed, const std::filesystem::path& folder, int
     test::SceneTextDraw draw(seed);
     const std::string text = draw.text();
     const SceneDescription description = parse_scene(text, folder / "scene.toml");
-    const auto scene = std::make_shared<const Scene>(description);
+    const auto scene =
+        std::make_shared<const Scene>(description, SceneResources{.files = scene_files()});
     test::ScriptedClock clock(kClockStep_us);
     HapticLoop loop(scene, clock);
     std::mt19937_64 gains(seed);

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 
 #include "tests/support/temporary_folder.h"
 

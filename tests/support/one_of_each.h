@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/effects/vector_follow.h>
@@ -62,7 +63,8 @@ inline std::shared_ptr<const Scene> one_of_each_scene() {
         "strength_n = 1\n"
         "[[effect]]\ntype = \"vibration\"\n"
         "[[effect]]\ntype = \"gravity_compensation\"\nmass_kg = 0.05\ndown = [0, -1, 0]\n";
-    return std::make_shared<const Scene>(parse_scene(text, folder / "one_of_each.toml"));
+    return std::make_shared<const Scene>(parse_scene(text, folder / "one_of_each.toml"),
+                                         SceneResources{.files = scene_files()});
 }
 
 /// What a scene would need a file for: fibres on a grid.

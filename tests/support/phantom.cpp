@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/info/phantom.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/volume/formats/volume_file.h>
@@ -30,6 +31,7 @@ const std::filesystem::path& folder() {
 
 SceneResources test_resources() {
     SceneResources resources;
+    resources.files = scene_files();
 #ifdef PALPATE_WITH_CGAL
     resources.extract = extract_isosurface;
 #endif

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <palpate/volume/label_volume.h>
+#include <palpate/volume/volume_parts.h>
 #include <palpate/volume/voxel_volume.h>
 
 /// A label's occupancy (1 inside, 0 outside) becomes a smooth surface without losing volume, and
@@ -54,13 +55,6 @@ double volume_above(const VoxelVolume& volume, double level);
 /// The level of a smoothed occupancy that encloses `volume_m3`, to 1e-4 of it.          [setup]
 /// Throws std::runtime_error when no level in (0, 1) does.
 double level_keeping_volume(const VoxelVolume& smoothed, double volume_m3);
-
-/// A connected part of a label that smoothing took away: thinner than the Gaussian can keep.
-struct ThinPart {
-    std::size_t voxels = 0;
-    double volume_mm3 = 0.0;
-    Vec3 sample{0.0}; ///< scene position of its voxel farthest below the level, m
-};
 
 /// Parts of `occupancy` that lie more than half a voxel outside the surface smoothed = level: what
 /// smoothing took away and not just rounded off. Half a voxel is meant along each axis in its own

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
+#include <palpate/volume/volume_parts.h>
+#include <palpate/volume/volume_settings.h>
 #include <palpate/volume/voxel_volume.h>
 
 /// What is baked into a field before a surface is taken from it, so that mesh and volume are of the
@@ -28,15 +29,6 @@ void clear_far_from_level(VoxelVolume& volume, double level, float background);
 /// do not depend on the number of threads.  [setup]
 void smooth(VoxelVolume& volume, double sigma_voxels);
 
-/// How far the surface of one field lies from that of another, along normals, positive = into free
-/// space (the material grew).
-struct SurfaceShift {
-    double mean_m = 0.0;
-    double deviation_m = 0.0; ///< standard deviation
-    std::size_t points = 0;   ///< points of the reference surface where both were found within 2
-                              ///< voxels along the normal
-};
-
 /// Shift of the surface smoothed = smoothed_level against original = original_level, averaged over
 /// the latter's area. Of more than 200 000 points a regular subset. Both of one size and place,
 /// with free space around (padded()); else std::invalid_argument. No surface: all 0. [setup]
@@ -50,22 +42,6 @@ SurfaceShift surface_shift(const VoxelVolume& original, double original_level,
 /// when no level does that.
 double level_keeping_position(const VoxelVolume& original, double original_level,
                               const VoxelVolume& smoothed);
-
-/// Which connected parts of the material stay.
-struct ComponentPolicy {
-    enum class Kind { all, largest, count, volume };
-    Kind kind = Kind::all;
-    std::size_t count = 1;   ///< kind count: this many largest stay, >= 1
-    double volume_mm3 = 0.0; ///< kind volume: those larger than this stay, >= 0
-};
-
-/// A connected part of the material.
-struct VolumeComponent {
-    std::size_t voxels = 0;
-    double volume_mm3 = 0.0;
-    bool kept = true;
-    Vec3 sample{0.0}; ///< scene position of one of its voxels, m
-};
 
 /// Labels voxels >= level with 26-connectivity and sets those of unwanted components to level -
 /// margin: all eight corners of every cell around them are then below the level, so no root is left

@@ -5,31 +5,10 @@
 #include <string>
 #include <vector>
 
+#include <palpate/volume/volume_settings.h>
 #include <palpate/volume/voxel_volume.h>
 
 namespace palpate {
-
-/// Which volume of a file or folder that holds several, and how its geometry is to be read.
-struct VolumeSelection {
-    /// What to do with a DICOM series whose slices are not all sound or not evenly spaced.
-    enum class Slices {
-        refuse, ///< an error that names the slice
-        repair  ///< malformed slices are left out; gaps and uneven spacing are filled by linear
-                ///< interpolation between neighbours; each said in a warning
-    };
-    /// Which of a NIfTI file's two transforms places it.
-    enum class NiftiTransform {
-        automatic, ///< sform where its code is set, else qform; a warning where they disagree
-        sform,
-        qform
-    };
-
-    std::string series; ///< DICOM folder: a series' number, description or instance UID; empty: the
-                        ///< only one
-    std::string grid;   ///< .vdb: name of a grid; empty: the one named "density", or the only one
-    Slices slices = Slices::refuse;
-    NiftiTransform nifti_transform = NiftiTransform::automatic;
-};
 
 /// Reads a scalar volume: NRRD (.nrrd, detached .nhdr; raw, gzip), NIfTI-1 (.nii, .nii.gz),
 /// MetaImage (.mha, .mhd), a folder of DICOM slices, .vdb through OpenVDB (millimetres LPS).

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include <palpate/volume/internal/printable.h>
 #include <palpate/volume/label_volume.h>
+#include <palpate/volume/printable.h>
 
 // The part of label_volume.h that finds labels by what a user calls them.
 namespace palpate {
@@ -68,7 +68,7 @@ std::optional<std::int64_t> whole_number(const std::string& text) {
 
 [[noreturn]] void refuse(const std::vector<Label>& labels, const std::string& wanted) {
     if (labels.empty()) throw std::invalid_argument("the volume has no labels, every voxel is 0");
-    const std::string shown = internal::printable(wanted.substr(0, kLongestName));
+    const std::string shown = printable(wanted.substr(0, kLongestName));
     if (whole_number(wanted)) {
         const auto [lowest, highest] =
             std::minmax_element(labels.begin(), labels.end(),

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/files/internal/json_text.h>
 #include <palpate/engine/picture/overview_picture.h>
+#include <palpate/engine/text/internal/json_text.h>
 #include <palpate/geometry/mesh_report.h>
 
 namespace palpate::internal {

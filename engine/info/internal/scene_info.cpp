@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/files/internal/json_text.h>
 #include <palpate/engine/record/recording.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/text/internal/json_text.h>
 
 namespace palpate::internal {
 

@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/files/internal/json_text.h>
 #include <palpate/engine/picture/internal/principal_direction.h>
 #include <palpate/engine/picture/overview_picture.h>
+#include <palpate/engine/text/internal/json_text.h>
 #include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/formats/vector_file.h>
 #include <palpate/volume/label_volume.h>

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <palpate/engine/text/internal/png_mark.h>
+
 namespace palpate::internal {
 namespace {
 
@@ -32,19 +34,7 @@ const Glyph* glyph_of(char letter) noexcept {
     return nullptr;
 }
 
-// A tEXt chunk, length, type, "Software", 0, "palpate" and their CRC-32: by it our pictures are
-// known. It stands where the standard's first chunk (of 25 bytes, behind 8 of signature) ends.
-constexpr std::string_view kSoftware("\0\0\0\x10"
-                                     "tEXtSoftware\0palpate\x92\xad\x07\x28",
-                                     28);
-constexpr std::size_t kBehindHeader = 33;
-
 } // namespace
-
-bool is_own_png(std::string_view beginning) noexcept {
-    return beginning.size() > kBehindHeader && beginning.starts_with("\x89PNG") &&
-           beginning.substr(kBehindHeader).starts_with(kSoftware);
-}
 
 std::string png_bytes(int width, int height, std::span<const std::uint8_t> rgb) {
     png_image image;
@@ -59,7 +49,7 @@ std::string png_bytes(int width, int height, std::span<const std::uint8_t> rgb) 
     if (png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
         throw std::runtime_error(fmt::format("libpng cannot make a picture ({})", image.message));
     bytes.resize(size);
-    bytes.insert(kBehindHeader, kSoftware);
+    bytes.insert(kPngMarkAt, kPngMark);
     return bytes;
 }
 

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace palpate::internal {
@@ -17,9 +16,6 @@ using Rgb = std::array<std::uint8_t, 3>;
 /// A PNG file of `rgb`, three bytes a pixel, rows from the top.                        [setup]
 /// Throws std::runtime_error where libpng cannot.
 std::string png_bytes(int width, int height, std::span<const std::uint8_t> rgb);
-
-/// Whether a file that begins so is of png_bytes().                                        [any]
-bool is_own_png(std::string_view beginning) noexcept;
 
 /// A picture that is put together from tiles and letters. Places are pixels from the upper left
 /// corner; what lies outside is cut off.                                               [setup]

@@ -12,7 +12,7 @@
 #include <hdf5.h>
 
 #include <palpate/engine/files/internal/sha256.h>
-#include <palpate/engine/files/internal/text_file.h>
+#include <palpate/engine/text/text_file.h>
 
 namespace palpate::internal {
 namespace {

@@ -34,14 +34,6 @@ void touch_stack() noexcept {
 
 } // namespace
 
-bool enter(Scheduler scheduler) noexcept {
-    sched_param parameters{};
-    if (scheduler == Scheduler::fifo) parameters.sched_priority = kLoopPriority;
-    return pthread_setschedparam(pthread_self(),
-                                 scheduler == Scheduler::fifo ? SCHED_FIFO : SCHED_OTHER,
-                                 &parameters) == 0;
-}
-
 ScheduledAs::ScheduledAs(Scheduler scheduler) noexcept {
     entered_ =
         pthread_getschedparam(pthread_self(), &policy_, &parameters_) == 0 && enter(scheduler);

@@ -11,13 +11,6 @@
 
 namespace palpate::internal {
 
-/// Below 50, at which the kernel's own threads serve interrupts: a loop that kept the processor
-/// from them would wait for its own device.
-inline constexpr int kLoopPriority = 49; // of SCHED_FIFO, 1 to 99
-
-/// Puts the calling thread under a scheduler; false when the system does not permit it.
-bool enter(Scheduler scheduler) noexcept;
-
 /// Puts the calling thread under a scheduler for as long as it lives, where the system permits it:
 /// threads that are started meanwhile inherit it.
 class ScheduledAs {

@@ -6,11 +6,12 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/files/internal/csv_rows.h>
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
+#include <palpate/engine/text/internal/csv_rows.h>
 #include <palpate/haptics/effects/curve_guide.h>
 #include <palpate/haptics/effects/point_guide.h>
+#include <palpate/haptics/effects/polyline.h>
 
 namespace palpate::internal {
 namespace {

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/effects/polyline.h>
+#include <palpate/geometry/vec.h>
+#include <palpate/haptics/choices.h>
 #include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {

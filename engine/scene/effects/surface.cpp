@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>

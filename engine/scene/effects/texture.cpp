@@ -6,11 +6,13 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/haptics/contact/surface_texture.h>
 
 namespace palpate::internal {
 namespace {

@@ -4,7 +4,9 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/contact/surface_texture.h>
+#include <palpate/geometry/vec.h>
+#include <palpate/haptics/choices.h>
+#include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {
 

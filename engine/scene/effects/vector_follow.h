@@ -5,7 +5,7 @@
 #include <string>
 
 #include <palpate/engine/scene/effects/kind.h>
-#include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/haptics/choices.h>
 #include <palpate/volume/transfer_function.h>
 
 namespace palpate::effects {

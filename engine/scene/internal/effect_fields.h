@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include <palpate/engine/scene/baked_surface.h>
+#include <palpate/engine/scene/internal/scene_sources.h>
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/haptics/effects/local_strength.h>
 #include <palpate/volume/scalar_field.h>
@@ -20,16 +20,14 @@ struct EffectFields {
     std::map<std::string, std::shared_ptr<const VectorField>> axial;
 };
 
-/// Loads what an effect samples, if it is not there yet; a formula is the reader's, which surfaces
-/// of it have as well.                                                                  [setup]
-/// Throws std::runtime_error as the readers do, and "FILE:LINE: [volume.NAME]: what is wrong; what
-/// to do" for a volume that is none of the kind that the effect needs.
-void load_field_of(const SceneDescription& scene, const EffectDescription& effect,
-                   VolumeReader& reader, EffectFields& fields);
+/// Loads what an effect samples, if it is not there yet; a formula is the one of `sources`, which
+/// surfaces of it have as well.                                                         [setup]
+/// Throws std::runtime_error as SceneSources does, and "FILE:LINE: [volume.NAME]: what is wrong;
+/// what to do" for a volume that is none of the kind that the effect needs.
+void load_field_of(const EffectDescription& effect, SceneSources& sources, EffectFields& fields);
 
 /// The same for a volume of scalars by its name; nothing for an empty name.            [setup]
-void load_scalar_field(const SceneDescription& scene, const std::string& volume,
-                       VolumeReader& reader, EffectFields& fields);
+void load_scalar_field(const std::string& volume, SceneSources& sources, EffectFields& fields);
 
 /// A strength over the value of a volume, whose field must be loaded; nothing for an empty name.
 /// [setup]

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/effect_plan.h>
 #include <palpate/engine/scene/internal/field_check.h>
 #include <palpate/engine/scene/internal/scene_key.h>

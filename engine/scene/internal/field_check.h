@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-#include <palpate/engine/files/internal/nearest_name.h>
 #include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_description.h>
+#include <palpate/engine/text/internal/nearest_name.h>
 #include <palpate/geometry/range.h>
 #include <palpate/geometry/vec.h>
 #include <palpate/volume/transfer_function.h>

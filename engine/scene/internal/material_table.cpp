@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/scene_tables.h>
+#include <palpate/haptics/contact/surface_texture.h>
 
 namespace palpate::internal {
 namespace {

@@ -8,7 +8,7 @@
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/internal/field_check.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/volume/formats/volume_file.h>
+#include <palpate/haptics/contact/surface_texture.h>
 
 namespace palpate::internal {
 namespace {

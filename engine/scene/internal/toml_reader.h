@@ -10,7 +10,7 @@
 
 #include <toml++/toml.h>
 
-#include <palpate/engine/files/internal/nearest_name.h>
+#include <palpate/engine/text/internal/nearest_name.h>
 #include <palpate/geometry/range.h>
 
 /// Reading TOML strictly: every getter checks type and range and knows the line it complains about.

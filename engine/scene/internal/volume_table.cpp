@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/scene_tables.h>
-#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::internal {
 namespace {

@@ -5,13 +5,13 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/files/internal/machine.h>
-#include <palpate/engine/files/internal/whole_file.h>
 #include <palpate/engine/report/internal/html.h>
+#include <palpate/engine/report/internal/machine.h>
 #include <palpate/engine/report/internal/report_style.h>
 #include <palpate/engine/report/internal/series_chart.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/study/internal/study_columns.h>
+#include <palpate/engine/text/whole_file.h>
 #include <palpate/version.h>
 
 namespace palpate::internal {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include <palpate/engine/files/internal/spread.h>
+#include <palpate/engine/report/internal/spread.h>
 
 namespace palpate::internal {
 namespace {

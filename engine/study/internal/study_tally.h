@@ -6,7 +6,7 @@
 
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/study/study.h>
-#include <palpate/engine/truth/internal/frame_truth.h>
+#include <palpate/engine/truth/frame_truth.h>
 
 namespace palpate::internal {
 

@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/record/recording.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/dicom_writer.h"

@@ -10,10 +10,10 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/picture/internal/preview_surface.h>
 #include <palpate/engine/picture/internal/principal_direction.h>
 #include <palpate/engine/picture/internal/surface_tile.h>
 #include <palpate/engine/picture/internal/value_sample.h>
-#include <palpate/engine/scene/internal/preview_surface.h>
 #include <palpate/geometry/mesh_report.h>
 
 #include "tests/support/test_meshes.h"

@@ -9,7 +9,7 @@
 
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_meshes.h"

@@ -7,8 +7,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/device_safety.h>
-#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/run/trace.h>
 
 #include "tests/engine/scene/scene_file_fixture.h"
@@ -102,7 +103,8 @@ std::string cavity(const std::string& device) {
 
 std::shared_ptr<const Scene> scene_of(const std::string& device = "",
                                       const std::filesystem::path& file = "x.toml") {
-    return std::make_shared<const Scene>(parse_scene(cavity(device), file));
+    return std::make_shared<const Scene>(parse_scene(cavity(device), file),
+                                         SceneResources{.files = scene_files()});
 }
 
 TEST_F(DeviceTable, AHandWithoutAPathPressesIntoASurface) {

@@ -11,8 +11,9 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/orbit.h>
-#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/volume/formats/volume_file.h>
@@ -100,7 +101,7 @@ protected:
     MeshScene() { test::make_file(folder_ / "ball.ply", file_text(ball())); }
 
     std::shared_ptr<const Scene> scene(const std::string& surface,
-                                       const SceneResources& resources = {}) {
+                                       const SceneResources& resources = {.files = scene_files()}) {
         if (surface.find("volume") != std::string::npos &&
             !std::filesystem::exists(folder_ / "ball.nrrd"))
             write_volume(drilled_ball(), folder_ / "ball.nrrd");

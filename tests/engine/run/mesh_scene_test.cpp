@@ -8,8 +8,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/report/effect_prices.h>
+#include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/run/effect_prices.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/study/study.h>
 
@@ -66,7 +67,7 @@ TEST_F(MeshScene, WhereItsVolumeIsASphereTheAuditKnowsWhereTheProxyShouldBe) {
                     "mesh_unit = \"m\"\ncontact = \"mesh\"\n"
                     "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n",
                     folder_ / "scene.toml"),
-        SceneResources{});
+        SceneResources{.files = scene_files()});
     std::vector<DeviceState> states = stroke();
     for (DeviceState& state : states)
         state.position -= kCenter;
@@ -209,7 +210,7 @@ TEST_F(MeshScene, AMeshThatFacesTheOtherWayIsRefused) {
 }
 
 TEST_F(MeshScene, WithoutAFileTheMeshIsExtractedAndFeltAlone) {
-    SceneResources resources;
+    SceneResources resources{.files = scene_files()};
     resources.extract = [](const Isosurface&, const IsosurfaceSettings&, const Progress&) {
         return ball();
     };
@@ -295,12 +296,13 @@ TEST_F(MeshScene, ARecordingRefusesAnotherMesh) {
 TEST_F(MeshScene, ARecordingRefusesABuildThatChoosesAnotherContact) {
     const std::string volume = "volume = \"ct\"\niso_value = 500\n";
     const std::vector<DeviceState> inputs = probing(1);
-    SceneResources extracting;
+    const SceneResources reading{.files = scene_files()};
+    SceneResources extracting = reading;
     extracting.extract = [](const Isosurface&, const IsosurfaceSettings&, const Progress&) {
         return ball();
     };
     for (const auto& [recorder, other] :
-         {std::pair{SceneResources{}, extracting}, std::pair{extracting, SceneResources{}}}) {
+         {std::pair{reading, extracting}, std::pair{extracting, reading}}) {
         const auto before = scene(volume, recorder);
         const Recording recording = recorded(*before, {}, run_trace(before, inputs, clock_));
         EXPECT_NO_THROW(recorded_scene(recording, "recording.h5", recorder));

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_device.h"

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/effects/constant_force.h>
 

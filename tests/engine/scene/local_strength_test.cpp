@@ -9,8 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/effects/local_strength.h>
 #include <palpate/volume/fields/grid_field.h>
@@ -45,7 +46,9 @@ std::string complaint(const std::string& text) {
 void frames(const std::string& text, const std::function<Vec3(int)>& hand, int count,
             const std::function<void(const FrameReport&, const Vec3&)>& look) {
     test::ScriptedClock clock;
-    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml")), clock);
+    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml"),
+                                                  SceneResources{.files = scene_files()}),
+                    clock);
     DeviceState state;
     state.position = hand(0);
     Vec3 start = state.position;

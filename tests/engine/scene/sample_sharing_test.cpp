@@ -9,9 +9,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 
 #include "tests/support/scripted_clock.h"
 #include "tests/support/temporary_folder.h"
@@ -40,7 +41,8 @@ const std::string kFixed = fmt::format("[loop]\nmethod = \"fixed\"\nsub_steps = 
 
 /// A hand that goes into the ball and along it, never twice at one place.
 std::vector<FrameReport> frames_of(const std::string& text) {
-    const auto scene = std::make_shared<const Scene>(parse_scene(text, "x.toml"));
+    const auto scene = std::make_shared<const Scene>(parse_scene(text, "x.toml"),
+                                                     SceneResources{.files = scene_files()});
     test::ScriptedClock clock;
     HapticLoop loop(scene, clock);
     std::vector<FrameReport> frames;

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -80,7 +81,7 @@ TEST(Scene, ALevelThatNoVoxelReachesIsRefusedWithLineAndRange) {
         "\"\n[surface.bone]\nvolume = \"ct\"\niso_value = 5000\n[[effect]]\ntype = "
         "\"surface\"\nsurface = \"bone\"\n";
     try {
-        Scene scene(parse_scene(text, "x.toml"));
+        Scene scene(parse_scene(text, "x.toml"), SceneResources{.files = scene_files()});
         FAIL() << "it was accepted";
     } catch (const std::runtime_error& error) {
         const std::string message = error.what();
@@ -122,7 +123,7 @@ TEST(Scene, TheCacheGivesTheSameField) {
                              "= 0.7\nkeep = \"largest\"\n"
                              "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
     SceneResources resources;
-    resources.cache = folder.path();
+    resources.files = scene_files(folder.path());
     const Scene first(parse_scene(text, "x.toml"), resources);
     const Scene second(parse_scene(text, "x.toml"), resources);
     const BakedSurface& baked = first.surfaces()[0].baked;
@@ -147,7 +148,7 @@ TEST(Scene, TheCacheGivesTheSameField) {
 TEST(Scene, OtherSettingsAreOtherCacheEntries) {
     const test::TemporaryFolder folder;
     SceneResources resources;
-    resources.cache = folder.path();
+    resources.files = scene_files(folder.path());
     std::set<std::string> keys;
     for (const char* more :
          {"", "smooth_voxels = 0.7\n", "smooth_voxels = 0.7\niso_after_smoothing = \"as_given\"\n",

@@ -9,8 +9,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/probe_path.h>
-#include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
@@ -91,7 +92,8 @@ TEST_F(BakedMistakes, LabelsWithMeshesOfTheirOwnBesideEachOtherAreWarnedOf) {
             parse_scene("[volume.v]\nfile = \"atlas.nrrd\"\n" +
                             surface("three", "label = 3\ncontact = \"volume\"\n" + three) +
                             surface("four", "label = 4\ncontact = \"volume\"\n" + four),
-                        folder_ / "scene.toml"));
+                        folder_ / "scene.toml"),
+            SceneResources{.files = scene_files()});
         return scene.plan().warnings;
     };
     const std::string mesh = "mesh = \"three.ply\"\n";

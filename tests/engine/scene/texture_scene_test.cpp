@@ -8,10 +8,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 
 #include "tests/support/scripted_clock.h"
 #include "tests/support/temporary_folder.h"
@@ -40,7 +41,9 @@ const std::string kGrating =
 /// A stroke along x, 0.5 mm deep; of frames after the first contact.
 std::vector<FrameReport> stroke(const std::string& text, int frames = 400) {
     test::ScriptedClock clock;
-    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml")), clock);
+    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml"),
+                                                  SceneResources{.files = scene_files()}),
+                    clock);
     std::vector<FrameReport> reports;
     for (int i = 0; i < frames; ++i) {
         DeviceState state;
@@ -57,7 +60,7 @@ double grating_height(double x) {
 
 std::string complaint(const std::string& text) {
     try {
-        const Scene scene(parse_scene(text, "x.toml"));
+        const Scene scene(parse_scene(text, "x.toml"), SceneResources{.files = scene_files()});
     } catch (const std::runtime_error& error) {
         return error.what();
     }
@@ -231,7 +234,9 @@ TEST(TextureScene, WhatATextureCannotBeIsRefusedWithItsLine) {
 TEST(TextureScene, ItsGainIsItsOwn) {
     const std::string text = kPlate + surface("top") + texture("top", kGrating);
     test::ScriptedClock clock;
-    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml")), clock);
+    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml"),
+                                                  SceneResources{.files = scene_files()}),
+                    clock);
     DeviceState state;
     state.position = {1e-3, 0, kTop + 1e-3};
     loop.frame(state);

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/run/trace.h>
-#include <palpate/engine/truth/internal/felt_level.h>
+#include <palpate/engine/truth/felt_level.h>
 
 #include "tests/engine/study/study_fixture.h"
 #include "tests/support/temporary_folder.h"
@@ -219,11 +219,11 @@ TEST(DepthBehind, IsTheNearestWayOutAlsoWhereThereIsNoSlope) {
         parse_scene("[volume.v]\nanalytic = \"slab\"\nthickness_mm = 8\n[surface.s]\nvolume = "
                     "\"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
                     "slab.toml"));
-    const internal::FeltLevel level = internal::felt_levels(*scene).front();
+    const FeltLevel level = felt_levels(*scene).front();
     const auto sampler = level.field->make_sampler();
     constexpr double trust = 0.25e-3;
     const auto depth = [&](double z, double deepest) {
-        return internal::depth_behind(level, *sampler, {0.0, 0.0, z}, trust, deepest);
+        return depth_behind(level, *sampler, {0.0, 0.0, z}, trust, deepest);
     };
     EXPECT_EQ(depth(5e-3, 0.0), 0.0) << "in front";
     EXPECT_NEAR(depth(3e-3, 1.0), 1e-3, 1e-15) << "Newton's step is exact";

@@ -15,7 +15,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
-#include <palpate/geometry/mesh_file.h>
+#include <palpate/geometry/formats/mesh_file.h>
 
 #include "tests/support/axis_orders.h"
 #include "tests/support/test_volumes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/formats/internal/label_names.h>
-#include <palpate/volume/internal/printable.h>
+#include <palpate/volume/printable.h>
 
 #include <array>
 #include <cstdint>
@@ -172,14 +172,14 @@ TEST(LabelNames, GarbageIsReadOrRefusedInOneLine) {
 }
 
 TEST(LabelNames, NamesAreShownWithoutWhatATerminalWouldObey) {
-    EXPECT_EQ(internal::printable("  Gyrus frontalis \t"), "Gyrus frontalis");
-    EXPECT_EQ(internal::printable("N\xC3\xA9oplasie \xE8\x84\xB3 \xF0\x9F\xA7\xA0"),
+    EXPECT_EQ(printable("  Gyrus frontalis \t"), "Gyrus frontalis");
+    EXPECT_EQ(printable("N\xC3\xA9oplasie \xE8\x84\xB3 \xF0\x9F\xA7\xA0"),
               "N\xC3\xA9oplasie \xE8\x84\xB3 \xF0\x9F\xA7\xA0");
-    EXPECT_EQ(internal::printable("a\x1B[31mb\x7F"), "a?[31mb?");
-    EXPECT_EQ(internal::printable("Gr\xF6\xDF"
-                                  "e"),
+    EXPECT_EQ(printable("a\x1B[31mb\x7F"), "a?[31mb?");
+    EXPECT_EQ(printable("Gr\xF6\xDF"
+                        "e"),
               "Gr??e"); // Latin-1
-    EXPECT_EQ(internal::printable("\xC0\xAF \xED\xA0\x80 \xC2\x85 \xE8\x84"), "?? ??? ?? ??");
+    EXPECT_EQ(printable("\xC0\xAF \xED\xA0\x80 \xC2\x85 \xE8\x84"), "?? ??? ?? ??");
     EXPECT_EQ(names_of("1 Gr\xF6sse\n").at(1).name, "Gr?sse");
 }
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include <palpate/volume/formats/internal/volume_import.h>
-#include <palpate/volume/internal/printable.h>
+#include <palpate/volume/printable.h>
 
 namespace palpate::internal {
 namespace {

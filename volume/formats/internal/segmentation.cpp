@@ -13,7 +13,7 @@
 #include <utility>
 
 #include <palpate/volume/formats/internal/volume_import.h>
-#include <palpate/volume/internal/printable.h>
+#include <palpate/volume/printable.h>
 
 // Keys of a header: slicer.readthedocs.io, Developer guide, Segmentations.
 namespace palpate::internal {

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/baking/scene_files.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/internal/surface_mesh_file.h>
+#include <palpate/engine/record/recording.h>
+#include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/formats/vector_file.h>
+
+namespace palpate {
+namespace {
+
+class Reader final : public SceneReader {
+public:
+    Reader(const SceneDescription& scene, const ResultCache& cache, IsosurfaceExtractor extract,
+           Progress progress)
+        : scene_(scene), volumes_(scene), cache_(cache), extract_(std::move(extract)),
+          progress_(std::move(progress)) {}
+
+    BakedSurface surface(const std::string& name) override {
+        return bake_surface(scene_, name, volumes_, cache_, progress_);
+    }
+
+    FoundMesh mesh(const std::string& surface, const BakedSurface& baked, ContactKind contact,
+                   const std::string& place) override {
+        const SurfaceDescription& description = scene_.surfaces.at(surface);
+        if (!description.mesh.empty())
+            return internal::read_surface_mesh(description, baked, contact, place);
+        try {
+            BakedMesh extracted =
+                mesh_surface(baked, mesh_settings(description, baked), extract_, cache_, progress_);
+            FoundMesh found;
+            found.mesh = std::move(extracted.mesh);
+            found.from_cache = extracted.from_cache;
+            return found;
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error(fmt::format("{}: {}", place, error.what()));
+        }
+    }
+
+    std::shared_ptr<const ScalarField> scalars(const std::string& volume) override {
+        const VoxelVolume& voxels = volumes_.volume(volume);
+        return std::make_shared<GridField>(voxels, static_cast<float>(value_range(voxels)[0]));
+    }
+
+    std::shared_ptr<const VectorField> vectors(const std::string& volume, VectorSense sense,
+                                               std::string_view effect) override {
+        const std::filesystem::path& file = scene_.volumes.at(volume).file;
+        const auto fail = [&](const std::string& what) {
+            throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}", scene_.file.string(),
+                                                 scene_.volumes.at(volume).line, volume, what));
+        };
+        if (!holds_vectors(file))
+            fail(fmt::format(
+                "{} holds no vectors, which {} needs; name a volume of vectors or tensors",
+                file.string(), effect));
+        const VectorVolume vectors = read_vector_volume(file);
+        if (vectors.kind == VectorVolume::Kind::symmetric_tensor && sense == VectorSense::directed)
+            fail(fmt::format(
+                "{} holds tensors, whose directions have no sign, and {} needs one; take "
+                "fibre_follow, or name a volume of vectors",
+                file.string(), effect));
+        return std::make_shared<GridVectorField>(vectors, sense);
+    }
+
+private:
+    const SceneDescription& scene_;
+    VolumeReader volumes_;
+    const ResultCache& cache_;
+    IsosurfaceExtractor extract_;
+    Progress progress_;
+};
+
+class Files final : public SceneFiles {
+public:
+    explicit Files(ResultCache cache) : cache_(std::move(cache)) {}
+
+    std::unique_ptr<SceneReader> reader(const SceneDescription& scene,
+                                        const IsosurfaceExtractor& extract,
+                                        const Progress& progress) const override {
+        return std::make_unique<Reader>(scene, cache_, extract, progress);
+    }
+    std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file) const override {
+        return read_recording(file).inputs;
+    }
+
+private:
+    ResultCache cache_;
+};
+
+} // namespace
+
+std::shared_ptr<const SceneFiles> scene_files(ResultCache cache) {
+    return std::make_shared<Files>(std::move(cache));
+}
+
+} // namespace palpate

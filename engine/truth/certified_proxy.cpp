@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/truth/certified_proxy.h>
+
+#include <memory>
+
+#include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/truth/felt_level.h>
+#include <palpate/haptics/stepping/subdivision.h>
+
+namespace palpate {
+
+std::vector<Vec3> certified_proxies(const Scene& scene, std::span<const DeviceState> inputs) {
+    if (!levels_hold_alone(scene)) return {};
+    std::vector<std::unique_ptr<SurfaceContact>> contacts;
+    std::vector<SurfaceContact*> surfaces;
+    for (const FeltLevel& level : felt_levels(scene)) {
+        if (level.surface && level.surface->contact == ContactKind::guarded)
+            contacts.push_back(scene.make_contact(*level.surface));
+        else
+            contacts.push_back(std::make_unique<VolumeContact>(level.field, level.settings));
+        surfaces.push_back(contacts.back().get());
+    }
+    if (surfaces.empty()) return {};
+
+    SteadyClock clock; // decides nothing of method adaptive
+    Subdivision subdivision({}, surfaces, {}, clock);
+    std::vector<Vec3> proxies;
+    proxies.reserve(inputs.size());
+    FrameContext frame;
+    frame.stiffness = scene.description().coupling.stiffness_n_per_m;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const bool restarts = i == 0 || inputs[i].trial != inputs[i - 1].trial;
+        frame.probe = inputs[i].position;
+        frame.start = restarts ? inputs[i].position : proxies.back();
+        if (restarts) subdivision.restart(frame.start);
+        proxies.push_back(is_finite(frame.probe) ? subdivision.advance(frame).proxy : frame.start);
+    }
+    return proxies;
+}
+
+} // namespace palpate

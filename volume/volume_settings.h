@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace palpate {
+
+/// Which volume of a file or folder that holds several, and how its geometry is to be read.
+struct VolumeSelection {
+    /// What to do with a DICOM series whose slices are not all sound or not evenly spaced.
+    enum class Slices {
+        refuse, ///< an error that names the slice
+        repair  ///< malformed slices are left out; gaps and uneven spacing are filled by linear
+                ///< interpolation between neighbours; each said in a warning
+    };
+    /// Which of a NIfTI file's two transforms places it.
+    enum class NiftiTransform {
+        automatic, ///< sform where its code is set, else qform; a warning where they disagree
+        sform,
+        qform
+    };
+
+    std::string series; ///< DICOM folder: a series' number, description or instance UID; empty: the
+                        ///< only one
+    std::string grid;   ///< .vdb: name of a grid; empty: the one named "density", or the only one
+    Slices slices = Slices::refuse;
+    NiftiTransform nifti_transform = NiftiTransform::automatic;
+};
+
+/// Which connected parts of the material stay.
+struct ComponentPolicy {
+    enum class Kind { all, largest, count, volume };
+    Kind kind = Kind::all;
+    std::size_t count = 1;   ///< kind count: this many largest stay, >= 1
+    double volume_mm3 = 0.0; ///< kind volume: those larger than this stay, >= 0
+};
+
+} // namespace palpate
