@@ -90,8 +90,8 @@ inline constexpr std::array<FrameFlagText, 18> kFrameFlagTexts{{
      "stiffness, or declare the device's damping and delay"},
     {kCalmed, "calmed",
      "the proxy went to and fro by itself, though the probe hardly moved: it was slowed down until "
-     "it rests, which may be before the forces balance; where it lasts, weaken one of the effects "
-     "that hold it, or use method adaptive"},
+     "it rests, which may be before the forces balance; where it lasts, press less deep, weaken one "
+     "of the effects that hold it, or try another method"},
 }};
 
 } // namespace palpate

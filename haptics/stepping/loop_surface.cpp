@@ -160,8 +160,10 @@ std::optional<Vec3> lifted(const Vec3& proxy, const Vec3& to, double drifted_j,
     const double free_m2 = squared_length(frame.start - frame.probe) +
                            2.0 * drifted_j / frame.stiffness - squared_length(ahead);
     const double length_m2 = squared_length(way), along_m2 = glm::dot(ahead, way);
-    if (!(free_m2 > 0.0) || !(length_m2 > 0.0)) return std::nullopt;
-    const double root = std::sqrt(along_m2 * along_m2 + length_m2 * free_m2);
+    // The lift ends at most where it has used up what is free. Towards the probe it gives.
+    const double root_m4 = along_m2 * along_m2 + length_m2 * free_m2;
+    if (!(root_m4 >= 0.0) || !(length_m2 > 0.0)) return std::nullopt;
+    const double root = std::sqrt(root_m4);
     const Vec3 lift = std::clamp((root - along_m2) / length_m2, 0.0, 1.0) * way;
     return glm::length(lift) > kNoLift_m ? std::optional(proxy + lift) : std::nullopt;
 }

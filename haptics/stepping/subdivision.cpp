@@ -179,12 +179,11 @@ bool Subdivision::is_driven() const noexcept {
     });
 }
 
-/// Whether the balances of two frames may differ though the probe is held. With surfaces alone, and
-/// each frame solved to its end, they do not differ.
+/// Whether the balances of two frames may differ though the probe is held. With one surface alone
+/// that does not rub, and each frame solved to its end, they do not differ.
 bool Subdivision::frames_may_contradict() const noexcept {
-    return !stepping_.seeks_balance() || !effects_.empty() ||
-           std::any_of(surfaces_.begin(), surfaces_.end(),
-                       [](const LoopSurface& surface) { return surface.depends_on_place(); });
+    return !stepping_.seeks_balance() || !effects_.empty() || surfaces_.size() > 1 ||
+           (surfaces_.size() == 1 && (friction_.rubs(0) || surfaces_[0].depends_on_place()));
 }
 
 /// The work budget of a frame. It grows with the evaluations that the method may make.
