@@ -108,6 +108,28 @@ TEST(Carry, TheSameChordAskedAgainHoldsAsFar) {
     ask_between_frames(direct_ball(), ask_twice);
 }
 
+// On one flank of a notch, the other one is met. It was remembered at once, and a second chord took
+// it for a plane that the solver had weighed already: it went through.
+TEST(Carry, DirectContactStopsAtAnotherFlankAsOftenAsItIsAsked) {
+    TriangleMesh faces; // of the notch, out to 30 mm
+    faces.vertices = {{-0.03, -0.03, 0.03}, {-0.03, 0.03, 0.03}, {0, -0.03, 0},
+                      {0, 0.03, 0},         {0.03, -0.03, 0.03}, {0.03, 0.03, 0.03}};
+    faces.triangles = {{0, 2, 1}, {1, 2, 3}, {2, 4, 3}, {3, 4, 5}};
+    const auto mesh = std::make_shared<const TriangleMesh>(std::move(faces));
+    DirectContact notch(std::make_shared<const SurfaceScene>(mesh),
+                        std::shared_ptr<const ScalarField>(make_wedge(270.0)), LevelSettings{});
+    const Vec3 proxy{-1e-4, 0, 1.01e-4};
+    notch.restart(proxy);
+    offer(notch, proxy);
+    const std::vector<Vec3> across{{3e-4, 0, 1e-4}};
+    const std::vector<double> first = fractions(notch, proxy, across);
+    EXPECT_LT(first[0], 1.0);
+    EXPECT_EQ(fractions(notch, proxy, across), first);
+    ContactSet planes;
+    notch.offer(proxy, planes);
+    EXPECT_EQ(planes.size(), 2u); // both flanks
+}
+
 // Neither where the surface stands, nor the level that the frame's end finds, nor what is certified
 // from there.
 TEST(Carry, AskingMovesNoLevel) {
