@@ -87,12 +87,6 @@ bool in_range(const Vec3& p) noexcept {
     return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
 }
 
-/// The queries of `all` that are not in `some`, which may have been counted later, and less.
-QueryCount without(const QueryCount& all, const QueryCount& some) noexcept {
-    return {all.field_samples - some.field_samples, all.roots - some.roots,
-            all.surface_queries - some.surface_queries};
-}
-
 } // namespace
 
 class HapticLoop::Parts {
@@ -258,11 +252,10 @@ FrameReport HapticLoop::Parts::frame(const DeviceState& device,
     report.proxy = proxy_;
 
     const QueryCount before = std::exchange(counted_, queries());
-    report.field_samples =
-        static_cast<std::uint32_t>(counted_.field_samples - before.field_samples);
-    report.root_queries = static_cast<std::uint32_t>(counted_.roots - before.roots);
-    report.surface_queries =
-        static_cast<std::uint32_t>(counted_.surface_queries - before.surface_queries);
+    const QueryCount made = counted_ - before;
+    report.field_samples = static_cast<std::uint32_t>(made.field_samples);
+    report.root_queries = static_cast<std::uint32_t>(made.roots);
+    report.surface_queries = static_cast<std::uint32_t>(made.surface_queries);
     report.estimate_us = subdivision_->estimate_us();
     report.spent_us = clock_.now_us() - began_us;
     return report;
@@ -327,17 +320,11 @@ void HapticLoop::Parts::move_proxy(const DeviceState& device,
 
 QueryCount HapticLoop::Parts::queries() const noexcept {
     QueryCount total;
-    const auto add = [&](const QueryCount& one) {
-        total.field_samples += one.field_samples;
-        total.roots += one.roots;
-        total.surface_queries += one.surface_queries;
-    };
     for (const auto& contact : felt_.contacts)
-        add(contact->queries());
+        total += contact->queries();
     for (const auto& effect : felt_.effects)
-        add(effect->queries());
-    add(subdivision_->queries());
-    return total;
+        total += effect->queries();
+    return total += subdivision_->queries();
 }
 
 internal::LoopMake HapticLoop::Parts::make() const {
@@ -353,7 +340,7 @@ internal::LoopMake HapticLoop::Parts::make() const {
 LoopState HapticLoop::Parts::save() const {
     return LoopState(std::make_shared<const internal::LoopStateParts>(internal::LoopStateParts{
         make(), subdivision_->save_state(), felt_.fields.save_state(), safety_, velocity_estimator_,
-        frames_, without(queries(), counted_), started_, silent_, trial_, proxy_}));
+        frames_, queries() - counted_, started_, silent_, trial_, proxy_}));
 }
 
 void HapticLoop::Parts::restore(const LoopState& state) {
@@ -365,7 +352,7 @@ void HapticLoop::Parts::restore(const LoopState& state) {
     safety_ = from.safety;
     velocity_estimator_ = from.velocity_estimator;
     frames_ = from.frames;
-    counted_ = without(queries(), from.uncounted); // counters go on: a report tells differences
+    counted_ = queries() - from.uncounted; // counters go on: a report tells differences
     started_ = from.started;
     silent_ = from.silent;
     trial_ = from.trial;

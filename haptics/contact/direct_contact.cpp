@@ -41,6 +41,7 @@ DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
 /// Behind a facet, but not behind the level, no ray would find what the proxy is at.
 bool DirectContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
+    met_.clear();
     const FieldSample here = sampler_->sample(proxy);
     const bool in_front = here.valid && here.value <= settings_.level + scale_.free;
     engaged_ =
@@ -61,6 +62,7 @@ void DirectContact::set_gain(const Gain& gain) noexcept {
     strength_n_ = gain.strength_n(settings_.strength_n);
     if (!gain.off()) return;
     bundle_.clear();
+    met_.clear();
     engaged_ = false;
 }
 
@@ -71,6 +73,7 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane*
     offered_ = 0;
     depth_m_ = 0.0;
     if (!engaged_) return;
+    bundle_.take_over(met_, patch_cosine_);
     bundle_.forget_beyond(proxy, scale_.trust_m);
     // Where the facet was hit, the level may be a facet's chord error away.
     LevelSettings near_the_facet = settings_;
@@ -118,7 +121,7 @@ Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
     const bool passes = reached >= -tolerated_m || is_offered(contact, *hit);
     engaged_ = true;
     if (passes) return {};
-    bundle_.remember(contact, hit->position, patch_cosine_);
+    met_.remember(contact, hit->position, patch_cosine_);
     return {hit->distance_m / glm::length(chord), false};
 }
 
@@ -131,13 +134,14 @@ bool DirectContact::is_offered(const ContactPlane& contact, const SurfaceHit& hi
     return false;
 }
 
-std::any DirectContact::save_state() const { return State{strength_n_, engaged_, bundle_}; }
+std::any DirectContact::save_state() const { return State{strength_n_, engaged_, bundle_, met_}; }
 
 void DirectContact::restore_state(const std::any& state) {
     const auto& from = std::any_cast<const State&>(state);
     strength_n_ = from.strength_n;
     engaged_ = from.engaged;
     bundle_ = from.bundle;
+    met_ = from.met;
 }
 
 QueryCount DirectContact::queries() const noexcept {

@@ -45,6 +45,7 @@ private:
         double strength_n = 0.0;
         bool engaged = false;
         PlaneBundle bundle;
+        PlaneBundle met;
     };
 
     bool behind_a_facet(const Vec3& proxy) noexcept;
@@ -61,6 +62,7 @@ private:
 
     bool engaged_ = false; // the level is followed: near it, or behind a facet
     PlaneBundle bundle_;
+    PlaneBundle met_; // by chords since the last offer(), which takes them into bundle_
     std::uint32_t offered_ = 0;
     double depth_m_ = 0.0; // below the level, where planes were offered last; 0 in front of it
     std::uint64_t rays_ = 0;

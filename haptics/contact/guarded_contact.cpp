@@ -229,7 +229,8 @@ void GuardedContact::restore_state(const std::any& state) {
 
 QueryCount GuardedContact::queries() const noexcept {
     QueryCount count = volume_.queries();
-    count.surface_queries += guard_contact_->queries().surface_queries + searches_;
+    count += guard_contact_->queries();
+    count.surface_queries += searches_;
     return count;
 }
 

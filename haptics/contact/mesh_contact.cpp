@@ -140,14 +140,14 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
     ContactPlane contact;
     contact.gradient_length = 1.0;
     const auto add = [&](const Vec3& anchor, const Vec3& normal) {
-        contact.plane = {anchor, normal, now_.offered_strength_n};
+        contact.plane = {anchor, normal, now_.strength.offered_n};
         if (contacts.add(contact)) ++offered_;
     };
     if (now_.mode == Mode::airborne) {
         drop_stale(proxy);
         // Each plane has the whole strength: several of a yielding surface would resist more than
         // it.
-        const std::size_t first = std::isfinite(now_.offered_strength_n) && now_.guards.size() > 0
+        const std::size_t first = std::isfinite(now_.strength.offered_n) && now_.guards.size() > 0
                                       ? now_.guards.size() - 1
                                       : 0;
         for (std::size_t i = first; i < now_.guards.size(); ++i)
@@ -161,7 +161,7 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
         return;
     }
     if (now_.touch_count == 0 && heading.height_m > tolerance_m_) return;
-    if (std::isfinite(now_.offered_strength_n) && heading.toward != Heading::Toward::face) {
+    if (std::isfinite(now_.strength.offered_n) && heading.toward != Heading::Toward::face) {
         // What several facets do together: one plane against the pull across the way that is left.
         Vec3 across = pull;
         if (heading.toward == Heading::Toward::edge) {

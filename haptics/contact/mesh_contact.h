@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -12,6 +11,7 @@
 #include <palpate/haptics/contact/guard_planes.h>
 #include <palpate/haptics/contact/mesh_walk.h>
 #include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/contact/surface_strength.h>
 
 namespace palpate {
 
@@ -52,7 +52,7 @@ public:
     double trust_m() const noexcept override;
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
     SurfaceState state() const noexcept override { return now_.state; }
-    double opens_above_n() const noexcept override { return now_.opens_above_n; }
+    double opens_above_n() const noexcept override { return now_.strength.opens_above_n; }
     void open() noexcept override;
     QueryCount queries() const noexcept override { return {0, 0, queries_}; }
     std::any save_state() const override { return now_; }
@@ -61,9 +61,7 @@ public:
     }
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
     SlidingSurface* sliding() noexcept override { return now_.passed ? nullptr : this; }
-    Membrane* membrane() noexcept override {
-        return std::isinf(now_.opens_above_n) ? nullptr : this;
-    }
+    Membrane* membrane() noexcept override { return now_.strength.is_membrane() ? this : nullptr; }
 
     /// Puts the proxy onto a place of the mesh, on its front.                            [loop]
     void rest_on(const MeshSpot& spot) noexcept;
@@ -104,11 +102,8 @@ private:
         std::array<Touch, 3> touches{}; ///< facets at `spot` that hold it, as far as is known
         std::size_t touch_count = 0;
 
-        double offered_strength_n = 0.0; ///< N, with the gain; a membrane is offered as hard: the
-                                         ///< loop sees when it opens
-        double opens_above_n = 0.0;      ///< N
-        bool off = false;                ///< gain 0
-        bool yielded = false;            ///< in the last solution
+        SurfaceStrength strength; ///< with the gain
+        bool yielded = false;     ///< in the last solution
         SurfaceState state = SurfaceState::free;
 
         /// The surface let the proxy through. While it is so, the members above describe the front:

@@ -26,13 +26,8 @@ constexpr double kOffTheFacet = 4.0;
 } // namespace
 
 void MeshContact::set_gain(const Gain& gain) noexcept {
-    constexpr double kNever = std::numeric_limits<double>::infinity();
-    const double strength_n = gain.strength_n(settings_.strength_n);
-    const bool opens = settings_.yielding == Yielding::opens && !gain.moving && !gain.off();
-    now_.offered_strength_n = opens ? kNever : strength_n;
-    now_.opens_above_n = opens ? strength_n : kNever;
-    now_.off = gain.off();
-    if (now_.off) switch_off();
+    now_.strength = SurfaceStrength::of(settings_.strength_n, settings_.yielding, gain);
+    if (now_.strength.off) switch_off();
 }
 
 void MeshContact::open() noexcept {
@@ -109,7 +104,7 @@ void MeshContact::offer_behind(const Vec3& proxy, ContactSet& contacts) noexcept
                            : now_.guards.size() > 0 ? now_.guards[now_.guards.size() - 1].normal
                                                     : Vec3{0.0};
     contact.plane.anchor = proxy + (depth - now_.held_depth_m) * contact.plane.normal;
-    contact.plane.strength_n = now_.offered_strength_n;
+    contact.plane.strength_n = now_.strength.offered_n;
     contact.gradient_length = 1.0;
     if (contacts.add(contact)) ++offered_;
 }
@@ -134,13 +129,14 @@ void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noex
     look_back(proxy);
     if (now_.state != SurfaceState::inside && proxy != now_.behind) front_follows(proxy);
     const bool reached = front_reached(proxy);
-    bool left = !now_.off && (now_.in_front || mesh_->has_border()); // nothing is inside a sheet
+    // Nothing is inside a sheet.
+    bool left = !now_.strength.off && (now_.in_front || mesh_->has_border());
     if (left && now_.state == SurfaceState::inside) left = !closest_point(proxy, settings_.free_m);
     now_.state = next_state(now_.state, {felt, yielded, now_.in_front || reached, left});
     if (now_.state == SurfaceState::inside) return;
     if (now_.state == SurfaceState::yielded) {
         const double depth_m = glm::length(now_.proxy - proxy);
-        if (std::isinf(now_.offered_strength_n) && std::isinf(now_.opens_above_n))
+        if (now_.strength.is_hard())
             now_.held_depth_m = std::min(now_.held_depth_m, depth_m); // hard again: only outwards
         else if (!felt || yielded)
             now_.held_depth_m = depth_m; // play: it holds where it was pushed to

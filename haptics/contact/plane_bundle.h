@@ -33,6 +33,13 @@ public:
         entries_[count_++] = {contact, sampled_at};
     }
 
+    /// Remembers what another does, the oldest first, and leaves that empty. [loop]
+    void take_over(PlaneBundle& other, double patch_cosine) noexcept {
+        for (std::size_t i = 0; i < other.count_; ++i)
+            remember(other.entries_[i].contact, other.entries_[i].sampled_at, patch_cosine);
+        other.clear();
+    }
+
     /// Forgets planes sampled further than `radius_m` from `proxy`: the surface has turned since.
     /// [loop]
     void forget_beyond(const Vec3& proxy, double radius_m) noexcept {

@@ -10,6 +10,18 @@ struct QueryCount {
     std::uint64_t field_samples = 0;
     std::uint64_t roots = 0;
     std::uint64_t surface_queries = 0; ///< rays and nearest points of a mesh
+
+    QueryCount& operator+=(const QueryCount& other) noexcept {
+        field_samples += other.field_samples;
+        roots += other.roots;
+        surface_queries += other.surface_queries;
+        return *this;
+    }
+    /// What is in `all` and not in `some`. Modulo 2^64, as `some` may be counts of another loop.
+    friend QueryCount operator-(const QueryCount& all, const QueryCount& some) noexcept {
+        return {all.field_samples - some.field_samples, all.roots - some.roots,
+                all.surface_queries - some.surface_queries};
+    }
 };
 
 } // namespace palpate

@@ -119,8 +119,9 @@ public:
     /// are forgotten.   [loop]
     virtual void keep_active(const ProxySolution& solution, std::size_t first) noexcept = 0;
 
-    /// How far the chord from -> to holds this surface's certificate. A surface met on the way may
-    /// remember its plane; its level never moves here.                                     [loop]
+    /// How far the chord from -> to holds this surface's certificate. What was met on the way may
+    /// change the planes of the next offer(); neither state() nor a level moves here, and the same
+    /// chord asked again holds as far.                                                    [loop]
     virtual Chord carry(const Vec3& from, const Vec3& to) noexcept = 0;
 
     /// Longest step that one evaluation's planes are trusted for, m.                    [any]

@@ -95,22 +95,17 @@ std::optional<ContactPlane> plane_within(const FieldSample& sample, const Vec3& 
 VolumeContact::VolumeContact(std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings, const TextureSettings& texture)
     : field_(required("volume contact: field", std::move(field))), settings_(settings),
-      offered_settings_(settings), scale_(LevelScale::of(*field_, settings)),
-      bare_trust_m_(scale_.trust_m), bare_patch_cosine_(field_->patch_cosine()),
-      patch_cosine_(bare_patch_cosine_), sampler_(field_->make_sampler()),
-      texture_(texture, field_->relief_limit_m()), level_(settings.level) {
+      scale_(LevelScale::of(*field_, settings)), bare_trust_m_(scale_.trust_m),
+      bare_patch_cosine_(field_->patch_cosine()), patch_cosine_(bare_patch_cosine_),
+      sampler_(field_->make_sampler()), texture_(texture, field_->relief_limit_m()),
+      level_(settings.level) {
     set_gain({});
     set_texture_gain(1.0);
 }
 
 void VolumeContact::set_gain(const Gain& gain) noexcept {
-    constexpr double kNever = std::numeric_limits<double>::infinity();
-    const double strength_n = gain.strength_n(settings_.strength_n);
-    const bool opens = settings_.yielding == Yielding::opens && !gain.moving && !gain.off();
-    offered_settings_.strength_n = opens ? kNever : strength_n;
-    opens_above_n_ = opens ? strength_n : kNever;
-    off_ = gain.off();
-    if (off_) open();
+    strength_ = SurfaceStrength::of(settings_.strength_n, settings_.yielding, gain);
+    if (strength_.off) open();
 }
 
 void VolumeContact::set_texture_gain(double gain) noexcept {
@@ -210,7 +205,7 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane*
     look(proxy);
     if (nearest) nearest->found = plane_within(here_, proxy, settings_, scale_, nearest->reach_m);
     ContactPlane contact;
-    if (!level_plane(here_, proxy, level_, offered_settings_, scale_, contact)) {
+    if (!level_plane(here_, proxy, level_, settings_, scale_, contact)) {
         bundle_.clear();
         // Inside without a normal, as on a plateau: not a surface to be met, but a depth not to
         // exceed.
@@ -218,9 +213,10 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane*
         return;
     }
     engaged_ = true;
+    contact.plane.strength_n = strength_.offered_n;
     // Each plane has the surface's whole strength: several of a yielding surface would resist more
     // than it.
-    if (std::isfinite(offered_settings_.strength_n)) bundle_.clear();
+    if (std::isfinite(strength_.offered_n)) bundle_.clear();
     bundle_.forget_beyond(proxy, scale_.trust_m);
     bundle_.remember(contact, proxy, patch_cosine_);
     for (std::size_t i = 0; i < bundle_.size(); ++i)
@@ -296,14 +292,16 @@ std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to,
     }
     const Vec3 beyond = between(from, to, blocked_at + kPastRoot);
     ContactPlane contact;
-    if (level_plane(texture_.felt(sampler_->sample(beyond), beyond), beyond, level_,
-                    offered_settings_, scale_, contact))
+    const FieldSample there = texture_.felt(sampler_->sample(beyond), beyond);
+    if (level_plane(there, beyond, level_, settings_, scale_, contact)) {
+        contact.plane.strength_n = strength_.offered_n;
         bundle_.remember(contact, from, patch_cosine_);
+    }
     return reached;
 }
 
 void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {
-    const bool hard = std::isinf(offered_settings_.strength_n) && std::isinf(opens_above_n_);
+    const bool hard = strength_.is_hard();
     // A hard surface is left when it is not felt, and never moves its level (composition.md 4.1).
     if (hard && level_ == settings_.level && !not_felt()) {
         state_ = next_state(state_, {felt, false, true, true});
@@ -311,7 +309,7 @@ void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept 
     }
     const double value = felt_value(proxy);
     state_ = next_state(state_, {felt, yielded, value < settings_.level,
-                                 !off_ && value < settings_.level - scale_.free});
+                                 !strength_.off && value < settings_.level - scale_.free});
     if (state_ != SurfaceState::yielded)
         level_ = settings_.level;
     else if (hard)
@@ -321,20 +319,12 @@ void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept 
 }
 
 std::any VolumeContact::save_state() const {
-    return State{offered_settings_.strength_n,
-                 opens_above_n_,
-                 off_,
-                 texture_.gain(),
-                 level_,
-                 state_,
-                 bundle_};
+    return State{strength_, texture_.gain(), level_, state_, bundle_};
 }
 
 void VolumeContact::restore_state(const std::any& state) {
     const auto& from = std::any_cast<const State&>(state);
-    offered_settings_.strength_n = from.offered_strength_n;
-    opens_above_n_ = from.opens_above_n;
-    off_ = from.off;
+    strength_ = from.strength;
     set_texture_gain(from.texture_gain);
     level_ = from.level;
     state_ = from.state;

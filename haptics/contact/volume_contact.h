@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
 #include <limits>
 #include <memory>
 
 #include <palpate/haptics/contact/plane_bundle.h>
 #include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/contact/surface_strength.h>
 #include <palpate/haptics/contact/surface_texture.h>
 #include <palpate/volume/scalar_field.h>
 
@@ -77,16 +77,16 @@ public:
     double trust_m() const noexcept override { return scale_.trust_m; }
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
     SurfaceState state() const noexcept override { return state_; }
-    double opens_above_n() const noexcept override { return opens_above_n_; }
+    double opens_above_n() const noexcept override { return strength_.opens_above_n; }
     void open() noexcept override;
     QueryCount queries() const noexcept override;
     std::any save_state() const override;
     void restore_state(const std::any& state) override;
-    Membrane* membrane() noexcept override { return std::isinf(opens_above_n_) ? nullptr : this; }
+    Membrane* membrane() noexcept override { return strength_.is_membrane() ? this : nullptr; }
     FieldSurface* of_field() noexcept override { return this; }
 
     /// Of its planes with the present gain, N; infinite for a membrane that may open.    [loop]
-    double offered_strength_n() const noexcept { return offered_settings_.strength_n; }
+    double offered_strength_n() const noexcept { return strength_.offered_n; }
     const LevelScale& scale() const noexcept { return scale_; } ///< with the texture       [loop]
     /// c0, U: the level, or where a yielding surface holds now.                          [loop]
     double anchored_level() const noexcept { return level_; }
@@ -94,9 +94,7 @@ public:
 private:
     /// What it remembers from frame to frame.
     struct State {
-        double offered_strength_n = 0.0;
-        double opens_above_n = 0.0;
-        bool off = false;
+        SurfaceStrength strength;
         double texture_gain = 0.0;
         double level = 0.0;
         SurfaceState state = SurfaceState::free;
@@ -112,10 +110,7 @@ private:
 
     std::shared_ptr<const ScalarField> field_;
     LevelSettings settings_;
-    LevelSettings offered_settings_; // with the gain's strength; a membrane is offered as hard: the
-                                     // loop sees when it opens
-    double opens_above_n_;           // N
-    bool off_ = false;               // gain 0
+    SurfaceStrength strength_; // with the gain
     LevelScale scale_;
     double bare_trust_m_; // without the texture
     double bare_patch_cosine_;

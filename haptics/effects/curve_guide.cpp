@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -66,8 +67,7 @@ void CurveGuide::begin(const FrameContext& frame) noexcept {
 
 void CurveGuide::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!capture_.holds() || !(capture_.strength_n() > 0.0)) return;
-    if (looks_) { // does it rest where it is?
-        looks_ = false;
+    if (std::exchange(looks_, false)) { // does it rest where it is?
         pull_ = primitives.pull(frame_.probe, frame_.stiffness);
         step_to(held_target());
     } else if (evaluations_++ == 0) {

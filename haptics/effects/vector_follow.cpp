@@ -63,8 +63,7 @@ void VectorFollow::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept 
         return;
     }
     if (!start_) return;
-    if (looks_) { // does it rest where it is?
-        looks_ = false;
+    if (std::exchange(looks_, false)) { // does it rest where it is?
         primitives.add_line(*start_);
         return;
     }

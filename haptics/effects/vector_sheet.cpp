@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <palpate/geometry/range.h>
 
@@ -69,8 +70,7 @@ Vec3 VectorSheet::normal_halfway() noexcept {
 
 void VectorSheet::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!start_) return;
-    if (looks_) { // does it rest where it is?
-        looks_ = false;
+    if (std::exchange(looks_, false)) { // does it rest where it is?
         primitives.add(*start_);
         primitives.add({start_->anchor, -start_->normal, start_->strength_n});
         return;

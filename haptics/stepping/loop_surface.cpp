@@ -38,6 +38,7 @@ void LoopSurface::restore_state(const State& state) {
     bank_ = state.bank;
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         gains_[part].restore_state(state.gains[part]);
+    as_set_ = all_gains_are_one();
 }
 
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
@@ -50,25 +51,27 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
-    std::array<bool, kSurfaceParts> moved;
-    bool any_moved = false;
-    as_set_ = true;
-    for (std::size_t part = 0; part < kSurfaceParts; ++part) {
-        moved[part] = gains_[part].advance(frame.period_s);
-        any_moved = any_moved || moved[part];
-        as_set_ = as_set_ && gains_[part].value() == 1.0;
-    }
-    const auto has_moved = [&](SurfacePart part) { return moved[static_cast<std::size_t>(part)]; };
+    unsigned moved = 0; // a bit for each part
+    for (std::size_t part = 0; part < kSurfaceParts; ++part)
+        moved |= static_cast<unsigned>(gains_[part].advance(frame.period_s)) << part;
+    if (moved != 0) as_set_ = all_gains_are_one();
+    const auto has_moved = [&](SurfacePart part) {
+        return (moved >> static_cast<unsigned>(part) & 1U) != 0;
+    };
     if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) {
         Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
         if (strength_.depends_on_place()) now.strength_here_n = strength_.at(frame);
         contact_->set_gain(now);
     }
     if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
-    if (!has_moved(SurfacePart::texture)) return any_moved;
-    if (FieldSurface* field = contact_->of_field())
-        field->set_texture_gain(gain_value(SurfacePart::texture));
-    return any_moved;
+    FieldSurface* field = has_moved(SurfacePart::texture) ? contact_->of_field() : nullptr;
+    if (field) field->set_texture_gain(gain_value(SurfacePart::texture));
+    return moved != 0;
+}
+
+bool LoopSurface::all_gains_are_one() const noexcept {
+    return std::all_of(gains_.begin(), gains_.end(),
+                       [](const GainRamp& gain) { return gain.value() == 1.0; });
 }
 
 void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {

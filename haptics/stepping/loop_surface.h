@@ -118,12 +118,14 @@ public:
     double drifted_j() const noexcept { return bank_.energy_j(); }
 
 private:
+    bool all_gains_are_one() const noexcept;
+
     SurfaceContact* contact_;
     LocalStrength strength_;
     LoopMagnet magnet_;
     LevelBank bank_;
     std::array<GainRamp, kSurfaceParts> gains_;
-    bool as_set_ = true; // of the gains in this frame
+    bool as_set_ = true; // all_gains_are_one(), as of the last time that one moved
 
     std::size_t first_ = 0, last_ = 0; // of its planes in the ContactSet: [first_, last_)
     bool pushes_back_ = false;

@@ -70,13 +70,6 @@ std::string band(const std::vector<Range>& ranges, double top_n) {
     return path;
 }
 
-std::string horizontal_line(double force, double top_n) {
-    const double y = kTop + kPlotHeight * (1.0 - force / top_n);
-    return fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}h{:.1f}\"/>"
-                       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
-                       kLeft, y, kPlotWidth, kLeft - 6.0, y + 4.0, readable(force));
-}
-
 std::string time_ticks(double duration_s) {
     if (!(duration_s > 0.0) || !std::isfinite(duration_s)) return {};
     constexpr double kTicks = 6.0; // about as many
@@ -108,16 +101,14 @@ std::string force_chart(std::span<const FrameReport> frames, double top_n, std::
                         std::string_view id) {
     if (frames.empty()) return {};
     const double duration_s = frames.back().time_s - frames.front().time_s;
-    std::string svg = fmt::format("<svg class=\"chart\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" "
-                                  "aria-labelledby=\"{}-title {}-text\">\n<title "
-                                  "id=\"{}-title\">Force over time: {}</title>\n",
-                                  kWidth, kHeight, id, id, id, escape_html(title));
-    svg += fmt::format(
-        "<desc id=\"{}-text\">Magnitude of the force on the hand over {} s, from 0 to at most "
-        "{} N; each column shows the smallest and the largest of its frames.</desc>\n",
-        id, readable(duration_s), readable(largest_force_n(frames)));
+    std::string svg = chart_opening(
+        kWidth, kHeight, id, fmt::format("Force over time: {}", title),
+        fmt::format("Magnitude of the force on the hand over {} s, from 0 to at most {} N; each "
+                    "column shows the smallest and the largest of its frames.",
+                    readable(duration_s), readable(largest_force_n(frames))));
     for (const double share : {0.0, 0.5, 1.0})
-        svg += horizontal_line(share * top_n, top_n);
+        svg += chart_line(kLeft, kTop + kPlotHeight * (1.0 - share), kPlotWidth,
+                          readable(share * top_n));
     svg += time_ticks(duration_s);
     svg += fmt::format("<text x=\"10\" y=\"{:.0f}\">N</text>\n", kTop + 0.25 * kPlotHeight);
     svg += "<path class=\"force\" d=\"" + band(ranges_of(frames), top_n) + "\"/>\n";

@@ -89,10 +89,7 @@ std::string grid(const Paper& paper, const SeriesChart& chart) {
                            paper.left(tick), kTop, kPlotHeight, kTop + kPlotHeight + 18.0,
                            paper.x.label(tick));
     for (const double tick : paper.y.ticks())
-        svg += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}h{2:.1f}\"/>"
-                           "<text x=\"{3:.1f}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>\n",
-                           kLeft, paper.top(tick), kPlotWidth, kLeft - 6.0, paper.top(tick) + 4.0,
-                           paper.y.label(tick));
+        svg += chart_line(kLeft, paper.top(tick), kPlotWidth, paper.y.label(tick));
     svg +=
         fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
                     kLeft + 0.5 * kPlotWidth, kTop + kPlotHeight + 38.0, escape_html(chart.x.name));
@@ -235,11 +232,8 @@ std::string series_chart(const SeriesChart& chart, std::string_view id) {
     const Paper paper{Ruler(chart, chart.x, 0), Ruler(chart, chart.y, 1)};
     if (paper.x.is_empty()) return {};
     std::string svg =
-        fmt::format("<svg class=\"chart\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" "
-                    "aria-labelledby=\"{2}-title {2}-text\">\n<title id=\"{2}-title\">{3}</title>\n"
-                    "<desc id=\"{2}-text\">{4} across, {5} upwards.</desc>\n",
-                    kWidth, kHeight, id, escape_html(chart.title), escape_html(chart.x.name),
-                    escape_html(chart.y.name));
+        chart_opening(kWidth, kHeight, id, chart.title,
+                      fmt::format("{} across, {} upwards.", chart.x.name, chart.y.name));
     svg += legend(chart) + grid(paper, chart);
     // The first on top: it is the one with the fewest points.
     for (std::size_t i = chart.series.size(); i > 0; --i)
