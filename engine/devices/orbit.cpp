@@ -12,6 +12,7 @@
 #include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/contact/mesh_contact.h>
+#include <palpate/haptics/contact/volume_contact.h>
 
 namespace palpate {
 namespace {

@@ -9,11 +9,11 @@
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_surface.h>
-#include <palpate/geometry/surface_scene.h>
-#include <palpate/haptics/contact/surface_contact.h>
 #include <palpate/volume/scalar_field.h>
 
 namespace palpate {
+
+class SurfaceContact;
 
 /// What a generated path asks of the surface that it leads over. Not for two threads at once.
 struct OrbitTarget {

@@ -17,6 +17,7 @@
 #include <palpate/engine/loop/internal/loop_state_parts.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
+#include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/geometry/range.h>

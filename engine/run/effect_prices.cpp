@@ -7,6 +7,7 @@
 #include <palpate/engine/run/internal/felt_places.h>
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {

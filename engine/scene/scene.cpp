@@ -14,6 +14,7 @@
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/internal/scene_sources.h>
+#include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/validation.h>

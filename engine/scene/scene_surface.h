@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
 #include <string>
-#include <vector>
 
 #include <palpate/engine/scene/baked_surface.h>
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/engine/scene/surface_mesh.h>
-#include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/contact/level_settings.h>
 #include <palpate/haptics/contact/surface_texture.h>
-#include <palpate/haptics/contact/volume_contact.h>
-#include <palpate/haptics/effects/effect.h>
-#include <palpate/haptics/effects/surface_magnets.h>
-#include <palpate/volume/fields/shared_samples.h>
 
 namespace palpate {
 
@@ -30,15 +24,6 @@ struct SceneSurface {
 
     /// True where the mesh decides what is felt, and no field is sampled.                [any]
     bool is_felt_by_mesh() const noexcept { return contact == ContactKind::mesh; }
-};
-
-/// What one loop feels, with the state of it: surfaces by name, their finish, effects in
-/// Scene::effect_order(). Who of them samples the same field at the same point shares the sample.
-struct LoopParts {
-    std::vector<std::unique_ptr<SurfaceContact>> contacts;
-    std::vector<SurfaceFinish> finish; ///< of each of them
-    std::vector<std::unique_ptr<Effect>> effects;
-    SharedFields fields; ///< whose samples they share
 };
 
 } // namespace palpate

@@ -5,6 +5,7 @@
 
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/felt_level.h>
+#include <palpate/haptics/contact/volume_contact.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {

@@ -14,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/volume/formats/label_file.h>
@@ -22,7 +23,6 @@
 #include "tests/support/scripted_clock.h"
 
 #ifdef PALPATE_WITH_CGAL
-#include <palpate/engine/baking/scene_files.h>
 #include <palpate/geometry/isosurface.h>
 #endif
 

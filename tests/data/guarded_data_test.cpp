@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/run/trace.h>
@@ -22,7 +23,6 @@
 #include "tests/support/mesh_fuzz.h"
 
 #ifdef PALPATE_WITH_CGAL
-#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/isosurface.h>
 #endif

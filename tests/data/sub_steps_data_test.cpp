@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/truth/surface_audit.h>
@@ -20,7 +21,6 @@
 #include "tests/support/sub_step_cases.h"
 
 #ifdef PALPATE_WITH_CGAL
-#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/geometry/isosurface.h>
 #endif

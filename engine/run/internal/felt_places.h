@@ -5,6 +5,7 @@
 
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/haptics/effects/effect.h>
 
 namespace palpate::internal {
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_surface.h>
 

@@ -10,6 +10,7 @@
 #include <palpate/engine/run/effect_prices.h>
 #include <palpate/engine/run/internal/felt_places.h>
 #include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -159,6 +160,41 @@ TEST(Scene, OtherSettingsAreOtherCacheEntries) {
         keys.insert(Scene(parse_scene(text, "x.toml"), resources).surfaces()[0].baked.key);
     }
     EXPECT_EQ(keys.size(), 5u);
+}
+
+/// What a scene without a reader of files is refused with.
+std::string refusal(const SceneDescription& scene) {
+    try {
+        const Scene made(scene);
+        device_states(made);
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+TEST(Scene, AFileWithoutAReaderIsRefusedWithWhatToLink) {
+    SceneDescription volume;
+    volume.volumes["v"].file = "head.nrrd";
+    volume.surfaces["s"].volume = "v";
+    volume.effects.push_back(effects::Surface{.surface = "s"});
+    EXPECT_TRUE(refusal(volume).starts_with(
+        "volumes[\"v\"]: nothing here reads head.nrrd: link palpate::files and "));
+
+    SceneDescription field;
+    field.volumes["v"].file = "flow.nrrd";
+    field.effects.push_back(effects::VectorFollow{.volume = "v"});
+    EXPECT_TRUE(refusal(field).starts_with("volumes[\"v\"]: nothing here reads flow.nrrd: "));
+
+    SceneDescription mesh;
+    mesh.surfaces["s"].mesh = "bone.ply";
+    mesh.effects.push_back(effects::Surface{.surface = "s"});
+    EXPECT_TRUE(refusal(mesh).starts_with("surfaces[\"s\"]: nothing here reads bone.ply: "));
+
+    SceneDescription recording;
+    recording.device.kind = DeviceDescription::Kind::recording;
+    recording.device.file = "run.h5";
+    EXPECT_NE(refusal(recording).find("[device]: nothing here reads run.h5: "), std::string::npos);
 }
 
 TEST(Orbit, IsSmoothAtTheGivenSpeedAndNeverTooDeep) {

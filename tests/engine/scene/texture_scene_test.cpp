@@ -184,7 +184,7 @@ TEST(TextureScene, AMeshHasNoTexture) {
     overrides.contact = "direct";
     EXPECT_TRUE(Scene(both).plan().effects[1].on);
     apply(overrides, both);
-    const Scene scene(both);
+    const Scene scene(both, SceneResources{.files = scene_files()});
     EXPECT_FALSE(scene.plan().effects[1].on);
     EXPECT_EQ(scene.plan().effects[1].reason, "contact direct has no texture");
 }
