@@ -20,7 +20,7 @@ namespace {
 
 using IsoAfterSmoothing = SurfaceDescription::IsoAfterSmoothing;
 
-struct Options {
+struct ExtractOptions {
     VolumeOptions volume;
     std::string mesh;
     std::optional<double> iso;
@@ -36,7 +36,7 @@ struct Options {
 };
 
 /// Refuses what would change nothing.
-void check_used(const Options& options) {
+void check_used(const ExtractOptions& options) {
     const auto refuse = [](const char* option, bool is_given, const char* why) {
         if (is_given) throw UsageError(fmt::format("{}: {}; leave it out", option, why));
     };
@@ -53,7 +53,7 @@ void check_used(const Options& options) {
            "goes with --smooth-voxels, and nothing is smoothed");
 }
 
-std::optional<IsoAfterSmoothing> iso_after_smoothing(const Options& options) {
+std::optional<IsoAfterSmoothing> iso_after_smoothing(const ExtractOptions& options) {
     if (options.iso_after_smoothing.empty()) return std::nullopt;
     if (options.iso_after_smoothing == "as_given") return IsoAfterSmoothing::as_given;
     if (options.iso_after_smoothing == "keep_position") return IsoAfterSmoothing::keep_position;
@@ -74,7 +74,7 @@ Box region(const std::vector<double>& corners) {
     return box;
 }
 
-SceneDescription described(const Options& options) {
+SceneDescription described(const ExtractOptions& options) {
     if (options.iso.has_value() == !options.labels.empty())
         throw UsageError("give either --iso VALUE or --label NAME|NUMBER ...");
     SceneDescription scene;
@@ -146,7 +146,7 @@ BakedMesh meshed(const BakedSurface& baked, const IsosurfaceSettings& settings,
     return mesh_surface(baked, settings, with.extract, with.cache, with.progress);
 }
 
-int extract(const Options& options) {
+int extract(const ExtractOptions& options) {
     const SceneDescription scene = described(options);
     // Said now rather than after a minute of work.
     const std::filesystem::path file(options.mesh);
@@ -173,7 +173,7 @@ int extract(const Options& options) {
 } // namespace
 
 void add_extract(CLI::App& app, Action& run) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ExtractOptions>();
     CLI::App* command = app.add_subcommand(
         "extract", "a closed mesh of a volume's isosurface or of its labels, as PLY");
     command
