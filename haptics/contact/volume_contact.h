@@ -114,7 +114,7 @@ private:
     LevelSettings settings_;
     LevelSettings offered_settings_; // with the gain's strength; a membrane is offered as hard: the
                                      // loop sees when it opens
-    double opens_above_n_;           // N
+    double opens_above_n_ = 0.0;     // N
     bool off_ = false;               // gain 0
     LevelScale scale_;
     double bare_trust_m_; // without the texture
