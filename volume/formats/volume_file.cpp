@@ -49,8 +49,8 @@ Format format_of(const std::filesystem::path& file) {
     if (ending == ".vdb") return Format::vdb;
     if (!ending.empty()) return Format::component_image;
     if (internal::is_dicom_file(file)) return Format::dicom;
-    for (const std::string ending : {".ply", ".stl", ".obj"})
-        if (file.extension() == ending)
+    for (const std::string_view mesh : {".ply", ".stl", ".obj"})
+        if (file.extension() == mesh)
             throw internal::import_error(
                 file, "is a mesh, where a volume is wanted; give it to a surface with "
                       "mesh = \"...\", or name a volume");
