@@ -160,6 +160,7 @@ void warn_of_segments(LabelVolume& volume, std::map<LayerAndValue, Segment> segm
             unnamed.push_back(std::to_string(label.value) + " in layer " +
                               std::to_string(label.layer));
     std::vector<std::string> empty;
+    empty.reserve(segments.size());
     for (const auto& [place, segment] : segments)
         empty.push_back(segment.name);
     if (!empty.empty())
