@@ -5,6 +5,9 @@ add_library(palpate_options INTERFACE)
 target_compile_options(palpate_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-restrict
   -ffp-contract=off -march=${PALPATE_ARCH})
+# What is ours and no test: no number changes its type unseen. What changes its sign does: indices are int here and there.
+add_library(palpate_strict INTERFACE)
+target_compile_options(palpate_strict INTERFACE -Wconversion -Werror=conversion -Werror=float-conversion)
 # Sanitizers watch the library and the command. The tests' own objects stay as in a release build, so that ccache has them
 # already: they call what is watched, and -Bsymbolic-functions keeps the library's own copies of inline functions in use. Threads
 # are watched everywhere: what one does unseen looks like a race.

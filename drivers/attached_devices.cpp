@@ -50,6 +50,7 @@ std::vector<AttachedDevice> attached_devices() {
     const std::vector<internal::HidEvidence> nodes =
         internal::hid_evidence(internal::attached_hid_devices());
     std::vector<AttachedDevice> devices;
+    devices.reserve(nodes.size());
     for (const internal::HidEvidence& node : nodes)
         devices.push_back(internal::judged(node));
     for (const internal::UsbEvidence& evidence : internal::usb_evidence())

@@ -135,9 +135,9 @@ std::string PidDevice::Stick::find() {
     if (!settings_.path.empty()) return settings_.path;
     for (const internal::HidDeviceInfo& info : internal::attached_hid_devices()) {
         try {
-            PidReports(internal::read_hid_descriptor(internal::hid_report_descriptor(info.path),
-                                                     info.path),
-                       info.path);
+            const PidReports readable(internal::read_hid_descriptor(
+                                          internal::hid_report_descriptor(info.path), info.path),
+                                      info.path);
             return info.path;
         } catch (const std::runtime_error&) {
             // Another device, or one whose descriptor cannot be read: the next may be ours.

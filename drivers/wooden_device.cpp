@@ -63,9 +63,9 @@ public:
     std::string find() override;
     void connected(HidPort& port) override;
     void release(HidPort& port) noexcept override;
-    void received(std::span<const std::uint8_t> report, double time_s) noexcept override;
+    void received(std::span<const std::uint8_t> bytes, double time_s) noexcept override;
     void caught_up() noexcept override;
-    std::size_t compose(std::span<std::uint8_t> report) noexcept override;
+    std::size_t compose(std::span<std::uint8_t> bytes) noexcept override;
 
 private:
     /// Of the counters, when the board sets them.

@@ -63,7 +63,7 @@ void CertifiedMesh::certify() {
     std::atomic<std::uint32_t> next{0};
     const auto work = [&] {
         std::vector<std::uint32_t> near;
-        for (std::uint32_t first; (first = next.fetch_add(kChunk)) < count;)
+        for (std::uint32_t first = 0; (first = next.fetch_add(kChunk)) < count;)
             for (std::uint32_t f = first; f < std::min(first + kChunk, count); ++f)
                 certify_facet(f, near);
     };

@@ -79,7 +79,8 @@ public:
     /// The fan about a corner of a facet that is seen from `side`, that facet first. False when it
     /// has more than Fan::kCapacity facets, then it is cut off; no such vertex is left to facets
     /// that are not singular. [any]
-    bool fan(std::uint32_t facet, std::int8_t side, std::uint8_t corner, Fan& fan) const noexcept;
+    bool fan(std::uint32_t facet, std::int8_t side, std::uint8_t corner,
+             Fan& around) const noexcept;
 
 private:
     void weld(const TriangleMesh& mesh);

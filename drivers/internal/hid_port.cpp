@@ -33,7 +33,7 @@ std::mutex& hidapi_mutex() {
 std::string utf8(const wchar_t* text) {
     std::string result;
     for (; text != nullptr && *text != L'\0'; ++text) {
-        const auto code = static_cast<std::uint32_t>(*text);
+        const auto code = static_cast<char32_t>(*text);
         const auto tail = [&](int shift) {
             result += static_cast<char>(0x80 | ((code >> shift) & 0x3F));
         };
@@ -44,10 +44,13 @@ std::string utf8(const wchar_t* text) {
             tail(0);
         } else if (code < 0x10000) {
             result += static_cast<char>(0xE0 | (code >> 12));
-            tail(6), tail(0);
+            tail(6);
+            tail(0);
         } else {
             result += static_cast<char>(0xF0 | ((code >> 18) & 0x07));
-            tail(12), tail(6), tail(0);
+            tail(12);
+            tail(6);
+            tail(0);
         }
     }
     return result;

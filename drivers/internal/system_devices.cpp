@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <fstream>
@@ -54,8 +55,14 @@ NodeAccess access_to(const std::string& path) {
 std::string owner_of(const std::string& path) {
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0) return {};
-    const passwd* user = ::getpwuid(status.st_uid);
-    const group* of = ::getgrgid(status.st_gid);
+    // Their names by the functions that any thread may call; who has a longer entry stays a number.
+    std::array<char, 4096> user_text, group_text;
+    passwd user_entry{};
+    group group_entry{};
+    passwd* user = nullptr;
+    group* of = nullptr;
+    ::getpwuid_r(status.st_uid, &user_entry, user_text.data(), user_text.size(), &user);
+    ::getgrgid_r(status.st_gid, &group_entry, group_text.data(), group_text.size(), &of);
     std::string mode = "0000";
     for (int digit = 0; digit < 3; ++digit)
         mode[3 - digit] = static_cast<char>('0' + (status.st_mode >> 3 * digit & 7));

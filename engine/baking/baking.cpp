@@ -241,8 +241,8 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         require_affordable(preview, settings.facet_size_m);
         wanted.seeds = choose_seeds(preview, settings.facet_size_m, kSmallestComponentTriangles);
         auto mesh = std::make_shared<TriangleMesh>(extract(wanted, settings, progress));
-        cache.keep(name, [&](const std::filesystem::path& file) {
-            write_ply(*mesh, file, {"palpate mesh " + key});
+        cache.keep(name, [&](const std::filesystem::path& to) {
+            write_ply(*mesh, to, {"palpate mesh " + key});
         });
         round_as_written(*mesh);
         result.mesh = std::move(mesh);

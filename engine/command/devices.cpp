@@ -5,13 +5,13 @@
 namespace palpate::command {
 namespace {
 
-struct Options {
+struct DeviceOptions {
     bool why = false;
     bool json = false;
     bool rules = false;
 };
 
-int devices(const Options& options) {
+int devices(const DeviceOptions& options) {
     if (options.rules) {
         print(udev_rules());
         return kDone;
@@ -26,7 +26,7 @@ int devices(const Options& options) {
 } // namespace
 
 void add_devices(CLI::App& app, Action& run) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<DeviceOptions>();
     CLI::App* command =
         app.add_subcommand("devices", "what is attached, and why something is not usable");
     CLI::Option* why = command->add_flag(

@@ -22,7 +22,7 @@ namespace {
 
 using IsoAfterSmoothing = SurfaceDescription::IsoAfterSmoothing;
 
-struct Options {
+struct ExtractOptions {
     VolumeOptions volume;
     std::string mesh;
     std::optional<double> iso;
@@ -38,7 +38,7 @@ struct Options {
 };
 
 /// Refuses what would change nothing.
-void check_used(const Options& options) {
+void check_used(const ExtractOptions& options) {
     const auto refuse = [](const char* option, bool is_given, const char* why) {
         if (is_given) throw UsageError(fmt::format("{}: {}; leave it out", option, why));
     };
@@ -55,7 +55,7 @@ void check_used(const Options& options) {
            "goes with --smooth-voxels, and nothing is smoothed");
 }
 
-std::optional<IsoAfterSmoothing> iso_after_smoothing(const Options& options) {
+std::optional<IsoAfterSmoothing> iso_after_smoothing(const ExtractOptions& options) {
     if (options.iso_after_smoothing.empty()) return std::nullopt;
     if (options.iso_after_smoothing == "as_given") return IsoAfterSmoothing::as_given;
     if (options.iso_after_smoothing == "keep_position") return IsoAfterSmoothing::keep_position;
@@ -76,7 +76,7 @@ Box region(const std::vector<double>& corners) {
     return box;
 }
 
-SceneDescription described(const Options& options) {
+SceneDescription described(const ExtractOptions& options) {
     if (options.iso.has_value() == !options.labels.empty())
         throw UsageError("give either --iso VALUE or --label NAME|NUMBER ...");
     SceneDescription scene;
@@ -148,7 +148,7 @@ BakedMesh meshed(const BakedSurface& baked, const IsosurfaceSettings& settings,
     return mesh_surface(baked, settings, with.extract, cache(), with.progress);
 }
 
-int extract(const Options& options) {
+int extract(const ExtractOptions& options) {
     const SceneDescription scene = described(options);
     // Said now rather than after a minute of work.
     const std::filesystem::path file(options.mesh);
@@ -175,7 +175,7 @@ int extract(const Options& options) {
 } // namespace
 
 void add_extract(CLI::App& app, Action& run) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ExtractOptions>();
     CLI::App* command = app.add_subcommand(
         "extract", "a closed mesh of a volume's isosurface or of its labels, as PLY");
     command

@@ -15,7 +15,7 @@
 namespace palpate::command {
 namespace {
 
-struct Options {
+struct InfoOptions {
     VolumeOptions volume;
     bool json = false;
     std::string picture;
@@ -26,7 +26,7 @@ struct Options {
 };
 
 /// Refuses options of meshes for volumes, and those of volumes for meshes, scenes and recordings.
-void check_kind(const Options& options) {
+void check_kind(const InfoOptions& options) {
     std::string ending = std::filesystem::path(options.volume.file).extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -52,7 +52,7 @@ void check_kind(const Options& options) {
 }
 
 /// Said now rather than after a large volume was read.
-void check_picture(const Options& options) {
+void check_picture(const InfoOptions& options) {
     if (options.iso && options.picture.empty())
         throw UsageError("--iso: is the surface in the picture; give --picture OUT.png too");
     if (options.picture.empty()) return;
@@ -65,7 +65,7 @@ void check_picture(const Options& options) {
     check_outputs(std::array{picture}, input_files(read), options.replace);
 }
 
-FileInfoSettings settings_of(const Options& options) {
+FileInfoSettings settings_of(const InfoOptions& options) {
     const VolumeDescription volume = described(options.volume);
     FileInfoSettings settings;
     settings.selection = volume.selection;
@@ -82,7 +82,7 @@ FileInfoSettings settings_of(const Options& options) {
     return settings;
 }
 
-int info(const Options& options) {
+int info(const InfoOptions& options) {
     const std::string& file = options.volume.file;
     check_kind(options);
     check_picture(options);
@@ -102,7 +102,7 @@ int info(const Options& options) {
 } // namespace
 
 void add_info(CLI::App& app, Action& run) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<InfoOptions>();
     CLI::App* command = app.add_subcommand(
         "info", "what a volume, labels, vectors, a mesh, a scene or a recording is, in words");
     command

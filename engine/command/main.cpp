@@ -27,7 +27,7 @@ std::filesystem::path cache_folder() {
         const char* value = std::getenv(name);
         return value ? value : "";
     };
-    if (const auto own = variable("PALPATE_CACHE"); !own.empty()) return own;
+    if (auto own = variable("PALPATE_CACHE"); !own.empty()) return own;
     if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "palpate";
     if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "palpate";
     return {};

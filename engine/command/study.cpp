@@ -15,7 +15,7 @@
 namespace palpate::command {
 namespace {
 
-struct Options {
+struct StudyOptions {
     std::string scene;
     std::string out;
     std::size_t frames = 0;
@@ -28,7 +28,7 @@ constexpr std::array<const char*, 4> kStudyFiles{"study.csv", "drift.csv", "stud
                                                  "index.html"};
 
 /// The command that gives these numbers again, as far as clocks do.
-std::string command_of(const Options& options) {
+std::string command_of(const StudyOptions& options) {
     const std::string frames =
         options.frames > 0 ? fmt::format(" --frames {}", options.frames) : "";
     const std::string every = options.every > 1 ? fmt::format(" --every {}", options.every) : "";
@@ -62,12 +62,13 @@ void warn_of_no_contact(const Scene& scene, const Study& study,
                     [](const StudyRun& run) { return run.frames_in_contact > 0; }))
         return;
     std::vector<Vec3> probes;
+    probes.reserve(inputs.size());
     for (const DeviceState& input : inputs)
         probes.push_back(input.position);
     fmt::print(stderr, "palpate: warning: {}\n", no_contact_in_words(scene, probes));
 }
 
-int study(const Options& options) {
+int study(const StudyOptions& options) {
     const SceneDescription description = read_scene(options.scene);
     check_every(description, options.every > 1);
     // Before the work, not after it.
@@ -96,7 +97,7 @@ int study(const Options& options) {
 } // namespace
 
 void add_study(CLI::App& app, Action& run) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<StudyOptions>();
     CLI::App* command = app.add_subcommand(
         "study", "accuracy against time: runs a scene's device with every method over its range");
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();

@@ -29,7 +29,7 @@
 namespace palpate::command {
 namespace {
 
-struct Options {
+struct TraceOptions {
     std::string scene;
     std::string out;
     std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
@@ -47,7 +47,7 @@ constexpr std::array<const char*, 5> kTraceFiles{"frames.csv", "timing.csv", "su
                                                  "recording.h5", "recording.h5.part"};
 
 /// Refuses what does not go with the pace.
-void check(const Options& options, const SceneDescription& scene) {
+void check(const TraceOptions& options, const SceneDescription& scene) {
     using Kind = DeviceDescription::Kind;
     if (options.cpu && !options.is_realtime())
         throw UsageError("--cpu: goes with --pace realtime; add that or leave it out");
@@ -63,14 +63,14 @@ void check(const Options& options, const SceneDescription& scene) {
 }
 
 /// Limits of a run in frames: those of the device's own time.
-std::uint64_t most_frames(const Options& options, double rate_hz, const SceneDevice& device) {
+std::uint64_t most_frames(const TraceOptions& options, double rate_hz, const SceneDevice& device) {
     const double by_time = std::ceil(options.seconds * rate_hz);
     std::uint64_t most = std::min(options.frames, device.states);
     if (by_time < static_cast<double>(most)) most = static_cast<std::uint64_t>(by_time);
     return most;
 }
 
-Trace run_asap(const std::shared_ptr<const Scene>& scene, const Options& options,
+Trace run_asap(const std::shared_ptr<const Scene>& scene, const TraceOptions& options,
                const SceneDevice& device) {
     SteadyClock clock;
     const std::uint64_t most = most_frames(options, scene->description().loop.rate_hz, device);
@@ -94,7 +94,7 @@ Trace run_asap(const std::shared_ptr<const Scene>& scene, const Options& options
     }
 }
 
-Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options& options,
+Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const TraceOptions& options,
                        const SceneDevice& device, RecordingJournal& journal) {
     RealtimeSettings settings;
     settings.cpu = options.cpu;
@@ -123,7 +123,7 @@ Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const Options&
     return trace;
 }
 
-int trace(const Options& options) {
+int trace(const TraceOptions& options) {
     const SceneDescription description =
         changed_scene(read_scene(options.scene), options.overrides);
     check(options, description);
@@ -176,7 +176,7 @@ int trace(const Options& options) {
 } // namespace
 
 void add_trace(CLI::App& app, Action& run) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<TraceOptions>();
     CLI::App* command =
         app.add_subcommand("trace", "runs a scene's device over it and records every frame");
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();

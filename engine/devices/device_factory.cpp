@@ -158,6 +158,7 @@ std::vector<HandIntent> intents_along(const std::filesystem::path& file, double 
                                  ": has several trials, and a hand only goes on from where it is; "
                                  "give a path with one");
     std::vector<HandIntent> intents;
+    intents.reserve(wanted.size());
     for (const DeviceState& state : wanted)
         intents.push_back({state.time_s, state.position});
     return intents;

@@ -66,6 +66,7 @@ SteppingSettings stepping(const LoopDescription& loop) {
 template <class T>
 std::vector<T*> pointers(const std::vector<std::unique_ptr<T>>& owners) {
     std::vector<T*> result;
+    result.reserve(owners.size());
     for (const std::unique_ptr<T>& owner : owners)
         result.push_back(owner.get());
     return result;

@@ -52,7 +52,9 @@ std::vector<RecordedSource> sources(const Scene& scene) {
 }
 
 Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Trace& trace) {
-    Recording recording{trace};
+    const Run& run = trace; // a recording has no audits
+    Recording recording;
+    static_cast<Run&>(recording) = run;
     recording.version = kVersion;
     recording.scene_file = std::filesystem::absolute(scene.description().file).string();
     recording.scene_text = scene.description().text;

@@ -51,6 +51,7 @@ json statistics_of(std::span<const FrameReport> frames, const Column& column) {
 
 json absolute_um(const std::vector<double>& metres) {
     std::vector<double> values;
+    values.reserve(metres.size());
     for (double value : metres)
         values.push_back(kMicrometres * std::abs(value));
     return statistics(std::move(values));

@@ -36,7 +36,7 @@ void check_duty(const LoopDescription& loop);
 /// Whatever is thrown meanwhile, the device gets a zero force and is stopped.            [setup]
 /// Nothing is audited in real time: see audit(). Throws DeviceError where the device
 /// cannot be started, std::invalid_argument as check_duty().
-Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& device,
+Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
                    const RealtimeSettings& settings, const RunWatch& watch = {});
 
 } // namespace palpate

@@ -41,7 +41,7 @@ struct Trace : Run {
 /// more states or `most_frames` have been; each is written to the device and audited outside the
 /// clock. The device is started for it, and stopped with a zero force whatever happens.  [setup]
 /// Throws DeviceError where it cannot be started, std::runtime_error when cancelled.
-Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& device, Clock& clock,
+Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& placed, Clock& clock,
                 std::uint64_t most_frames, const RunWatch& watch = {});
 
 /// Computes the frames of given inputs, scene frame, back to back, and audits each outside the

@@ -124,6 +124,7 @@ std::vector<std::size_t> order_of(const SceneDescription& scene, const EffectPla
     }
     std::sort(keys.begin(), keys.end());
     std::vector<std::size_t> order;
+    order.reserve(keys.size());
     for (const auto& [key, effect] : keys)
         order.push_back(effect);
     return order;

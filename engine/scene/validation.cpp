@@ -123,13 +123,15 @@ void validate(const SceneDescription& scene) {
         validate(scene.loop);
     });
     for (const auto& [name, volume] : scene.volumes)
-        at(scene, volume.line,
-           [&] { check_volume(FieldCheck(fmt::format("volumes[\"{}\"]", name)), volume); });
+        at(scene, volume.line, [&name = name, &volume = volume] {
+            check_volume(FieldCheck(fmt::format("volumes[\"{}\"]", name)), volume);
+        });
     for (const auto& [name, material] : scene.materials)
-        at(scene, material.strength_line,
-           [&] { check_material(FieldCheck(fmt::format("materials[\"{}\"]", name)), material); });
+        at(scene, material.strength_line, [&name = name, &material = material] {
+            check_material(FieldCheck(fmt::format("materials[\"{}\"]", name)), material);
+        });
     for (const auto& [name, surface] : scene.surfaces)
-        at(scene, surface.line, [&] {
+        at(scene, surface.line, [&scene, &name = name, &surface = surface] {
             check_surface(FieldCheck(fmt::format("surfaces[\"{}\"]", name)), scene, surface);
         });
     check_effects(scene);

@@ -24,7 +24,7 @@ enum class Pace {
 /// CLOCK_MONOTONIC. Inputs: at least one frame. Throws std::runtime_error when `progress`, asked
 /// ten times a second in the caller's thread, cancels.
 StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                     const LoopDescription& loop, Pace pace, Scheduler scheduler,
+                     const LoopDescription& settings, Pace pace, Scheduler scheduler,
                      const Progress& progress = {});
 
 } // namespace palpate

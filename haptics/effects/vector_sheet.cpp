@@ -70,14 +70,12 @@ Vec3 VectorSheet::normal_halfway() noexcept {
 
 void VectorSheet::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!start_) return;
-    if (std::exchange(looks_, false)) { // does it rest where it is?
-        primitives.add(*start_);
-        primitives.add({start_->anchor, -start_->normal, start_->strength_n});
-        return;
+    Vec3 n = start_->normal;
+    if (!std::exchange(looks_, false)) { // else: does it rest where it is?
+        if (!guessed_) guess_end(); // not in begin(), whose one sample is for all effects to share
+        guessed_ = true;
+        n = normal_halfway();
     }
-    if (!guessed_) guess_end(); // not in begin(), whose one sample is for all effects to share
-    guessed_ = true;
-    const Vec3 n = normal_halfway();
     primitives.add({start_->anchor, n, start_->strength_n});
     primitives.add({start_->anchor, -n, start_->strength_n});
 }

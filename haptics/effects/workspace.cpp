@@ -61,11 +61,13 @@ Vec3 WorkspaceSphere::within(const Vec3& wanted) const noexcept {
 
 void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
     never_left_ = std::isinf(primitives.scaled_n(strength_.now()));
+    const auto add_plane = [&](const Vec3& normal) {
+        primitives.add({center_ - radius_m_ * normal, normal, strength_.now()});
+    };
     const Vec3 out = proxy - center_;
     if (std::exchange(looks_, false) && squared_length(out) > 0.0) { // does it rest where it is?
-        const Vec3 normal = -glm::normalize(out);
         looked_ = true;
-        primitives.add({center_ - radius_m_ * normal, normal, strength_.now()});
+        add_plane(-glm::normalize(out));
         return;
     }
     if (!(strength_.now() > 0.0)) return;
@@ -78,10 +80,8 @@ void WorkspaceSphere::gather(const Vec3& proxy, PrimitiveSet& primitives) noexce
     if (glm::length(end_ - center_) > radius_m_ + rounding) cut_towards(end_);
 
     const std::size_t kept = never_left_ ? kCuts : 1;
-    for (std::size_t i = cuts_ - std::min(cuts_, kept); i < cuts_; ++i) {
-        const Vec3& normal = normal_[i % kCuts];
-        primitives.add({center_ - radius_m_ * normal, normal, strength_.now()});
-    }
+    for (std::size_t i = cuts_ - std::min(cuts_, kept); i < cuts_; ++i)
+        add_plane(normal_[i % kCuts]);
 }
 
 WorkspaceBox::WorkspaceBox(const Box& box, LocalStrength strength)

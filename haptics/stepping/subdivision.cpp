@@ -45,7 +45,7 @@ void require_same_kinds(const char* what, const std::vector<Part>& parts,
 } // namespace
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
-                         std::vector<Effect*> effects, Clock& clock,
+                         const std::vector<Effect*>& effects, Clock& clock,
                          std::vector<SurfaceFinish> finish)
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
       calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {

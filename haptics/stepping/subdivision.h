@@ -64,7 +64,8 @@ public:
     /// does not depend on how the scene is written (composition.md 2.4);
     /// all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
-                std::vector<Effect*> effects, Clock& clock, std::vector<SurfaceFinish> finish = {});
+                const std::vector<Effect*>& effects, Clock& clock,
+                std::vector<SurfaceFinish> finish = {});
 
     /// Gain of a part of a surface, or of an effect, by their index; 0 switches off.
     /// GainRamp::set() is for any thread while the loop runs, all else of it for the loop. A trial

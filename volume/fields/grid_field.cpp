@@ -90,7 +90,7 @@ openvdb::FloatGrid::Ptr make_vdb(const VoxelVolume& volume, float background) {
             replaced.push_back(n);
         }
 
-    const openvdb::FloatGrid::Ptr vdb = openvdb::FloatGrid::create(background);
+    openvdb::FloatGrid::Ptr vdb = openvdb::FloatGrid::create(background);
     const openvdb::CoordBBox box = voxel_box(volume.size);
     const openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(box, values.data());
     openvdb::tools::copyFromDense(dense, *vdb, 0.0F);

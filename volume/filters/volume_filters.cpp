@@ -104,9 +104,9 @@ bool is_kept(const ComponentPolicy& policy, std::size_t rank, double volume_mm3)
 Vec3 scene_position(const VoxelVolume& volume, std::size_t voxel) {
     const auto width = static_cast<std::size_t>(volume.size[0]);
     const auto height = static_cast<std::size_t>(volume.size[1]);
-    return volume.index_to_scene.point({static_cast<double>(voxel % width),
-                                        static_cast<double>(voxel / width % height),
-                                        static_cast<double>(voxel / (width * height))});
+    const std::size_t i = voxel % width, j = voxel / width % height, k = voxel / (width * height);
+    return volume.index_to_scene.point(
+        {static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
 }
 
 /// "x to x, y to y, z to z mm (LPS)" of the voxel centres.

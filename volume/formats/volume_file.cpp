@@ -9,6 +9,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <itkMetaDataObject.h>
@@ -31,8 +32,9 @@ enum class Format { component_image, vdb, dicom };
 /// The ending that decides the format, as ".nii.gz"; empty when it is none that is known.
 std::string known_ending(const std::filesystem::path& file) {
     const std::string name = file.filename().string();
-    for (const std::string ending : {".nrrd", ".nhdr", ".nii.gz", ".nii", ".mha", ".mhd", ".vdb"})
-        if (name.size() > ending.size() && name.ends_with(ending)) return ending;
+    for (const std::string_view ending :
+         {".nrrd", ".nhdr", ".nii.gz", ".nii", ".mha", ".mhd", ".vdb"})
+        if (name.size() > ending.size() && name.ends_with(ending)) return std::string(ending);
     return {};
 }
 
@@ -47,8 +49,8 @@ Format format_of(const std::filesystem::path& file) {
     if (ending == ".vdb") return Format::vdb;
     if (!ending.empty()) return Format::component_image;
     if (internal::is_dicom_file(file)) return Format::dicom;
-    for (const std::string ending : {".ply", ".stl", ".obj"})
-        if (file.extension() == ending)
+    for (const std::string_view mesh : {".ply", ".stl", ".obj"})
+        if (file.extension() == mesh)
             throw internal::import_error(
                 file, "is a mesh, where a volume is wanted; give it to a surface with "
                       "mesh = \"...\", or name a volume");

@@ -21,6 +21,7 @@ Vec3 nearest_in_ball(const Vec3& point, const Vec3& center, double radius) {
 std::vector<SurfaceContact*>
 pointers_to(const std::vector<std::unique_ptr<SurfaceContact>>& contacts) {
     std::vector<SurfaceContact*> pointers;
+    pointers.reserve(contacts.size());
     for (const auto& contact : contacts)
         pointers.push_back(contact.get());
     return pointers;

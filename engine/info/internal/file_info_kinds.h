@@ -7,7 +7,7 @@
 namespace palpate::internal {
 
 FileInfo volume_info(const std::filesystem::path& file, const FileInfoSettings& settings);
-FileInfo mesh_info(const std::filesystem::path& file, const FileInfoSettings& settings);
+FileInfo mesh_info(const std::filesystem::path& path, const FileInfoSettings& settings);
 FileInfo scene_info(const std::filesystem::path& file);
 FileInfo recording_info(const std::filesystem::path& file);
 

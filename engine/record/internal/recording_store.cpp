@@ -214,6 +214,7 @@ void RecordingWriter::write_column(const std::string& name, const char* unit,
 void RecordingWriter::write_column(const std::string& name, const char* unit,
                                    const std::vector<Quaternion>& values) {
     std::vector<std::array<double, 4>> rows;
+    rows.reserve(values.size());
     for (const Quaternion& q : values)
         rows.push_back({q.w, q.x, q.y, q.z});
     state_->write_column(name, unit, rows);
@@ -221,6 +222,7 @@ void RecordingWriter::write_column(const std::string& name, const char* unit,
 void RecordingWriter::write_column(const std::string& name, const char* unit,
                                    const std::vector<Freshness>& values) {
     std::vector<std::uint32_t> numbers;
+    numbers.reserve(values.size());
     for (const Freshness value : values)
         numbers.push_back(static_cast<std::uint32_t>(value));
     state_->write_column(name, unit, numbers);

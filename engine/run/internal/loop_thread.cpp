@@ -24,8 +24,8 @@ bool pin(int cpu) noexcept {
 
 /// Writes to every page of a stack deeper than a frame needs, so that none is missing later.
 void touch_stack() noexcept {
-    constexpr std::size_t kStack = 256 * 1024; // bytes
-    constexpr std::size_t kPage = 4096;        // bytes, the smallest there is
+    constexpr std::size_t kStack = 262144; // bytes
+    constexpr std::size_t kPage = 4096;    // bytes, the smallest there is
     std::array<char, kStack> stack;
     volatile char* bytes = stack.data();
     for (std::size_t i = 0; i < kStack; i += kPage)

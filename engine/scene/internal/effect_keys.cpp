@@ -7,7 +7,7 @@ namespace palpate::internal {
 
 std::string read_effect_volume(const EffectTable& from, FieldNeed need) {
     const TomlTable& table = from.table;
-    const std::string volume = name_in(table, "volume", from.scene.volumes, "volumes");
+    std::string volume = name_in(table, "volume", from.scene.volumes, "volumes");
     const std::string& formula = from.scene.volumes.at(volume).analytic;
     const bool needs_vectors = need != FieldNeed::scalar;
     if (!formula.empty() && needs_vectors != (formula == "helix"))

@@ -34,6 +34,7 @@ std::size_t most_where_surfaces_meet(const Scene& scene) {
                 of_surfaces[surface.name] += most_primitives_on(effect, surface);
     }
     std::vector<std::size_t> counts;
+    counts.reserve(of_surfaces.size());
     for (const auto& [surface, count] : of_surfaces)
         counts.push_back(count);
     std::sort(counts.begin(), counts.end(), std::greater<>());

@@ -20,7 +20,7 @@ template <class Map>
 std::string name_in(const TomlTable& table, std::string_view key, const Map& map,
                     std::string_view noun) {
     table.require(key, std::string(noun) + ": " + (map.empty() ? "none" : joined(names_of(map))));
-    const std::string name = table.text(key);
+    std::string name = table.text(key);
     if (!map.contains(name))
         table.fail(table.line_of(key),
                    std::string(key) + " \"" + name + "\" " + table.where() + " does not exist",

@@ -52,7 +52,7 @@ void read_formula(const TomlTable& table, VolumeDescription& volume) {
 std::filesystem::path existing_file(const TomlTable& table, std::string_view key,
                                     const std::filesystem::path& scene_file) {
     const std::string text = table.text(key);
-    const std::filesystem::path file = (scene_file.parent_path() / text).lexically_normal();
+    std::filesystem::path file = (scene_file.parent_path() / text).lexically_normal();
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored))
         table.fail(table.line_of(key),

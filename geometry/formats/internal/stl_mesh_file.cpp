@@ -79,7 +79,7 @@ FileMesh read_binary(MeshSource& source) {
         std::array<float, 9> corners;
         std::memcpy(corners.data(), source.bytes(kTriangleBytes) + kNormalBytes, sizeof corners);
         std::array<std::uint32_t, 3> triangle{};
-        for (int k = 0; k < 3; ++k) {
+        for (std::size_t k = 0; k < 3; ++k) {
             const Vec3 p(corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]);
             if (!is_finite(p)) source.fail(triangle_name(file) + kNotFinite);
             triangle[k] = vertex_at(p, welder, file.mesh);

@@ -124,7 +124,7 @@ ProxySolution solve_mixed(const PrimitiveSet& primitives, const Vec3& target, do
         solution.work = solution.passes * static_cast<int>(primitives.count());
         return solution;
     };
-    const ProxySolution found = solution_of(end.multipliers);
+    ProxySolution found = solution_of(end.multipliers);
     if (found.status == SolveStatus::exact) return found;
     // Cut short in the middle of a stage: the stage before may have ended nearer.
     const ProxySolution anchored = solution_of(problem.anchors());

@@ -236,6 +236,7 @@ std::vector<DicomSeries> by_uid(std::vector<DicomContents>&& files,
         std::move(file.images.begin(), file.images.end(), std::back_inserter(one.images));
     }
     std::vector<DicomSeries> result;
+    result.reserve(series.size());
     for (auto& [uid, one] : series)
         result.push_back(std::move(one));
     std::sort(result.begin(), result.end(),

@@ -94,7 +94,7 @@ struct DicomContents {
 
 /// Reads a file's description; pixels are counted, not decoded.                         [setup]
 /// Throws import_error when the file cannot be opened or does not fit into memory.
-DicomContents read_dicom_contents(const std::filesystem::path& file);
+DicomContents read_dicom_contents(const std::filesystem::path& path);
 
 /// Decodes images, one after the other; images of one file are best asked for in succession.
 class DicomPixels {

@@ -135,7 +135,7 @@ Stored decode_run_lengths(const DicomImage& image, std::span<const char> value) 
         while (to < stored.bytes.size()) {
             if (at < kRunLengthHeader || at + 1 >= runs.size())
                 throw UnreadablePixels("has compressed pixels that end too early");
-            const int count = static_cast<signed char>(runs[at++]);
+            const int count = static_cast<std::int8_t>(runs[at++]);
             const bool literal = count >= 0; // else one byte, repeated; -128 does nothing
             const int length = literal ? count + 1 : (count == -128 ? 0 : 1 - count);
             for (int n = 0; n < length && to < stored.bytes.size(); ++n, to += width) {

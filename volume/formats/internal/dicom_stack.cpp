@@ -65,6 +65,7 @@ std::vector<PlacedImage> sorted_images(const std::vector<DicomImage>& images) {
     const DicomImage& first = images.front();
     const Vec3 normal = glm::cross(first.along_row, first.along_column);
     std::vector<PlacedImage> placed;
+    placed.reserve(images.size());
     for (const DicomImage& image : images)
         placed.push_back({glm::dot(image.position, normal), &image});
     std::sort(placed.begin(), placed.end(), [](const PlacedImage& a, const PlacedImage& b) {

@@ -76,7 +76,8 @@ std::map<std::int64_t, SegmentKeys> segment_keys(const ComponentImage& image) {
 
 std::string value_or(const SegmentKeys& keys, const char* key, std::string otherwise) {
     const auto found = keys.find(key);
-    return found == keys.end() ? std::move(otherwise) : found->second;
+    if (found != keys.end()) return found->second;
+    return otherwise;
 }
 
 [[noreturn]] void refuse(const std::filesystem::path& file, std::int64_t segment,
@@ -159,6 +160,7 @@ void warn_of_segments(LabelVolume& volume, std::map<LayerAndValue, Segment> segm
             unnamed.push_back(std::to_string(label.value) + " in layer " +
                               std::to_string(label.layer));
     std::vector<std::string> empty;
+    empty.reserve(segments.size());
     for (const auto& [place, segment] : segments)
         empty.push_back(segment.name);
     if (!empty.empty())

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -137,7 +138,8 @@ struct InputBytes::Source {
             const ssize_t got = ::read(descriptor, bytes.data(), bytes.size());
             if (got >= 0) return static_cast<std::size_t>(got);
             if (errno != EINTR)
-                throw import_error(file, std::string("cannot be read (") + std::strerror(errno) +
+                throw import_error(file, "cannot be read (" +
+                                             std::generic_category().message(errno) +
                                              "); get the file again");
         }
     }

@@ -1,0 +1,242 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Checks the sources of the library and of the command, and their headers, by clang-tidy; .clang-tidy says for what. Clang's own
+# warnings are among it.
+#   scripts/check_tidy.sh BUILD [ROOT]      BUILD: a build folder that was configured; ROOT: a checkout, by default this one
+# Prints FILE:LINE: what is wrong, for each; exit status 1 when there is one, 2 when it cannot run.
+# Each source that is clean leaves a stamp in $PALPATE_CHECK_CACHE, by default ~/.cache/palpate-checks: it is not looked at again
+# until it, one of our headers that it includes, its flags, this script, .clang-tidy or clang-tidy's version is another one.
+# Nearly all of a source's time goes into headers of libraries. So several sources go to clang-tidy as one that includes them,
+# which is possible for those that share no name in an unnamed namespace. Where such a bundle is not clean, its halves are looked
+# at, down to a source alone, and that is what counts.
+set -euo pipefail
+
+root=$(readlink -f "${2:-$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/..}")
+if [ $# -lt 1 ] || [ ! -f "$1/compile_commands.json" ] || [ ! -f "$root/.clang-tidy" ]; then
+    echo "check_tidy.sh: ${1:-no BUILD}: no compile_commands.json; configure it, as by cmake --preset release" >&2
+    exit 2
+fi
+build=$(readlink -f "$1")
+script=$(readlink -f "${BASH_SOURCE[0]}")
+cd "$root"
+if ! command -v clang-tidy >/dev/null; then
+    echo "check_tidy.sh: there is no clang-tidy; install the packages of scripts/packages.txt" >&2
+    exit 2
+fi
+cache=${PALPATE_CHECK_CACHE:-${HOME:-/tmp}/.cache/palpate-checks}
+mkdir -p "$cache"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# SOURCE <tab> FLAGS of each source of ours, once: those of the library or of the command that clang-tidy needs.
+python3 - "$build/compile_commands.json" "$root" >"$work/flags" <<'EOF'
+import json, os, re, shlex, sys
+database, root = sys.argv[1:]
+ours = re.compile(r"(geometry|volume|haptics|drivers|engine)/")
+flags = {}
+for entry in json.load(open(database)):
+    source = os.path.relpath(entry["file"], root)
+    words = shlex.split(entry["command"])
+    if not ours.match(source) or not words[words.index("-o") + 1].startswith("CMakeFiles/palpate"):
+        continue
+    kept, skip = [], False
+    for word in words[1:]:
+        if skip or word in ("-o", "-c", "-include"):
+            skip = not skip
+        elif not word.startswith(("-W", "-O", "-M")):
+            kept.append(word)
+    flags.setdefault(source, " ".join(map(shlex.quote, kept)))
+for source in sorted(flags):
+    print(source, flags[source], sep="\t")
+EOF
+if [ ! -s "$work/flags" ]; then
+    echo "check_tidy.sh: $build: compiles no source of $root" >&2
+    exit 2
+fi
+
+# SOURCE <tab> KEY of each source: a hash of all that what is found depends on.
+find geometry volume haptics drivers engine \( -name '*.h' -o -name '*.cpp' \) 2>/dev/null | sort >"$work/files" || true
+mapfile -t files <"$work/files"
+sha256sum "${files[@]}" >"$work/hashes"
+version=$build/include/palpate/version.h
+general=$({ clang-tidy --version; grep -v '^#' .clang-tidy; cat "$script"; [ ! -f "$version" ] || cat "$version"; } | sha256sum)
+awk -v general="$general" -v root="$root" -v build="$build" '
+FILENAME ~ /\/hashes$/ { hash[$2] = $1; next }
+FILENAME ~ /\/flags$/ {
+    source = $0
+    sub(/\t.*/, "", source)
+    order[++count] = source
+    flags[source] = substr($0, length(source) + 2)
+    next
+}
+/^[ \t]*#[ \t]*include[ \t]*<palpate\// {
+    header = $0
+    sub(/^[^<]*<palpate\//, "", header)
+    sub(/>.*/, "", header)
+    if (header == "palpate.h") header = "engine/loop/palpate.h"
+    includes[FILENAME] = includes[FILENAME] " " header
+}
+function reach(file,    list, n, i) {
+    if (file in seen) return
+    seen[file] = 1
+    text = text " " hash[file]
+    n = split(includes[file], list, " ")
+    for (i = 1; i <= n; ++i) reach(list[i])
+}
+END {
+    for (i = 1; i <= count; ++i) {
+        delete seen
+        text = flags[order[i]]
+        while ((at = index(text, build)) > 0) text = substr(text, 1, at - 1) "BUILD" substr(text, at + length(build))
+        while ((at = index(text, root)) > 0) text = substr(text, 1, at - 1) "ROOT" substr(text, at + length(root))
+        text = general order[i] text
+        reach(order[i])
+        print order[i] "\t" text
+    }
+}' "$work/hashes" "$work/flags" "${files[@]}" >"$work/texts"
+while IFS=$'\t' read -r source text; do
+    printf '%s' "$text" >"$work/text"
+    printf '%s\t%s\n' "$source" "$(sha256sum <"$work/text" | cut -c1-40)"
+done <"$work/texts" >"$work/keys"
+
+# Debian's ITK knows the compiler that it was built with, and refuses any other.
+cat >"$work/itk.h" <<'EOF'
+#undef __clang__
+#undef __GNUC__
+#define __GNUC__ 12
+#include <itk_compiler_detection.h>
+#undef __GNUC__
+#define __GNUC__ 4
+#define __clang__ 1
+EOF
+
+# NUMBER <tab> SOURCE <tab> KEY <tab> FLAGS of each source that has no stamp, in the order of its bundles: sources of the same
+# flags and large libraries that share no name. Relies on the format of .clang-format: namespaces and what they hold begin their
+# lines. A name that it misses costs time, no more: that bundle does not compile.
+while IFS=$'\t' read -r source key; do
+    [ -e "$cache/$key" ] || printf '%s\t%s\n' "$source" "$key"
+done <"$work/keys" >"$work/open"
+open=$(wc -l <"$work/open")
+if [ "$open" -eq 0 ]; then
+    echo "check_tidy.sh: $(wc -l <"$work/keys") sources, all found clean before"
+    exit 0
+fi
+mapfile -t headers < <(grep '\.h$' "$work/files")
+mapfile -t open_sources < <(cut -f1 "$work/open")
+awk -v most=16 -v work="$work" '
+FILENAME ~ /\/open$/ { key[$1] = $2; next }
+FILENAME ~ /\/flags$/ { source = $0; sub(/\t.*/, "", source); flags[source] = substr($0, length(source) + 2); next }
+FNR == 1 { depth = 0; is_header = FILENAME ~ /\.h$/; if (!is_header) order[++count] = FILENAME }
+/^(inline )?namespace.*\{ *$/ {
+    space = $0
+    gsub(/^(inline )?namespace *| *\{ *$/, "", space)
+    spaces[++depth] = space
+    unnamed = space == ""
+    within = ""
+    for (i = 1; i <= depth; ++i) if (spaces[i] != "") within = within spaces[i] "::"
+    next
+}
+/^} *\/\/ namespace/ { --depth; unnamed = 0; next }
+is_header {
+    if (/^(struct|class|enum class|enum) [A-Za-z]/) {
+        sub(/^(enum )?(struct|class|enum) /, "")
+        match($0, /^[A-Za-z0-9_]+/)
+        in_headers[substr($0, 1, RLENGTH)] = 1
+    }
+    next
+}
+/^#include <(openvdb\/|itk|CGAL\/|toml|nlohmann\/)/ && FILENAME !~ /^engine\/command\// { # there all have the same ones
+    library = $0
+    sub(/^#include </, "", library)
+    match(library, /^(openvdb|itk|CGAL|toml|nlohmann)/)
+    library = substr(library, 1, RLENGTH)
+    if (index(libraries[FILENAME], library) == 0) libraries[FILENAME] = libraries[FILENAME] library " "
+}
+/^#define [A-Za-z]/ { names[FILENAME] = names[FILENAME] " " $2 }
+/^(public|private|protected):$/ || /^using / { next }
+!unnamed && /^[A-Za-z].* [*&]?[a-z_0-9]+\(/ {
+    match($0, /[a-z_0-9]+\(/)
+    open_names[FILENAME] = open_names[FILENAME] " " within substr($0, RSTART, RLENGTH - 1)
+}
+/^(static|namespace [a-z]* =)/ || (unnamed && /^[A-Za-z]/) {
+    line = $0
+    while (match(line, /k[A-Z][A-Za-z0-9]* = /)) { # several constants in a line
+        names[FILENAME] = names[FILENAME] " " within substr(line, RSTART, RLENGTH - 3)
+        sub(/ = /, "; ", line)
+    }
+    sub(/^template *<.*> */, "", line)
+    gsub(/"[^"]*"|\[\[[a-z_]*\]\]/, "", line)
+    sub(/[={;].*/, "", line)
+    while (gsub(/<[^<>]*>/, "", line) > 0) ;
+    gsub(/[A-Za-z_0-9]*::/, "", line)
+    sub(/[(\[:].*/, "", line)
+    sub(/ +(final *)?$/, "", line)
+    sub(/.*[ *&]/, "", line)
+    if (line != "") names[FILENAME] = names[FILENAME] " " within line
+}
+END {
+    for (i = 1; i <= count; ++i) {
+        source = order[i]
+        kind = flags[source] libraries[source]
+        n = split(names[source], list, " ")
+        p = split(open_names[source], open_list, " ")
+        for (k = 1; k <= n; ++k) {
+            name = list[k]
+            sub(/.*::/, "", name)
+            if (name in in_headers) kind = source # another thing where that header is seen
+        }
+        for (b = 1; b <= bundles; ++b) {
+            if (kind_of[b] != kind || size[b] >= most) continue
+            for (k = 1; k <= n; ++k) if ((b, list[k]) in taken || (b, list[k]) in called) break
+            for (m = 1; m <= p; ++m) if ((b, open_list[m]) in taken) break
+            if (k > n && m > p) break
+        }
+        if (b > bundles) { bundles = b; kind_of[b] = kind }
+        ++size[b]
+        for (k = 1; k <= n; ++k) taken[b, list[k]] = 1
+        for (m = 1; m <= p; ++m) called[b, open_list[m]] = 1
+        print b "\t" source "\t" key[source] "\t" flags[source] (libraries[source] ~ /itk/ ? " -include " work "/itk.h" : "")
+    }
+}' "$work/open" "$work/flags" "${headers[@]}" "${open_sources[@]}" | sort -s -n -k1,1 >"$work/bundles"
+bundles=$(tail -n 1 "$work/bundles" | cut -f1)
+echo "check_tidy.sh: $open of $(wc -l <"$work/keys") sources in $bundles bundles"
+
+# look FILE [OPTION...]: clang-tidy at one source with the bundle's flags; what it finds, and its status.
+look() {
+    local file=$1 words
+    shift
+    eval "words=($flags)"
+    clang-tidy --quiet --config-file="$root/.clang-tidy" "$@" \
+        --header-filter="^($root|$build/include/palpate)/(geometry|volume|haptics|drivers|engine)/" "$file" -- "${words[@]}" \
+        2>/dev/null
+}
+# check_sources FIRST COUNT: stamps those of the bundle's sources that are clean, and prints what is wrong with the others.
+check_sources() {
+    local first=$1 count=$2 status=0 found=$work/found_$number.$1.$2
+    if [ "$count" -eq 1 ]; then
+        look "$root/${sources[first]}" >"$found" || status=1
+        sed "s|^$root/||; s|^$build/include/palpate/||" "$found"
+        [ "$status" -eq 0 ] || [ -s "$found" ] || echo "${sources[first]}:1: clang-tidy fails, and says nothing"
+    else
+        printf "#include \"$root/%s\"\n" "${sources[@]:first:count}" >"$found.cpp"
+        if ! look "$found.cpp" --checks=-bugprone-suspicious-include >"$found"; then
+            check_sources "$first" $((count / 2)) || status=1
+            check_sources $((first + count / 2)) $((count - count / 2)) || status=1
+            return $status
+        fi
+    fi
+    [ "$status" -ne 0 ] || (cd "$cache" && touch "${keys[@]:first:count}")
+    return $status
+}
+check_bundle() {
+    local number=$1 sources keys flags began=$SECONDS status=0
+    mapfile -t sources < <(awk -F'\t' -v number="$number" '$1 == number { print $2 }' "$work/bundles")
+    mapfile -t keys < <(awk -F'\t' -v number="$number" '$1 == number { print $3 }' "$work/bundles")
+    flags=$(awk -F'\t' -v number="$number" '$1 == number { print $4; exit }' "$work/bundles")
+    check_sources 0 ${#sources[@]} || status=1
+    echo "check_tidy.sh: bundle $number: ${#sources[@]} sources, $((SECONDS - began)) s"
+    return $status
+}
+export root build work cache
+export -f look check_sources check_bundle
+seq "$bundles" | xargs -P "$(nproc)" -I{} bash -c 'check_bundle {}' || exit 1
