@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/report/report_page.h>
 #include <palpate/engine/run/trace.h>
@@ -173,7 +174,8 @@ TEST(SurfaceTour, IsNoDeeperThanAskedInAnatomy) {
     description.device.kind = DeviceDescription::Kind::tour;
     description.device.spacing_mm = 8.0;
     description.device.press_mm = 3.0;
-    const auto scene = std::make_shared<const Scene>(description);
+    const auto scene =
+        std::make_shared<const Scene>(description, SceneResources{.files = scene_files()});
     const Trace trace = traced(scene);
     // Where a proxy leaves a ridge it may be farther off for a few frames, until the probe is back.
     EXPECT_LT(deeper_share(trace, bound_m(3.0, 0.2)), 2e-3);
@@ -200,7 +202,8 @@ TEST(Orbit, IsNoDeeperThanAskedInAnatomy) {
     SceneDescription description = plain->description();
     description.device = {};
     description.device.kind = DeviceDescription::Kind::orbit;
-    const auto scene = std::make_shared<const Scene>(description);
+    const auto scene =
+        std::make_shared<const Scene>(description, SceneResources{.files = scene_files()});
     const Trace trace = traced(scene);
     EXPECT_LT(deeper_share(trace, bound_m(5.0, 0.2)), 2e-3);
     EXPECT_LT(deepest_m(trace), 1.25 * 5e-3);

@@ -271,7 +271,8 @@ TEST_F(MeshScene, ARecordingRefusesAnotherMesh) {
         const Trace trace = run_trace(before, inputs, clock_);
         const Recording recording = recorded(*before, {}, trace);
 
-        const auto again = recorded_scene(recording, "recording.h5", {});
+        const auto again =
+            recorded_scene(recording, "recording.h5", SceneResources{.files = scene_files()});
         const Trace replayed = run_trace(again, recording.inputs, clock_);
         for (std::size_t i = 0; i < inputs.size(); ++i)
             ASSERT_EQ(replayed.frames[i].proxy, trace.frames[i].proxy) << i;
@@ -280,7 +281,7 @@ TEST_F(MeshScene, ARecordingRefusesAnotherMesh) {
         other.vertices[7] += Vec3{1e-6, 0.0, 0.0};
         test::make_file(folder_ / "ball.ply", file_text(other));
         try {
-            recorded_scene(recording, "recording.h5", {});
+            recorded_scene(recording, "recording.h5", SceneResources{.files = scene_files()});
             FAIL() << "it was accepted: " << surface;
         } catch (const std::runtime_error& error) {
             const std::string message = error.what();

@@ -182,7 +182,7 @@ TEST(TextureScene, AMeshHasNoTexture) {
                     "x.toml");
     SceneOverrides overrides;
     overrides.contact = "direct";
-    EXPECT_TRUE(Scene(both).plan().effects[1].on);
+    EXPECT_TRUE(Scene(both, SceneResources{.files = scene_files()}).plan().effects[1].on);
     apply(overrides, both);
     const Scene scene(both, SceneResources{.files = scene_files()});
     EXPECT_FALSE(scene.plan().effects[1].on);
