@@ -126,8 +126,7 @@ openvdb::GridBase::Ptr read_grid(const std::filesystem::path& file, const VdbOut
                                  const VdbGridOutline& grid) {
     if (outline.has_offsets) check_tree(file, outline, grid);
     try {
-        auto read =
-            outline.has_offsets ? read_from_file(file, grid) : read_from_stream(file, grid);
+        auto read = outline.has_offsets ? read_from_file(file, grid) : read_from_stream(file, grid);
         if (read != nullptr) return read;
         throw std::runtime_error("its grid is not where it says");
     } catch (const std::ios_base::failure&) {
