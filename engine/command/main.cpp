@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <limits>
 #include <stdexcept>
 
@@ -111,7 +113,9 @@ SceneResources resources() {
 void print(const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), stdout);
     if (text.empty() || text.back() != '\n') std::fputc('\n', stdout);
-    std::fflush(stdout);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+        throw std::runtime_error("stdout: what was found cannot be written there; make room, or "
+                                 "lead it elsewhere");
 }
 
 namespace {
@@ -189,6 +193,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
     using namespace palpate::command;
     stop_on_signals();
+    std::signal(SIGXFSZ, SIG_IGN); // then a file that may not grow is one that cannot be written
     try {
         const int code = run(argc, argv);
         end_by_signal();
@@ -202,6 +207,10 @@ int main(int argc, char** argv) {
     } catch (const palpate::DeviceError& error) {
         fmt::print(stderr, "palpate: {}\n", error.what());
         return kDevice;
+    } catch (const std::filesystem::filesystem_error& error) {
+        fmt::print(stderr, "palpate: {}: {}; name another file or folder\n",
+                   error.path1().string(), error.code().message());
+        return kBadInput;
     } catch (const std::runtime_error& error) {
         end_by_signal(); // whatever it says, this is why
         fmt::print(stderr, "palpate: {}\n", error.what());

@@ -24,9 +24,11 @@ constexpr std::string_view kSealMark = "\npalpate kept sha256 ";
 constexpr std::size_t kSealSize = kSealMark.size() + 64 + 1; // digits of SHA-256, a line's end
 constexpr std::size_t kPiece = std::size_t{1} << 20;         // bytes read at a time
 
-/// The seal that belongs to the first `size` bytes of a file; empty where they cannot be read.
-std::string seal_of(std::ifstream& file, std::uintmax_t size) {
+/// The seal that belongs to the first `size` bytes of a file that is kept as `name`; empty where
+/// they cannot be read. The name is in it: another entry's file is not taken for this one.
+std::string seal_of(std::ifstream& file, std::uintmax_t size, const std::string& name) {
     internal::Sha256 hash;
+    hash.add(name);
     std::string piece(kPiece, '\0');
     while (size > 0) {
         const auto wanted = static_cast<std::streamsize>(std::min<std::uintmax_t>(size, kPiece));
@@ -37,19 +39,20 @@ std::string seal_of(std::ifstream& file, std::uintmax_t size) {
     return std::string(kSealMark) + hash.hexadecimal() + "\n";
 }
 
+/// Whether a file is, from its first to its last byte, what was kept under its name.
 bool is_whole(const std::filesystem::path& path) {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(path, error);
     if (error || size < kSealSize) return false;
     std::ifstream file(path, std::ios::binary);
-    const std::string wanted = seal_of(file, size - kSealSize);
+    const std::string wanted = seal_of(file, size - kSealSize, path.filename().string());
     std::string found(kSealSize, '\0');
     return !wanted.empty() && file.read(found.data(), kSealSize) && found == wanted;
 }
 
-void append_seal(const std::filesystem::path& path) {
+void append_seal(const std::filesystem::path& path, const std::string& name) {
     std::ifstream written(path, std::ios::binary);
-    const std::string seal = seal_of(written, std::filesystem::file_size(path));
+    const std::string seal = seal_of(written, std::filesystem::file_size(path), name);
     std::ofstream file(path, std::ios::binary | std::ios::app);
     file << seal;
     file.close();
@@ -101,7 +104,7 @@ void ResultCache::keep(const std::string& name,
     try {
         std::filesystem::create_directories(folder_);
         write(unfinished);
-        append_seal(unfinished);
+        append_seal(unfinished, name);
         std::filesystem::rename(unfinished, folder_ / name);
         return;
     } catch (const std::filesystem::filesystem_error& error) {

@@ -91,6 +91,13 @@ void check_effects(const SceneDescription& scene) {
         at(scene, scene.effects[i].line, [&] { internal::check_effect(scene, i); });
 }
 
+/// What has no name cannot be named by an effect, nor in a message.
+template <class Map>
+void require_names(const char* what, const Map& map) {
+    if (map.contains(""))
+        throw std::invalid_argument(std::string(what) + "[\"\"]: has no name; give it one");
+}
+
 } // namespace
 
 void validate(const LoopDescription& loop) {
@@ -122,6 +129,9 @@ void validate(const SceneDescription& scene) {
         check_limits(scene.limits);
         validate(scene.loop);
     });
+    require_names("volumes", scene.volumes);
+    require_names("materials", scene.materials);
+    require_names("surfaces", scene.surfaces);
     for (const auto& [name, volume] : scene.volumes)
         at(scene, volume.line, [&name = name, &volume = volume] {
             check_volume(FieldCheck(fmt::format("volumes[\"{}\"]", name)), volume);

@@ -112,10 +112,12 @@ std::string no_contact_in_words(const Scene& scene, std::span<const Vec3> probes
     for (const Vec3& probe : probes)
         if (is_finite(probe)) box.add(probe);
     const Surfaces surfaces(scene);
+    const double away_mm = nearest_mm(surfaces, some, Vec3(1.0));
     std::string text = fmt::format(
         "{}: the probe is within {}, the surfaces within {} (LPS), the nearest {:.4g} mm away",
-        begin, in_mm(box), in_mm(surfaces.box()), nearest_mm(surfaces, some, Vec3(1.0)));
-    if (!is_read_from_path(scene.description().device)) return text + remedy;
+        begin, in_mm(box), in_mm(surfaces.box()), away_mm);
+    // Where the path is among the surfaces, neither its unit nor its frame is to blame.
+    if (!is_read_from_path(scene.description().device) || away_mm == 0.0) return text + remedy;
     const Vec3 turn(-1.0, -1.0, 1.0); // RAS to LPS
     return text + fmt::format("; were the path in millimetres it would be {:.4g} mm, in RAS {:.4g} "
                               "mm, in both {:.4g} mm away: its numbers are to be metres, LPS",

@@ -20,7 +20,8 @@ constexpr double kStuck = 1e-10; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
 // After one evaluation that did not move the proxy, a new plane may help. After two in a row,
-// other ways are tried. Adaptive steps: the planes' own step, then out of all bands. Shares: out of
+// other ways are tried. Adaptive steps: the planes' own step, then out of all bands, or along the
+// exact slopes. Shares: out of
 // all bands, or a step with curvature. After these nothing will change any more: the frame is
 // stalled.
 constexpr int kTriesOfOneWay = 2;
@@ -52,6 +53,30 @@ std::optional<Vec3> out_of_bands(const Vec3& proxy, const ContactSet& contacts,
         if (surface.is_touched()) drifted_j += surface.drifted_j();
     const Vec3 out = solve_proxy(planes, proxy, frame.stiffness).proxy;
     return lifted(proxy, out, drifted_j, frame);
+}
+
+/// A step that is no longer than one evaluation's planes are trusted for.
+Vec3 trusted(const Vec3& step, std::span<const LoopSurface> surfaces) noexcept {
+    double trust_m = std::numeric_limits<double>::infinity();
+    for (const LoopSurface& surface : surfaces)
+        trust_m = std::min(trust_m, surface.trust_m());
+    const double length = glm::length(step);
+    return length > trust_m ? trust_m / length * step : step;
+}
+
+/// Where `pull` leads along all levels, by their exact slopes, as deep behind them as the proxy is.
+Vec3 along_slopes(const Vec3& proxy, const Vec3& pull, const ContactSet& contacts,
+                  std::span<const LoopSurface> surfaces, double stiffness) noexcept {
+    PrimitiveSet planes;
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        if (contacts[c].surface == ContactSet::kNoSurface ||
+            surfaces[contacts[c].surface].yields())
+            continue;
+        PlanePrimitive plane = across_slope(contacts[c], proxy);
+        plane.anchor = proxy;
+        planes.add(plane);
+    }
+    return proxy + trusted(solve_proxy(planes, pull, stiffness).proxy - proxy, surfaces);
 }
 
 } // namespace
@@ -111,9 +136,13 @@ Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {
 /// way out of one band may lead deeper into another.
 std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
     // Planes and curvature cannot lead on where the exact slopes differ too much from them. Then
-    // lift the proxy out of all bands first, at whatever depth it is.
-    if (path_.tries_in_vain() >= tries_before_lift(stepping_.seeks_balance()))
-        return out_of_bands(proxy, contacts_, surfaces_, frame_);
+    // lift the proxy out of all bands first, at whatever depth it is. Where no energy is left for
+    // that, steps that seek the balance follow the slopes.
+    if (path_.tries_in_vain() >= tries_before_lift(stepping_.seeks_balance())) {
+        const std::optional<Vec3> out = out_of_bands(proxy, contacts_, surfaces_, frame_);
+        if (out || !stepping_.seeks_balance()) return out;
+        return along_slopes(proxy, pull(), contacts_, surfaces_, frame_.stiffness);
+    }
     const bool only_try =
         !stepping_.seeks_balance() && stepping_.steps_left() == 0 && budget_.evaluations == 1;
     std::optional<Vec3> out_of_one;
@@ -138,12 +167,7 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
     Vec3 step = stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay
                     ? solution_.proxy - proxy
                     : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
-    double trust_m = std::numeric_limits<double>::infinity();
-    for (const LoopSurface& surface : surfaces_)
-        trust_m = std::min(trust_m, surface.trust_m());
-    const double length = glm::length(step);
-    if (length > trust_m) step *= trust_m / length;
-    return proxy + step;
+    return proxy + trusted(step, surfaces_);
 }
 
 // ---- how it gets there -------------------------------------------------------------------------

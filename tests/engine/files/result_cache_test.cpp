@@ -50,6 +50,14 @@ TEST_F(KeptFiles, EveryChangedByteIsSeenAndSaidOnce) {
     EXPECT_TRUE(cache_.find("a"));
 }
 
+TEST_F(KeptFiles, AnotherEntrysFileIsNotTakenForThisOne) {
+    for (const char* name : {"a", "b"})
+        cache_.keep(name, writing(name));
+    test::make_file(folder_ / "kept" / "a", test::content_of(folder_ / "kept" / "b"));
+    EXPECT_FALSE(cache_.find("a"));
+    EXPECT_TRUE(cache_.find("b"));
+}
+
 TEST_F(KeptFiles, AFolderThatCannotBeWrittenIsSaidOnceAndStopsNothing) {
     test::make_file(folder_ / "file", "");
     const ResultCache none(folder_ / "file" / "kept",
