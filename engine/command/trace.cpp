@@ -140,6 +140,8 @@ int trace(const TraceOptions& options) {
         fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), why);
     if (const std::string warning = felt_warning(*scene); !warning.empty())
         fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), warning);
+    for (const std::string& warning : scene->plan().warnings)
+        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), warning);
     for (const std::string& note : device.notes)
         fmt::print(stderr, "palpate: warning: {}\n", note);
     if (!is_sequence(description.device))
