@@ -16,7 +16,7 @@
 
 #include <palpate/engine/command/interrupt.h>
 #include <palpate/engine/run/realtime_run.h>
-#include <palpate/engine/run/recorded_run.h>
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/temporary_folder.h"
