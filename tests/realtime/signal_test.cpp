@@ -15,8 +15,8 @@
 #include <unistd.h>
 
 #include <palpate/engine/command/interrupt.h>
-#include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/record/recorded_run.h>
+#include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/temporary_folder.h"
