@@ -136,10 +136,18 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     budget_ = {0, all_work(), kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
     follow_gains();
-    if (is_driven())
+    if (is_driven()) {
         calming_.restart();
-    else if (frames_may_contradict())
+    } else if (frames_may_contradict()) {
         calming_.begin(frame_);
+    } else if (surfaces_.size() > 1 || (surfaces_.size() == 1 && friction_.rubs(0))) {
+        // These are calmed under a held probe alone, where a frame does not come to its end.
+        calming_.begin(frame_);
+        if (!calming_.held()) {
+            calming_.restart();
+            calming_.begin(frame_);
+        }
+    }
     frame_.held = calming_.held();
     frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();
     frame_.rests = calming_.stopped();
@@ -179,11 +187,12 @@ bool Subdivision::is_driven() const noexcept {
     });
 }
 
-/// Whether the balances of two frames may differ though the probe is held. With one surface alone
-/// that does not rub, and each frame solved to its end, they do not differ.
+/// Whether the balances of two frames may differ though the probe is held. With surfaces alone, and
+/// each frame solved to its end, they do not differ.
 bool Subdivision::frames_may_contradict() const noexcept {
-    return !stepping_.seeks_balance() || !effects_.empty() || surfaces_.size() > 1 ||
-           (surfaces_.size() == 1 && (friction_.rubs(0) || surfaces_[0].depends_on_place()));
+    return !stepping_.seeks_balance() || !effects_.empty() ||
+           std::any_of(surfaces_.begin(), surfaces_.end(),
+                       [](const LoopSurface& surface) { return surface.depends_on_place(); });
 }
 
 /// The work budget of a frame. It grows with the evaluations that the method may make.
