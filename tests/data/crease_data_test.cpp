@@ -202,6 +202,8 @@ const std::vector<CornerStroke> kStrokesWithFriction{
      207},
 };
 
+const SceneResources kReadsFiles{.files = scene_files()};
+
 class LabelBorders : public testing::Test {
 protected:
     void SetUp() override {
@@ -214,7 +216,7 @@ protected:
 
     std::shared_ptr<const Scene> scene(const std::vector<std::string>& labels,
                                        ContactKind contact = ContactKind::volume,
-                                       const SceneResources& resources = {.files = scene_files()},
+                                       const SceneResources& resources = kReadsFiles,
                                        double friction = 0.0) const {
         SceneDescription scene;
         scene.volumes["atlas"].file = file_;
@@ -398,10 +400,10 @@ TEST_F(LabelBorders, StrokesWithFrictionGoOnToo) {
     const int strokes = static_cast<int>(kStrokesWithFriction.size());
     const auto borders = scene({"Olfactory_R", "Insula_R", "Amygdala_R", "Temporal_Pole_Sup_R",
                                 "Temporal_Pole_Sup_L", "Temporal_Pole_Mid_L"},
-                               ContactKind::volume, {}, 0.05);
+                               ContactKind::volume, kReadsFiles, 0.05);
     EXPECT_LE(longest_stall(borders, SteppingMethod::adaptive, strokes, path), 5);
     for (const double friction : {0.05, 0.5}) {
-        const auto deep = scene(kDeep, ContactKind::volume, {}, friction);
+        const auto deep = scene(kDeep, ContactKind::volume, kReadsFiles, friction);
         EXPECT_LE(longest_stall(deep, SteppingMethod::adaptive, 100), 5) << friction;
         EXPECT_LE(longest_stall(deep, SteppingMethod::paper, 50), 5) << friction;
     }
