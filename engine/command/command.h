@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <string>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <palpate/engine/files/result_cache.h>
 #include <palpate/engine/record/output_files.h>
@@ -65,7 +67,16 @@ SceneResources resources();
 /// elsewhere; cancels once a signal has asked for it.
 Progress progress_bar();
 
-/// The JSON text of a document ends with a newline on stdout.
+/// Text on stdout, ended by a newline. Throws std::runtime_error where it cannot be written.
 void print(const std::string& text);
+/// The same, but says by false that it, or something before it, could not be written.
+bool try_print(const std::string& text) noexcept;
+
+/// Words for the user on stderr. Where they cannot be written, nobody reads them: that ends no run.
+template <class... Values>
+void tell(fmt::format_string<const Values&...> format, const Values&... values) {
+    const std::string text = fmt::format(format, values...);
+    std::fwrite(text.data(), 1, text.size(), stderr);
+}
 
 } // namespace palpate::command

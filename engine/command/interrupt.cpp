@@ -51,6 +51,8 @@ SignalsOnlyAsk::~SignalsOnlyAsk() {
 
 bool stop_wanted() noexcept { return asked != 0; }
 
+void outlive_readers() { std::signal(SIGPIPE, SIG_IGN); }
+
 void end_by_signal() {
     if (asked == 0) return;
     const int signal = asked;

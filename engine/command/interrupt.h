@@ -21,6 +21,10 @@ public:
     SignalsOnlyAsk& operator=(const SignalsOnlyAsk&) = delete;
 };
 
+/// From now on a reader of stdout or stderr that goes away (SIGPIPE) does not end the command: what
+/// is written there fails, and a device that is held is let go as it should be.
+void outlive_readers();
+
 /// Ends the process by the signal that asked, as a shell expects of it; returns where none did.
 void end_by_signal();
 

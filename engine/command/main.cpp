@@ -55,9 +55,9 @@ public:
         constexpr int width = 30;
         const int done = static_cast<int>(fraction * width);
         const std::string text = std::string(what) + time_left(fraction, spent.count());
-        fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} % {:<45}", "", done, "", width - done,
-                   100.0 * fraction, text);
-        if (fraction >= 1.0) fmt::print(stderr, "\r{:85}\r", "");
+        tell("\r[{:#<{}}{:.<{}}] {:3.0f} % {:<45}", "", done, "", width - done, 100.0 * fraction,
+             text);
+        if (fraction >= 1.0) tell("\r{:85}\r", "");
         std::fflush(stderr);
     }
 
@@ -95,7 +95,7 @@ void add_force(CLI::App& command, Replace& replace) {
 
 const ResultCache& cache() {
     static const ResultCache one(cache_folder(), [](const std::string& warning) {
-        fmt::print(stderr, "palpate: warning: {}\n", warning);
+        tell("palpate: warning: {}\n", warning);
     });
     return one;
 }
@@ -110,10 +110,14 @@ SceneResources resources() {
     return result;
 }
 
-void print(const std::string& text) {
+bool try_print(const std::string& text) noexcept {
     std::fwrite(text.data(), 1, text.size(), stdout);
     if (text.empty() || text.back() != '\n') std::fputc('\n', stdout);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    return std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+}
+
+void print(const std::string& text) {
+    if (!try_print(text))
         throw std::runtime_error("stdout: what was found cannot be written there; make room, or "
                                  "lead it elsewhere");
 }
@@ -199,27 +203,27 @@ int main(int argc, char** argv) {
         end_by_signal();
         return code;
     } catch (const UsageError& error) {
-        fmt::print(stderr, "palpate: {}\n", error.what());
+        tell("palpate: {}\n", error.what());
         return kUsage;
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "palpate: not enough memory\n");
+        tell("palpate: not enough memory\n");
         return kInternal;
     } catch (const palpate::DeviceError& error) {
-        fmt::print(stderr, "palpate: {}\n", error.what());
+        tell("palpate: {}\n", error.what());
         return kDevice;
     } catch (const std::filesystem::filesystem_error& error) {
-        fmt::print(stderr, "palpate: {}: {}; name another file or folder\n",
-                   error.path1().string(), error.code().message());
+        tell("palpate: {}: {}; name another file or folder\n", error.path1().string(),
+             error.code().message());
         return kBadInput;
     } catch (const std::runtime_error& error) {
         end_by_signal(); // whatever it says, this is why
-        fmt::print(stderr, "palpate: {}\n", error.what());
+        tell("palpate: {}\n", error.what());
         return kBadInput;
     } catch (const std::invalid_argument& error) {
-        fmt::print(stderr, "palpate: {}\n", error.what());
+        tell("palpate: {}\n", error.what());
         return kBadInput;
     } catch (const std::exception& error) {
-        fmt::print(stderr, "palpate: internal error: {}; please report it\n", error.what());
+        tell("palpate: internal error: {}; please report it\n", error.what());
         return kInternal;
     }
 }

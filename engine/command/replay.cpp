@@ -56,9 +56,8 @@ int replay(const std::filesystem::path& named, const std::string& out, bool chec
     const Recording recording = read_recording(file);
     require_consistent(recording, file);
     if (is_journal(file))
-        fmt::print(stderr,
-                   "palpate: warning: {}: its run was cut off; {} frames were kept until then\n",
-                   file.string(), recording.frames.size());
+        tell("palpate: warning: {}: its run was cut off; {} frames were kept until then\n",
+             file.string(), recording.frames.size());
     std::optional<ResultFolder> folder;
     if (!out.empty()) {
         folder.emplace(out);

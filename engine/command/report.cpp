@@ -72,7 +72,8 @@ void check_output(const std::vector<std::string>& folders, const std::string& ou
         const std::filesystem::path file = folder / "recording.h5";
         const std::vector<std::filesystem::path> read = input_files(read_recording(file), file);
         inputs.insert(inputs.end(), read.begin(), read.end());
-        // The tables are not read, but they are the same trace: a page in their place would lose it.
+        // The tables are not read, but they are the same trace: a page in their place would lose
+        // it.
         for (const char* const of_trace : {"summary.json", "frames.csv", "timing.csv"})
             inputs.push_back(folder / of_trace);
     }

@@ -40,17 +40,13 @@ RunDisplay::RunDisplay(const Scene& scene, Shown shown)
 }
 
 RunDisplay::~RunDisplay() {
-    if (events_)
-        for (const std::string& line : events_->end())
-            print(line);
-    if (is_drawn_) fmt::print(stderr, "\r{:{}}\r", "", columns());
+    if (events_) show(events_->end());
+    if (is_drawn_) tell("\r{:{}}\r", "", columns());
 }
 
 RunWatch RunDisplay::watch() {
     RunWatch watch;
-    watch.warning = [](const std::string& warning) {
-        fmt::print(stderr, "palpate: warning: {}\n", warning);
-    };
+    watch.warning = [](const std::string& warning) { tell("palpate: warning: {}\n", warning); };
     if (shown_ == Shown::bar) {
         watch.progress = progress_bar();
         return watch;
@@ -67,9 +63,15 @@ void RunDisplay::add(const RunFrame& run) {
     // The time before the first frame is not the loop's.
     if (!std::exchange(has_begun_, true)) drawn_at_ = std::chrono::steady_clock::now();
     if (line_) line_->add(run);
-    if (events_)
-        for (const std::string& line : events_->add(run))
-            print(line);
+    if (events_) show(events_->add(run));
+}
+
+void RunDisplay::show(const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) {
+        if (!is_read_ || try_print(line)) continue;
+        is_read_ = false;
+        tell("palpate: warning: events cannot be written to stdout any more; the run goes on\n");
+    }
 }
 
 void RunDisplay::draw() {
@@ -79,7 +81,7 @@ void RunDisplay::draw() {
     drawn_at_ = now;
     is_drawn_ = true;
     const std::size_t width = columns();
-    fmt::print(stderr, "\r{:<{}}", line_->text(seconds, width), width);
+    tell("\r{:<{}}", line_->text(seconds, width), width);
     std::fflush(stderr);
 }
 

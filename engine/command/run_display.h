@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <palpate/engine/baking/label_probe.h>
 #include <palpate/engine/report/live_line.h>
@@ -32,6 +34,7 @@ public:
 
 private:
     void add(const RunFrame& run);
+    void show(const std::vector<std::string>& lines);
     void draw();
 
     Shown shown_;
@@ -41,6 +44,7 @@ private:
     std::chrono::steady_clock::time_point drawn_at_{};
     bool has_begun_ = false;
     bool is_drawn_ = false;
+    bool is_read_ = true; ///< stdout has taken all events so far
 };
 
 } // namespace palpate::command

@@ -36,7 +36,7 @@ void warn_of_sources(const Scene& scene) {
     std::set<std::string> said;
     const auto warn = [&](const std::filesystem::path& file, const std::string& warning) {
         const std::string line = fmt::format("palpate: warning: {}: {}\n", file.string(), warning);
-        if (said.insert(line).second) fmt::print(stderr, "{}", line);
+        if (said.insert(line).second) tell("{}", line);
     };
     for (const SceneSurface& surface : scene.surfaces()) {
         const SurfaceDescription& description = scene.description().surfaces.at(surface.name);

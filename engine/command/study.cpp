@@ -65,7 +65,7 @@ void warn_of_no_contact(const Scene& scene, const Study& study,
     probes.reserve(inputs.size());
     for (const DeviceState& input : inputs)
         probes.push_back(input.position);
-    fmt::print(stderr, "palpate: warning: {}\n", no_contact_in_words(scene, probes));
+    tell("palpate: warning: {}\n", no_contact_in_words(scene, probes));
 }
 
 int study(const StudyOptions& options) {

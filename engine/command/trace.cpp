@@ -85,11 +85,10 @@ Trace run_asap(const std::shared_ptr<const Scene>& scene, const TraceOptions& op
         return run_trace(scene, device.placed(), clock, most, watch);
     } catch (const std::runtime_error&) {
         if (stop_wanted())
-            fmt::print(stderr,
-                       "palpate: stopped: the {} frames that were computed so far are thrown away, "
-                       "and nothing is written; let it end, take fewer with --frames, or use "
-                       "--pace realtime, which keeps what was felt\n",
-                       done);
+            tell("palpate: stopped: the {} frames that were computed so far are thrown away, "
+                 "and nothing is written; let it end, take fewer with --frames, or use "
+                 "--pace realtime, which keeps what was felt\n",
+                 done);
         throw;
     }
 }
@@ -107,16 +106,15 @@ Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const TraceOpt
         RunWatch watch = display.watch();
         watch.kept = [&journal, is_told = false](const Trace& so_far) mutable {
             if (journal.add(so_far) || std::exchange(is_told, true)) return;
-            fmt::print(stderr, "palpate: warning: what is felt cannot be kept while it goes on; "
-                               "check the space in the results' folder\n");
+            tell("palpate: warning: what is felt cannot be kept while it goes on; "
+                 "check the space in the results' folder\n");
         };
         trace = run_realtime(scene, device.placed(), settings, watch);
     }
     if (trace.realtime->dropped > 0)
-        fmt::print(stderr,
-                   "palpate: warning: {} frames were felt and not recorded, as the recorder could "
-                   "not keep up: this run cannot be replayed\n",
-                   trace.realtime->dropped);
+        tell("palpate: warning: {} frames were felt and not recorded, as the recorder could "
+             "not keep up: this run cannot be replayed\n",
+             trace.realtime->dropped);
     // A signal has ended the run, not what is to be said of it.
     const Progress bar = stop_wanted() ? Progress{} : progress_bar();
     audit(scene, trace, bar);
@@ -124,6 +122,7 @@ Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const TraceOpt
 }
 
 int trace(const TraceOptions& options) {
+    outlive_readers();
     const SceneDescription description =
         changed_scene(read_scene(options.scene), options.overrides);
     check(options, description);
@@ -137,15 +136,14 @@ int trace(const TraceOptions& options) {
     const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
     if (const std::string& why = scene->plan().uncertified;
         !why.empty() && description.loop.method == SteppingMethod::adaptive)
-        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), why);
+        tell("palpate: warning: {}: {}\n", description.file.string(), why);
     if (const std::string warning = felt_warning(*scene); !warning.empty())
-        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), warning);
+        tell("palpate: warning: {}: {}\n", description.file.string(), warning);
     for (const std::string& warning : scene->plan().warnings)
-        fmt::print(stderr, "palpate: warning: {}: {}\n", description.file.string(), warning);
+        tell("palpate: warning: {}: {}\n", description.file.string(), warning);
     for (const std::string& note : device.notes)
-        fmt::print(stderr, "palpate: warning: {}\n", note);
-    if (!is_sequence(description.device))
-        fmt::print(stderr, "palpate: {}\n", device.placement.in_words());
+        tell("palpate: warning: {}\n", note);
+    if (!is_sequence(description.device)) tell("palpate: {}\n", device.placement.in_words());
 
     std::optional<RecordingJournal> journal;
     if (options.is_realtime())
@@ -161,11 +159,11 @@ int trace(const TraceOptions& options) {
 
     for (const SurfaceAudit& audit : trace.audits)
         if (const std::string warning = guard_warning(audit); !warning.empty())
-            fmt::print(stderr, "palpate: warning: {}\n", warning);
+            tell("palpate: warning: {}\n", warning);
     if (const std::string warning = no_contact_warning(*scene, trace.frames); !warning.empty())
-        fmt::print(stderr, "palpate: warning: {}\n", warning);
+        tell("palpate: warning: {}\n", warning);
     for (const std::string& line : flags_in_words(trace.frames))
-        fmt::print(stderr, "palpate: flag {}\n", line);
+        tell("palpate: flag {}\n", line);
     const std::string title =
         fmt::format("{} {}", description.file.stem().string(), name(description.loop.method));
     const ReportTrace shown{title, summary, {}};

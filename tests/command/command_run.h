@@ -52,7 +52,7 @@ protected:
         if (child != 0) return child;
         if (::chdir(folder().c_str()) != 0) ::_exit(126);
         ::setenv("PALPATE_CACHE", cache.c_str(), 1);
-        ::dup2(::open("out.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
+        ::dup2(::open(standard_out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
         ::dup2(::open("err.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
         std::vector<char*> argv{const_cast<char*>(PALPATE_COMMAND)};
         for (const std::string& argument : arguments)
@@ -92,6 +92,7 @@ protected:
     }
 
     std::filesystem::path cache = folder_ / "cache";
+    std::string standard_out = "out.txt"; ///< where the command's stdout leads
 };
 
 } // namespace palpate::test

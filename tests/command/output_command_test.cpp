@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the command writes is never what it reads, nor somebody else's.
+#include <cstdlib>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -135,6 +136,28 @@ TEST_F(CommandOutputs, WhatIsNoOrdinaryFileIsNotReplaced) {
         EXPECT_THAT(result.err, HasSubstr("no ordinary file"));
     }
     EXPECT_TRUE(std::filesystem::is_symlink(*this / "page.html"));
+}
+
+// An event that stdout did not take aborted the command, with a device in its hand.
+TEST_F(CommandOutputs, ARunGoesOnWhereItsEventsCannotBeWritten) {
+    standard_out = "/dev/full";
+    for (const std::string pace : {"asap", "realtime"}) {
+        const test::CommandResult result =
+            run({"trace", "ball.toml", "--events", "--pace", pace, "--out", pace});
+        EXPECT_EQ(result.exit, 3) << pace << result.err;
+        EXPECT_EQ(result.times("events cannot be written to stdout any more"), 1u) << result.err;
+        EXPECT_EQ(result.times("palpate: stdout: what was found cannot be written"), 1u);
+        for (const char* file : {"frames.csv", "timing.csv", "summary.json", "recording.h5"})
+            EXPECT_TRUE(std::filesystem::exists(*this / pace / file)) << pace << "/" << file;
+    }
+}
+
+TEST_F(CommandOutputs, AReaderThatGoesAwayEndsNoRun) {
+    const std::string run = "cd '" + folder().string() + "' && PALPATE_CACHE= " PALPATE_COMMAND
+                            " trace ball.toml --events --pace realtime --out r | true";
+    EXPECT_EQ(std::system(run.c_str()), 0) << "the exit code is that of `true`";
+    EXPECT_TRUE(std::filesystem::exists(*this / "r/recording.h5"));
+    EXPECT_FALSE(std::filesystem::exists(*this / "r/recording.h5.part"));
 }
 
 } // namespace
