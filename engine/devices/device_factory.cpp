@@ -74,7 +74,13 @@ std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::
     orbit.duration_s /= static_cast<double>(surfaces.size());
     PathChain chain(rate_hz);
     for (const SceneSurface* surface : surfaces) {
-        Orbit found = find_orbit(orbit_target(scene, *surface), orbit, rate_hz, is_free);
+        Orbit found;
+        try {
+            found = find_orbit(orbit_target(scene, *surface), orbit, rate_hz, is_free);
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error(
+                fmt::format("{}: surface {}: {}", place_of(scene), surface->name, error.what()));
+        }
         if (found.spiral_share < 1.0)
             notes.push_back(fmt::format(
                 "the orbit around {} ends after {:.0f} % of its {} turn{}, as its time is over: "

@@ -86,7 +86,7 @@ void check_arguments(double rate_hz, int every) {
 
 /// What a trace writes is not what it reads: the two are easily confused.
 void refuse_results(const std::filesystem::path& file) {
-    internal::refuse_named_pipe(file);
+    internal::refuse_pipe_or_device(file);
     std::string start(64, '\0');
     std::ifstream(file, std::ios::binary).read(start.data(), 64);
     const bool is_frames = start.starts_with("frame,trial,time_s,");

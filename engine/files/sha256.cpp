@@ -16,7 +16,7 @@ std::string sha256_of_file(const std::filesystem::path& file) {
         throw std::runtime_error(file.string() +
                                  ": cannot be read; check that it exists and is a readable file");
     };
-    internal::refuse_named_pipe(file);
+    internal::refuse_pipe_or_device(file);
     std::ifstream stream(file, std::ios::binary);
     if (!stream || std::filesystem::is_directory(file)) fail();
     internal::Sha256 hash;

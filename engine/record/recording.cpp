@@ -260,7 +260,7 @@ std::filesystem::path found_recording(const std::filesystem::path& file) {
 }
 
 bool is_journal(const std::filesystem::path& file) {
-    internal::refuse_named_pipe(file);
+    internal::refuse_pipe_or_device(file);
     std::string start(internal::kJournalMark.size(), '\0');
     std::ifstream stream(file, std::ios::binary);
     return stream.read(start.data(), static_cast<std::streamsize>(start.size())) &&

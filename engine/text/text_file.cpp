@@ -18,7 +18,7 @@ std::string read_text_file(const std::filesystem::path& file, std::string_view k
     std::error_code ignored;
     if (std::filesystem::is_directory(file, ignored))
         throw std::runtime_error(fmt::format("{}: is a folder; name {}", file.string(), kind));
-    internal::refuse_named_pipe(file);
+    internal::refuse_pipe_or_device(file);
     errno = 0;
     std::ifstream stream(file, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};

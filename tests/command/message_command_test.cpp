@@ -108,6 +108,27 @@ TEST_F(CommandMessages, APipeIsRefusedAndNotWaitedFor) {
     EXPECT_EQ(run({"extract", "p.nrrd", "--iso", "1", "-o", "m.ply"}).exit, 3);
 }
 
+// /dev/zero was read without end.
+TEST_F(CommandMessages, ADeviceIsNoFile) {
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"trace", "/dev/zero"},
+          std::vector<std::string>{"info", "/dev/zero"},
+          std::vector<std::string>{"trace", "ball.toml", "--device", "path:/dev/zero"}}) {
+        const test::CommandResult result = run(arguments);
+        EXPECT_EQ(result.exit, 3) << result.err;
+        EXPECT_THAT(result.err, HasSubstr("/dev/zero: is a device and no file; name a file"));
+    }
+}
+
+TEST_F(CommandMessages, AnOrbitThatMeetsNothingNamesTheSceneAndItsLine) {
+    make("wall.toml", "[volume.v]\nanalytic = \"slab\"\nthickness_mm = 1e-6\n"
+                      "[surface.s]\nvolume = \"v\"\n[[effect]]\ntype = \"surface\"\n"
+                      "surface = \"s\"\n[device]\ntype = \"orbit\"\n");
+    const test::CommandResult result = run({"trace", "wall.toml"});
+    EXPECT_EQ(result.exit, 3) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("wall.toml:9: [device]: surface s: orbit: "));
+}
+
 // The parser called itself for each part of a key until the process ended with a signal.
 TEST_F(CommandMessages, ADeepKeyIsBadInputAndNoCrash) {
     std::string key = "a";

@@ -35,7 +35,7 @@ constexpr const char* kPattern = "%";
 std::vector<std::string> named_files(const std::filesystem::path& header, char separator,
                                      const std::string& key) {
     std::vector<std::string> names;
-    internal::refuse_named_pipe(header);
+    internal::refuse_pipe_or_device(header);
     std::ifstream input(header, std::ios::binary);
     bool listing = false;
     std::string line;

@@ -23,7 +23,7 @@ std::string file_text(const std::filesystem::path& file) {
     std::error_code error;
     if (std::filesystem::is_directory(file, error))
         throw std::runtime_error(file.string() + ": is a folder; name a mesh file in it");
-    refuse_named_pipe(file);
+    refuse_pipe_or_device(file);
     std::ifstream in(file, std::ios::binary);
     if (!in)
         throw std::runtime_error(file.string() +

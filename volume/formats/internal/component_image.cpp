@@ -39,7 +39,7 @@ Mat3 image_axes(const AffineTransform& index_to_scene) {
 std::optional<ComponentImage> read_component_image(const std::filesystem::path& file,
                                                    VolumeSelection::NiftiTransform transform,
                                                    ImagePart part) {
-    refuse_named_pipe(file);
+    refuse_pipe_or_device(file);
     const std::string name = file.filename().string();
     if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_image(file, part);
     if (name.ends_with(".nii") || name.ends_with(".nii.gz"))

@@ -261,7 +261,7 @@ std::string DicomSeries::text() const {
 }
 
 bool is_dicom_file(const std::filesystem::path& file) {
-    refuse_named_pipe(file);
+    refuse_pipe_or_device(file);
     return has_dicom_ending(file) || has_dicom_magic(beginning_of(file));
 }
 
