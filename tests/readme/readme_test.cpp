@@ -161,7 +161,7 @@ TEST_F(FirstSteps, EveryCommandDoesWhatThePageSays) {
          }},
         {"palpate trace examples/skull.toml --device hand",
          [&](const Outcome&) {
-             const std::string summary = content_of(folder_ / "skull-trace/summary.json");
+             const std::string summary = content_of(folder_ / "hand/summary.json");
              EXPECT_THAT(summary, HasSubstr("hand"));
          }},
         {"palpate report t -o page.html",
