@@ -48,7 +48,7 @@ check_includes() {
         if (header ~ /^openssl\//) return "^engine/files/internal/sha256\\.cpp$"
         if (header ~ /^toml/) return "^engine/scene/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
         if (header ~ /^png\.h$/) return "^engine/picture/internal/canvas\\.cpp$"
-        if (header ~ /^fmt\//) return "^engine/.*\\.cpp$"
+        if (header ~ /^fmt\//) return "^engine/(.*\\.cpp|command/command\\.h)$"
         if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|text/internal/json_text\\.h)$"
         if (header ~ /^CLI\//) return "^engine/command/"
         return ""
