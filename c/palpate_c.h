@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Palpate for programs in C, and in every language that can call C: <palpate/palpate_c.h>.
+ *
+ *     palpate_error error = {.size = sizeof error};
+ *     palpate_scene *scene = NULL;
+ *     palpate_loop *loop = NULL;
+ *     if (palpate_scene_read("skull.toml", NULL, &scene, &error) != PALPATE_OK ||
+ *         palpate_loop_make(scene, NULL, &loop, &error) != PALPATE_OK)
+ *         fprintf(stderr, "%s\n", error.message);
+ *     palpate_probe probe = {.size = sizeof probe};       // time and position, each frame
+ *     palpate_frame frame = {.size = sizeof frame};
+ *     palpate_loop_frame(loop, &probe, &frame);           // a thousand times a second
+ *
+ * Lengths are in metres, forces in newtons, times in seconds, unless a name ends in another unit.
+ * The scene frame is the patient's: LPS, right-handed.
+ *
+ * Structs. Every struct begins with its size. Set it to sizeof, and every other member that you do
+ * not need to 0: that is its default. A later version may add members at a struct's end. A program
+ * that was compiled before then works as it did.
+ *
+ * Errors. A function that may fail returns a palpate_code. Where that is not PALPATE_OK, nothing
+ * has changed, what it was to make is not made, and `error` (which may be NULL) says in one line
+ * what is wrong and what to do. No C++ exception leaves a function.
+ *
+ * Threads, said in brackets with each function:
+ *   [setup]  before the loop runs, or beside it, but not on an object that a loop is using; it may
+ *            allocate and read files
+ *   [loop]   from the one thread that calls palpate_loop_frame() of this loop: it neither
+ *            allocates nor waits nor calls the system, and its work is bounded
+ *   [any]    from any thread at any time
+ * Objects that have nothing to do with each other may be used by different threads at once.
+ */
+#ifndef PALPATE_C_H
+#define PALPATE_C_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A struct's layout or a function's meaning changed: programs must be compiled anew. */
+#define PALPATE_C_ABI 0
+
+/* "0.1.0", of the library that runs. [any] */
+const char *palpate_version(void);
+/* PALPATE_C_ABI of the library that runs: compare it with your own. [any] */
+uint32_t palpate_abi(void);
+
+/* ---- errors --------------------------------------------------------------------------------- */
+
+/* The numbers are the exit codes of the command `palpate`, as far as it has them. */
+typedef enum palpate_code {
+    PALPATE_OK = 0,
+    PALPATE_BAD_CALL = 2,  /* a null pointer, a wrong size, a number out of range */
+    PALPATE_BAD_INPUT = 3, /* a scene or a file: the message names it, its line or field */
+    PALPATE_INTERNAL = 5,  /* a mistake of Palpate's: please report it */
+    PALPATE_NO_MEMORY = 6
+} palpate_code;
+
+typedef struct palpate_error {
+    size_t size;
+    int32_t code;       /* a palpate_code */
+    char message[1012]; /* one line, without its end; a longer one is cut and ends with "..." */
+} palpate_error;
+
+/* ---- scenes --------------------------------------------------------------------------------- */
+
+/* A scene, loaded. It never changes, and several loops may feel it. */
+typedef struct palpate_scene palpate_scene;
+
+/* What makes meshes of volumes; palpate_cgal_extractor() of <palpate/palpate_c_extraction.h>. */
+typedef struct palpate_extractor palpate_extractor;
+
+typedef struct palpate_scene_options {
+    size_t size;
+    const char *cache;                  /* folder for what takes long to compute, so that the next
+                                           start is quick; NULL: nothing is kept */
+    const palpate_extractor *extractor; /* NULL: no meshes of volumes; what would need one is felt
+                                           through its volume alone */
+    /* Called now and then, with what is done of a step, in [0, 1], and with its name; returning 0
+       ends it. May be NULL. */
+    int32_t (*progress)(double fraction, const char *step, void *user);
+    void *user; /* for `progress` */
+} palpate_scene_options;
+
+/* Reads a scene file (TOML) and loads what it names. `options` may be NULL. The scene goes to
+   *scene; free it with palpate_scene_free(). [setup] */
+palpate_code palpate_scene_read(const char *file, const palpate_scene_options *options,
+                                palpate_scene **scene, palpate_error *error);
+
+/* The same of text, that ends with 0. `name` is what messages call it; files that it names are
+   looked for in the folder of `name`. [setup] */
+palpate_code palpate_scene_parse(const char *text, const char *name,
+                                 const palpate_scene_options *options, palpate_scene **scene,
+                                 palpate_error *error);
+
+/* Gives a scene back. Its loops keep what they need. NULL is allowed. [setup] */
+void palpate_scene_free(palpate_scene *scene);
+
+/* The surfaces that are felt, by name. Number i is bit i of palpate_frame's surfaces, up to 64.
+   The name lives as long as the scene; NULL: there is no such surface. [any] */
+size_t palpate_scene_surface_count(const palpate_scene *scene);
+const char *palpate_scene_surface(const palpate_scene *scene, size_t i);
+
+/* What will not be felt as it is meant, a line each. Lives as long as the scene. [any] */
+size_t palpate_scene_warning_count(const palpate_scene *scene);
+const char *palpate_scene_warning(const palpate_scene *scene, size_t i);
+
+/* ---- loops ---------------------------------------------------------------------------------- */
+
+/* All that changes from frame to frame, of one hand in one scene. */
+typedef struct palpate_loop palpate_loop;
+
+/* How a frame is cut into sub-steps. */
+typedef enum palpate_method {
+    PALPATE_METHOD_OF_SCENE = 0,
+    PALPATE_SINGLE = 1,
+    PALPATE_PAPER = 2,
+    PALPATE_FIXED = 3,
+    PALPATE_ADAPTIVE = 4
+} palpate_method;
+
+/* A device with motors. What it does not know has no limit. */
+typedef struct palpate_device {
+    size_t size;
+    double force_n;           /* the longest force that it can hold, N, > 0 */
+    double stiffness_n_per_m; /* the stiffest coupling that it is made for, N/m; 0: any */
+    double damping_n_s_per_m; /* its own, mechanical one, N s/m */
+    double position_step_m;   /* what its positions are rounded to, m, [0, 1]; 0: they are exact */
+    double delay_s; /* from a movement until the force that answers it, beyond the frame, s, [0, 1] */
+    int32_t measures_velocity; /* not 0: palpate_probe.velocity_m_per_s is used, else estimated */
+} palpate_device;
+
+/* Each 0 is what the scene says. */
+typedef struct palpate_loop_options {
+    size_t size;
+    const palpate_device *device; /* NULL: no motors. The force is limited in length and slew, and
+                                     the rest of the safety chain is not there */
+    double rate_hz;               /* [50, 20000] */
+    double budget_us;             /* method paper, (0, 1e6 / rate_hz] */
+    double tolerance_um;          /* method adaptive, (0, 1000] */
+    int32_t method;               /* a palpate_method */
+    int32_t sub_steps;            /* method fixed, [1, 4096] */
+    int32_t evaluation_cap;       /* method adaptive, [1, 256] */
+} palpate_loop_options;
+
+/* `options` may be NULL. The loop goes to *loop; free it with palpate_loop_free(). It keeps what it
+   needs of the scene. [setup] */
+palpate_code palpate_loop_make(const palpate_scene *scene, const palpate_loop_options *options,
+                               palpate_loop **loop, palpate_error *error);
+
+/* NULL is allowed. [setup] */
+void palpate_loop_free(palpate_loop *loop);
+
+/* What a device says at one instant, in the scene frame. */
+typedef struct palpate_probe {
+    size_t size;
+    double time_s;              /* the device's own time */
+    double position_m[3];       /* m */
+    double velocity_m_per_s[3]; /* m/s; 0 where the device knows none */
+    uint32_t trial;             /* a new number restarts the proxy at the probe */
+    uint32_t buttons;           /* bit i: button i is down */
+    int32_t is_stale;           /* not 0: the device is silent, the force goes to zero */
+} palpate_probe;
+
+/* What a frame tells, in the scene frame. */
+typedef struct palpate_frame {
+    size_t size;
+    uint64_t frame;           /* from 0 */
+    double time_s;            /* of the probe */
+    double probe_m[3];        /* m */
+    double proxy_m[3];        /* m, after the frame */
+    double force_n[3];        /* N, on the hand, after all limits: what is sent to the device */
+    double residual_m;        /* how far the last evaluation still wanted to move the proxy, m */
+    double spent_us;          /* time of the frame; differs from run to run */
+    uint64_t surfaces_felt;   /* bit i: palpate_scene_surface(i) pushed back at the end */
+    uint64_t surfaces_open;   /* bit i: it yielded, or the proxy was inside */
+    uint64_t surfaces_guarded; /* bit i: its mesh held what its volume would have let through */
+    uint32_t trial;
+    uint32_t sub_steps;       /* movements of the proxy that were accepted */
+    uint32_t evaluations;     /* times that primitives were gathered and solved */
+    uint32_t contacts;        /* primitives that push at the end */
+    uint32_t flags;           /* bits, see palpate_flag_name() */
+    uint32_t field_samples;   /* values or gradients read from fields */
+    uint32_t surface_queries; /* rays and closest points */
+    uint32_t root_queries;    /* exact first roots */
+} palpate_frame;
+
+/* One haptic frame: probe in, force out. PALPATE_BAD_CALL: a pointer is NULL or a size is too
+   small; the frame did not happen, and no force must be sent. Where the probe is not finite,
+   beyond 1e6 m or stale, the frame happens, and its force goes to zero. [loop] */
+palpate_code palpate_loop_frame(palpate_loop *loop, const palpate_probe *probe,
+                                palpate_frame *frame);
+
+/* The next force on its way to zero, N, scene frame: call it frame by frame when a run ends.
+   [loop] */
+palpate_code palpate_loop_release(palpate_loop *loop, double force_n[3]);
+
+/* The proxy's corners in the last frame, scene frame, m, 3 numbers each; *count of them. They are
+   there until the next frame. [loop] */
+const double *palpate_loop_path(const palpate_loop *loop, size_t *count);
+
+/* Effects that palpate_loop_set_gain() knows: the scene's, in the file's order. [any] */
+size_t palpate_loop_effect_count(const palpate_loop *loop);
+
+/* Scales what an effect does, while the loop runs. `gain` in [0, 10]: 0 is off, 1 is as the scene
+   says; it moves by 1 in 50 ms. PALPATE_BAD_CALL: there is no such effect, it was left out, or the
+   gain is out of range; nothing has changed. [any] */
+palpate_code palpate_loop_set_gain(palpate_loop *loop, size_t effect, double gain);
+
+/* What will not be felt as it is meant in this loop, a line each: among others a coupling that was
+   lowered for the device. Lives as long as the loop. [any] */
+size_t palpate_loop_warning_count(const palpate_loop *loop);
+const char *palpate_loop_warning(const palpate_loop *loop, size_t i);
+
+/* ---- a loop's state ------------------------------------------------------------------------- */
+
+/* The whole state of a loop between two frames. It never changes. */
+typedef struct palpate_state palpate_state;
+
+/* [setup] */
+palpate_code palpate_loop_save(const palpate_loop *loop, palpate_state **state,
+                               palpate_error *error);
+/* From here on the same probes give the same frames as they gave after that save, to the last bit,
+   but for spent_us; with method paper where the clock decides alike. Into the same loop, or into
+   one that was made alike of the same palpate_scene. The force may jump: with motors restore only
+   where palpate_loop_release() has come to zero. [setup] */
+palpate_code palpate_loop_restore(palpate_loop *loop, const palpate_state *state,
+                                  palpate_error *error);
+/* NULL is allowed. [setup] */
+void palpate_state_free(palpate_state *state);
+
+/* ---- flags ---------------------------------------------------------------------------------- */
+
+/* Name and meaning of bit `bit` of palpate_frame.flags; NULL: there is no such flag. [any] */
+const char *palpate_flag_name(uint32_t bit);
+const char *palpate_flag_meaning(uint32_t bit);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
