@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -10,6 +8,7 @@
 #include <palpate/engine/command/volume_options.h>
 #include <palpate/engine/info/file_info.h>
 #include <palpate/engine/text/whole_file.h>
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/geometry/mesh_intersections.h>
 
 namespace palpate::command {
@@ -27,9 +26,7 @@ struct InfoOptions {
 
 /// Refuses options of meshes for volumes, and those of volumes for meshes, scenes and recordings.
 void check_kind(const InfoOptions& options) {
-    std::string ending = std::filesystem::path(options.volume.file).extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string ending = internal::lower_case_ending(options.volume.file);
     const bool is_mesh = ending == ".ply" || ending == ".stl" || ending == ".obj";
     const bool is_volume = !is_mesh && ending != ".toml" && ending != ".h5";
     const auto refuse = [&](const char* option, bool is_given, const char* kind) {

@@ -1,31 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/info/file_info.h>
 
-#include <algorithm>
-#include <cctype>
 #include <stdexcept>
 
 #include <palpate/engine/info/internal/file_info_kinds.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/geometry/internal/lower_case.h>
 
 namespace palpate {
-namespace {
-
-std::string lower_case_ending(const std::filesystem::path& file) {
-    std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) {
-        return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    });
-    return ending;
-}
-
-} // namespace
-
 FileInfo file_info(const std::filesystem::path& file, const FileInfoSettings& settings) {
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored))
         throw std::runtime_error(file.string() + ": does not exist; check its name");
-    const std::string ending = lower_case_ending(file);
+    const std::string ending = internal::lower_case_ending(file);
     if (ending == ".ply" || ending == ".stl" || ending == ".obj")
         return internal::mesh_info(file, settings);
     if (ending == ".toml") return internal::scene_info(file);

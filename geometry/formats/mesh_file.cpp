@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cstring>
 #include <fstream>
 #include <iomanip>
@@ -18,6 +17,7 @@
 #include <unistd.h>
 
 #include <palpate/geometry/formats/internal/mesh_formats.h>
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/geometry/patient_size.h>
 
 namespace palpate {
@@ -169,14 +169,6 @@ MeshFile understood(const internal::MeshSource& source, internal::FileMesh read,
                              "'; give a mesh as .ply, .stl or .obj");
 }
 
-std::string lower_case_ending(const std::filesystem::path& file) {
-    std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) {
-        return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    });
-    return ending;
-}
-
 } // namespace
 
 void internal::note_statements(std::string_view comment, std::optional<std::size_t> byte,
@@ -219,7 +211,7 @@ void write_ply(const TriangleMesh& mesh, const std::filesystem::path& file,
 }
 
 MeshFile read_mesh(const std::filesystem::path& file, const MeshFileSettings& settings) {
-    const std::string ending = lower_case_ending(file);
+    const std::string ending = internal::lower_case_ending(file);
     const auto read = ending == ".ply"   ? internal::read_ply_mesh
                       : ending == ".stl" ? internal::read_stl_mesh
                       : ending == ".obj" ? internal::read_obj_mesh

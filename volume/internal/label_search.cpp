@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstdint>
 #include <numeric>
@@ -9,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/label_volume.h>
 #include <palpate/volume/printable.h>
 
@@ -18,12 +18,6 @@ namespace {
 
 constexpr std::size_t kMostProposed = 3;
 constexpr std::size_t kLongestName = 80; // of what is compared and quoted
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
 
 /// Insertions, deletions and replacements that turn one text into the other.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
@@ -48,7 +42,8 @@ std::string nearest_names(const std::vector<Label>& labels, const std::string& w
     for (const Label& label : labels)
         if (seen.insert(label.name).second)
             names.emplace_back(
-                edit_distance(lower(label.name.substr(0, kLongestName)), lower(wanted)),
+                edit_distance(internal::lower_case(label.name.substr(0, kLongestName)),
+                              internal::lower_case(wanted)),
                 label.name);
     const std::size_t count = std::min(kMostProposed, names.size());
     std::stable_sort(names.begin(), names.end(),
@@ -98,8 +93,9 @@ std::vector<std::size_t> find_one(const std::vector<Label>& labels, const std::s
     if (const auto value = whole_number(wanted))
         found = labels_where(labels, [&](const Label& l) { return l.value == *value; });
     else
-        found =
-            labels_where(labels, [&](const Label& l) { return lower(l.name) == lower(wanted); });
+        found = labels_where(labels, [&](const Label& l) {
+            return internal::lower_case(l.name) == internal::lower_case(wanted);
+        });
     if (found.empty()) refuse(labels, wanted);
     return found;
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include <span>
 #include <tuple>
 
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/geometry/internal/ordinary_file.h>
 #include <palpate/volume/formats/internal/volume_import.h>
 
@@ -29,9 +29,7 @@ constexpr double kSameSpacing = 1e-4; // relative
 constexpr double kSamePositionMm = 1e-3;
 
 bool has_dicom_ending(const std::filesystem::path& file) {
-    std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string ending = lower_case_ending(file);
     return ending == ".dcm" || ending == ".ima";
 }
 

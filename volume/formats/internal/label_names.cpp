@@ -2,7 +2,6 @@
 #include <palpate/volume/formats/internal/label_names.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/printable.h>
 
@@ -42,12 +42,6 @@ struct Entry {
 class LineError final : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
 
 std::string in_quotes(const std::string& text) {
     return "\"" + printable(text.substr(0, kShownCharacters)) + "\"";
@@ -181,7 +175,7 @@ struct Columns {
 /// Nothing where the line has no columns "index" and "name".
 std::optional<Columns> column_names(const std::string& line) {
     std::vector<std::string> fields = tab_fields(line);
-    std::transform(fields.begin(), fields.end(), fields.begin(), lower);
+    std::transform(fields.begin(), fields.end(), fields.begin(), lower_case);
     const auto find = [&](const char* name) -> std::optional<std::size_t> {
         const auto found = std::find(fields.begin(), fields.end(), name);
         if (found == fields.end()) return std::nullopt;

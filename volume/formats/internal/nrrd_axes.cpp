@@ -2,10 +2,10 @@
 #include <palpate/volume/formats/internal/nrrd_axes.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/formats/internal/volume_import.h>
 
 namespace palpate::internal {
@@ -40,9 +40,8 @@ std::vector<Axis> parse_sizes(const std::filesystem::path& file, const NrrdText&
 }
 
 /// True for the kinds of axes that lie in space, and for those that say nothing.
-bool is_space_kind(std::string kind) {
-    std::transform(kind.begin(), kind.end(), kind.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+bool is_space_kind(const std::string& written) {
+    const std::string kind = lower_case(written);
     return kind == "space" || kind == "domain" || kind == "???" || kind == "none" || kind.empty();
 }
 

@@ -2,12 +2,12 @@
 #include <palpate/volume/formats/internal/nrrd_text.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
 
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/formats/internal/volume_import.h>
 
 namespace palpate::internal {
@@ -19,12 +19,6 @@ std::string trimmed(const std::string& text) {
     const auto from = text.find_first_not_of(" \t\r");
     if (from == std::string::npos) return {};
     return text.substr(from, text.find_last_not_of(" \t\r") - from + 1);
-}
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
 }
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
@@ -52,7 +46,7 @@ void add_line(NrrdText& text, const std::string& line) {
         text.key_values[unescaped(line.substr(0, colon))] = unescaped(line.substr(colon + 2));
         return;
     }
-    std::string name = lower(line.substr(0, colon));
+    std::string name = lower_case(line.substr(0, colon));
     std::erase(name, ' ');
     text.fields[name] = trimmed(line.substr(colon + 1));
 }
@@ -68,7 +62,7 @@ std::string NrrdText::field(const std::string& name) const {
     return found == fields.end() ? std::string() : found->second;
 }
 
-std::string NrrdText::lower_field(const std::string& name) const { return lower(field(name)); }
+std::string NrrdText::lower_field(const std::string& name) const { return lower_case(field(name)); }
 
 NrrdText read_nrrd_text(const std::filesystem::path& file) {
     std::ifstream input(file, std::ios::binary);
