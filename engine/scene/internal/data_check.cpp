@@ -52,7 +52,7 @@ void check_volume_source(const FieldCheck& check, const VolumeDescription& volum
 void check_mesh_source(const FieldCheck& check, const SurfaceDescription& surface) {
     if (surface.volume.empty() && !has_mesh(surface))
         check.fail("volume", "and mesh are both empty",
-                   "name a volume, or a mesh file, or both, or give a triangle_mesh");
+                   "name a volume, or give a mesh (mesh or triangle_mesh), or both");
     if (!surface.triangle_mesh) return;
     if (!surface.mesh.empty())
         check.fail("mesh", "and triangle_mesh exclude each other", "keep one of them");
