@@ -2,6 +2,7 @@
 #include <palpate/geometry/patient_size.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace palpate {
@@ -44,6 +45,24 @@ std::optional<Implausible> implausible_box(const Box& box, const std::string& re
 }
 
 } // namespace
+
+std::string irregularity(const AffineTransform& index_to_scene) {
+    // |determinant| / product of column lengths: below this the axes lie in a plane but for
+    // rounding of a float header (6e-8 per entry).
+    constexpr double kMinAxesVolume = 1e-6;
+    double product = 1.0;
+    bool finite = is_finite(index_to_scene.offset);
+    for (int axis = 0; axis < 3; ++axis) {
+        finite = finite && is_finite(index_to_scene.linear[axis]);
+        product *= glm::length(index_to_scene.linear[axis]);
+    }
+    if (!finite) return "is not finite; correct its numbers";
+    if (!(product > 0.0) ||
+        std::abs(glm::determinant(index_to_scene.linear)) < kMinAxesVolume * product)
+        return "is singular: an axis has no length or lies in the plane of the others; correct its "
+               "spacing and directions";
+    return {};
+}
 
 std::optional<Implausible> implausible_grid(const std::array<int, 3>& size,
                                             const AffineTransform& index_to_scene) {

@@ -19,6 +19,10 @@ struct PatientSize {
     static constexpr double kFarthest = 1000.0;     ///< m from the scene's origin, along each axis
 };
 
+/// Why a map from voxel indices to the scene (m) leads nowhere: "is not finite; ...", or "is
+/// singular: ...; what to do". Empty where it can be inverted.                             [any]
+std::string irregularity(const AffineTransform& index_to_scene);
+
 /// Why no patient has a size.
 struct Implausible {
     enum class Part { spacing, place };

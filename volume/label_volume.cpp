@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -79,6 +80,19 @@ void require_layers(const LabelVolume& volume, const char* who) {
 }
 
 } // namespace
+
+void add_missing_labels(LabelVolume& volume) {
+    std::set<std::pair<std::size_t, std::int32_t>> known;
+    for (const Label& label : volume.labels)
+        known.insert({label.layer, label.value});
+    std::vector<Label> missing;
+    for (std::size_t layer = 0; layer < volume.layers.size(); ++layer)
+        for (const std::int32_t value :
+             std::set<std::int32_t>(volume.layers[layer].begin(), volume.layers[layer].end()))
+            if (value != 0 && !known.contains({layer, value}))
+                missing.push_back({std::to_string(value), value, layer, {}});
+    volume.labels.insert(volume.labels.end(), missing.begin(), missing.end());
+}
 
 std::vector<LabelExtent> label_extents(const LabelVolume& volume) {
     require_layers(volume, "label_extents");

@@ -33,6 +33,9 @@ struct LabelVolume {
     std::size_t voxels() const noexcept { return layers.empty() ? 0 : layers.front().size(); }
 };
 
+/// Gives each value but 0 that occurs and has no label one, named by its digits.        [setup]
+void add_missing_labels(LabelVolume& volume);
+
 /// True when a volume is most likely a label map and no measured image: whole numbers from 0 on, of
 /// which either just two occur (a mask), or most voxels equal their neighbours, those of 0 and of a
 /// background left out (what all eight corners have). Large volumes are sampled, about four million

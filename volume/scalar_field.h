@@ -24,7 +24,9 @@ struct FieldSample {
 };
 
 /// One loop's access to a field: keeps what makes the next query cheap. Not for two threads at
-/// once.
+/// once. What is marked [loop] neither allocates, locks, throws nor calls the system, ends in
+/// bounded time, and gives the same bits for the same point, whatever was asked before: replay
+/// rests on it. At a point that is not finite it answers anything, without harm.
 class FieldSampler {
 public:
     virtual ~FieldSampler() = default;
@@ -55,6 +57,18 @@ protected:
 
 /// A scalar field over the scene: immutable, shared by all loops; grows into the material, as
 /// density does.
+///
+/// A program may hand in one of its own (VolumeDescription::scalar_field). It promises:
+/// - Value, slope, gradient and Hessian are finite at every finite point, also beyond bounds().
+/// - The value is continuous where surfaces are to be felt. Its change per metre is nowhere
+///   without bound: a level is held to within certificate_m = 25 um times the typical slope, and
+///   a wall that is much steeper than typical_slope() is felt as that much less exact.
+/// - The gradient points into the material, and turns by little within half of feature_size_m().
+///   Where it is 0 at the level, the surface has no normal and is not felt.
+/// - Samplers of different loops are asked from different threads at once; const functions of the
+///   field from any thread.
+/// require_field() (volume_check.h) looks at these with some samples before a scene takes it. A
+/// field that breaks them makes surfaces that are felt wrongly, but no force beyond the limits.
 class ScalarField {
 public:
     virtual ~ScalarField() = default;

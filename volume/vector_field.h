@@ -16,7 +16,9 @@ struct VectorSample {
     bool valid = false;   ///< false: no data here, or no direction that can be told; the rest is 0
 };
 
-/// One loop's access to a vector field. Not for two threads at once.
+/// One loop's access to a vector field. Not for two threads at once. What is marked [loop] neither
+/// allocates, locks, throws nor calls the system, ends in bounded time, and gives the same bits for
+/// the same point: replay rests on it.
 class VectorSampler {
 public:
     virtual ~VectorSampler() = default;
@@ -30,7 +32,9 @@ protected:
     std::uint64_t samples_ = 0;
 };
 
-/// A vector field over the scene: immutable, shared by all loops.
+/// A vector field over the scene: immutable, shared by all loops. A program may hand in one of its
+/// own (VolumeDescription::vector_field): finite at every finite point, and its samplers asked from
+/// different threads at once. An effect on fibres takes its values with either sign.
 class VectorField {
 public:
     virtual ~VectorField() = default;

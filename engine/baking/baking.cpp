@@ -12,6 +12,7 @@
 #include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/baking/internal/baked_field.h>
 #include <palpate/engine/baking/internal/baked_report.h>
+#include <palpate/engine/files/data_hash.h>
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/scene/internal/progress.h>
 #include <palpate/engine/scene/scene.h>
@@ -41,6 +42,7 @@ std::string region_text(const std::optional<Box>& region_mm) {
 
 /// Hash of what a volume is read from and of how it is read; the names of files do not matter.
 std::string source_key(const VolumeDescription& volume) {
+    if (is_in_memory(volume)) return sha256_of_data(volume);
     std::vector<std::string> hashes;
     for (const std::filesystem::path& file : source_files(volume.file))
         if (std::filesystem::exists(file)) hashes.push_back(sha256_of_file(file));
@@ -53,6 +55,12 @@ std::string source_key(const VolumeDescription& volume) {
     return sha256_of_text(text);
 }
 
+/// The file that names a volume's labels; empty where there is none, or they are in memory.
+std::filesystem::path name_table_of(const VolumeDescription& volume) {
+    if (!volume.labels.empty() || volume.file.empty()) return volume.labels;
+    return find_name_table(volume.file);
+}
+
 /// The hash of everything that decides on a baked field.
 std::string bake_key(const std::string& source, const VolumeDescription& volume,
                      const SurfaceDescription& surface, const std::vector<std::string>& alike) {
@@ -61,8 +69,7 @@ std::string bake_key(const std::string& source, const VolumeDescription& volume,
                                    static_cast<int>(iso_rule_of(surface)),
                                    policy_text(surface.keep), region_text(surface.region_mm));
     if (!surface.labels.empty()) {
-        const std::filesystem::path table =
-            volume.labels.empty() ? find_name_table(volume.file) : volume.labels;
+        const std::filesystem::path table = name_table_of(volume);
         if (!table.empty()) text += sha256_of_file(table) + "\n";
         for (const std::string& label : surface.labels)
             text += fmt::format("{} {}\n", label.size(), label);
@@ -149,8 +156,9 @@ VolumeReader::VolumeReader(const SceneDescription& scene)
 VolumeReader::~VolumeReader() = default;
 
 const VoxelVolume& VolumeReader::volume(const std::string& name) {
-    if (kept_->volume_name == name) return kept_->volume;
     const VolumeDescription& source = scene_.volumes.at(name);
+    if (source.voxels) return *source.voxels;
+    if (kept_->volume_name == name) return kept_->volume;
     kept_->volume_name.clear();
     kept_->volume = {}; // before the next one takes its memory
     read_for(scene_, name, [&] { kept_->volume = read_volume(source.file, source.selection); });
@@ -159,8 +167,9 @@ const VoxelVolume& VolumeReader::volume(const std::string& name) {
 }
 
 const LabelVolume& VolumeReader::labels(const std::string& name) {
-    if (kept_->labels_name == name) return kept_->labels;
     const VolumeDescription& source = scene_.volumes.at(name);
+    if (source.label_volume) return *source.label_volume;
+    if (kept_->labels_name == name) return kept_->labels;
     kept_->labels_name.clear();
     kept_->labels = {};
     read_for(scene_, name, [&] {
@@ -181,10 +190,14 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
                           const Progress& progress) {
     const SurfaceDescription& description = scene.surfaces.at(surface);
     const VolumeDescription& source = scene.volumes.at(description.volume);
-    if (source.file.empty())
-        return bake_formula(scene, surface, make_analytic_field(scene, description.volume));
+    if (!is_baked(source))
+        return bake_formula(scene, surface,
+                            source.scalar_field ? source.scalar_field
+                                                : make_analytic_field(scene, description.volume));
 
-    internal::report(progress, 0.0, "reading " + source.file.filename().string());
+    internal::report(progress, 0.0,
+                     source.file.empty() ? "baking " + description.volume
+                                         : "reading " + source.file.filename().string());
     const std::vector<std::string> alike = labels_felt_alike(scene, surface);
     const std::string key = bake_key(reader.key(description.volume), source, description, alike);
     const std::string name = key.substr(0, 32) + ".vdb";
@@ -192,14 +205,17 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
     if (!read_cached(cache, name, baked)) {
         const std::string place = place_of_surface(scene, surface);
         baked = description.labels.empty()
-                    ? internal::bake_level(source.file, reader.volume(description.volume),
-                                           description, place, progress)
-                    : internal::bake_labels(source.file, reader.labels(description.volume),
-                                            description, alike, place, progress);
+                    ? internal::bake_level(source, reader.volume(description.volume), description,
+                                           place, progress)
+                    : internal::bake_labels(source, reader.labels(description.volume), description,
+                                            alike, place, progress);
         cache.keep(name, [&baked](const std::filesystem::path& file) {
             baked.grid->write_vdb(file, {{"palpate_baked", baked_as_json(baked)}});
         });
     }
+    // Not of the content, which names the cached field.
+    if (source.voxels) baked.warnings = source.voxels->warnings;
+    if (source.label_volume) baked.warnings = source.label_volume->warnings;
     baked.key = key;
     internal::report(progress, 1.0, "field ready");
     return baked;
@@ -216,7 +232,8 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
                        const Progress& progress) {
     if (!surface.grid)
         throw std::runtime_error(
-            "a surface given by a formula is not meshed; use contact = \"volume\"");
+            "a surface given by a formula or by a field of the program's own is not meshed; use "
+            "contact = \"volume\"");
     const std::string key = sha256_of_text(fmt::format(
         "palpate mesh {} {} {:a} {:a} {:a} {:a}", kCacheVersion, surface.key, surface.level,
         settings.facet_angle_deg, settings.facet_size_m, settings.facet_distance_m));

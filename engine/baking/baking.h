@@ -14,7 +14,7 @@
 namespace palpate {
 
 /// The volumes of a scene, each read once while surfaces and effects that need it are made one
-/// after the other.
+/// after the other; those in memory are taken as they are.
 class VolumeReader {
 public:
     explicit VolumeReader(const SceneDescription& scene);
@@ -23,7 +23,8 @@ public:
     /// Throw as read_volume() and read_label_volume(). The last volume of either kind is kept.
     const VoxelVolume& volume(const std::string& name);
     const LabelVolume& labels(const std::string& name);
-    /// Hash of the files that a volume is read from, and of how it is read.
+    /// Hash of the files that a volume is read from, and of how it is read; of data in memory
+    /// sha256_of_data().
     const std::string& key(const std::string& name);
 
 private:
@@ -53,7 +54,7 @@ inline constexpr std::size_t kSmallestComponentTriangles = 40;
 
 /// Extracts the mesh of a baked surface, or reads it from the cache.                     [setup]
 /// Throws as `extract` does, and std::runtime_error when `extract` is empty (a build without CGAL)
-/// or the surface is a formula.
+/// or the surface is a formula or of a field of the program's own.
 BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& settings,
                        const IsosurfaceExtractor& extract, const ResultCache& cache,
                        const Progress& progress = {});

@@ -9,31 +9,35 @@
 namespace palpate {
 namespace {
 
-std::vector<LabelVolume> read_volumes(const SceneDescription& scene) {
-    std::set<std::string> names;
-    for (const auto& [name, surface] : scene.surfaces)
-        if (!surface.labels.empty()) names.insert(surface.volume);
-    std::vector<LabelVolume> volumes;
-    for (const std::string& name : names) {
-        const VolumeDescription& volume = scene.volumes.at(name);
-        volumes.push_back(read_label_volume(volume.file, volume.labels, volume.selection));
-    }
-    return volumes;
+std::shared_ptr<const LabelVolume> labels_of(const VolumeDescription& volume) {
+    if (volume.label_volume) return volume.label_volume;
+    return std::make_shared<const LabelVolume>(
+        read_label_volume(volume.file, volume.labels, volume.selection));
 }
 
 } // namespace
 
-LabelProbe::LabelProbe(const SceneDescription& scene) : LabelProbe(read_volumes(scene)) {}
+LabelProbe::LabelProbe(const SceneDescription& scene) {
+    std::set<std::string> names;
+    for (const auto& [name, surface] : scene.surfaces)
+        if (!surface.labels.empty()) names.insert(surface.volume);
+    for (const std::string& name : names)
+        place(labels_of(scene.volumes.at(name)));
+}
 
 LabelProbe::LabelProbe(std::vector<LabelVolume> volumes) {
-    for (LabelVolume& volume : volumes) {
-        const AffineTransform inverse = volume.index_to_scene.inverse();
-        volumes_.push_back({std::move(volume), inverse});
-    }
+    for (LabelVolume& volume : volumes)
+        place(std::make_shared<const LabelVolume>(std::move(volume)));
+}
+
+void LabelProbe::place(std::shared_ptr<const LabelVolume> labels) {
+    const AffineTransform inverse = labels->index_to_scene.inverse();
+    volumes_.push_back({std::move(labels), inverse});
 }
 
 std::string_view LabelProbe::name_at(const Vec3& point) const noexcept {
-    for (const auto& [labels, scene_to_index] : volumes_) {
+    for (const auto& [volume, scene_to_index] : volumes_) {
+        const LabelVolume& labels = *volume;
         const Vec3 index = glm::floor(scene_to_index.point(point) + 0.5);
         std::size_t at = 0, stride = 1;
         bool inside = true;

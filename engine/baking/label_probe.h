@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,7 +14,8 @@ namespace palpate {
 /// Which label of a scene a point lies in. Not for the loop.
 class LabelProbe {
 public:
-    /// Reads the label volumes that the scene's surfaces are made of; none where it has none.
+    /// Reads the label volumes that the scene's surfaces are made of, and takes those in memory as
+    /// they are; none where it has none.
     /// [setup] Throws as read_label_volume().
     explicit LabelProbe(const SceneDescription& scene);
     /// Of volumes that are there already.                                               [setup]
@@ -26,8 +28,10 @@ public:
     std::string_view name_at(const Vec3& point) const noexcept;
 
 private:
+    void place(std::shared_ptr<const LabelVolume> labels);
+
     struct Placed {
-        LabelVolume labels;
+        std::shared_ptr<const LabelVolume> labels;
         AffineTransform scene_to_index;
     };
     std::vector<Placed> volumes_;

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/baking/baking.h>
-#include <palpate/engine/baking/internal/surface_mesh_file.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/fields/grid_field.h>
 #include <palpate/volume/formats/vector_file.h>
 
@@ -29,8 +29,15 @@ public:
     FoundMesh mesh(const std::string& surface, const BakedSurface& baked, ContactKind contact,
                    const std::string& place) override {
         const SurfaceDescription& description = scene_.surfaces.at(surface);
-        if (!description.mesh.empty())
-            return internal::read_surface_mesh(description, baked, contact, place);
+        if (!description.mesh.empty()) {
+            MeshFile file = read_mesh(description.mesh, description.mesh_file);
+            FoundMesh found;
+            found.file = description.mesh;
+            found.warnings = std::move(file.warnings);
+            found.mesh = std::make_shared<TriangleMesh>(std::move(file.mesh));
+            examine_mesh(found, description, baked, contact, place);
+            return found;
+        }
         try {
             BakedMesh extracted =
                 mesh_surface(baked, mesh_settings(description, baked), extract_, cache_, progress_);
@@ -44,8 +51,7 @@ public:
     }
 
     std::shared_ptr<const ScalarField> scalars(const std::string& volume) override {
-        const VoxelVolume& voxels = volumes_.volume(volume);
-        return std::make_shared<GridField>(voxels, static_cast<float>(value_range(voxels)[0]));
+        return effect_grid(volumes_.volume(volume));
     }
 
     std::shared_ptr<const VectorField> vectors(const std::string& volume, VectorSense sense,

@@ -132,7 +132,8 @@ std::vector<DeviceState> recorded_states(const Scene& scene) {
     const std::filesystem::path& file = scene.description().device.file;
     const double rate_hz = scene.description().loop.rate_hz;
     std::vector<DeviceState> states =
-        require_files(scene.files(), place_of(scene), file).recorded_inputs(file);
+        require_files(scene.files(), place_of(scene), "reads " + file.string())
+            .recorded_inputs(file);
     if (states.empty())
         throw std::runtime_error(file.string() +
                                  ": has no frames to play; record a longer run with `palpate "

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/record/recorded_run.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include <palpate/engine/files/data_hash.h>
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -29,10 +31,66 @@ std::string mesh_hash(const TriangleMesh& mesh) {
     return sha256_of_text(sha256_of_text(vertices) + sha256_of_text(triangles));
 }
 
+/// Whether a surface that is felt, or an effect, uses a volume.
+bool uses_volume(const Scene& scene, const std::string& volume) {
+    if (scene.effect_bounds(volume)) return true;
+    return std::any_of(scene.surfaces().begin(), scene.surfaces().end(), [&](const auto& surface) {
+        return scene.description().surfaces.at(surface.name).volume == volume;
+    });
+}
+
+bool is_made_in_code(const SceneDescription& scene) {
+    return scene.text.empty() ||
+           std::any_of(scene.volumes.begin(), scene.volumes.end(),
+                       [](const auto& volume) { return is_in_memory(volume.second); }) ||
+           std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                       [](const auto& surface) { return surface.second.triangle_mesh != nullptr; });
+}
+
+/// Refuses recordings that are not of one run from its beginning.
+void require_replayable(const Recording& recording, const std::filesystem::path& file) {
+    for (const FrameReport& frame : recording.frames)
+        if (frame.flags & kLiveGain)
+            throw std::runtime_error(fmt::format(
+                "{}: frame {} had an effect whose gain was changed while the loop ran, which a "
+                "recording does not keep; replay one that was made with all gains at 1",
+                file.string(), frame.frame));
+    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+        if (recording.frames[i].frame != i)
+            throw std::runtime_error(fmt::format(
+                "{}: frame {} is missing, as the recorder could not keep up with the loop; record "
+                "again with less else to do for this machine",
+                file.string(), i));
+}
+
+/// Refuses a scene that is not of what was recorded.
+void require_same_sources(const Recording& recording, const std::filesystem::path& file,
+                          const Scene& scene) {
+    const std::vector<RecordedSource> now = sources(scene);
+    for (std::size_t i = 0; i < recording.sources.size(); ++i) {
+        if (i >= now.size() || now[i].sha256 == recording.sources[i].sha256) continue;
+        throw std::runtime_error(fmt::format(
+            "{}: {} is not what it was when this was recorded; bring back the one with SHA-256 {} "
+            "(this one has {})",
+            file.string(), recording.sources[i].file, recording.sources[i].sha256, now[i].sha256));
+    }
+    if (now.size() != recording.sources.size())
+        throw std::runtime_error(fmt::format(
+            "{}: was recorded with {} sources, and the scene has {} now, as it names no contact "
+            "and "
+            "builds with and without CGAL choose different ones; replay it with the build that it "
+            "was recorded with",
+            file.string(), recording.sources.size(), now.size()));
+}
+
 } // namespace
 
 std::vector<RecordedSource> sources(const Scene& scene) {
     std::vector<RecordedSource> result;
+    // First: where data in memory differs, what was made of it does, too.
+    for (const auto& [name, volume] : scene.description().volumes)
+        if (is_in_memory(volume) && uses_volume(scene, name))
+            result.push_back({data_in_words(name, volume), sha256_of_data(volume)});
     // The baked key hashes the voxels as they were decoded, wherever the file keeps them.
     for (const SceneSurface& surface : scene.surfaces())
         if (surface.baked.grid) result.push_back({kFieldSource + surface.name, surface.baked.key});
@@ -56,8 +114,9 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
     Recording recording;
     static_cast<Run&>(recording) = run;
     recording.version = kVersion;
-    recording.scene_file = std::filesystem::absolute(scene.description().file).string();
-    recording.scene_text = scene.description().text;
+    const std::filesystem::path& file = scene.description().file;
+    if (!file.empty()) recording.scene_file = std::filesystem::absolute(file).string();
+    if (!is_made_in_code(scene.description())) recording.scene_text = scene.description().text;
     recording.overrides = to_json(overrides);
     recording.sources = sources(scene);
     recording.felt_names = felt_names(scene);
@@ -67,36 +126,28 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
                                             const SceneResources& resources) {
-    for (const FrameReport& frame : recording.frames)
-        if (frame.flags & kLiveGain)
-            throw std::runtime_error(fmt::format(
-                "{}: frame {} had an effect whose gain was changed while the loop ran, which a "
-                "recording does not keep; replay one that was made with all gains at 1",
-                file.string(), frame.frame));
-    for (std::size_t i = 0; i < recording.frames.size(); ++i)
-        if (recording.frames[i].frame != i)
-            throw std::runtime_error(fmt::format(
-                "{}: frame {} is missing, as the recorder could not keep up with the loop; record "
-                "again with less else to do for this machine",
-                file.string(), i));
+    require_replayable(recording, file);
+    if (recording.scene_text.empty())
+        throw std::runtime_error(
+            fmt::format("{}: a program made its scene, or gave it data in memory, which a "
+                        "recording does not keep; replay it in that program, with the "
+                        "recorded_scene() that takes a description",
+                        file.string()));
     SceneDescription description = parse_scene(recording.scene_text, recording.scene_file);
     apply(overrides_from_json(recording.overrides), description);
     auto scene = std::make_shared<const Scene>(std::move(description), resources);
-    const std::vector<RecordedSource> now = sources(*scene);
-    for (std::size_t i = 0; i < recording.sources.size(); ++i) {
-        if (i >= now.size() || now[i].sha256 == recording.sources[i].sha256) continue;
-        throw std::runtime_error(fmt::format(
-            "{}: {} is not what it was when this was recorded; bring back the one with SHA-256 {}",
-            file.string(), recording.sources[i].file, recording.sources[i].sha256));
-    }
-    if (now.size() != recording.sources.size())
-        throw std::runtime_error(fmt::format(
-            "{}: was recorded with {} sources, and the scene has {} now, as it names no contact "
-            "and "
-            "builds with and without CGAL choose different ones; replay it with the build that it "
-            "was recorded with",
-            file.string(), recording.sources.size(), now.size()));
+    require_same_sources(recording, file, *scene);
     return scene;
+}
+
+std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
+                                            const std::filesystem::path& file,
+                                            SceneDescription scene,
+                                            const SceneResources& resources) {
+    require_replayable(recording, file);
+    auto made = std::make_shared<const Scene>(std::move(scene), resources);
+    require_same_sources(recording, file, *made);
+    return made;
 }
 
 } // namespace palpate

@@ -11,9 +11,9 @@
 
 namespace palpate {
 
-/// Hashes of everything that a scene was built from: volumes with the settings of their surfaces,
-/// and the numbers of each mesh that a contact uses, from a file, extracted or from the cache.
-/// [setup]
+/// Hashes of everything that a scene was built from: data in memory (sha256_of_data(), named by
+/// data_in_words()), volumes with the settings of their surfaces, and the numbers of each mesh that
+/// a contact uses, from a file, from memory, extracted or from the cache.               [setup]
 std::vector<RecordedSource> sources(const Scene& scene);
 
 /// The recording of a trace.                                                            [setup]
@@ -22,10 +22,20 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
 /// The scene that a recording was made with, loaded again.                              [setup]
 /// Throws std::runtime_error when a source has changed since, this build chooses another contact
 /// than the one that recorded, a gain was changed while the loop ran, which is not recorded, or
-/// frames are missing as the recorder could not keep up;
+/// frames are missing as the recorder could not keep up; or when a program made the scene, or gave
+/// it data in memory, which a recording does not keep: then the program has to give it again.
 /// `file` is the recording's, for the message.
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
+                                            const SceneResources& resources);
+
+/// The same for a scene that a program made: `scene` is its description, with its data, as it was
+/// recorded. Data that is not what was recorded is refused, with its name and both hashes. Settings
+/// that no source depends on (coupling, limits, effects) are not compared: where they differ,
+/// run_again() gives other frames.                                                      [setup]
+std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
+                                            const std::filesystem::path& file,
+                                            SceneDescription scene,
                                             const SceneResources& resources);
 
 } // namespace palpate

@@ -11,10 +11,10 @@
 
 namespace palpate {
 
-/// Hash of a file that the scene was built from.
+/// Hash of a file, or of data in memory, that the scene was built from.
 struct RecordedSource {
-    std::string file;   ///< as the scene names it, made absolute
-    std::string sha256; ///< of its bytes, hexadecimal
+    std::string file;   ///< as the scene names it, made absolute; of data: data_in_words()
+    std::string sha256; ///< of its bytes, hexadecimal; of data: sha256_of_data()
 };
 
 /// A run with the scene that it takes to compute the same frames again. The device's workspace is
@@ -22,7 +22,7 @@ struct RecordedSource {
 struct Recording : Run {
     std::string version;    ///< of the engine that wrote it
     std::string scene_file; ///< absolute path the scene was read from: anchors its relative paths
-    std::string scene_text; ///< TOML
+    std::string scene_text; ///< TOML; empty where a program made the scene or gave it data
     std::string
         overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
     std::vector<RecordedSource> sources; ///< volumes and meshes

@@ -174,7 +174,7 @@ json effect_summary(const Scene& scene) {
     return effects;
 }
 
-/// Level and position errors where the truth is a formula.
+/// Level and position errors where the truth is a formula, or a field of the program's own.
 json truth(const Scene& scene, const Trace& trace) {
     json result = json::object();
     for (const SurfaceAudit& audit : trace.audits) {
@@ -182,7 +182,7 @@ json truth(const Scene& scene, const Trace& trace) {
             result["position_um"] = absolute_um(audit.position_error_m());
         if (audit.surface().is_felt_by_mesh()) continue;
         const std::string& volume = scene.description().surfaces.at(audit.surface().name).volume;
-        if (!scene.description().volumes.at(volume).analytic.empty())
+        if (is_exact(scene.description().volumes.at(volume)))
             result["level_um"] = absolute_um(audit.level_distance_m());
     }
     return result;

@@ -18,10 +18,16 @@ bool is_whole_and_hard(const SurfaceDescription& surface) {
            std::isinf(surface.strength_n) && surface.strength_volume.empty();
 }
 
-/// Refuses a level beyond the value that the formula has at its deepest.
+/// Refuses a level beyond the value that the formula has at its deepest, or that a field of the
+/// program's own never has.
 void require_level_of_formula(const VolumeDescription& source, const BakedSurface& baked,
                               const std::string& place) {
     if (baked.field->typical_slope(baked.level) > 0.0) return;
+    if (source.scalar_field)
+        throw std::runtime_error(fmt::format("{}: iso_value {} is reached nowhere by scalar_field, "
+                                             "whose typical_slope() is 0 there; choose a level "
+                                             "that it has, or correct typical_slope()",
+                                             place, baked.level));
     Vec3 deepest(0.0);
     if (source.analytic == "torus") deepest.x = 1e-3 * source.parameters.at("radius_mm");
     const double end = baked.field->make_sampler()->value(deepest);
@@ -58,7 +64,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
     const SurfaceDescription& own = scene.surfaces.at(surface);
     std::vector<std::string> labels;
     // A mesh of its own is of the label alone: its field has to stay so, too.
-    if (!is_whole_and_hard(own) || !own.mesh.empty()) return labels;
+    if (!is_whole_and_hard(own) || has_mesh(own)) return labels;
     std::set<std::string> felt;
     for (const EffectDescription& effect : scene.effects)
         if (makes_surface_felt(effect)) felt.insert(surface_of(effect));

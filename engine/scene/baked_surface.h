@@ -16,7 +16,8 @@ namespace palpate {
 /// removed. Mesh and contact take the same one, so that they are of the same thing.
 struct BakedSurface {
     std::shared_ptr<const ScalarField> field;
-    std::shared_ptr<const GridField> grid; ///< the same when it is a grid; null for a formula
+    std::shared_ptr<const GridField> grid; ///< the same when it is a grid; null for a formula or
+                                           ///< a field of the program's own
     double level = 0.0;                    ///< the field's unit
     SurfaceShift shift;                    ///< against the surface before smoothing
     double volume_before_mm3 = 0.0; ///< enclosed before smoothing; of labels: of their voxels
@@ -32,9 +33,9 @@ struct BakedSurface {
     bool from_cache = false;
 };
 
-/// A surface of a formula, as it is: of `field`, which is that formula.                   [setup]
+/// A surface of a formula or of a field of the program's own, as it is: of `field`.       [setup]
 /// Throws std::runtime_error "FILE:LINE: [surface.bone]: what is wrong; what to do" where the
-/// formula has no such level.
+/// field has no such level.
 BakedSurface bake_formula(const SceneDescription& scene, const std::string& surface,
                           std::shared_ptr<const ScalarField> field);
 

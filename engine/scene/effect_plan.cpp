@@ -78,7 +78,7 @@ private:
     void note_baked(PlannedEffect& planned) const {
         if (!planned.on) return;
         const std::string& volume = volume_of(effect_of(planned));
-        if (volume.empty() || scene_.volumes.at(volume).file.empty()) return;
+        if (volume.empty() || !is_baked(scene_.volumes.at(volume))) return;
         for (const PlannedEffect& other : effects_) {
             const EffectDescription& effect = effect_of(other);
             if (!other.on || !makes_surface_felt(effect) || other.samples == 0.0) continue;
@@ -185,7 +185,7 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
         }
         used_volumes.insert(description.volume);
         used_volumes.insert(description.strength_volume);
-        if (!description.mesh.empty() &&
+        if (has_mesh(description) &&
             !needs_mesh(choose_contact(scene, description, extraction).kind))
             plan.left_out.push_back("mesh of surface " + surface +
                                     ": its contact needs none; it is not read");

@@ -130,8 +130,8 @@ std::vector<std::size_t> order_of(const SceneDescription& scene, const EffectPla
     return order;
 }
 
-/// All of a surface's matter, as far as it is known to have an end: formulas go on beyond their
-/// bounds.
+/// All of a surface's matter, as far as it is known to have an end: formulas and fields of the
+/// program's own may go on beyond their bounds.
 std::optional<Box> extent_of(const SceneDescription& scene, const SceneSurface& surface) {
     Box extent;
     if (surface.is_felt_by_mesh()) {
@@ -140,7 +140,7 @@ std::optional<Box> extent_of(const SceneDescription& scene, const SceneSurface& 
         return extent;
     }
     const VolumeDescription& volume = scene.volumes.at(scene.surfaces.at(surface.name).volume);
-    if (volume.analytic.empty()) return surface.baked.field->bounds();
+    if (!is_exact(volume)) return surface.baked.field->bounds();
     if (volume.analytic != "solid_sphere") return std::nullopt;
     const double radius_m = 1e-3 * volume.parameters.at("radius_mm") - surface.level.level;
     extent.add(Vec3{-radius_m});

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,13 +13,26 @@
 #include <palpate/engine/scene/device_placement.h>
 #include <palpate/engine/scene/effects/list.h>
 #include <palpate/geometry/mesh_file_settings.h>
+#include <palpate/geometry/triangle_mesh.h>
 #include <palpate/haptics/choices.h>
+#include <palpate/volume/label_volume.h>
 #include <palpate/volume/transfer_function.h>
+#include <palpate/volume/vector_volume.h>
 #include <palpate/volume/volume_settings.h>
+#include <palpate/volume/voxel_volume.h>
 
 namespace palpate {
 
-/// A volume of the scene: a file or a formula.
+class ScalarField;
+class VectorField;
+
+/// A volume of the scene: a file, a formula, or data that the program has in memory. Exactly one of
+/// these is given.
+///
+/// Data in memory is shared, not copied: give it to the scene and forget it, or keep it as well.
+/// The program promises that it does not change as long as a Scene or a loop lives that was made
+/// with it, and the scene promises never to change it. What is wrong with it, validate() says with
+/// the name of the field: volumes["ct"].voxels.values ...
 struct VolumeDescription {
     std::filesystem::path file; ///< a file or a DICOM folder; absolute, or relative to the working
                                 ///< folder; empty with `analytic`
@@ -28,8 +42,30 @@ struct VolumeDescription {
                           ///< (of vectors); or empty
     std::map<std::string, double>
         parameters; ///< of the formula, by key: radius_mm, amplitude_mm, ...
-    int line = 0;   ///< of the scene file, for messages
+
+    // Data in memory, scene frame (LPS), m. `selection` and `labels` are for files.
+    std::shared_ptr<const VoxelVolume> voxels;         ///< scalars, treated as those of a file are
+    std::shared_ptr<const LabelVolume> label_volume;   ///< labels with their names
+    std::shared_ptr<const VectorVolume> vector_volume; ///< vectors or symmetric tensors
+    std::shared_ptr<const ScalarField> scalar_field;   ///< of the program's own, felt as it is
+    std::shared_ptr<const VectorField> vector_field;   ///< of the program's own
+    int line = 0;                                      ///< of the scene file, for messages
 };
+
+/// Whether surfaces of a volume get a field of their own, baked from its voxels; else they are felt
+/// in the volume's field as it is.                                                       [any]
+inline bool is_baked(const VolumeDescription& volume) noexcept {
+    return !volume.file.empty() || volume.voxels || volume.label_volume;
+}
+/// Whether the field of a volume is the truth itself: a formula, or the program's own.   [any]
+inline bool is_exact(const VolumeDescription& volume) noexcept {
+    return !volume.analytic.empty() || volume.scalar_field;
+}
+/// Whether a volume is data that the program has in memory.                              [any]
+inline bool is_in_memory(const VolumeDescription& volume) noexcept {
+    return volume.voxels || volume.label_volume || volume.vector_volume || volume.scalar_field ||
+           volume.vector_field;
+}
 
 /// A texture's pattern as far as a scene says it.
 struct TextureWaves {
@@ -53,7 +89,7 @@ struct MaterialDescription {
 enum class ContactKind { mesh, volume, guarded, direct };
 
 /// A surface of the scene: an isosurface of a volume, or the border of labels; with or without a
-/// mesh from a file, or such a mesh alone.
+/// mesh from a file or from memory, or such a mesh alone.
 struct SurfaceDescription {
     /// What decides on the level of the smoothed field.
     enum class IsoAfterSmoothing {
@@ -67,7 +103,9 @@ struct SurfaceDescription {
     std::filesystem::path mesh; ///< PLY, STL or OBJ; absolute, or relative to the working folder;
                                 ///< empty: extracted from the volume where a contact needs a mesh
     MeshFileSettings mesh_file; ///< what `mesh` is to be read as
-    double iso_value = 0.0;     ///< in the volume's own unit; unused with labels
+    std::shared_ptr<const TriangleMesh> triangle_mesh; ///< instead of `mesh`: one in memory, scene
+                                                       ///< frame (LPS), m; promises as for volumes
+    double iso_value = 0.0;          ///< in the volume's own unit; unused with labels
     std::vector<std::string> labels; ///< names or numbers, made one surface; empty: by iso_value
     std::optional<Box> region_mm;    ///< the part of the volume that is used, scene frame (LPS), mm
     std::optional<double> smooth_voxels; ///< standard deviation of the Gaussian baked in first,
@@ -91,6 +129,11 @@ struct SurfaceDescription {
                                              ///< voxels
     int line = 0;
 };
+
+/// Whether a surface comes with a mesh of its own.                                       [any]
+inline bool has_mesh(const SurfaceDescription& surface) noexcept {
+    return !surface.mesh.empty() || surface.triangle_mesh;
+}
 
 /// What smoothing of a label is where a scene does not say: enough that no stairs are felt.
 inline constexpr double kLabelSmoothing = 1.0; // voxels

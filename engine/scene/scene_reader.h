@@ -17,13 +17,14 @@
 
 namespace palpate {
 
-/// Reads what one scene has in files, while that scene is built: each file is read once. All
-/// [setup]; all throw std::runtime_error "FILE[:LINE]: what is wrong; what to do".
+/// Reads what one scene has in files, and bakes voxels of files and of memory, while that scene is
+/// built: each file is read once. All [setup]; all throw std::runtime_error "FILE[:LINE]: what is
+/// wrong; what to do".
 class SceneReader {
 public:
     virtual ~SceneReader() = default;
 
-    /// A surface of a volume that is a file: its field, made ready.
+    /// A surface of a volume that is a file or voxels in memory: its field, made ready.
     virtual BakedSurface surface(const std::string& name) = 0;
     /// The mesh of a surface, from its file or extracted from the field that was made ready.
     /// `place` begins messages about the scene: "FILE:LINE: [surface.bone]".
@@ -51,9 +52,9 @@ public:
     virtual std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file) const = 0;
 };
 
-/// Throws std::runtime_error where there is nothing that reads files: `place` needs `file`, and
-/// what to link and to pass. [setup]
+/// Throws std::runtime_error where there is nothing that reads files and bakes voxels: `place` has
+/// this `need` ("reads skull.nrrd"), and what to link and to pass. [setup]
 const SceneFiles& require_files(const SceneFiles* files, const std::string& place,
-                                const std::filesystem::path& file);
+                                std::string_view need);
 
 } // namespace palpate

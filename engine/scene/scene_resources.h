@@ -12,7 +12,7 @@ class SceneFiles;
 /// What building a scene may use besides its description.
 struct SceneResources {
     std::shared_ptr<const SceneFiles> files; ///< scene_files() of palpate::files, or null: then no
-                                             ///< scene that names a volume, a mesh or a recording
+                                             ///< scene with a file, or surfaces of voxels in memory
     IsosurfaceExtractor extract = {}; ///< extract_isosurface of palpate::extraction, or empty: then
                                       ///< only meshes from files and from the cache
     Progress progress = {};           ///< may be empty

@@ -23,10 +23,10 @@ IsosurfaceSettings mesh_settings(const SurfaceDescription& description, const Ba
 }
 
 double leash_of(const SurfaceDescription& description, const BakedSurface& baked) {
-    constexpr double kLeashOfFile = 1e-3;          // m
+    constexpr double kLeashOfGiven = 1e-3;         // m
     constexpr double kLeashInFacetDistances = 5.0; // well beyond what an extracted mesh errs by
     if (description.leash_mm) return 1e-3 * *description.leash_mm;
-    if (!description.mesh.empty() || !baked.field) return kLeashOfFile;
+    if (has_mesh(description) || !baked.field) return kLeashOfGiven;
     return kLeashInFacetDistances * mesh_settings(description, baked).facet_distance_m;
 }
 

@@ -24,11 +24,12 @@ struct MeshAgainstLevel {
 
 /// Where the mesh of a surface comes from.
 struct MeshOrigin {
-    std::filesystem::path file;        ///< empty: extracted
+    std::filesystem::path file;        ///< empty: from memory, or extracted
+    bool from_memory = false;          ///< given by the program, in memory
     bool from_cache = false;           ///< extracted, by an earlier run
-    std::vector<std::string> warnings; ///< of reading the file, and what its defects mean for
-                                       ///< contact
-    std::optional<MeshAgainstLevel> against_level; ///< file beside a volume
+    std::vector<std::string> warnings; ///< of reading the file, and what the defects of a given
+                                       ///< mesh mean for contact
+    std::optional<MeshAgainstLevel> against_level; ///< given beside a volume
 };
 
 /// A mesh as it was read or extracted.
@@ -49,10 +50,20 @@ struct SurfaceMesh : MeshOrigin {
 IsosurfaceSettings mesh_settings(const SurfaceDescription& description, const BakedSurface& baked);
 
 /// How far a guarded surface's proxy may get from the mesh's, m: what the scene says or, where it
-/// does not, five times the facet distance that the mesh is extracted with; 1 mm for files. Where a
-/// mesh from a file is further than this from its volume's level, it is not a mesh of it.
+/// does not, five times the facet distance that the mesh is extracted with; 1 mm for meshes that
+/// are given. Where such a mesh is further than this from its volume's level, it is not of it.
 /// [setup]
 double leash_of(const SurfaceDescription& description, const BakedSurface& baked);
+
+/// Looks at a mesh that was given, by a file or in memory: says in `found` what its defects mean
+/// for contact and, beside a volume, how it lies to the level.                          [setup]
+/// `place` begins messages about the scene: "FILE:LINE: [surface.bone]". Throws std::runtime_error
+/// where the mesh is not of the baked field's level, or faces the other way.
+void examine_mesh(FoundMesh& found, const SurfaceDescription& description,
+                  const BakedSurface& baked, ContactKind contact, const std::string& place);
+
+/// How far the facets of a mesh are from a level, by their centres.                     [setup]
+std::string centroids_in_words(const LevelDistance& centroids);
 
 /// Prepares a mesh for a contact.                                                       [setup]
 /// Throws std::runtime_error when progress cancelled it.

@@ -195,16 +195,38 @@ TEST_F(FirstSteps, EveryCommandDoesWhatThePageSays) {
     }
 }
 
-TEST_F(FirstSteps, TheProgramOfThePageOnEmbeddingCompiles) {
-    std::string code, includes;
+/// The C++ blocks of the page on embedding, each its lines.
+std::vector<std::vector<std::string>> cpp_blocks() {
+    std::vector<std::vector<std::string>> blocks;
     bool is_in = false;
     for (const std::string& line : lines_of(kPages / "embedding.md")) {
         if (line.starts_with("```")) {
             is_in = line == "```cpp";
-            continue;
+            if (is_in) blocks.emplace_back();
+        } else if (is_in) {
+            blocks.back().push_back(line);
         }
-        if (is_in) (line.starts_with("#include") ? includes : code) += line + "\n";
     }
+    return blocks;
+}
+
+/// Whole programs are compiled and run apart: docs.data_in_memory in tests/CMakeLists.txt.
+bool is_program(const std::vector<std::string>& block) {
+    return std::find(block.begin(), block.end(), "int main() {") != block.end();
+}
+
+TEST(Embedding, OwnVoxelsAreFeltIn25Lines) {
+    const auto blocks = cpp_blocks();
+    ASSERT_EQ(std::count_if(blocks.begin(), blocks.end(), is_program), 1);
+    EXPECT_LE(std::find_if(blocks.begin(), blocks.end(), is_program)->size(), 25u);
+}
+
+TEST_F(FirstSteps, TheProgramOfThePageOnEmbeddingCompiles) {
+    std::string code, includes;
+    for (const std::vector<std::string>& block : cpp_blocks())
+        if (!is_program(block))
+            for (const std::string& line : block)
+                (line.starts_with("#include") ? includes : code) += line + "\n";
     ASSERT_NE(includes, "");
     make_file(folder_ / "program.cpp", includes +
                                            "void program(double time_s, palpate::Vec3 "

@@ -275,6 +275,10 @@ GridField::GridField(const VoxelVolume& volume, float background) {
     write_place(*grid_->vdb, grid_->nodes);
 }
 
+std::shared_ptr<const GridField> effect_grid(const VoxelVolume& volume) {
+    return std::make_shared<GridField>(volume, static_cast<float>(value_range(volume)[0]));
+}
+
 GridField::GridField(std::unique_ptr<Grid> grid) : grid_(std::move(grid)) {}
 GridField::~GridField() = default;
 

@@ -57,4 +57,8 @@ private:
     std::unique_ptr<Grid> grid_;
 };
 
+/// The field of a volume that effects sample: what no scan covers is as its smallest value.
+/// [setup] Throws as GridField.
+std::shared_ptr<const GridField> effect_grid(const VoxelVolume& volume);
+
 } // namespace palpate

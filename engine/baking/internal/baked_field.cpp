@@ -31,10 +31,15 @@ void require_level_in_range(const VoxelVolume& volume, double level, const std::
                     place, level, low, high));
 }
 
+/// What messages call a volume.
+std::string called(const VolumeDescription& source) {
+    return source.file.empty() ? "in memory" : source.file.string();
+}
+
 /// Two values are a mask, whose surface lies between them; more are names, which nothing lies
 /// between. A table of names beside it makes either a label map.
 bool is_label_map(const std::filesystem::path& file, const VoxelVolume& volume) {
-    const std::string name = file.filename().string();
+    const std::string name = file.filename().string(); // empty in memory
     if (name.ends_with(".seg.nrrd") || name.ends_with(".seg.nhdr")) return true;
     if (!looks_like_labels(volume)) return false;
     const auto [low, high] = value_range(volume);
@@ -42,21 +47,23 @@ bool is_label_map(const std::filesystem::path& file, const VoxelVolume& volume) 
         std::all_of(volume.values.begin(), volume.values.end(), [low = low, high = high](float v) {
             return static_cast<double>(v) == low || static_cast<double>(v) == high;
         });
-    return !is_mask || !find_name_table(file).empty();
+    return !is_mask || (!file.empty() && !find_name_table(file).empty());
 }
 
-void require_no_label_map(const std::filesystem::path& file, const VoxelVolume& volume,
-                          double level, const std::string& place) {
-    if (!is_label_map(file, volume)) return;
-    throw std::runtime_error(
-        fmt::format("{}: iso_value {} is of the label map {}, whose values are names and not to be "
-                    "interpolated; give label = \"NAME\" or a number (`palpate info` lists them)",
-                    place, level, file.string()));
+void require_no_label_map(const VolumeDescription& source, const VoxelVolume& volume, double level,
+                          const std::string& place) {
+    if (!is_label_map(source.file, volume)) return;
+    throw std::runtime_error(fmt::format(
+        "{}: iso_value {} is of the label map {}, whose values are names and not to be "
+        "interpolated; {}",
+        place, level, called(source),
+        source.file.empty() ? "give it as label_volume, and the surface its labels"
+                            : "give label = \"NAME\" or a number (`palpate info` lists them)"));
 }
 
 /// Measured images have hundreds of values; a label map of so many comes with names, or its regions
 /// are larger than single voxels.
-void require_label_map(const std::filesystem::path& file, const LabelVolume& volume,
+void require_label_map(const VolumeDescription& source, const LabelVolume& volume,
                        const std::string& place) {
     constexpr std::size_t most_unseen = 64; // so few labels are believed without a look
     const bool is_named =
@@ -70,7 +77,7 @@ void require_label_map(const std::filesystem::path& file, const LabelVolume& vol
     throw std::runtime_error(fmt::format(
         "{}: label is of {}, which is no label map: it has {} values, most of them beside others; "
         "give iso_value = ..., or name a label volume",
-        place, file.string(), volume.labels.size()));
+        place, called(source), volume.labels.size()));
 }
 
 VoxelVolume region_of(const VoxelVolume& volume, const SurfaceDescription& surface,
@@ -137,10 +144,10 @@ void finish(VoxelVolume&& field, float background, double margin, const SurfaceD
 
 } // namespace
 
-BakedSurface bake_level(const std::filesystem::path& file, const VoxelVolume& volume,
+BakedSurface bake_level(const VolumeDescription& source, const VoxelVolume& volume,
                         const SurfaceDescription& surface, const std::string& place,
                         const Progress& progress) {
-    require_no_label_map(file, volume, surface.iso_value, place);
+    require_no_label_map(source, volume, surface.iso_value, place);
     require_level_in_range(volume, surface.iso_value, place);
     const auto [low, high] = value_range(volume);
     const float background = static_cast<float>(low);
@@ -167,10 +174,10 @@ BakedSurface bake_level(const std::filesystem::path& file, const VoxelVolume& vo
     return baked;
 }
 
-BakedSurface bake_labels(const std::filesystem::path& file, const LabelVolume& volume,
+BakedSurface bake_labels(const VolumeDescription& source, const LabelVolume& volume,
                          const SurfaceDescription& surface, std::span<const std::string> alike,
                          const std::string& place, const Progress& progress) {
-    require_label_map(file, volume, place);
+    require_label_map(source, volume, place);
     std::vector<std::size_t> chosen;
     try {
         chosen = find_labels(volume, surface.labels);

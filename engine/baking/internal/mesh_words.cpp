@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/engine/baking/internal/surface_mesh_file.h>
-
 namespace palpate {
 
 std::string mesh_in_words(const SurfaceMesh& mesh) {
@@ -14,6 +12,7 @@ std::string mesh_in_words(const SurfaceMesh& mesh) {
         words += "warning: " + warning + "\n";
     words += fmt::format("mesh of {} triangles, {}\n", mesh.scene->mesh().triangles.size(),
                          !mesh.file.empty() ? mesh.file.string()
+                         : mesh.from_memory ? "from memory"
                          : mesh.from_cache  ? "extracted by an earlier run"
                                             : "extracted");
     if (mesh.certified)
@@ -23,8 +22,7 @@ std::string mesh_in_words(const SurfaceMesh& mesh) {
                 : fmt::format("{} facets are not certified: there the proxy keeps {:.2g} nm "
                               "away\n",
                               mesh.certified->uncertain_count(), 1e9 * mesh.certified->skin_m());
-    if (mesh.against_level)
-        words += internal::distance_in_words(mesh.against_level->centroids) + "\n";
+    if (mesh.against_level) words += centroids_in_words(mesh.against_level->centroids) + "\n";
     return words;
 }
 
@@ -33,6 +31,7 @@ std::string mesh_as_json(const SurfaceMesh& mesh) {
                                {"file", mesh.file.string()},
                                {"warnings", mesh.warnings}};
     if (mesh.file.empty()) document["file"] = nullptr;
+    if (mesh.from_memory) document["from_memory"] = true;
     if (mesh.certified) document["uncertain_facets"] = mesh.certified->uncertain_count();
     if (mesh.against_level) {
         const LevelDistance& centroids = mesh.against_level->centroids;

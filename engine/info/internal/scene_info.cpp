@@ -53,11 +53,13 @@ FileInfo recording_info(const std::filesystem::path& file) {
                            {"scene", recording.scene_file},
                            {"version", recording.version},
                            {"sources", sources}};
-    return {fmt::format("recording of {} frames, {} in contact, of {} by palpate {}\n",
-                        recording.frames.size(), in_contact, recording.scene_file,
-                        recording.version),
-            json_text(document),
-            {}};
+    return {
+        fmt::format("recording of {} frames, {} in contact, of {} by palpate {}\n",
+                    recording.frames.size(), in_contact,
+                    recording.scene_file.empty() ? "a scene made in code" : recording.scene_file,
+                    recording.version),
+        json_text(document),
+        {}};
 }
 
 } // namespace palpate::internal

@@ -93,9 +93,15 @@ void check_field_volume(const EffectCheck& check, FieldNeed need, const std::str
     const VolumeDescription& description = check.scene.volumes.at(volume);
     if (need == FieldNeed::scalar) {
         check_scalars(check.fields, "volume", check.scene, volume);
-    } else if (!description.analytic.empty() && !is_of_vectors(description)) {
-        check.fields.fail("volume", fmt::format("= \"{}\" is a formula of scalars", volume),
+    } else if (is_of_scalars(description)) {
+        check.fields.fail("volume",
+                          fmt::format("= \"{}\" is {}", volume, kind_in_words(description)),
                           "name a volume of vectors, or analytic = \"helix\"");
+    } else if (need == FieldNeed::vector && description.vector_volume &&
+               description.vector_volume->kind == VectorVolume::Kind::symmetric_tensor) {
+        check.fields.fail(
+            "volume", fmt::format("= \"{}\" is of tensors, whose directions have no sign", volume),
+            "take fibre_follow, or give vectors");
     }
 }
 

@@ -33,7 +33,7 @@ EffectNeeds on_at_start_of(std::string_view how, const std::string& volume) {
 
 SampledField field_of_surface(const SceneDescription& scene, const std::string& surface) {
     const std::string& volume = scene.surfaces.at(surface).volume;
-    const bool baked = !scene.volumes.at(volume).file.empty();
+    const bool baked = is_baked(scene.volumes.at(volume));
     return {FieldNeed::scalar, volume, baked ? surface : ""};
 }
 

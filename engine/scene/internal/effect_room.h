@@ -183,7 +183,7 @@ EffectNeeds on_at_start(std::string_view how, SampledField field);
 /// The same, but without a volume it needs no sample.                                   [setup]
 EffectNeeds on_at_start_of(std::string_view how, const std::string& volume);
 
-/// The field that a surface of a volume is felt in: of a formula the formula itself, of a file one
+/// The field that a surface of a volume is felt in: of a formula the formula itself, of voxels one
 /// of its own, baked.                                                                   [setup]
 SampledField field_of_surface(const SceneDescription& scene, const std::string& surface);
 

@@ -50,8 +50,10 @@ public:
     [[noreturn]] void fail(std::string_view field, std::string_view what,
                            std::string_view remedy) const;
 
-private:
+    /// A field as messages name it: "volumes[\"ct\"].voxels".
     std::string path(std::string_view field) const { return owner_ + "." + std::string(field); }
+
+private:
     void enumerator(std::string_view field, int value, int last) const;
     [[noreturn]] void unknown(std::string_view field, const std::string& value, const Names& names,
                               std::string_view noun) const;
@@ -64,8 +66,18 @@ void check_material(const FieldCheck& check, const MaterialDescription& material
 /// The scene's volumes and materials have been checked.
 void check_surface(const FieldCheck& check, const SceneDescription& scene,
                    const SurfaceDescription& surface);
-/// Not scalars: a formula of vectors.
+/// One source; what of it is in memory is sound.
+void check_volume_source(const FieldCheck& check, const VolumeDescription& volume);
+/// A volume or a mesh, and one mesh at most; one in memory is sound.
+void check_mesh_source(const FieldCheck& check, const SurfaceDescription& surface);
+
+// What a volume is of, as far as that is known before it is read.
+
 bool is_of_vectors(const VolumeDescription& volume);
+bool is_of_scalars(const VolumeDescription& volume);
+bool is_of_labels(const VolumeDescription& volume);
+/// As messages say it, where that is known: "a formula of vectors".
+std::string_view kind_in_words(const VolumeDescription& volume);
 /// A volume of scalars that may be interpolated, as far as that is known before it is read.
 void check_scalars(const FieldCheck& check, std::string_view field, const SceneDescription& scene,
                    const std::string& volume);

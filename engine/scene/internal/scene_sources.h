@@ -11,9 +11,9 @@
 
 namespace palpate::internal {
 
-/// Where a scene that is being built has its fields and meshes from: formulas are here, the rest is
-/// read from files by whoever was handed in. All [setup]; throw as SceneReader does, and
-/// std::runtime_error where a file is needed and nobody reads files.
+/// Where a scene that is being built has its fields and meshes from: formulas and what is in memory
+/// are here, the rest is read from files, or baked from voxels, by whoever was handed in. All
+/// [setup]; throw as SceneReader does, and std::runtime_error where nobody was handed in for that.
 class SceneSources {
 public:
     /// Both must outlive it.
@@ -23,21 +23,21 @@ public:
     /// `place` begins messages: "FILE:LINE: [surface.bone]".
     FoundMesh mesh(const std::string& surface, const BakedSurface& baked, ContactKind contact,
                    const std::string& place);
-    /// The field of a volume of scalars. That of a formula is the same for all who ask.
+    /// The field of a volume of scalars. One that is not from a file is the same for all who ask.
     std::shared_ptr<const ScalarField> scalars(const std::string& volume);
     std::shared_ptr<const VectorField> vectors(const std::string& volume, VectorSense sense,
                                                std::string_view effect);
 
 private:
-    std::shared_ptr<const ScalarField> formula(const std::string& volume);
-    /// The reader of files, for what is needed at a place.
-    SceneReader& reader(const std::string& place, const std::filesystem::path& file);
+    std::shared_ptr<const ScalarField> as_it_is(const std::string& volume);
+    /// The reader of files, for what is needed at a place: "reads FILE".
+    SceneReader& reader(const std::string& place, std::string_view need);
     SceneReader& reader_of_volume(const std::string& volume);
 
     const SceneDescription& scene_;
     const SceneResources& resources_;
     std::unique_ptr<SceneReader> reader_;
-    std::map<std::string, std::shared_ptr<const ScalarField>> formulas_;
+    std::map<std::string, std::shared_ptr<const ScalarField>> made_;
 };
 
 } // namespace palpate::internal

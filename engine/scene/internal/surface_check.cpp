@@ -59,22 +59,27 @@ void check_volume_part(const FieldCheck& check, const SceneDescription& scene,
     check.name("volume", surface.volume, scene.volumes, "volumes");
     const VolumeDescription& volume = scene.volumes.at(surface.volume);
     if (is_of_vectors(volume))
-        check.fail("volume", fmt::format("= \"{}\" is a formula of vectors", surface.volume),
+        check.fail("volume", fmt::format("= \"{}\" is {}", surface.volume, kind_in_words(volume)),
                    "name a volume of scalars");
-    if (surface.labels.empty() && !volume.labels.empty())
+    if (surface.labels.empty() && is_of_labels(volume))
         check.fail(
             "iso_value",
             fmt::format("is of the label volume \"{}\", whose values are names", surface.volume),
-            "give labels, or remove labels from the volume");
+            volume.label_volume ? "give labels" : "give labels, or remove labels from the volume");
+    if (!surface.labels.empty() && volume.voxels)
+        check.fail("labels", fmt::format("is of the voxels of volume \"{}\"", surface.volume),
+                   "give the volume's data as label_volume, or an iso_value instead of labels");
     if (iso_rule_of(surface) == SurfaceDescription::IsoAfterSmoothing::keep_volume &&
         surface.labels.empty())
         check.fail("iso_after_smoothing", "= keep_volume is for labels",
                    "give keep_position or as_given");
-    if (volume.analytic.empty()) return;
+    if (!is_exact(volume)) return;
     // A formula is exact and in one piece: there is nothing to smooth and nothing to drop.
     const auto refuse = [&](std::string_view field) {
         check.fail(field,
-                   fmt::format("does not go with the analytic volume \"{}\"", surface.volume),
+                   fmt::format("does not go with the {} volume \"{}\"",
+                               volume.scalar_field ? "scalar_field of" : "analytic",
+                               surface.volume),
                    fmt::format("leave {} as it is by default", field));
     };
     if (!surface.labels.empty()) refuse("labels");
@@ -110,34 +115,29 @@ void check_strength(const FieldCheck& check, const SceneDescription& scene,
 
 } // namespace
 
-bool is_of_vectors(const VolumeDescription& volume) { return volume.analytic == "helix"; }
-
 void check_scalars(const FieldCheck& check, std::string_view field, const SceneDescription& scene,
                    const std::string& volume) {
     const VolumeDescription& description = scene.volumes.at(volume);
     if (is_of_vectors(description))
-        check.fail(field, fmt::format("= \"{}\" is a formula of vectors", volume),
+        check.fail(field, fmt::format("= \"{}\" is {}", volume, kind_in_words(description)),
                    "name a volume of scalars");
-    if (!description.labels.empty())
+    if (is_of_labels(description))
         check.fail(field,
                    fmt::format("= \"{}\" is a label volume, whose values are names and not to be "
                                "interpolated",
                                volume),
-                   "make surfaces of its labels and give each a material, or remove labels from "
-                   "the volume");
+                   description.label_volume
+                       ? "make surfaces of its labels and give each a material"
+                       : "make surfaces of its labels and give each a material, or remove labels "
+                         "from the volume");
 }
 
 void check_volume(const FieldCheck& check, const VolumeDescription& volume) {
     check.choice("selection.slices", volume.selection.slices, VolumeSelection::Slices::repair);
     check.choice("selection.nifti_transform", volume.selection.nifti_transform,
                  VolumeSelection::NiftiTransform::qform);
-    if (!volume.file.empty() && !volume.analytic.empty())
-        check.fail("file", "and analytic exclude each other", "keep one of them");
-    if (!volume.file.empty()) return;
-    if (volume.analytic.empty())
-        check.fail("file", "and analytic are both empty",
-                   "name a volume file, or a formula with analytic");
-    check_formula(check, volume);
+    check_volume_source(check, volume);
+    if (!volume.analytic.empty()) check_formula(check, volume);
 }
 
 void check_material(const FieldCheck& check, const MaterialDescription& material) {
@@ -179,8 +179,7 @@ void check_surface(const FieldCheck& check, const SceneDescription& scene,
     if (surface.facet_distance_mm)
         check.number("facet_distance_mm", *surface.facet_distance_mm, kFacetDistanceMm);
 
-    if (surface.volume.empty() && surface.mesh.empty())
-        check.fail("volume", "and mesh are both empty", "name a volume, or a mesh file, or both");
+    check_mesh_source(check, surface);
     if (!surface.volume.empty()) check_volume_part(check, scene, surface);
     if (surface.contact) {
         check.choice("contact", *surface.contact, ContactKind::direct);

@@ -156,8 +156,9 @@ TEST(SceneFromCode, NamesThatDoNotExistAreAnsweredWithTheNearestName) {
          "surfaces[\"skull\"].contact = mesh needs a mesh, and a surface given by a formula is not "
          "meshed; name a mesh file, or take contact = \"volume\""},
         {[](S& s) { s.surfaces["skull"].volume.clear(); },
-         "surfaces[\"skull\"].volume and mesh are both empty; name a volume, or a mesh file, or "
-         "both"},
+         "surfaces[\"skull\"].volume and mesh are both empty; name a volume, or give a mesh (mesh "
+         "or "
+         "triangle_mesh), or both"},
     };
     for (const auto& [change, what] : wrong)
         EXPECT_EQ(complaint(change), what);

@@ -22,10 +22,6 @@ namespace {
 // size * bytes per voxel far from overflow.
 constexpr double kMaxVoxels = 1e12;
 
-// |determinant| / product of column lengths: below this the axes lie in a plane but for rounding of
-// a float header (6e-8 per entry).
-constexpr double kMinAxesVolume = 1e-6;
-
 constexpr std::uint64_t kMaxDeflation = 1032; // zlib.net/zlib_tech.html
 
 constexpr int kMostHeaderLines = 10000; // no header comes near; the rest of a file is voxels
@@ -103,17 +99,8 @@ std::optional<double> parsed_number(std::string_view text) noexcept {
 
 void require_regular(const std::filesystem::path& file, const Mat3& linear, const Vec3& offset,
                      const std::string& what) {
-    double product = 1.0;
-    bool finite = is_finite(offset);
-    for (int axis = 0; axis < 3; ++axis) {
-        finite = finite && is_finite(linear[axis]);
-        product *= glm::length(linear[axis]);
-    }
-    if (!finite) throw import_error(file, what + " is not finite; correct its header");
-    if (!(product > 0.0) || std::abs(glm::determinant(linear)) < kMinAxesVolume * product)
-        throw import_error(file, what +
-                                     " is singular: an axis has no length or lies in the plane of "
-                                     "the others; correct its spacing and directions");
+    const std::string why = irregularity({linear, offset});
+    if (!why.empty()) throw import_error(file, what + " " + why);
 }
 
 void require_plausible(const std::filesystem::path& file, const std::array<int, 3>& size,

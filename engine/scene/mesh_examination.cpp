@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/baking/internal/surface_mesh_file.h>
+#include <palpate/engine/scene/surface_mesh.h>
 
 #include <memory>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include <palpate/engine/scene/scene_file.h>
-#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/mesh_report.h>
 
-namespace palpate::internal {
+namespace palpate {
 namespace {
 
 constexpr double kMostLost = 0.01;   // of the centroids: more, and their p99 is not known
@@ -43,38 +40,36 @@ MeshAgainstLevel compared(const BakedSurface& baked, const TriangleMesh& mesh) {
 /// Refuses a mesh that is not of the volume's level, or faces the other way.
 void require_same_surface(const MeshAgainstLevel& against, const SurfaceDescription& description,
                           double leash_m, ContactKind contact, const std::string& place) {
-    const std::string file = description.mesh.string();
+    const bool is_file = !description.mesh.empty();
+    const std::string mesh = is_file ? "mesh " + description.mesh.string() : "triangle_mesh";
     const LevelDistance& centroids = against.centroids;
     const double lost = static_cast<double>(centroids.lost);
     if (lost > kMostLost * static_cast<double>(centroids.points) || centroids.p99_m > leash_m)
         throw std::runtime_error(fmt::format(
-            "{}: mesh {} is not of the volume's level: {}, where {:.3g} mm are allowed; correct "
-            "mesh_unit, mesh_frame or the level{}",
-            place, file, distance_in_words(centroids), 1e3 * leash_m,
+            "{}: {} is not of the volume's level: {}, where {:.3g} mm are allowed; correct {} or "
+            "the level{}",
+            place, mesh, centroids_in_words(centroids), 1e3 * leash_m,
+            is_file ? "mesh_unit, mesh_frame" : "its unit (m), its frame (LPS)",
             contact == ContactKind::guarded ? ", or allow more with leash_mm" : ""));
     if (against.facing_share < kLeastFacing)
         throw std::runtime_error(fmt::format(
-            "{}: mesh {} faces the other way than the volume's level on {:.1f} % of its area; "
+            "{}: {} faces the other way than the volume's level on {:.1f} % of its area; "
             "reverse its triangles, so that they are counter-clockwise seen from free space",
-            place, file, 100.0 * (1.0 - against.facing_share)));
+            place, mesh, 100.0 * (1.0 - against.facing_share)));
 }
 
-/// Warnings of the file, and a sentence for each kind of defect that contact has to live with.
-std::vector<std::string> warnings_of(const MeshFile& file) {
-    std::vector<std::string> warnings = file.warnings;
-    const MeshReport report = inspect(file.mesh);
+/// A sentence for each kind of defect that contact has to live with.
+std::vector<std::string> defects_of(const TriangleMesh& mesh) {
+    const MeshReport report = inspect(mesh);
     const bool flawless = report.closed() && report.manifold() && report.inside_out == 0 &&
                           report.degenerate == 0 && report.duplicates == 0;
     // Self-intersections are not counted here: the certificates say how many facets suffer.
-    if (!flawless)
-        for (const std::string& sentence : meaning_for_contact(report, 0))
-            warnings.push_back(sentence);
-    return warnings;
+    return flawless ? std::vector<std::string>{} : meaning_for_contact(report, 0);
 }
 
 } // namespace
 
-std::string distance_in_words(const LevelDistance& centroids) {
+std::string centroids_in_words(const LevelDistance& centroids) {
     if (centroids.lost == centroids.points) return "the level is near none of its facets' centres";
     const double lost = static_cast<double>(centroids.lost) / static_cast<double>(centroids.points);
     return fmt::format(
@@ -83,23 +78,19 @@ std::string distance_in_words(const LevelDistance& centroids) {
         1e3 * centroids.p99_m, 100.0 * lost);
 }
 
-FoundMesh read_surface_mesh(const SurfaceDescription& description, const BakedSurface& baked,
-                            ContactKind contact, const std::string& place) {
-    FoundMesh result;
-    result.file = description.mesh;
-    MeshFile file = read_mesh(description.mesh, description.mesh_file);
-    result.warnings = warnings_of(file);
-    result.mesh = std::make_shared<TriangleMesh>(std::move(file.mesh));
-    if (!baked.field) return result;
-    result.against_level = compared(baked, *result.mesh);
-    require_same_surface(*result.against_level, description, leash_of(description, baked), contact,
+void examine_mesh(FoundMesh& found, const SurfaceDescription& description,
+                  const BakedSurface& baked, ContactKind contact, const std::string& place) {
+    for (const std::string& sentence : defects_of(*found.mesh))
+        found.warnings.push_back(sentence);
+    if (!baked.field) return;
+    found.against_level = compared(baked, *found.mesh);
+    require_same_surface(*found.against_level, description, leash_of(description, baked), contact,
                          place);
-    if (result.against_level->facing_share < kSafeFacing)
-        result.warnings.push_back(fmt::format(
+    if (found.against_level->facing_share < kSafeFacing)
+        found.warnings.push_back(fmt::format(
             "{:.1f} % of its area faces the other way than the volume's level: contact guarded may "
             "hold too early there",
-            100.0 * (1.0 - result.against_level->facing_share)));
-    return result;
+            100.0 * (1.0 - found.against_level->facing_share)));
 }
 
-} // namespace palpate::internal
+} // namespace palpate
