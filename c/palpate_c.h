@@ -13,15 +13,17 @@
  *     palpate_loop_frame(loop, &probe, &frame);           // a thousand times a second
  *
  * Lengths are in metres, forces in newtons, times in seconds, unless a name ends in another unit.
- * The scene frame is the patient's: LPS, right-handed.
+ * The scene frame is the patient's: LPS (x to the left, y to the back, z to the head),
+ * right-handed. The probe is the point that the hand moves. The proxy is the point that follows it
+ * and stays in front of the surfaces.
  *
- * Structs. Every struct begins with its size. Set it to sizeof, and every other member that you do
- * not need to 0: that is its default. A later version may add members at a struct's end. A program
+ * Structs. Every struct begins with its size. Set it to sizeof. Set every other member that you do
+ * not need to 0, its default. A later version may add members at a struct's end. A program
  * that was compiled before then works as it did.
  *
- * Errors. A function that may fail returns a palpate_code. Where that is not PALPATE_OK, nothing
- * has changed, what it was to make is not made, and `error` (which may be NULL) says in one line
- * what is wrong and what to do. No C++ exception leaves a function.
+ * Errors. A function that may fail returns a palpate_code. If that is not PALPATE_OK, nothing has
+ * changed, no object has been made, and `error` (which may be NULL) says in one line what is wrong
+ * and what to do. No C++ exception leaves a function.
  *
  * Threads, said in brackets with each function:
  *   [setup]  before the loop runs, or beside it, but not on an object that a loop is using; it may
@@ -41,17 +43,17 @@
 extern "C" {
 #endif
 
-/* A struct's layout or a function's meaning changed: programs must be compiled anew. */
+/* Changes when a struct's layout or a function's meaning changes: compile your program again. */
 #define PALPATE_C_ABI 0
 
-/* "0.1.0", of the library that runs. [any] */
+/* The version of the library that runs, as "0.1.0". [any] */
 const char *palpate_version(void);
 /* PALPATE_C_ABI of the library that runs: compare it with your own. [any] */
 uint32_t palpate_abi(void);
 
 /* ---- errors --------------------------------------------------------------------------------- */
 
-/* The numbers are the exit codes of the command `palpate`, as far as it has them. */
+/* The numbers 0 to 5 are exit codes of the command `palpate`. */
 typedef enum palpate_code {
     PALPATE_OK = 0,
     PALPATE_BAD_CALL = 2,  /* a null pointer, a wrong size, a number out of range */
@@ -63,7 +65,7 @@ typedef enum palpate_code {
 typedef struct palpate_error {
     size_t size;
     int32_t code;       /* a palpate_code */
-    char message[1012]; /* one line, without its end; a longer one is cut and ends with "..." */
+    char message[1012]; /* one line, without a line end; a longer one is cut and ends with "..." */
 } palpate_error;
 
 /* ---- scenes --------------------------------------------------------------------------------- */
@@ -80,8 +82,8 @@ typedef struct palpate_scene_options {
                                            start is quick; NULL: nothing is kept */
     const palpate_extractor *extractor; /* NULL: no meshes of volumes; what would need one is felt
                                            through its volume alone */
-    /* Called now and then, with what is done of a step, in [0, 1], and with its name; returning 0
-       ends it. May be NULL. */
+    /* Called now and then with the share of a step that is done, in [0, 1], and with the step's
+       name. If it returns 0, loading ends. May be NULL. */
     int32_t (*progress)(double fraction, const char *step, void *user);
     void *user; /* for `progress` */
 } palpate_scene_options;
@@ -91,21 +93,23 @@ typedef struct palpate_scene_options {
 palpate_code palpate_scene_read(const char *file, const palpate_scene_options *options,
                                 palpate_scene **scene, palpate_error *error);
 
-/* The same of text, that ends with 0. `name` is what messages call it; files that it names are
+/* The same for a text that ends with a 0 byte. Messages call it `name`. Files that it names are
    looked for in the folder of `name`. [setup] */
 palpate_code palpate_scene_parse(const char *text, const char *name,
                                  const palpate_scene_options *options, palpate_scene **scene,
                                  palpate_error *error);
 
-/* Gives a scene back. Its loops keep what they need. NULL is allowed. [setup] */
+/* Frees a scene. Its loops keep what they need. NULL is allowed. [setup] */
 void palpate_scene_free(palpate_scene *scene);
 
-/* The surfaces that are felt, by name. Number i is bit i of palpate_frame's surfaces, up to 64.
-   The name lives as long as the scene; NULL: there is no such surface. [any] */
+/* The surfaces that are felt, by name. Surface i is bit i of the surfaces_... members of
+   palpate_frame, for i < 64. The name is valid as long as the scene. NULL: there is no such
+   surface. [any] */
 size_t palpate_scene_surface_count(const palpate_scene *scene);
 const char *palpate_scene_surface(const palpate_scene *scene, size_t i);
 
-/* What will not be felt as it is meant, a line each. Lives as long as the scene. [any] */
+/* Warnings: what will not be felt as the scene says, a line each, valid as long as the scene.
+   [any] */
 size_t palpate_scene_warning_count(const palpate_scene *scene);
 const char *palpate_scene_warning(const palpate_scene *scene, size_t i);
 
@@ -123,22 +127,22 @@ typedef enum palpate_method {
     PALPATE_ADAPTIVE = 4
 } palpate_method;
 
-/* A device with motors. What it does not know has no limit. */
+/* A device with motors. */
 typedef struct palpate_device {
     size_t size;
     double force_n;           /* the longest force that it can hold, N, > 0 */
     double stiffness_n_per_m; /* the stiffest coupling that it is made for, N/m; 0: any */
-    double damping_n_s_per_m; /* its own, mechanical one, N s/m */
+    double damping_n_s_per_m; /* the mechanical damping of the device, N s/m; 0: not known */
     double position_step_m;   /* what its positions are rounded to, m, [0, 1]; 0: they are exact */
-    double delay_s; /* from a movement until the force that answers it, beyond the frame, s, [0, 1] */
-    int32_t measures_velocity; /* not 0: palpate_probe.velocity_m_per_s is used, else estimated */
+    double delay_s; /* from a movement until its force acts, in addition to the frame, s, [0, 1] */
+    int32_t measures_velocity; /* not 0: palpate_probe.velocity_m_per_s is used; 0: estimated */
 } palpate_device;
 
-/* Each 0 is what the scene says. */
+/* A member that is 0 takes its value from the scene. */
 typedef struct palpate_loop_options {
     size_t size;
-    const palpate_device *device; /* NULL: no motors. The force is limited in length and slew, and
-                                     the rest of the safety chain is not there */
+    const palpate_device *device; /* NULL: no motors. Only the length and the slew (change per
+                                     second) of the force are limited */
     double rate_hz;               /* [50, 20000] */
     double budget_us;             /* method paper, (0, 1e6 / rate_hz] */
     double tolerance_um;          /* method adaptive, (0, 1000] */
@@ -155,18 +159,18 @@ palpate_code palpate_loop_make(const palpate_scene *scene, const palpate_loop_op
 /* NULL is allowed. [setup] */
 void palpate_loop_free(palpate_loop *loop);
 
-/* What a device says at one instant, in the scene frame. */
+/* The state of a device at one instant, in the scene frame. */
 typedef struct palpate_probe {
     size_t size;
     double time_s;              /* the device's own time */
     double position_m[3];       /* m */
-    double velocity_m_per_s[3]; /* m/s; 0 where the device knows none */
+    double velocity_m_per_s[3]; /* m/s; 0 if the device does not measure it */
     uint32_t trial;             /* a new number restarts the proxy at the probe */
     uint32_t buttons;           /* bit i: button i is down */
     int32_t is_stale;           /* not 0: the device is silent, the force goes to zero */
 } palpate_probe;
 
-/* What a frame tells, in the scene frame. */
+/* The result of a frame, in the scene frame. */
 typedef struct palpate_frame {
     size_t size;
     uint64_t frame;           /* from 0 */
@@ -174,36 +178,36 @@ typedef struct palpate_frame {
     double probe_m[3];        /* m */
     double proxy_m[3];        /* m, after the frame */
     double force_n[3];        /* N, on the hand, after all limits: what is sent to the device */
-    double residual_m;        /* how far the last evaluation still wanted to move the proxy, m */
+    double residual_m;        /* length of the last movement that the solver asked for, m */
     double spent_us;          /* time of the frame; differs from run to run */
     uint64_t surfaces_felt;   /* bit i: palpate_scene_surface(i) pushed back at the end */
     uint64_t surfaces_open;   /* bit i: it yielded, or the proxy was inside */
-    uint64_t surfaces_guarded; /* bit i: its mesh held what its volume would have let through */
+    uint64_t surfaces_guarded; /* bit i: its mesh held, where its volume alone would not have */
     uint32_t trial;
-    uint32_t sub_steps;       /* movements of the proxy that were accepted */
-    uint32_t evaluations;     /* times that primitives were gathered and solved */
+    uint32_t sub_steps;       /* movements of the proxy */
+    uint32_t evaluations;     /* how often primitives (planes, lines ..) were gathered and solved */
     uint32_t contacts;        /* primitives that push at the end */
     uint32_t flags;           /* bits, see palpate_flag_name() */
     uint32_t field_samples;   /* values or gradients read from fields */
     uint32_t surface_queries; /* rays and closest points */
-    uint32_t root_queries;    /* exact first roots */
+    uint32_t root_queries;    /* first crossings of a segment with a level, computed exactly */
 } palpate_frame;
 
 /* One haptic frame: probe in, force out. PALPATE_BAD_CALL: a pointer is NULL or a size is too
-   small; the frame did not happen, and no force must be sent. Where the probe is not finite,
-   beyond 1e6 m or stale, the frame happens, and its force goes to zero. [loop] */
+   small; no frame was computed, and you must not send a force. If the probe is not finite, beyond
+   1e6 m or stale, the frame is computed, and its force goes to zero. [loop] */
 palpate_code palpate_loop_frame(palpate_loop *loop, const palpate_probe *probe,
                                 palpate_frame *frame);
 
-/* The next force on its way to zero, N, scene frame: call it frame by frame when a run ends.
-   [loop] */
+/* The next force on the way to zero, N, scene frame. When a run ends, call it once a period until
+   the force is zero. [loop] */
 palpate_code palpate_loop_release(palpate_loop *loop, double force_n[3]);
 
-/* The proxy's corners in the last frame, scene frame, m, 3 numbers each; *count of them. They are
-   there until the next frame. [loop] */
+/* The *count corners of the proxy's way in the last frame: 3 numbers each, scene frame, m. Valid
+   until the next frame. [loop] */
 const double *palpate_loop_path(const palpate_loop *loop, size_t *count);
 
-/* Effects that palpate_loop_set_gain() knows: the scene's, in the file's order. [any] */
+/* How many effects palpate_loop_set_gain() knows: the scene's, in the file's order. [any] */
 size_t palpate_loop_effect_count(const palpate_loop *loop);
 
 /* Scales what an effect does, while the loop runs. `gain` in [0, 10]: 0 is off, 1 is as the scene
@@ -211,8 +215,8 @@ size_t palpate_loop_effect_count(const palpate_loop *loop);
    gain is out of range; nothing has changed. [any] */
 palpate_code palpate_loop_set_gain(palpate_loop *loop, size_t effect, double gain);
 
-/* What will not be felt as it is meant in this loop, a line each: among others a coupling that was
-   lowered for the device. Lives as long as the loop. [any] */
+/* Warnings: what this loop will not render as the scene says, a line each. An example is a coupling
+   that was lowered for the device. Valid as long as the loop. [any] */
 size_t palpate_loop_warning_count(const palpate_loop *loop);
 const char *palpate_loop_warning(const palpate_loop *loop, size_t i);
 
@@ -221,13 +225,14 @@ const char *palpate_loop_warning(const palpate_loop *loop, size_t i);
 /* The whole state of a loop between two frames. It never changes. */
 typedef struct palpate_state palpate_state;
 
-/* [setup] */
+/* Saves the state; free it with palpate_state_free(). [setup] */
 palpate_code palpate_loop_save(const palpate_loop *loop, palpate_state **state,
                                palpate_error *error);
-/* From here on the same probes give the same frames as they gave after that save, to the last bit,
-   but for spent_us; with method paper where the clock decides alike. Into the same loop, or into
-   one that was made alike of the same palpate_scene. The force may jump: with motors restore only
-   where palpate_loop_release() has come to zero. [setup] */
+/* After this call, the same probes give the same frames as they gave after the save, to the last
+   bit, except spent_us; with method paper only if the clock decides in the same way. Restore into
+   the same loop, or into one that was made of the same palpate_scene with the same options. The
+   force may jump: with motors, restore only when palpate_loop_release() has come to zero. [setup]
+ */
 palpate_code palpate_loop_restore(palpate_loop *loop, const palpate_state *state,
                                   palpate_error *error);
 /* NULL is allowed. [setup] */

@@ -109,7 +109,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame,
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. `replayed` has the
 /// N_steps of an earlier run; if it is empty, the clock decides.
 SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
-    begin(replayed); // t_0; effects anchor at the frame's start what depends on the path
+    begin(replayed); // t_0; effects that depend on the path note where the frame starts
     Vec3 proxy = frame_.start;
     Vec3 before = proxy;
     Move move;
@@ -123,7 +123,7 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
             move = next_move(proxy);     // (9) a share of the way; adaptive: a Newton step
             proxy = follow(move, proxy); // as far as every certificate holds
         } while (goes_on(move, before, proxy));
-    } while (open_a_membrane() || let_friction_slip()); // then less holds the proxy: approach again
+    } while (open_a_membrane() || let_friction_slip()); // if so, less holds the proxy: once more
     return commit(final_proxy(proxy));
 }
 

@@ -21,27 +21,28 @@
 
 namespace palpate {
 
-/// What a frame's subdivision came to.
+/// The result of a frame's subdivision.
 struct SubdivisionResult {
-    Vec3 proxy{0.0}; ///< x', m
-    std::uint32_t evaluations = 0;
-    std::uint32_t sub_steps = 0;
-    std::uint32_t contacts = 0; ///< multipliers above 0 in the last solution
+    Vec3 proxy{0.0};               ///< x', m
+    std::uint32_t evaluations = 0; ///< how often primitives were gathered and solved
+    std::uint32_t sub_steps = 0;   ///< movements of the proxy
+    std::uint32_t contacts = 0; ///< primitives that push in the last solution, without friction's
     double residual_m = 0.0;    ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;    ///< FrameFlag bits
-    std::uint32_t work = 0;     ///< spent of the budget, in units of Subdivision::kWorkOfSolvers
+    std::uint32_t work = 0;     ///< spent of the budget, in the units of kWorkOfSolvers
     // Bit i of the next three: the i-th surface given to Subdivision's constructor, i < 64.
     std::uint64_t felt = 0;    ///< the surface pushed back at the frame's end
-    std::uint64_t open = 0;    ///< bit i: surface i did not hold at its own level in a part of the
-                               ///< frame: the proxy is inside, or it yielded
-    std::uint64_t guarded = 0; ///< bit i: the mesh of surface i held back what its volume would
-                               ///< have let through
+    std::uint64_t open = 0;    ///< in a part of the frame the surface did not hold at its own
+                               ///< level: the proxy was inside, or the surface yielded
+    std::uint64_t guarded = 0; ///< the surface's mesh held the proxy back where its volume alone
+                               ///< would have let it through
 };
 
 /// Cuts the movement of the proxy in one frame into sub-steps (section 4.1 of the paper;
 /// composition.md 2.2). Each sub-step gathers primitives at the proxy (6), solves for the
-/// candidate (7), counts the steps that are still affordable (8), and takes a share of the way (9)
-/// or a step with curvature. It then moves the proxy as far as every certificate holds. Numbers in
+/// candidate (7), counts the steps that the time still allows (8), and takes a share of the way (9)
+/// or a step that follows the curvature. It then moves the proxy as far as every certificate holds:
+/// the check of a surface that a straight movement goes no deeper than its tolerance. Numbers in
 /// brackets are the paper's equations (docs/equations.md). Contacts and effects belong to the
 /// caller. What a loop remembers of them is here: gains, energy banks, magnets, friction, calming.
 class Subdivision {
@@ -49,34 +50,36 @@ public:
     /// The most evaluations that a method may ask for in a frame, even if its clock stands still.
     /// Edges of meshes and new approaches may add a few.
     static constexpr int kMostEvaluations = Stepping::kMostEvaluations;
-    /// The work that a frame may do. The unit is one look of a solver at one primitive. A frame may
-    /// spend kWorkOfSolvers, and 3 kWorkOfEvaluation for each evaluation that its method may make.
-    /// An evaluation costs kWorkOfEvaluation without its solver. Evaluations, bends, friction's
-    /// rounds and solver passes all spend from this budget. When it is spent, an adaptive frame
-    /// ends where it is (kEvaluationCap). Other methods go on with one short round of the solver an
-    /// evaluation (kSolverCap if that is not enough).
+    /// The work that a frame may do. One unit is what a solver does for one primitive in one pass.
+    /// A frame may spend kWorkOfSolvers, and 3 kWorkOfEvaluation for each evaluation that its
+    /// method may make. An evaluation costs kWorkOfEvaluation without its solver. Evaluations,
+    /// steps around a mesh's edges, friction's repeated solutions and solver passes all spend from
+    /// this budget. When it is spent, an adaptive frame ends where it is (kEvaluationCap). Other
+    /// methods go on with one short solver pass for each evaluation (kSolverCap if that is not
+    /// enough).
     static constexpr int kWorkOfSolvers = 8192;
     static constexpr int kWorkOfEvaluation = 64;
-    /// Most legs (SlideLeg) on which surfaces lead the proxy in one frame, besides one a share.
+    /// The most legs (SlideLeg: straight pieces of way along a surface) in one frame, besides one
+    /// for each share.
     static constexpr int kMostLegs = 1024;
 
-    /// Surfaces, the finish of each (plain where there are fewer) and effects, in an order that
-    /// does not depend on how the scene is written (composition.md 2.4);
-    /// all must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
+    /// Surfaces and effects must be in an order that does not depend on how the scene is written
+    /// (composition.md 2.4). `finish` is that of each surface; those that it lacks are plain. All
+    /// pointers must outlive this. Throws std::invalid_argument on settings out of range.  [setup]
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                 const std::vector<Effect*>& effects, Clock& clock,
                 std::vector<SurfaceFinish> finish = {});
 
     /// Gain of a part of a surface, or of an effect, by their index; 0 switches off.
-    /// GainRamp::set() is for any thread while the loop runs, all else of it for the loop. A trial
-    /// begins with the gains that were set last. [any]
+    /// Any thread may call GainRamp::set() while the loop runs; its other functions are the loop's.
+    /// A trial begins with the gains that were set last. [any]
     GainRamp& gain(std::size_t surface, SurfacePart part) noexcept {
         return surfaces_[surface].gain(part);
     }
     GainRamp& gain(std::size_t effect) noexcept { return effects_[effect].gain(); }
 
-    /// What it remembers from frame to frame, of surfaces and effects, too. What only tells of the
-    /// last frame, path() and steps_left(), is left out.
+    /// All that it remembers from frame to frame, also of surfaces and effects. path() and
+    /// steps_left() are left out, as they only describe the last frame.
     struct State {
         std::vector<LoopSurface::State> surfaces;
         std::vector<LoopEffect::State> effects;
@@ -86,10 +89,10 @@ public:
         PrimitiveSet primitives; ///< of the last evaluation: their pull begins the next frame's
     };
     State save_state() const; ///< between frames                                         [setup]
-    /// Between frames; without allocation, unless an effect's own restore_state() does. Settings,
-    /// surfaces and effects must be made alike. Throws std::invalid_argument that says what
-    /// differs, and changes nothing, where there are more or fewer of them, or others; and as
-    /// Effect::restore_state() does.                                                     [setup]
+    /// Between frames; allocates only if an effect's own restore_state() does. Settings, surfaces
+    /// and effects must be the same as those of the state. If their number or kinds differ, throws
+    /// std::invalid_argument that says what differs, and changes nothing. Also throws what
+    /// Effect::restore_state() throws.                                                   [setup]
     void restore_state(const State& state);
 
     /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
@@ -98,37 +101,36 @@ public:
     /// One frame's movement of the proxy from frame.start.                              [loop]
     SubdivisionResult advance(const FrameContext& frame) noexcept;
 
-    /// The same with steps_left() of an earlier run, instead of what the clock says. Reproduces its
-    /// bits.   [loop]
+    /// The same with steps_left() of an earlier run instead of the clock: gives the same bits as
+    /// that run. [loop]
     SubdivisionResult advance(const FrameContext& frame,
                               std::span<const std::uint32_t> steps_left) noexcept;
 
-    /// The proxy's corners in the last frame, frame.start first: every chord that was carried.
-    /// [loop]
+    /// The corners of the proxy's way in the last frame, frame.start first.               [loop]
     std::span<const Vec3> path() const noexcept { return path_.corners(); }
-    /// N_steps of eq. (8) after each evaluation of the last frame: with these, wall-clock runs can
-    /// be replayed.  [loop]
+    /// N_steps of eq. (8) after each evaluation of the last frame: with these a run whose clock
+    /// decided can be replayed.                                                           [loop]
     std::span<const std::uint32_t> steps_left() const noexcept { return steps_left_; }
-    /// The coupling's force with what effects put on the device beside it, each with its gain, N:
+    /// The coupling's force plus what effects put on the device directly, each with its gain, N:
     /// Effect::device_force_n().                                                          [loop]
     Vec3 with_device_forces(Vec3 force_n) const noexcept;
-    /// What effects push unasked, each with its gain and by no more than `most_n`, N:
-    /// Effect::unasked_force_n().                                                         [loop]
+    /// The sum of the forces with which effects push though the hand has not pressed, each with its
+    /// gain and at most `most_n`, N: Effect::unasked_force_n().                           [loop]
     double unasked_force_n(double most_n) const noexcept;
     /// Whether anything that is on, a magnet too, may move a hand that did not press:
     /// Effect::is_active().                                                               [loop]
     bool is_active() const noexcept;
-    /// Of the fields that strengths of surfaces and magnets depend on.                   [any]
+    /// Queries to the fields that strengths of surfaces and magnets depend on.            [any]
     QueryCount queries() const noexcept;
-    /// Of a sub-step, eq. (10), us; 0 where the method needs no clock.                    [any]
+    /// Estimated time of a sub-step, eq. (10), us; 0 if the method needs no clock.        [any]
     double estimate_us() const noexcept { return stepping_.estimate_us(); }
 
 private:
-    /// Whether something may be led there: finite, and no further away than a probe may be.
+    /// Whether a proxy may be led there: finite, and not too far away.
     static bool is_a_place(const Vec3& point) noexcept {
         return squared_length(point) < kFarthest_m * kFarthest_m; // false for what is no number
     }
-    static constexpr double kFarthest_m = 1e7; ///< ten times what the loop takes from a probe
+    static constexpr double kFarthest_m = 1e7; ///< ten times what HapticLoop accepts of a probe
     /// Bit i where `set`; 0 past the 64th.
     static std::uint64_t bit_of(std::size_t i, bool set) noexcept {
         return set && i < 64 ? std::uint64_t{1} << i : 0;
