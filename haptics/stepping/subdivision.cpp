@@ -307,10 +307,10 @@ void Subdivision::note_open() noexcept {
 }
 
 SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
-    note_touches(proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         LoopSurface& surface = surfaces_[i];
         result_.felt |= bit_of(i, surface.pushes_back());
+        if (surface.pushes_back()) note_touch(surface, proxy);
         surface.commit(proxy, frame_);
         result_.guarded |= bit_of(i, surface.contact().guarded());
     }

@@ -171,7 +171,7 @@ private:
     bool let_friction_slip() noexcept;
     SubdivisionResult commit(const Vec3& proxy) noexcept;
     void note_open() noexcept;
-    void note_touches(const Vec3& proxy) noexcept;
+    void note_touch(LoopSurface& surface, const Vec3& proxy) const noexcept;
     Vec3 held_with(const Vec3& proxy) const noexcept;
     Vec3 friction_at(std::size_t contact) const noexcept;
     int all_work() const noexcept;

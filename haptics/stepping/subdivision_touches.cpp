@@ -10,18 +10,15 @@ Vec3 Subdivision::held_with(const Vec3& proxy) const noexcept {
     return primitives_.total_stiffness(frame_.stiffness) * (proxy - pull());
 }
 
-/// Keeps of each surface that pushes what is told when it does not any more.
-void Subdivision::note_touches(const Vec3& proxy) noexcept {
-    for (LoopSurface& surface : surfaces_) {
-        if (!surface.pushes_back()) continue;
-        Vec3 normal = surface.strongest_normal(solution_, contacts_);
-        if (led_) {
-            const Vec3 held = held_with(proxy);
-            const double length = glm::length(held);
-            if (length > 0.0) normal = held / length;
-        }
-        surface.note_touch(proxy, normal);
+/// Keeps of a surface that pushes what is told when it does not any more.
+void Subdivision::note_touch(LoopSurface& surface, const Vec3& proxy) const noexcept {
+    Vec3 normal = surface.strongest_normal(solution_, contacts_);
+    if (led_) {
+        const Vec3 held = held_with(proxy);
+        const double length = glm::length(held);
+        if (length > 0.0) normal = held / length;
     }
+    surface.note_touch(proxy, normal);
 }
 
 void Subdivision::find_touches(TouchList& touches) const noexcept {

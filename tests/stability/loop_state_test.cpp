@@ -183,12 +183,6 @@ const std::vector<Part>& parts_of_a_state() {
          [](Parts& p, const Parts& fresh) {
              take_over(p.subdivision.surfaces, fresh.subdivision.surfaces, &Surface::pushes_back);
          }},
-        {"where it pushed",
-         [](Parts& p, const Parts& fresh) {
-             take_over(p.subdivision.surfaces, fresh.subdivision.surfaces, &Surface::touched_at);
-             take_over(p.subdivision.surfaces, fresh.subdivision.surfaces,
-                       &Surface::touched_normal);
-         }},
         {"gains of surfaces",
          [](Parts& p, const Parts& fresh) {
              take_over(p.subdivision.surfaces, fresh.subdivision.surfaces, &Surface::gains);
@@ -225,7 +219,8 @@ const std::vector<Part>& parts_of_a_state() {
 }
 
 // Negative control: the comparison above would find each part of the state if it were left out. But
-// for what the last evaluation was drawn by, which no random scene needs.
+// for what the last evaluation was drawn by, which no random scene needs, and for where a contact
+// was that ends in the very next frame (Touches.AreOnlyOfWhatTheLoopHasComputedSinceARestore).
 TEST(LoopState, NoPartOfItCanBeLeftOut) {
     const test::TemporaryFolder folder;
     test::SceneTextDraw::make_meshes(folder.path());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/engine/record/recording_journal.h>
 
 #include <algorithm>
 #include <bit>
@@ -189,6 +190,31 @@ TEST_F(RecordingFile, GivesEveryBitBack) {
     write_recording(file(), recording);
     EXPECT_TRUE(same_bits(read_recording(file()), recording));
     EXPECT_EQ(test::files_in(folder()), 1u);
+}
+
+TEST_F(RecordingFile, AJournalOfARunThatWasCutOffHasAllThatWasKept) {
+    const Recording whole = random_recording(30, 16);
+    Recording before = whole;
+    before.inputs.clear();
+    before.frames.clear();
+    before.steps_left.clear();
+    before.touches.clear();
+    RecordingJournal journal(file(), before);
+    Trace so_far;
+    so_far.device = whole.device;
+    for (const double share : {0.3, 0.3, 0.8, 1.0}) { // once with nothing new
+        const auto take = [share](auto& to, const auto& from) {
+            to.assign(from.begin(),
+                      from.begin() + static_cast<std::ptrdiff_t>(share * double(from.size())));
+        };
+        take(so_far.inputs, whole.inputs);
+        take(so_far.frames, whole.frames);
+        take(so_far.steps_left, whole.steps_left);
+        take(so_far.touches, whole.touches);
+        ASSERT_TRUE(journal.add(so_far));
+    }
+    ASSERT_GT(whole.touches.size(), 10u);
+    EXPECT_TRUE(same_bits(read_recording(file()), whole));
 }
 
 TEST_F(RecordingFile, EmptyRecordingComesBackEmpty) {
