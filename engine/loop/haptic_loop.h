@@ -70,10 +70,9 @@ public:
     /// bit; with method paper as long as the clock's decisions are the same, and but for spent_us.
     /// That is, if custom effects keep their promise (Effect::save_state()). Gains are the state's,
     /// too; path(), steps_left() and touches() are empty until the next frame, whose touches begin
-    /// and end as they did. The force jumps from the last
-    /// one that was sent to the state's, whatever the slew limit: on a device with motors, restore
-    /// only where release() has come to zero in both. Needs no memory, unless a custom effect does.
-    /// [setup]
+    /// and end as they did. The force jumps from the last one that was sent to the state's,
+    /// whatever the slew limit: on a device with motors, restore only where release() has come to
+    /// zero in both. Needs no memory, unless a custom effect does. [setup]
     /// Throws std::invalid_argument that says what differs, and changes nothing, where the state's
     /// loop was made of another Scene, LoopDescription, kind of device or custom effects; and
     /// whatever a custom effect's restore_state() throws: then restore again from another state.
@@ -99,10 +98,10 @@ public:
     /// stale or no place; the next one goes on from the frame before. Nothing is computed
     /// unless it is asked for. Valid until the next call of it, frame() or restore().     [loop]
     std::span<const Touch> touches() const noexcept;
-    /// How the proxy stands with each surface of Scene::surfaces() after the last frame. Depths
-    /// cost some 10 to 300 samples of a field, or a closest point of a mesh, a surface, and only
-    /// when it is asked for; they count in no report. Empty before the first frame. Valid until the
-    /// next call.                                                                        [loop]
+    /// How the proxy stands with each surface of Scene::surfaces() after the last frame. A depth
+    /// costs some 50 samples of a field (500 where it is noise), or a closest point of a mesh: many
+    /// microseconds, so ask when you show it rather than in each frame. It counts in no report.
+    /// Empty before the first frame. Valid until the next call.                          [loop]
     std::span<const SurfaceStatus> surface_states() const noexcept;
 
     /// How many effects set_gain() knows: the scene's, on or left out, and then the custom ones.

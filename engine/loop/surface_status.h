@@ -22,7 +22,7 @@ struct SurfaceStatus {
     /// How far the proxy, not the probe, is behind the surface's own level, m; < 0: in front of
     /// it. Own level: where the scene has it, whatever it yielded, without a texture. Of a volume:
     /// to the level of the field as interpolated, by steps along its slope and then across it, as
-    /// nearest_on_level() finds it. Of a mesh alone: to its nearest point. Not a number where
+    /// foot_on_level() finds it. Of a mesh alone: to its nearest point. Not a number where
     /// neither leads to the surface: farther than kDepthReach_m, where the field is flat, or a mesh
     /// that is off.
     double depth_m = 0.0;

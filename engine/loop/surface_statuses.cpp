@@ -47,9 +47,9 @@ std::span<const SurfaceStatus> SurfaceStatuses::of(const Subdivision& subdivisio
 double SurfaceStatuses::depth_m(std::size_t i, Standing standing, const Vec3& proxy) noexcept {
     const SceneSurface& surface = scene_.surfaces()[i];
     if (samplers_[i]) {
-        const auto foot = nearest_on_level(*samplers_[i], surface.level.level,
-                                           surface.baked.field->feature_size_m(), proxy, proxy,
-                                           SurfaceStatus::kDepthReach_m);
+        const auto foot =
+            foot_on_level(*samplers_[i], surface.level.level, surface.baked.field->feature_size_m(),
+                          proxy, SurfaceStatus::kDepthReach_m);
         return foot ? foot->depth_m : kUnknown;
     }
     if (standing == Standing::off) return kUnknown;

@@ -172,6 +172,11 @@ std::vector<Vec3> centroids(const TriangleMesh& mesh) {
 
 } // namespace
 
+std::optional<LevelFoot> foot_on_level(FieldSampler& sampler, double level, double feature_size_m,
+                                       const Vec3& point, double reach_m) noexcept {
+    return LevelSearch(sampler, level, feature_size_m, reach_m).foot(point);
+}
+
 std::optional<LevelFoot> nearest_on_level(FieldSampler& sampler, double level,
                                           double feature_size_m, const Vec3& point,
                                           const Vec3& start, double reach_m) noexcept {
