@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -33,6 +36,17 @@ bool same_frame(const FrameReport& a, const FrameReport& b, bool felt_is_recorde
            same_bits(a.proxy, b.proxy) && same_bits(a.force, b.force) &&
            a.sub_steps == b.sub_steps && a.evaluations == b.evaluations &&
            a.contacts == b.contacts && same_bits(a.residual_m, b.residual_m) && a.flags == b.flags;
+}
+
+/// The touches of one frame: `rows` begins with them, and has them no more afterwards.
+std::span<const RecordedTouch> take_touches(std::span<const RecordedTouch>& rows,
+                                            std::uint64_t frame) {
+    std::size_t count = 0;
+    while (count < rows.size() && rows[count].frame == frame)
+        ++count;
+    const auto taken = rows.first(count);
+    rows = rows.subspan(count);
+    return taken;
 }
 
 /// A recording that another program edited may not be one run any more.
@@ -75,9 +89,15 @@ int replay(const std::filesystem::path& named, const std::string& out, bool chec
         return kDone;
     }
     const bool felt_is_recorded = !recording.felt_names.empty();
+    std::span<const RecordedTouch> now = trace.touches, then = recording.touches;
+    if (then.empty()) now = {}; // as of a version of the format that had none
     std::size_t different = 0;
     for (std::size_t i = 0; i < trace.frames.size(); ++i) {
-        if (same_frame(trace.frames[i], recording.frames[i], felt_is_recorded)) continue;
+        const auto touches = take_touches(now, i), recorded = take_touches(then, i);
+        const bool same_touches =
+            std::equal(touches.begin(), touches.end(), recorded.begin(), recorded.end());
+        if (same_touches && same_frame(trace.frames[i], recording.frames[i], felt_is_recorded))
+            continue;
         if (different++ == 0) print(fmt::format("first difference: frame {}", i));
     }
     print(fmt::format("{} of {} frames differ", different, trace.frames.size()));

@@ -15,6 +15,7 @@
 
 #include <palpate/engine/loop/device_safety.h>
 #include <palpate/engine/loop/internal/loop_state_parts.h>
+#include <palpate/engine/loop/internal/surface_statuses.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/loop_parts.h>
@@ -106,6 +107,8 @@ public:
 
     const VirtualCoupling& coupling() const noexcept { return coupling_; }
     const Subdivision& subdivision() const noexcept { return *subdivision_; }
+    std::span<const Touch> touches() noexcept;
+    std::span<const SurfaceStatus> surface_states() noexcept;
     std::size_t effect_count() const noexcept { return gains_.size(); }
 
 private:
@@ -141,6 +144,10 @@ private:
     bool silent_ = false; // since the last frame that the device had a place for
     std::uint32_t trial_ = 0;
     Vec3 proxy_{0.0};
+
+    bool moved_ = false; // in the last frame: subdivision_ has its touches
+    TouchList touches_;  // as they were asked for last
+    internal::SurfaceStatuses statuses_;
 };
 
 HapticLoop::Parts::Parts(std::shared_ptr<const Scene> scene, Clock& clock,
@@ -154,7 +161,8 @@ HapticLoop::Parts::Parts(std::shared_ptr<const Scene> scene, Clock& clock,
       has_motors_(device.force_n > 0.0),
       estimates_velocity_(device.force_n > 0.0 &&
                           device.velocity_source == VelocitySource::positions),
-      velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz) {
+      velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz),
+      statuses_(*scene_) {
     const std::size_t custom_count = custom.size();
     felt_.effects.insert(
         felt_.effects.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
@@ -234,6 +242,7 @@ FrameReport HapticLoop::Parts::frame(const DeviceState& device,
     report.trial = device.trial;
     report.time_s = device.time_s;
     report.probe = device.position;
+    moved_ = false;
 
     if (!in_range(device.position)) {
         report.flags |= kProbeNotFinite;
@@ -305,7 +314,8 @@ void HapticLoop::Parts::move_proxy(const DeviceState& device,
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);
-    if (in_range(result.proxy)) {
+    moved_ = in_range(result.proxy);
+    if (moved_) {
         proxy_ = result.proxy;
     } else { // held, and felt from there as at a trial's beginning
         report.flags |= kForceNotFinite | subdivision_->restart(proxy_);
@@ -359,6 +369,18 @@ void HapticLoop::Parts::restore(const LoopState& state) {
     silent_ = from.silent;
     trial_ = from.trial;
     proxy_ = from.proxy;
+    moved_ = false;
+}
+
+std::span<const Touch> HapticLoop::Parts::touches() noexcept {
+    touches_.clear();
+    if (moved_) subdivision_->find_touches(touches_);
+    return {touches_.begin(), touches_.size()};
+}
+
+std::span<const SurfaceStatus> HapticLoop::Parts::surface_states() noexcept {
+    if (!started_) return {};
+    return statuses_.of(*subdivision_, proxy_);
 }
 
 // ---- the loop: its parts, asked from outside ---------------------------------------------------
@@ -401,6 +423,12 @@ std::span<const Vec3> HapticLoop::path() const noexcept { return parts_->subdivi
 
 std::span<const std::uint32_t> HapticLoop::steps_left() const noexcept {
     return parts_->subdivision().steps_left();
+}
+
+std::span<const Touch> HapticLoop::touches() const noexcept { return parts_->touches(); }
+
+std::span<const SurfaceStatus> HapticLoop::surface_states() const noexcept {
+    return parts_->surface_states();
 }
 
 std::size_t HapticLoop::effect_count() const noexcept { return parts_->effect_count(); }

@@ -10,10 +10,12 @@
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/loop/loop_state.h>
+#include <palpate/engine/loop/surface_status.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/hand/virtual_coupling.h>
 #include <palpate/haptics/stepping/clock.h>
+#include <palpate/haptics/stepping/touch.h>
 
 namespace palpate {
 
@@ -67,10 +69,10 @@ public:
     /// From here on the same inputs give the same reports as they gave after that save(), bit for
     /// bit; with method paper as long as the clock's decisions are the same, and but for spent_us.
     /// That is, if custom effects keep their promise (Effect::save_state()). Gains are the state's,
-    /// too; path() and steps_left() are empty until the next frame. The force jumps from the last
-    /// one that was sent to the state's, whatever the slew limit: on a device with motors, restore
-    /// only where release() has come to zero in both. Needs no memory, unless a custom effect does.
-    /// [setup]
+    /// too; path(), steps_left() and touches() are empty until the next frame, whose touches begin
+    /// and end as they did. The force jumps from the last one that was sent to the state's,
+    /// whatever the slew limit: on a device with motors, restore only where release() has come to
+    /// zero in both. Needs no memory, unless a custom effect does. [setup]
     /// Throws std::invalid_argument that says what differs, and changes nothing, where the state's
     /// loop was made of another Scene, LoopDescription, kind of device or custom effects; and
     /// whatever a custom effect's restore_state() throws: then restore again from another state.
@@ -88,6 +90,19 @@ public:
     std::span<const Vec3> path() const noexcept;
     /// N_steps of eq. (8) after each evaluation of the last frame.                        [loop]
     std::span<const std::uint32_t> steps_left() const noexcept;
+
+    /// What the last frame touched, surface by surface in the order of Scene::surfaces(); of one
+    /// that let go, one entry with Phase::ended. All contacts are in it: where an evaluation has
+    /// more planes than the solver has room for, the last ones count neither for the frame nor here
+    /// (flag primitives_full). Empty after a frame that did not move the proxy, as its probe was
+    /// stale or no place; the next one goes on from the frame before. Nothing is computed
+    /// unless it is asked for. Valid until the next call of it, frame() or restore().     [loop]
+    std::span<const Touch> touches() const noexcept;
+    /// How the proxy stands with each surface of Scene::surfaces() after the last frame. A depth
+    /// costs some 50 samples of a field (500 where it is noise), or a closest point of a mesh: many
+    /// microseconds, so ask when you show it rather than in each frame. It counts in no report.
+    /// Empty before the first frame. Valid until the next call.                          [loop]
+    std::span<const SurfaceStatus> surface_states() const noexcept;
 
     /// How many effects set_gain() knows: the scene's, on or left out, and then the custom ones.
     /// [any]

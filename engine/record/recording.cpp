@@ -24,7 +24,8 @@ namespace {
 
 constexpr const char* kFormat = "palpate recording";
 // 1: inputs without buttons, freshness and orientation, no device. 2: not which surfaces are felt.
-constexpr std::uint64_t kFormatVersion = 3;
+// 3: no touches.
+constexpr std::uint64_t kFormatVersion = 4;
 
 /// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and
 /// reader, of what a version of the format has.
@@ -63,6 +64,17 @@ void for_each_frame_column(std::uint64_t version, Columns&& column) {
     if (version < 3) return;
     column("surfaces_felt", "bits, of surfaces/name", &FrameReport::surfaces_felt);
 }
+
+/// The same for the touches, but for their phase: a row for each of HapticLoop::touches().
+template <typename Columns>
+void for_each_touch_column(Columns&& column) {
+    column("frame", "1", &RecordedTouch::frame);
+    column("surface", "1", &RecordedTouch::surface);
+    column("point_m", "m", &RecordedTouch::point);
+    column("normal", "1", &RecordedTouch::normal);
+    column("force_n", "N", &RecordedTouch::force);
+}
+constexpr const char* kTouchPhase = "touches/phase";
 
 /// Writes the columns of `rows` into a group.
 template <typename Row>
@@ -159,6 +171,33 @@ DeviceProperties read_device(const internal::RecordingReader& reader) {
     return device;
 }
 
+void write_touches(internal::RecordingWriter& writer, const std::vector<RecordedTouch>& touches) {
+    writer.make_group("touches");
+    for_each_touch_column(column_writer(writer, "touches", touches));
+    std::vector<std::uint32_t> phases;
+    phases.reserve(touches.size());
+    for (const RecordedTouch& touch : touches)
+        phases.push_back(static_cast<std::uint32_t>(touch.phase));
+    writer.write_column(kTouchPhase, "0 began, 1 goes on, 2 ended", phases);
+}
+
+std::vector<RecordedTouch> read_touches(const internal::RecordingReader& reader) {
+    std::vector<RecordedTouch> touches;
+    for_each_touch_column(column_reader(reader, "touches", touches));
+    std::vector<std::uint32_t> phases;
+    reader.read_column(kTouchPhase, phases);
+    if (phases.size() != touches.size())
+        reader.fail(fmt::format("data set {} has {} rows where {} are needed", kTouchPhase,
+                                phases.size(), touches.size()));
+    for (std::size_t i = 0; i < touches.size(); ++i) {
+        if (phases[i] > static_cast<std::uint32_t>(Touch::Phase::ended))
+            reader.fail(
+                fmt::format("is damaged: row {} of data set {} means nothing", i, kTouchPhase));
+        touches[i].phase = static_cast<Touch::Phase>(phases[i]);
+    }
+    return touches;
+}
+
 std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader) {
     const std::vector<std::string> files = reader.read_texts("sources/file");
     const std::vector<std::string> hashes = reader.read_texts("sources/sha256");
@@ -198,6 +237,7 @@ std::string recording_bytes(const std::filesystem::path& file, const Recording& 
     writer.write_texts(kFeltNames, recording.felt_names);
     writer.make_group("frames");
     for_each_frame_column(kFormatVersion, column_writer(writer, "frames", recording.frames));
+    write_touches(writer, recording.touches);
     writer.make_group("clock");
     writer.write_column("clock/steps_left", "1", recording.steps_left);
     return writer.bytes();
@@ -222,6 +262,7 @@ Recording read_one(const internal::RecordingReader& reader) {
     for_each_input_column(format_version, column_reader(reader, "inputs", recording.inputs));
     for_each_frame_column(format_version, column_reader(reader, "frames", recording.frames));
     if (format_version >= 3) recording.felt_names = read_felt_names(reader);
+    if (format_version >= 4) recording.touches = read_touches(reader);
     reader.read_column("clock/steps_left", recording.steps_left);
     return recording;
 }
@@ -241,6 +282,7 @@ Recording read_journal(const std::filesystem::path& file, std::string_view parts
         append(all->inputs, next.inputs);
         append(all->frames, next.frames);
         append(all->steps_left, next.steps_left);
+        append(all->touches, next.touches);
     }
     if (!all)
         throw std::runtime_error(file.string() + ": nothing was kept before its run was cut off; "

@@ -30,6 +30,7 @@ bool RecordingJournal::add(const Trace& so_far) {
     part_.inputs = behind(so_far.inputs, frames_);
     part_.frames = behind(so_far.frames, frames_);
     part_.steps_left = behind(so_far.steps_left, steps_);
+    part_.touches = behind(so_far.touches, touches_);
 
     const bool is_first = frames_ == 0;
     std::ofstream file(file_, std::ios::binary | (is_first ? std::ios::trunc : std::ios::app));
@@ -39,6 +40,7 @@ bool RecordingJournal::add(const Trace& so_far) {
     has_failed_ = !file;
     frames_ = so_far.frames.size();
     steps_ = so_far.steps_left.size();
+    touches_ = so_far.touches.size();
     return !has_failed_;
 }
 

@@ -30,8 +30,9 @@ public:
 private:
     std::filesystem::path file_;
     Recording part_;
-    std::size_t frames_ = 0; ///< kept so far, and of steps_left
+    std::size_t frames_ = 0; ///< kept so far, of steps_left and of touches, too
     std::size_t steps_ = 0;
+    std::size_t touches_ = 0;
     bool has_failed_ = false;
 };
 

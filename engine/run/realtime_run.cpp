@@ -24,6 +24,8 @@ using internal::ServoLoop;
 constexpr std::chrono::milliseconds kDrained{5}; // between two looks into the rings
 constexpr std::chrono::milliseconds kKept{500};  // between two times that what is felt is kept
 constexpr double kReserve_s = 2.0; // how long the recorder may be held up before frames drop
+// Of as long, on the average: grooves and corners have three, most places one.
+constexpr std::size_t kMostTouches = 4;                      // a frame
 constexpr std::size_t kMostDecisions = std::size_t{1} << 22; // of as long, some 0.5 us each
 
 /// The loop's thread, from its preparation to its end; it ends before this does.
@@ -95,8 +97,9 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     trace.device = placed.placement.to_scene(placed.device.properties());
     warn_of_coupling(*scene, trace.device, watch);
     HapticLoop loop(scene, clock, description, trace.device);
-    internal::SpscRing<RunFrame> frames(static_cast<std::size_t>(kReserve_s * description.rate_hz) +
-                                        1);
+    const std::size_t reserve = static_cast<std::size_t>(kReserve_s * description.rate_hz) + 1;
+    internal::SpscRing<RunFrame> frames(reserve);
+    internal::SpscRing<RecordedTouch> touches(kMostTouches * reserve);
     internal::SpscRing<std::uint32_t> decisions(keeps_steps ? kMostDecisions : 1);
     internal::ServoSettings servo_settings;
     servo_settings.period_us = 1e6 / description.rate_hz;
@@ -104,7 +107,7 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     servo_settings.longest_us = 1e6 * settings.longest_s;
     servo_settings.takes_force = trace.device.force_n > 0.0;
     ServoLoop servo(loop, placed.device, placed.placement, clock, servo_settings, frames,
-                    keeps_steps ? &decisions : nullptr);
+                    keeps_steps ? &decisions : nullptr, &touches);
     RealtimeCounts counts;
 
     const auto record = [&] {
@@ -115,6 +118,11 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
             for (std::uint32_t i = 0, steps = 0; keeps_steps && i < run.frame.evaluations; ++i) {
                 decisions.pop(steps);
                 trace.steps_left.push_back(steps);
+            }
+            RecordedTouch touch;
+            for (std::uint32_t i = 0; i < run.touches; ++i) {
+                touches.pop(touch);
+                trace.touches.push_back(touch);
             }
             count(run, counts);
             if (watch.frame) watch.frame(run);

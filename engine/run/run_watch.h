@@ -24,6 +24,7 @@ enum class Silence : std::uint8_t {
 struct RunFrame {
     DeviceState input; ///< what the loop was given, scene frame
     FrameReport frame;
+    std::uint32_t touches = 0; ///< how many HapticLoop::touches() had
     Silence silence = Silence::none;
     std::uint64_t missed = 0; ///< periods that passed without a frame; 0 at asap pace
     Overrun overrun = Overrun::none;

@@ -56,12 +56,16 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const PlacedDevice& place
         run.input = placed.placement.to_scene(state);
         run.frame = loop.frame(run.input, decisions.of(trace.frames.size()));
         placed.device.write(placed.placement.to_device(run.frame.force));
+        const std::size_t touches_before = trace.touches.size();
         trace.inputs.push_back(run.input);
         trace.frames.push_back(run.frame);
         // A frame without an evaluation leaves those of an earlier one standing.
         if (keeps_steps && run.frame.evaluations > 0)
             trace.steps_left.insert(trace.steps_left.end(), loop.steps_left().begin(),
                                     loop.steps_left().end());
+        for (const Touch& touch : loop.touches())
+            trace.touches.push_back({touch, run.frame.frame});
+        run.touches = static_cast<std::uint32_t>(trace.touches.size() - touches_before);
         for (SurfaceAudit& audit : trace.audits)
             audit.add(run.frame, loop.path());
         if (watch.frame) watch.frame(run);

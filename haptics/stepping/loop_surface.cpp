@@ -25,7 +25,11 @@ LoopSurface::State LoopSurface::save_state() const {
                 strength_.save_state(),
                 magnet_.save_state(),
                 bank_,
-                {}};
+                {},
+                pushes_back_,
+                began_inside_,
+                touched_at_,
+                touched_normal_};
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         state.gains[part] = gains_[part].save_state();
     return state;
@@ -39,6 +43,10 @@ void LoopSurface::restore_state(const State& state) {
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         gains_[part].restore_state(state.gains[part]);
     as_set_ = all_gains_are_one();
+    pushes_back_ = state.pushes_back;
+    began_inside_ = state.began_inside;
+    touched_at_ = state.touched_at;
+    touched_normal_ = state.touched_normal;
 }
 
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
@@ -47,7 +55,8 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
     magnet_.restart();
     for (GainRamp& gain : gains_)
         gain.jump();
-    return contact_->restart(proxy);
+    began_inside_ = contact_->restart(proxy);
+    return began_inside_;
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
@@ -115,8 +124,18 @@ void LoopSurface::take(const ProxySolution& solution) noexcept {
     contact_->keep_active(solution, first_);
 }
 
+Vec3 LoopSurface::strongest_normal(const ProxySolution& solution,
+                                   const ContactSet& contacts) const noexcept {
+    std::size_t strongest = first_;
+    for (std::size_t c = first_ + 1; c < last_; ++c)
+        if (solution.planes[c].multiplier_n > solution.planes[strongest].multiplier_n)
+            strongest = c;
+    return contacts[strongest].plane.normal;
+}
+
 void LoopSurface::commit(const Vec3& proxy, const FrameContext& frame) noexcept {
     contact_->commit(proxy, yields_, pushes_back_);
+    if (began_inside_) began_inside_ = contact_->state() == SurfaceState::inside;
     bank_.end(proxy - frame.probe);
     if (yields_) bank_.level_moved();
 }

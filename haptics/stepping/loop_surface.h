@@ -43,6 +43,10 @@ public:
         LoopMagnet::State magnet;
         LevelBank bank;
         std::array<GainRamp::State, kSurfaceParts> gains;
+        bool pushes_back = false;
+        bool began_inside = false;
+        Vec3 touched_at{0.0};
+        Vec3 touched_normal{0.0};
     };
     State save_state() const; ///< between frames                                         [setup]
     /// Whether it is of the same kind of contact.                                        [any]
@@ -72,8 +76,11 @@ public:
     /// A frame begins: the gains take a step, and the surface is as strong as they and the place
     /// say. Whether any gain moved.                                                      [loop]
     bool follow_gains(const FrameContext& frame) noexcept;
-    /// The magnet begins the frame, where everything else has.                           [loop]
-    void begin_magnet(const FrameContext& frame) noexcept { magnet_.begin(frame); }
+    /// Its own part and the magnet begin the frame, where everything else has.            [loop]
+    void begin(const FrameContext& frame) noexcept {
+        pushed_before_ = pushes_back_;
+        magnet_.begin(frame);
+    }
     /// Adds the planes felt at `proxy`, and finds the magnet's. `pull`: where the forces draw it.
     /// [loop]
     void offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept;
@@ -86,6 +93,14 @@ public:
     void offer_magnet(ContactSet& contacts) const noexcept { magnet_.gather(contacts); }
     /// Told what became of its planes.                                                   [loop]
     void take(const ProxySolution& solution) noexcept;
+    /// It pushes back at the frame's end: the place, m, and the normal are kept for the frame in
+    /// which that ends. [loop]
+    void note_touch(const Vec3& proxy, const Vec3& normal) noexcept {
+        touched_at_ = proxy;
+        touched_normal_ = normal;
+    }
+    /// The normal of its plane that pushes most, of at least one.                        [loop]
+    Vec3 strongest_normal(const ProxySolution& solution, const ContactSet& contacts) const noexcept;
     /// The frame ends at `proxy`.                                                        [loop]
     void commit(const Vec3& proxy, const FrameContext& frame) noexcept;
 
@@ -95,6 +110,13 @@ public:
     bool is_touched() const noexcept { return first_ != last_; }
     /// Whether a multiplier of its planes is above 0.                                    [loop]
     bool pushes_back() const noexcept { return pushes_back_; }
+    /// Whether that was so at the end of the frame before, too.                          [loop]
+    bool pushed_before() const noexcept { return pushed_before_; }
+    /// Where the proxy was in the last frame in which it pushed back, m, and the normal. [loop]
+    const Vec3& touched_at() const noexcept { return touched_at_; }
+    const Vec3& touched_normal() const noexcept { return touched_normal_; }
+    /// Whether the trial began inside, and the proxy has not left it since.              [loop]
+    bool began_inside() const noexcept { return began_inside_; }
     /// Whether a multiplier of its planes has reached the surface's strength.            [loop]
     bool yields() const noexcept { return yields_; }
     /// Whether the bank allows only a part of the way back to its level.                 [loop]
@@ -131,6 +153,11 @@ private:
     bool pushes_back_ = false;
     bool yields_ = false;
     double sunk_m_ = 0.0; // how far its planes lie below its level in this frame, >= 0
+
+    bool pushed_before_ = false; // at the end of the last frame
+    bool began_inside_ = false;
+    Vec3 touched_at_{0.0};
+    Vec3 touched_normal_{0.0};
 };
 
 /// The farthest point on the way from `proxy` to `to` that the energy allows: the coupling there

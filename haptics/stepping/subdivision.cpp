@@ -124,6 +124,7 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
             proxy = follow(move, proxy); // as far as every certificate holds
         } while (goes_on(move, before, proxy));
     } while (open_a_membrane() || let_friction_slip()); // if so, less holds the proxy: once more
+    led_ = move.kind == Move::Kind::slide;
     return commit(final_proxy(proxy));
 }
 
@@ -156,7 +157,7 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
         effect.begin(frame_);
     friction_.begin();
     for (LoopSurface& surface : surfaces_)
-        surface.begin_magnet(frame_);
+        surface.begin(frame_);
     note_open();
 }
 
@@ -309,6 +310,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         LoopSurface& surface = surfaces_[i];
         result_.felt |= bit_of(i, surface.pushes_back());
+        if (surface.pushes_back()) note_touch(surface, proxy);
         surface.commit(proxy, frame_);
         result_.guarded |= bit_of(i, surface.contact().guarded());
     }

@@ -18,6 +18,7 @@
 #include <palpate/haptics/stepping/loop_surface.h>
 #include <palpate/haptics/stepping/proxy_path.h>
 #include <palpate/haptics/stepping/stepping.h>
+#include <palpate/haptics/stepping/touch.h>
 
 namespace palpate {
 
@@ -37,6 +38,10 @@ struct SubdivisionResult {
     std::uint64_t guarded = 0; ///< the surface's mesh held the proxy back where its volume alone
                                ///< would have let it through
 };
+
+/// The contacts of one frame. There is room for all: no solution has more planes than a
+/// PrimitiveSet, and no more surfaces end than pushed in the frame before.
+using TouchList = FixedVector<Touch, 2 * PrimitiveSet::kCapacity>;
 
 /// Cuts the movement of the proxy in one frame into sub-steps (section 4.1 of the paper;
 /// composition.md 2.2). Each sub-step gathers primitives at the proxy (6), solves for the
@@ -111,6 +116,11 @@ public:
     /// N_steps of eq. (8) after each evaluation of the last frame: with these a run whose clock
     /// decided can be replayed.                                                           [loop]
     std::span<const std::uint32_t> steps_left() const noexcept { return steps_left_; }
+    /// What was touched at the end of the last frame, surface by surface; what it replaces may be
+    /// anything. After an advance(), before a restart() or restore_state(). [loop]
+    void find_touches(TouchList& touches) const noexcept;
+    /// By the order in which surfaces were given.                                        [loop]
+    const LoopSurface& surface(std::size_t i) const noexcept { return surfaces_[i]; }
     /// The coupling's force plus what effects put on the device directly, each with its gain, N:
     /// Effect::device_force_n().                                                          [loop]
     Vec3 with_device_forces(Vec3 force_n) const noexcept;
@@ -163,6 +173,9 @@ private:
     bool let_friction_slip() noexcept;
     SubdivisionResult commit(const Vec3& proxy) noexcept;
     void note_open() noexcept;
+    void note_touch(LoopSurface& surface, const Vec3& proxy) const noexcept;
+    Vec3 held_with(const Vec3& proxy) const noexcept;
+    Vec3 friction_at(std::size_t contact) const noexcept;
     int all_work() const noexcept;
     bool has_given_up() const noexcept;
 
@@ -198,6 +211,7 @@ private:
     ProxyPath path_;
     std::vector<std::uint32_t> steps_left_;
     SubdivisionResult result_;
+    bool led_ = false; // the last move was the leading surface's own
 };
 
 } // namespace palpate

@@ -58,6 +58,12 @@ TEST(TraceWords, ReplayComparesWhatIsFelt) {
     EXPECT_EQ(folder.run("palpate replay t/recording.h5 --check").status, 0);
     Recording recording = read_recording(folder / "t/recording.h5");
     EXPECT_EQ(recording.felt_names, std::vector<std::string>{"ball"});
+    ASSERT_GT(recording.touches.size(), 10u);
+    Recording another = recording;
+    another.touches[10].force.x += 1.0;
+    write_recording(folder / "t/recording.h5", another);
+    EXPECT_THAT(folder.run("palpate replay t/recording.h5 --check").output,
+                HasSubstr("first difference: frame " + std::to_string(another.touches[10].frame)));
     recording.frames[7].surfaces_felt ^= 1;
     write_recording(folder / "t/recording.h5", recording);
     const Outcome changed = folder.run("palpate replay t/recording.h5 --check");

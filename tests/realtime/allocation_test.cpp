@@ -87,6 +87,7 @@ long allocations_of(const std::shared_ptr<const Scene>& scene) {
     SteadyClock clock;
     HapticLoop loop(scene, clock);
     DeviceState state;
+    std::size_t touched = 0, known = 0; // what is asked for besides
     const auto step = [&](int i) {
         const double angle = 0.004 * i;
         const double radius = 0.028 + 0.006 * std::sin(0.01 * i);
@@ -94,6 +95,9 @@ long allocations_of(const std::shared_ptr<const Scene>& scene) {
             radius * Vec3{std::cos(angle), std::sin(angle), 0.3 * std::sin(0.37 * angle)};
         state.time_s = 1e-3 * i;
         loop.frame(state);
+        touched += loop.touches().size();
+        for (const SurfaceStatus& status : loop.surface_states())
+            known += std::isfinite(status.depth_m) ? 1 : 0;
     };
     for (int i = 0; i < 100; ++i)
         step(i);
@@ -102,6 +106,10 @@ long allocations_of(const std::shared_ptr<const Scene>& scene) {
     for (int i = 100; i < 10100; ++i)
         step(i);
     counting = false;
+    if (!scene->surfaces().empty()) {
+        EXPECT_GT(touched, 100u);
+        EXPECT_GT(known, 100u);
+    }
     return allocations;
 }
 

@@ -79,6 +79,9 @@ struct Case {
         loop.set_gain(input.effect, input.gain);
         return loop.frame(input.device);
     }
+    static std::vector<Touch> touches(HapticLoop& loop) {
+        return {loop.touches().begin(), loop.touches().end()};
+    }
     int last_of(int first) const { return std::min(first + kGoesOn, kFrames); }
     /// The first frame from `first` on that is not as it was, with what differs; empty: none.
     std::string first_difference(HapticLoop& loop, int first) const {
@@ -86,6 +89,8 @@ struct Case {
             const std::string names =
                 test::difference(frame(loop, i), reports[static_cast<std::size_t>(i)]);
             if (!names.empty()) return "frame " + std::to_string(i) + ": " + names;
+            if (touches(loop) != touched[static_cast<std::size_t>(i)])
+                return "frame " + std::to_string(i) + ": touches";
         }
         return {};
     }
@@ -97,7 +102,8 @@ struct Case {
     test::ScriptedClock clock{kClockStep_us};
     DeviceProperties device;
     std::vector<Input> inputs;
-    std::vector<FrameReport> reports; // of the run that the others are compared with
+    std::vector<FrameReport> reports;        // of the run that the others are compared with
+    std::vector<std::vector<Touch>> touched; // the same
 };
 
 struct Saved {
@@ -114,6 +120,7 @@ std::vector<Saved> run(Case& one, HapticLoop& loop) {
     for (int i = 0; i < kFrames; ++i) {
         if (std::find(at.begin(), at.end(), i) != at.end()) saved.push_back({i, loop.save()});
         one.reports.push_back(one.frame(loop, i));
+        one.touched.push_back(Case::touches(loop));
     }
     std::shuffle(saved.begin(), saved.end(), one.random);
     return saved;
@@ -172,6 +179,10 @@ const std::vector<Part>& parts_of_a_state() {
          [](Parts& p, const Parts& fresh) {
              take_over(p.subdivision.surfaces, fresh.subdivision.surfaces, &Surface::bank);
          }},
+        {"what pushed",
+         [](Parts& p, const Parts& fresh) {
+             take_over(p.subdivision.surfaces, fresh.subdivision.surfaces, &Surface::pushes_back);
+         }},
         {"gains of surfaces",
          [](Parts& p, const Parts& fresh) {
              take_over(p.subdivision.surfaces, fresh.subdivision.surfaces, &Surface::gains);
@@ -208,7 +219,8 @@ const std::vector<Part>& parts_of_a_state() {
 }
 
 // Negative control: the comparison above would find each part of the state if it were left out. But
-// for what the last evaluation was drawn by, which no random scene needs.
+// for what the last evaluation was drawn by, which no random scene needs, and for where a contact
+// was that ends in the very next frame (Touches.AreOnlyOfWhatTheLoopHasComputedSinceARestore).
 TEST(LoopState, NoPartOfItCanBeLeftOut) {
     const test::TemporaryFolder folder;
     test::SceneTextDraw::make_meshes(folder.path());

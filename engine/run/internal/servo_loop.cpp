@@ -14,9 +14,9 @@ constexpr std::uint64_t kMostReads = 1000;
 
 ServoLoop::ServoLoop(HapticLoop& loop, HapticDevice& device, const DevicePlacement& placement,
                      PacedClock& clock, const ServoSettings& settings, SpscRing<RunFrame>& frames,
-                     SpscRing<std::uint32_t>* decisions) noexcept
+                     SpscRing<std::uint32_t>* decisions, SpscRing<RecordedTouch>* touches) noexcept
     : loop_(loop), device_(device), placement_(placement), clock_(clock), settings_(settings),
-      frames_(frames), decisions_(decisions) {}
+      frames_(frames), decisions_(decisions), touches_(touches) {}
 
 void ServoLoop::run() noexcept {
     const double started_us = clock_.now_us();
@@ -69,17 +69,23 @@ Silence ServoLoop::silence_of(const DeviceState& state, double gap_us) const noe
     return gap_us > kLongestGap_us ? Silence::loop : Silence::none;
 }
 
-/// A frame and its decisions, or neither: a recording has no use for one without the other.
-void ServoLoop::hand_over(const RunFrame& frame) noexcept {
+/// A frame with its decisions and touches, or none of them: a recording has no use for one without
+/// the others.
+void ServoLoop::hand_over(RunFrame& frame) noexcept {
     // A frame without an evaluation leaves those of an earlier one standing.
     const auto decisions = decisions_ && frame.frame.evaluations > 0
                                ? loop_.steps_left()
                                : std::span<const std::uint32_t>{};
-    if (frames_.room() == 0 || (decisions_ && decisions_->room() < decisions.size())) {
+    const auto touches = touches_ ? loop_.touches() : std::span<const Touch>{};
+    if (frames_.room() == 0 || (decisions_ && decisions_->room() < decisions.size()) ||
+        (touches_ && touches_->room() < touches.size())) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         return;
     }
     if (decisions_) decisions_->push(decisions);
+    for (const Touch& touch : touches)
+        touches_->push(RecordedTouch{touch, frame.frame.frame});
+    frame.touches = static_cast<std::uint32_t>(touches.size());
     frames_.push(frame);
 }
 

@@ -7,6 +7,7 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/loop/run.h>
 #include <palpate/engine/run/internal/spsc_ring.h>
 #include <palpate/engine/run/paced_clock.h>
 #include <palpate/engine/run/run_watch.h>
@@ -32,10 +33,11 @@ public:
     static constexpr double kRelease_us = 50e3;
 
     /// All of them must outlive it. `decisions` takes N_steps of eq. (8), where a replay needs
-    /// them, for each evaluation; null: nobody does.                                     [setup]
+    /// them, for each evaluation, and `touches` what each frame touched; null: nobody does. [setup]
     ServoLoop(HapticLoop& loop, HapticDevice& device, const DevicePlacement& placement,
               PacedClock& clock, const ServoSettings& settings, SpscRing<RunFrame>& frames,
-              SpscRing<std::uint32_t>* decisions) noexcept;
+              SpscRing<std::uint32_t>* decisions,
+              SpscRing<RecordedTouch>* touches = nullptr) noexcept;
 
     /// Until the device has no more states, a limit is reached or ask_to_stop(); the last thing
     /// that the device gets is a zero force.                                             [loop]
@@ -50,7 +52,7 @@ public:
 private:
     bool read(std::uint64_t periods, DeviceState& state) noexcept;
     Silence silence_of(const DeviceState& state, double gap_us) const noexcept;
-    void hand_over(const RunFrame& frame) noexcept;
+    void hand_over(RunFrame& frame) noexcept;
 
     HapticLoop& loop_;
     HapticDevice& device_;
@@ -59,6 +61,7 @@ private:
     ServoSettings settings_;
     SpscRing<RunFrame>& frames_;
     SpscRing<std::uint32_t>* decisions_;
+    SpscRing<RecordedTouch>* touches_;
     bool ending_ = false;
     std::atomic<bool> asked_{false};
     std::atomic<std::uint64_t> dropped_{0};

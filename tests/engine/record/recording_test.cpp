@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/engine/record/recording_journal.h>
 
 #include <algorithm>
 #include <bit>
@@ -83,6 +84,15 @@ Recording random_recording(std::size_t frames, std::uint64_t seed) {
         f.late_us = number();
         f.surfaces_felt = random();
         recording.frames.push_back(f);
+
+        RecordedTouch touch;
+        touch.frame = f.frame;
+        touch.surface = count();
+        touch.phase = static_cast<Touch::Phase>(random() % 3);
+        touch.point = vector();
+        touch.normal = vector();
+        touch.force = vector();
+        recording.touches.insert(recording.touches.end(), random() % 3, touch);
     }
     return recording;
 }
@@ -112,6 +122,11 @@ bool same_bits(const FrameReport& a, const FrameReport& b) {
            same_bits(a.estimate_us, b.estimate_us) && same_bits(a.late_us, b.late_us) &&
            a.surfaces_felt == b.surfaces_felt;
 }
+bool same_bits(const RecordedTouch& a, const RecordedTouch& b) {
+    return a.frame == b.frame && a.surface == b.surface && a.phase == b.phase &&
+           same_bits(a.point, b.point) && same_bits(a.normal, b.normal) &&
+           same_bits(a.force, b.force);
+}
 template <typename Row>
 bool same_bits(const std::vector<Row>& a, const std::vector<Row>& b) {
     if (a.size() != b.size()) return false;
@@ -132,7 +147,8 @@ bool same_bits(const Recording& a, const Recording& b) {
            a.device.position_step_m == b.device.position_step_m &&
            a.device.delay_s == b.device.delay_s &&
            a.device.velocity_source == b.device.velocity_source;
-    return same && same_bits(a.inputs, b.inputs) && same_bits(a.frames, b.frames);
+    return same && same_bits(a.inputs, b.inputs) && same_bits(a.frames, b.frames) &&
+           same_bits(a.touches, b.touches);
 }
 
 /// The message of the error that `action` must throw; one line that begins with the file's name.
@@ -174,6 +190,31 @@ TEST_F(RecordingFile, GivesEveryBitBack) {
     write_recording(file(), recording);
     EXPECT_TRUE(same_bits(read_recording(file()), recording));
     EXPECT_EQ(test::files_in(folder()), 1u);
+}
+
+TEST_F(RecordingFile, AJournalOfARunThatWasCutOffHasAllThatWasKept) {
+    const Recording whole = random_recording(30, 16);
+    Recording before = whole;
+    before.inputs.clear();
+    before.frames.clear();
+    before.steps_left.clear();
+    before.touches.clear();
+    RecordingJournal journal(file(), before);
+    Trace so_far;
+    so_far.device = whole.device;
+    for (const double share : {0.3, 0.3, 0.8, 1.0}) { // once with nothing new
+        const auto take = [share](auto& to, const auto& from) {
+            to.assign(from.begin(),
+                      from.begin() + static_cast<std::ptrdiff_t>(share * double(from.size())));
+        };
+        take(so_far.inputs, whole.inputs);
+        take(so_far.frames, whole.frames);
+        take(so_far.steps_left, whole.steps_left);
+        take(so_far.touches, whole.touches);
+        ASSERT_TRUE(journal.add(so_far));
+    }
+    ASSERT_GT(whole.touches.size(), 10u);
+    EXPECT_TRUE(same_bits(read_recording(file()), whole));
 }
 
 TEST_F(RecordingFile, EmptyRecordingComesBackEmpty) {
@@ -289,8 +330,15 @@ void set_version(hid_t h5, std::uint64_t version) {
     H5Dclose(set);
 }
 
-/// Takes from a file and from what is expected of it what the second version did not have.
+/// Takes from a file and from what is expected of it what the third version did not have.
+void forget_touches(hid_t h5, Recording& expected) {
+    EXPECT_GE(H5Ldelete(h5, "touches", H5P_DEFAULT), 0);
+    expected.touches.clear();
+}
+
+/// The same of the second version.
 void forget_what_is_felt(hid_t h5, Recording& expected) {
+    forget_touches(h5, expected);
     for (const char* name : {"frames/surfaces_felt", "surfaces"})
         EXPECT_GE(H5Ldelete(h5, name, H5P_DEFAULT), 0);
     expected.felt_names.clear();
@@ -306,6 +354,25 @@ TEST_F(RecordingFile, TheSecondVersionIsReadWithWhatItHas) {
         set_version(h5, 2);
     });
     EXPECT_TRUE(same_bits(read_recording(file()), expected));
+}
+
+TEST_F(RecordingFile, TheThirdVersionIsReadWithWhatItHas) {
+    Recording expected = random_recording(20, 14);
+    write_recording(file(), expected);
+    change(file(), [&](hid_t h5) {
+        forget_touches(h5, expected);
+        set_version(h5, 3);
+    });
+    EXPECT_TRUE(same_bits(read_recording(file()), expected));
+}
+
+TEST_F(RecordingFile, APhaseThatMeansNothingIsRefused) {
+    Recording recording = random_recording(2, 15);
+    recording.touches.assign(2, {});
+    recording.touches[1].phase = static_cast<Touch::Phase>(3);
+    write_recording(file(), recording);
+    EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
+                HasSubstr("row 1 of data set touches/phase means nothing"));
 }
 
 TEST_F(RecordingFile, MoreNamesThanBitsAreRefused) {
@@ -339,9 +406,9 @@ TEST_F(RecordingFile, TheFirstVersionIsReadWithWhatItHas) {
 
 TEST_F(RecordingFile, AVersionToComeIsRefused) {
     write_recording(file(), random_recording(5, 10));
-    change(file(), [](hid_t h5) { set_version(h5, 4); });
+    change(file(), [](hid_t h5) { set_version(h5, 5); });
     EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
-                HasSubstr("another version of the format than 1 to 3"));
+                HasSubstr("another version of the format than 1 to 4"));
 }
 
 TEST_F(RecordingFile, AFreshnessThatMeansNothingIsRefused) {

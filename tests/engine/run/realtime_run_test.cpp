@@ -90,6 +90,9 @@ TEST(RealtimeRun, AReplayOfItsRecordingHasItsBits) {
             ASSERT_EQ(replayed.frames[i].flags, trace.frames[i].flags) << i;
             ASSERT_EQ(replayed.frames[i].evaluations, trace.frames[i].evaluations) << i;
         }
+        EXPECT_EQ(recording.touches, trace.touches);
+        EXPECT_EQ(replayed.touches, trace.touches);
+        EXPECT_GT(trace.touches.size(), 50u);
         EXPECT_EQ(recording.inputs[60].buttons, trace.inputs[60].buttons);
         EXPECT_EQ(recording.inputs[110].freshness, trace.inputs[110].freshness);
     }

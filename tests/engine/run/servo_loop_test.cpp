@@ -262,5 +262,36 @@ TEST_F(Servo, AFrameAndItsDecisionsAreKeptOrDroppedTogether) {
     }
 }
 
+TEST_F(Servo, AFrameAndItsTouchesAreKeptOrDroppedTogether) {
+    press(0.002);
+    settings_.most_frames = 200;
+    const std::shared_ptr<const Scene> scene = ball();
+    for (const std::size_t capacity : {std::size_t{16}, std::size_t{1024}}) {
+        SCOPED_TRACE(capacity);
+        device_.reads = 0;
+        HapticLoop loop(scene, clock_);
+        SpscRing<RunFrame> ring(4096);
+        SpscRing<RecordedTouch> touches(capacity);
+        const DevicePlacement placement;
+        ServoLoop servo(loop, device_, placement, clock_, settings_, ring, nullptr, &touches);
+        servo.run();
+        RunFrame run;
+        std::size_t frames = 0, touched = 0;
+        for (; ring.pop(run); ++frames) {
+            EXPECT_EQ(run.touches, run.frame.contacts) << "none ends: each is a contact";
+            for (std::uint32_t i = 0; i < run.touches; ++i, ++touched) {
+                RecordedTouch touch;
+                ASSERT_TRUE(touches.pop(touch));
+                EXPECT_EQ(touch.frame, run.frame.frame);
+            }
+        }
+        RecordedTouch left;
+        EXPECT_FALSE(touches.pop(left));
+        EXPECT_GE(touched, 16u);
+        EXPECT_EQ(frames + servo.dropped(), 200u);
+        EXPECT_EQ(servo.dropped() > 0, capacity == 16);
+    }
+}
+
 } // namespace
 } // namespace palpate

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+#include <palpate/engine/baking/label_probe.h>
+#include <palpate/haptics/stepping/touch.h>
+
+namespace palpate {
+
+/// Name of the label that a contact is with, where a surface joins several: that of the first
+/// labelled voxel behind the contact, along its normal, at most kLabelReach_m deep. A smoothed
+/// surface lies up to a voxel beside its labels' own border. So within a voxel of where two labels
+/// meet, of one surface or of two, the name may be the neighbour's. Empty where no label is behind:
+/// a surface that is not made of labels, far in front of them by a texture, or a mesh alone. Lives
+/// as long as `labels`.                                                                  [any]
+std::string_view touched_label(const LabelProbe& labels, const Touch& touch) noexcept;
+
+inline constexpr double kLabelReach_m = 3e-3;
+
+} // namespace palpate
