@@ -19,7 +19,7 @@ if [ ! -d docs ] || [ ! -d engine ]; then
 fi
 
 folders=()
-for folder in geometry volume haptics drivers engine tests bench examples scripts docs cmake; do
+for folder in geometry volume haptics drivers engine python tests bench examples scripts docs cmake; do
     if [ -d "$folder" ]; then folders+=("$folder"); fi
 done
 mapfile -t pages < <({ find docs -name '*.md'; find . -maxdepth 1 -name '*.md' -printf '%f\n'; } | sort)

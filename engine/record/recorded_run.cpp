@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/record/recorded_run.h>
 
+#include <cstdint>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -27,6 +28,19 @@ std::string mesh_hash(const TriangleMesh& mesh) {
     const std::string_view triangles(reinterpret_cast<const char*>(mesh.triangles.data()),
                                      mesh.triangles.size() * sizeof(mesh.triangles[0]));
     return sha256_of_text(sha256_of_text(vertices) + sha256_of_text(triangles));
+}
+
+/// A recording that another program edited may not be one run any more.
+void require_consistent(const Recording& recording, const std::filesystem::path& file) {
+    std::uint64_t evaluations = 0;
+    for (const FrameReport& frame : recording.frames)
+        evaluations += frame.evaluations;
+    const std::size_t decisions = recording.steps_left.size();
+    if (recording.frames.size() == recording.inputs.size() &&
+        (decisions == 0 || decisions == evaluations))
+        return;
+    throw std::runtime_error(file.string() +
+                             ": its inputs, frames and clock do not belong together; record again");
 }
 
 } // namespace
@@ -67,6 +81,7 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
                                             const SceneResources& resources) {
+    require_consistent(recording, file);
     for (const FrameReport& frame : recording.frames)
         if (frame.flags & kLiveGain)
             throw std::runtime_error(fmt::format(
