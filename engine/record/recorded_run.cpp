@@ -81,7 +81,6 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
                                             const SceneResources& resources) {
-    require_consistent(recording, file);
     for (const FrameReport& frame : recording.frames)
         if (frame.flags & kLiveGain)
             throw std::runtime_error(fmt::format(
@@ -94,6 +93,7 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                 "{}: frame {} is missing, as the recorder could not keep up with the loop; record "
                 "again with less else to do for this machine",
                 file.string(), i));
+    require_consistent(recording, file);
     SceneDescription description = parse_scene(recording.scene_text, recording.scene_file);
     apply(overrides_from_json(recording.overrides), description);
     auto scene = std::make_shared<const Scene>(std::move(description), resources);

@@ -48,6 +48,10 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const LoopDescription& de
         trace.audits.emplace_back(*scene, surface);
     const bool keeps_steps = description.method == SteppingMethod::paper;
 
+    constexpr std::uint64_t most_reserved = 1u << 17; // some limits are never reached
+    trace.inputs.reserve(std::min(expected, most_reserved));
+    trace.frames.reserve(std::min(expected, most_reserved));
+
     HapticLoop loop(scene, clock, description, properties);
     DeviceState state;
     while (trace.frames.size() < most_frames && placed.device.read(state)) {

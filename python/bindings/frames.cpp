@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string_view>
 
 #include <palpate/engine/loop/felt_surfaces.h>
@@ -78,8 +79,24 @@ std::vector<std::string> column_names() {
     return names;
 }
 
-std::string felt(const Frames& frames, std::uint64_t bits) {
-    return felt_in_words(bits, frames.felt_names);
+/// What was felt: for each frame an index into a list of texts, each of which is there once.
+py::tuple felt(const Frames& frames) {
+    const std::vector<FrameReport>& reports = frames.run->frames;
+    py::array_t<std::uint32_t> indices(static_cast<py::ssize_t>(reports.size()));
+    std::uint32_t* index = indices.mutable_data();
+    std::map<std::uint64_t, std::uint32_t> known;
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; i < reports.size(); ++i) {
+        const std::uint64_t bits = reports[i].surfaces_felt;
+        if (i > 0 && bits == reports[i - 1].surfaces_felt) {
+            index[i] = index[i - 1];
+            continue;
+        }
+        const auto [at, is_new] = known.try_emplace(bits, static_cast<std::uint32_t>(texts.size()));
+        if (is_new) texts.push_back(felt_in_words(bits, frames.felt_names));
+        index[i] = at->second;
+    }
+    return py::make_tuple(indices, texts);
 }
 
 std::string summary(const TracedFrames& frames) {
@@ -121,7 +138,7 @@ void add_frames(py::module_& module) {
         .def_property_readonly(
             "force_n",
             [](const py::object& s) { return view(s, offsetof(FrameReport, force), 'd', 3); })
-        .def("felt", felt, py::arg("bits"), "names of the surfaces of the bits, joined by +")
+        .def("felt", felt, "(indices, texts): what was felt is texts[indices]")
         .def_property_readonly("version", [](const Frames& s) { return s.version; })
         .def("__len__", [](const Frames& s) { return s.run->frames.size(); });
     py::class_<TracedFrames, Frames>(module, "TracedFrames", "frames of a run over a scene")

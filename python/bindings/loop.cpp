@@ -97,41 +97,45 @@ private:
 };
 
 void add_report(py::module_& module) {
-    py::class_<Report> report(module, "Report", "what a frame says of itself");
-    const auto number = [&report](const char* name, auto member) {
-        report.def_property_readonly(name, [member](const Report& r) { return r.frame.*member; });
-    };
-    const auto vector = [&report](const char* name, auto member) {
+    py::class_<Report> report(module, "Report", "What a frame says of itself.");
+    const auto number = [&report](const char* name, auto member, const char* words) {
         report.def_property_readonly(
-            name, [member](const Report& r) { return array_of(r.frame.*member); });
+            name, [member](const Report& r) { return r.frame.*member; }, words);
     };
-    number("frame", &FrameReport::frame);
-    number("trial", &FrameReport::trial);
-    number("time_s", &FrameReport::time_s);
-    vector("probe_m", &FrameReport::probe);
-    vector("proxy_m", &FrameReport::proxy);
-    vector("force_n", &FrameReport::force);
-    number("sub_steps", &FrameReport::sub_steps);
-    number("evaluations", &FrameReport::evaluations);
-    number("contacts", &FrameReport::contacts);
-    number("residual_m", &FrameReport::residual_m);
-    number("flags", &FrameReport::flags);
-    number("surfaces_felt", &FrameReport::surfaces_felt);
-    number("spent_us", &FrameReport::spent_us);
-    number("estimate_us", &FrameReport::estimate_us);
-    number("surface_queries", &FrameReport::surface_queries);
-    number("field_samples", &FrameReport::field_samples);
-    number("root_queries", &FrameReport::root_queries);
-    report.def_property_readonly("felt", [](const Report& r) {
-        return felt_in_words(r.frame.surfaces_felt, *r.felt_names);
-    });
+    const auto vector = [&report](const char* name, auto member, const char* words) {
+        report.def_property_readonly(
+            name, [member](const Report& r) { return array_of(r.frame.*member); }, words);
+    };
+    number("frame", &FrameReport::frame, "From 0.");
+    number("trial", &FrameReport::trial, "From 0; a trial begins with the proxy at the probe.");
+    number("time_s", &FrameReport::time_s, "The probe's time, s.");
+    vector("probe_m", &FrameReport::probe, "(3,), m, scene frame: as it was given.");
+    vector("proxy_m", &FrameReport::proxy, "(3,), m, scene frame: at the frame's end.");
+    vector("force_n", &FrameReport::force, "(3,), N, scene frame: on the hand, after all limits.");
+    number("sub_steps", &FrameReport::sub_steps, "Movements of the proxy that were accepted.");
+    number("evaluations", &FrameReport::evaluations,
+           "Times that primitives were gathered and solved.");
+    number("contacts", &FrameReport::contacts, "Primitives that push at the end.");
+    number("residual_m", &FrameReport::residual_m,
+           "Length of the last movement that the solver asked for, m.");
+    number("flags", &FrameReport::flags, "What happened, bits: see flag_names().");
+    number("surfaces_felt", &FrameReport::surfaces_felt, "The same as felt, bits.");
+    number("spent_us", &FrameReport::spent_us, "Time of the frame by the computer's clock, us.");
+    number("estimate_us", &FrameReport::estimate_us,
+           "Estimated time of a sub-step, us; 0 where the method needs none.");
+    number("surface_queries", &FrameReport::surface_queries, "Rays and closest points on meshes.");
+    number("field_samples", &FrameReport::field_samples, "Values and gradients read from fields.");
+    number("root_queries", &FrameReport::root_queries, "Exact first roots.");
+    report.def_property_readonly(
+        "felt", [](const Report& r) { return felt_in_words(r.frame.surfaces_felt, *r.felt_names); },
+        "Names of the surfaces that push back, joined by +; empty in free space.");
 }
 
 } // namespace
 
 void add_loop(py::module_& module) {
     add_report(module);
-    py::class_<State>(module, "LoopState", "the whole state of a loop between two frames");
+    py::class_<State>(module, "LoopState", "The whole state of a loop between two frames.");
     py::class_<Loop>(module, "Loop", "a loop over a scene, frame by frame")
         .def(py::init<const PyScene&, const std::optional<std::string>&, std::optional<int>,
                       std::optional<double>, std::optional<double>>(),

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <python/bindings/frames.h>
 
+#include <span>
+#include <type_traits>
+
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/record/recorded_run.h>
@@ -22,10 +25,9 @@ std::vector<DeviceState> states_of(const Scene& scene, const py::object& path, i
     }
     const auto rows = path.cast<Rows>();
     if (rows.ndim() != 2 || rows.shape(1) != 4) throw ArgumentProblem("path: is not (N, 4)");
-    const auto cell = rows.unchecked<2>();
-    std::vector<ProbeRow> list(static_cast<std::size_t>(rows.shape(0)));
-    for (py::ssize_t i = 0; i < rows.shape(0); ++i)
-        list[static_cast<std::size_t>(i)] = {cell(i, 0), {cell(i, 1), cell(i, 2), cell(i, 3)}};
+    static_assert(std::is_standard_layout_v<ProbeRow> && sizeof(ProbeRow) == 4 * sizeof(double));
+    const std::span list(reinterpret_cast<const ProbeRow*>(rows.data()),
+                         static_cast<std::size_t>(rows.shape(0)));
     return about<ArgumentProblem>([&] { return probe_states(list, rate_hz, every); });
 }
 

@@ -12,7 +12,7 @@ from palpate import _palpate
 from palpate._palpate import LoopState, Report
 from palpate.errors import ArgumentError
 from palpate.runs import _options_as_arguments
-from palpate.scene import Scene
+from palpate.scene import Scene, native
 
 __all__ = ["Loop", "LoopState", "Report", "flag_names"]
 
@@ -47,7 +47,7 @@ class Loop:
     ) -> None:
         with _options_as_arguments():
             self._native = _palpate.Loop(
-                scene._native, method, sub_steps, tolerance_um, budget_us
+                native(scene), method, sub_steps, tolerance_um, budget_us
             )
 
     def frame(

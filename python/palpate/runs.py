@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from palpate import _palpate
 from palpate.errors import ArgumentError
-from palpate.scene import Scene, _extractor, _folder
+from palpate.scene import Scene, _extractor, _folder, native
 from palpate.table import Table
 
 if TYPE_CHECKING:
@@ -38,14 +38,14 @@ class Frames(Table):
     columns = tuple(name for name in _palpate.column_names if name not in _TIMING)
     columns = columns[:-1] + ("felt", "surfaces_felt") + _TIMING
 
-    def __init__(self, native: _palpate.Frames) -> None:
-        self._native = native
+    def __init__(self, frames: _palpate.Frames) -> None:
+        self._native = frames
         self.attributes = {
             "frame": "LPS",
             "length": "m",
             "force": "N",
             "time": "s",
-            "version": native.version,
+            "version": frames.version,
         }
 
     @property
@@ -69,9 +69,8 @@ class Frames(Table):
     def _column(self, column: str) -> np.ndarray:
         if column != "felt":
             return self._native.column(column)
-        bits, which = np.unique(self._native.column("surfaces_felt"), return_inverse=True)
-        names = np.array([self._native.felt(int(bit)) for bit in bits], dtype=np.str_)
-        return names[which]
+        indices, texts = self._native.felt()
+        return np.array(texts, dtype=np.str_)[indices]
 
 
 class Trace(Frames):
@@ -177,12 +176,12 @@ def trace(
     Raises ArgumentError for what is wrong with an argument, SceneError where the scene has no path
     of its own, FileError where a file cannot be read.
     """
+    felt = native(scene)
     source = _source(scene, path, rate_hz, every)
     with _options_as_arguments():
-        native = _palpate.trace(
-            scene._native, source, every, method, sub_steps, tolerance_um, budget_us
+        return Trace(
+            _palpate.trace(felt, source, every, method, sub_steps, tolerance_um, budget_us)
         )
-    return Trace(native)
 
 
 def read_recording(file: PathLike) -> Recording:

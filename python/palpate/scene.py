@@ -41,6 +41,13 @@ def _folder(cache: str | os.PathLike[str] | None) -> bytes:
     return b"" if cache is None else os.fsencode(cache)
 
 
+def native(scene: Any) -> _palpate.Scene:
+    """What C++ has of a scene; who gives something else is told."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene is of type {type(scene).__name__}; give a palpate.Scene")
+    return scene._native
+
+
 class Scene:
     """What can be felt: loaded once, it never changes. Loops and traces may share it.
 

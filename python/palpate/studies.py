@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate import _palpate
 from palpate.runs import Path, _source
-from palpate.scene import Scene
+from palpate.scene import Scene, native
 from palpate.table import Table
 
 if TYPE_CHECKING:
@@ -53,5 +53,6 @@ def study(
     ``baselines`` adds methods up to the paper's own. Takes seconds to minutes; other threads run
     meanwhile, and Ctrl-C ends it. Raises as `trace`, and SceneError where nothing is felt.
     """
+    felt = native(scene)
     source = _source(scene, path, rate_hz, every)
-    return Study(_palpate.study(scene._native, source, every, baselines))
+    return Study(_palpate.study(felt, source, every, baselines))

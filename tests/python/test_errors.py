@@ -72,6 +72,45 @@ class Errors(unittest.TestCase):
             with self.assertRaises(TypeError):
                 palpate.Scene(source)
 
+    def test_what_is_given_for_a_scene_is_a_type_error(self):
+        for call in (palpate.trace, palpate.study, palpate.Loop):
+            with self.assertRaisesRegex(TypeError, "give a palpate.Scene"):
+                call("cavity.toml")
+
+    def test_random_dicts_are_refused_with_a_line_or_felt_within_the_limits(self):
+        random = np.random.default_rng(16)
+        absurd = (
+            *(None, True, "", "wall", "cavity", [], {}, [1, 2, 3], {"a": 1}, object(), "\0"),
+            *(0, -1, 1, 7, 1e-320, 1e308, np.inf, -np.inf, np.nan, 2**63 - 1, -(2**64), 1e6, 1e-3),
+        )
+        path, outcomes = strokes(50) * 1.03, {"refused": 0, "felt": 0}
+        for _ in range(2000):
+            scene = cavity()
+            tables = [scene, *scene["effect"], scene["loop"]]
+            tables += [scene["volume"]["cavity"], scene["surface"]["wall"]]
+            for _ in range(random.integers(1, 3)):
+                table = tables[random.integers(len(tables))]
+                numbers = [key for key, value in table.items() if isinstance(value, (int, float))]
+                if numbers and random.random() < 0.8:
+                    table[random.choice(numbers)] *= 10.0 ** random.uniform(-1.0, 1.0)
+                else:
+                    key = random.choice([*table, "strength_n", "force_n", "contact", "x"])
+                    table[key] = absurd[random.integers(len(absurd))]
+            try:
+                forces = palpate.trace(palpate.Scene(scene), path).force_n
+            except palpate.SceneError as error:
+                outcomes["refused"] += 1
+                self.assertTrue(str(error).startswith("dict: "), error)
+                self.assertRegex(str(error), "^[^\n]*; [^\n]*$")
+            except palpate.ArgumentError as error:  # a rate that is not the path's
+                self.fail(f"{scene}: {error}")
+            else:
+                outcomes["felt"] += 1
+                self.assertTrue(np.isfinite(forces).all())
+                self.assertLessEqual(np.linalg.norm(forces, axis=1).max(), 5.0)
+        self.assertGreater(outcomes["refused"], 500)
+        self.assertGreater(outcomes["felt"], 100)
+
     def test_a_file_is_refused_with_the_line_of_the_command(self):
         texts = {
             "key": CAVITY_TOML + "[lop]\n",

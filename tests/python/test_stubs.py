@@ -72,7 +72,7 @@ class Stubs(unittest.TestCase):
                 continue
             self.assertTrue(inspect.getdoc(value), name)
             members = [(name, value)]
-            if isinstance(value, type) and value.__module__ != "palpate._palpate":
+            if isinstance(value, type):
                 members += [
                     (f"{name}.{part}", member)
                     for part, member in vars(value).items()
@@ -81,6 +81,8 @@ class Stubs(unittest.TestCase):
             for path, member in members:
                 function = member.fget if isinstance(member, property) else member
                 function = getattr(function, "__func__", function)
+                if isinstance(member, property):
+                    self.assertTrue(inspect.getdoc(member), path)
                 if not inspect.isfunction(function):
                     continue
                 seen += 1
