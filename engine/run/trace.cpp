@@ -82,14 +82,14 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const LoopDescription& de
 
 /// The frames of given inputs.
 Trace trace_inputs(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
-                   std::span<const DeviceState> inputs, const DeviceProperties& properties,
+                   std::vector<DeviceState> inputs, const DeviceProperties& properties,
                    Clock& clock, const Progress& progress, Decisions decisions) {
-    SequenceDevice sequence(
-        std::make_shared<const std::vector<DeviceState>>(inputs.begin(), inputs.end()));
+    const std::size_t count = inputs.size();
+    SequenceDevice sequence(std::make_shared<const std::vector<DeviceState>>(std::move(inputs)));
     RunWatch watch;
     watch.progress = progress;
-    return trace_device(std::move(scene), loop, {sequence, {}}, properties, clock, inputs.size(),
-                        inputs.size(), watch, decisions);
+    return trace_device(std::move(scene), loop, {sequence, {}}, properties, clock, count, count,
+                        watch, decisions);
 }
 
 } // namespace
@@ -108,12 +108,13 @@ Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& placed, 
 Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 Clock& clock, const Progress& progress) {
     const LoopDescription loop = scene->description().loop;
-    return run_trace(std::move(scene), loop, inputs, clock, progress);
+    return run_trace(std::move(scene), loop, {inputs.begin(), inputs.end()}, clock, progress);
 }
 
 Trace run_trace(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
-                std::span<const DeviceState> inputs, Clock& clock, const Progress& progress) {
-    return trace_inputs(std::move(scene), loop, inputs, {}, clock, progress, Decisions({}, {}));
+                std::vector<DeviceState> inputs, Clock& clock, const Progress& progress) {
+    return trace_inputs(std::move(scene), loop, std::move(inputs), {}, clock, progress,
+                        Decisions({}, {}));
 }
 
 Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress) {

@@ -36,11 +36,11 @@ TracedFrames trace(const PyScene& scene, const py::object& path, int every,
                    std::optional<double> tolerance_um, std::optional<double> budget_us) {
     const SceneOverrides overrides = overrides_of(method, sub_steps, tolerance_um, budget_us);
     const LoopDescription loop = changed_loop(*scene.scene, overrides);
-    const std::vector<DeviceState> states = states_of(*scene.scene, path, every);
+    std::vector<DeviceState> states = states_of(*scene.scene, path, every);
     SteadyClock clock;
     return about_long<SceneProblem>([&] {
         return traced(scene.scene, overrides,
-                      run_trace(scene.scene, loop, states, clock, interruptible()));
+                      run_trace(scene.scene, loop, std::move(states), clock, interruptible()));
     });
 }
 
