@@ -24,7 +24,7 @@ class Recordings(unittest.TestCase):
     def test_a_saved_trace_is_read_and_replayed_by_us_and_by_the_command(self):
         scene = palpate.Scene(cavity())
         for changes in ({}, {"method": "fixed", "sub_steps": 3}, {"method": "paper"}):
-            count = 300 if changes.get("method") == "paper" else 1500  # it takes all the time it has
+            count = 300 if changes.get("method") == "paper" else 1500  # that takes all its time
             trace = palpate.trace(scene, strokes(count), **changes)
             with tempfile.TemporaryDirectory() as folder:
                 file = Path(folder) / "recording.h5"
@@ -36,7 +36,8 @@ class Recordings(unittest.TestCase):
                 self.assert_same(palpate.replay(recording), trace)
                 self.assert_same(palpate.replay(file), trace)
                 said = run_command("replay", file, "--check", cwd=folder)
-                self.assertEqual((said.returncode, said.stdout), (0, f"0 of {count} frames differ\n"))
+                self.assertEqual(said.stdout, f"0 of {count} frames differ\n")
+                self.assertEqual(said.returncode, 0)
 
     def test_a_recording_of_the_command_is_ours(self):
         with tempfile.TemporaryDirectory() as folder:
