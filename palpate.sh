@@ -9,7 +9,7 @@ usage() {
 usage: ./palpate.sh demo|test|build|bench|help
   demo   build, get the demo data, trace it, and say where the report is
   test   build and run every test, the fast ones once more under AddressSanitizer
-  build  leave the command at build/release/palpate
+  build  leave the command at build/release/palpate, the Python package in build/release/python
   bench  build and run the benchmarks: build/release/bench-results/*.json
   help   this text
 Missing Debian packages (scripts/packages.txt) are installed with apt-get, as root or through sudo.
@@ -109,8 +109,8 @@ case $1 in
 help | --help | -h) usage ;;
 build)
     install_packages
-    build_targets release palpate_command
-    say "the command is build/release/palpate"
+    build_targets release palpate_command palpate_python
+    say "the command is build/release/palpate, the Python package is in build/release/python"
     ;;
 test)
     install_packages

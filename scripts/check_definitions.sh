@@ -16,7 +16,7 @@ if [ ! -d geometry ] || [ ! -d engine ]; then
 fi
 
 folders=()
-for folder in geometry volume haptics drivers engine; do
+for folder in geometry volume haptics drivers engine python; do
     if [ -d "$folder" ]; then folders+=("$folder"); fi
 done
 mapfile -t sources < <(find "${folders[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | sort)

@@ -4,7 +4,7 @@
 #   scripts/check_includes.sh [ROOT]      ROOT: a checkout, by default this one
 # Prints FILE:LINE: what is wrong, for each violation; exit status 1 when there is one, 2 when ROOT is not a checkout.
 #
-#   geometry <- volume <- haptics <- engine, geometry <- drivers <- engine     (docs/architecture.md)
+#   geometry <- volume <- haptics <- engine <- python, geometry <- drivers <- engine     (docs/architecture.md)
 # The rooms of a folder stand on floors, in the order of `floors` below: a room includes what is below it.
 # Rooms belong to libraries, as CMakeLists.txt has them: the run time includes nothing of palpate::files or palpate::report,
 # palpate::files nothing of palpate::report.
@@ -19,12 +19,18 @@ if [ ! -d geometry ] || [ ! -d engine ]; then
     exit 2
 fi
 
-library_sources() { find geometry volume haptics drivers engine -type f \( -name '*.h' -o -name '*.cpp' \) | sort; }
+library_sources() {
+    local folder folders=()
+    for folder in geometry volume haptics drivers engine python; do
+        if [ -d "$folder" ]; then folders+=("$folder"); fi
+    done
+    find "${folders[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | sort
+}
 
 # Everything of ours that has comments. Build trees, downloaded data and results are not ours.
 licensed_files() {
     find . \( -name .git -o -path ./build -o -path ./data -o -path ./demo-output \) -prune -o -type f \
-        \( -name '*.h' -o -name '*.cpp' -o -name '*.sh' -o -name '*.cmake' -o -name CMakeLists.txt -o -path './.ci/*' \) \
+        \( -name '*.h' -o -name '*.cpp' -o -name '*.py' -o -name '*.pyi' -o -name '*.sh' -o -name '*.cmake' -o -name CMakeLists.txt -o -path './.ci/*' \) \
         -print | sed 's|^\./||' | sort
 }
 
@@ -51,6 +57,7 @@ check_includes() {
         if (header ~ /^fmt\//) return "^engine/(.*\\.cpp|command/command\\.h)$"
         if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|text/internal/json_text\\.h)$"
         if (header ~ /^CLI\//) return "^engine/command/"
+        if (header ~ /^(pybind11|python)\//) return "^python/bindings/"
         return ""
     }
 
@@ -62,9 +69,9 @@ check_includes() {
         return 0
     }
 
-    # 0 of what is in the run time, else the place in `libraries`; the command and tests may include all of them.
+    # 0 of what is in the run time, else the place in `libraries`; command, Python and tests may include all of them.
     function library_of(path,    i) {
-        if (path ~ /^engine\/command\//) return 9
+        if (path ~ /^(engine\/command|python)\//) return 9
         for (i = 2; i >= 1; --i) if (path ~ rooms_of[i]) return i
         return 0
     }
@@ -80,7 +87,7 @@ check_includes() {
             complain(library[library_of(FILENAME)] " must not include " library[library_of(header)] ": <palpate/" header ">")
         if (index(may_include[folder], " " target " ") == 0)
             complain(folder " must not include " target ": <palpate/" header ">")
-        if (is_public && header ~ /\/(internal|command)\//)
+        if ((is_public || folder == "python") && header ~ /\/(internal|command)\//)
             complain("a public header must not include a private one: <palpate/" header ">")
     }
 
@@ -109,6 +116,7 @@ check_includes() {
         may_include["haptics"] = " haptics volume geometry "
         may_include["drivers"] = " drivers geometry "
         may_include["engine"] = " engine drivers haptics volume geometry "
+        may_include["python"] = " engine drivers haptics volume geometry "
         floors["geometry"] = "formats"
         floors["volume"] = "internal fields filters formats"
         floors["haptics"] = "solver contact effects stepping hand"
@@ -124,7 +132,7 @@ check_includes() {
     FNR == 1 {
         folder = FILENAME
         sub(/\/.*/, "", folder)
-        is_public = FILENAME ~ /\.h$/ && FILENAME !~ /\/(internal|command)\//
+        is_public = FILENAME ~ /\.h$/ && FILENAME !~ /\/(internal|command|bindings)\//
     }
     /^[ \t]*#[ \t]*include[ \t]*"/ {
         complain("write <palpate/folder/header.h>, not quotes")

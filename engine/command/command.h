@@ -45,10 +45,6 @@ void add_study(CLI::App& app, Action& run);
 void add_report(CLI::App& app, Action& run);
 void add_phantom(CLI::App& app, Action& run);
 
-/// Where baked fields and meshes are kept: $PALPATE_CACHE, else $XDG_CACHE_HOME/palpate, else
-/// ~/.cache/palpate, else nowhere.
-std::filesystem::path cache_folder();
-
 /// An option's number in [low, high]; unlike CLI::Range, nan is in no range.
 CLI::Validator between(double low, double high);
 

@@ -1,115 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sstream>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/run/effect_prices.h>
-#include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::command {
-namespace {
-
-std::string subject(const EffectDescription& effect) {
-    return surface_of(effect).empty() ? volume_of(effect) : surface_of(effect);
-}
-
-std::string as_json(const Scene& scene, const std::vector<double>& prices) {
-    nlohmann::json effects = nlohmann::json::array();
-    for (const PlannedEffect& planned : scene.plan().effects) {
-        const EffectDescription& effect = scene.description().effects[planned.effect];
-        effects.push_back(
-            {{"type", name(effect)},
-             {"of", subject(effect)},
-             {"on", planned.on},
-             {"reason", planned.reason},
-             {"contact", planned.contact},
-             {"per_evaluation",
-              {{"field_samples", planned.samples},
-               {"roots", planned.roots},
-               {"surface_queries", planned.rays}}},
-             {"per_frame", {{"field_samples", planned.start_samples}}},
-             {"sharing", planned.sharing},
-             {"needs", {{"mesh", planned.needs_mesh}, {"hessian", planned.needs_hessian}}},
-             {"price_us", prices[planned.effect]}});
-    }
-    nlohmann::json surfaces = nlohmann::json::array();
-    for (const SceneSurface& surface : scene.surfaces())
-        surfaces.push_back(
-            {{"name", surface.name},
-             {"contact", name(surface.contact)},
-             {"baked", surface.baked.grid ? nlohmann::json::parse(baked_as_json(surface.baked))
-                                          : nlohmann::json()},
-             {"mesh", surface.mesh.scene ? nlohmann::json::parse(mesh_as_json(surface.mesh))
-                                         : nlohmann::json()}});
-    const nlohmann::json document = {{"scene", scene.description().file.string()},
-                                     {"method", name(scene.description().loop.method)},
-                                     {"effects", effects},
-                                     {"surfaces", surfaces},
-                                     {"left_out", scene.plan().left_out},
-                                     {"uncertified", scene.plan().uncertified},
-                                     {"warnings", scene.plan().warnings}};
-    return document.dump(2);
-}
-
-/// Every line two columns further in.
-std::string indented(const std::string& lines) {
-    std::string text;
-    std::istringstream input(lines);
-    for (std::string line; std::getline(input, line);)
-        text += "  " + line + "\n";
-    return text;
-}
-
-std::string in_words(const SceneSurface& surface) {
-    std::string words;
-    if (surface.baked.field) words += baked_in_words(surface.baked);
-    if (surface.mesh.scene) words += mesh_in_words(surface.mesh);
-    if (surface.contact == ContactKind::guarded)
-        words += fmt::format("leash: the proxy gets no farther than {:.3g} mm from the mesh's\n",
-                             1e3 * surface.leash_m);
-    return words;
-}
-
-std::string as_text(const Scene& scene, const std::vector<double>& prices) {
-    std::string text = fmt::format("{}: method {}\n", scene.description().file.string(),
-                                   name(scene.description().loop.method));
-    text +=
-        fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11}  {}\n", "", "effect",
-                    "of", "", "contact", "samples", "at start", "roots", "rays", "us alone", "why");
-    for (const PlannedEffect& planned : scene.plan().effects) {
-        const EffectDescription& effect = scene.description().effects[planned.effect];
-        text += fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11.3f}  {}\n",
-                            planned.effect + 1, name(effect), subject(effect),
-                            planned.on ? "on" : "off", planned.contact, planned.samples,
-                            planned.start_samples, planned.roots, planned.rays,
-                            prices[planned.effect], planned.reason);
-        if (!planned.sharing.empty()) text += "   " + planned.sharing + "\n";
-    }
-    if (scene.plan().effects.empty())
-        text += "no effects: a frame computes nothing but the free motion\n";
-    for (const std::string& line : scene.plan().left_out)
-        text += "left out: " + line + "\n";
-    if (!scene.plan().uncertified.empty())
-        text += "not certified: " + scene.plan().uncertified + "\n";
-    for (const std::string& line : scene.plan().warnings)
-        text += "warning: " + line + "\n";
-    for (const SceneSurface& surface : scene.surfaces())
-        text += fmt::format("surface {}:\n{}", surface.name, indented(in_words(surface)));
-    return text +
-           "Samples, roots and rays are per evaluation, of which a sub-step has at least one; "
-           "samples "
-           "at start are per frame. us alone is an evaluation and its frame's start without any "
-           "sharing, the median measured just now, on this machine; of friction, magnet and "
-           "texture "
-           "what they add to their surface.\n";
-}
-
-} // namespace
 
 void add_explain(CLI::App& app, Action& run) {
     struct Options {
@@ -125,7 +20,7 @@ void add_explain(CLI::App& app, Action& run) {
         run = [options] {
             const Scene scene(read_scene(options->scene), resources());
             const std::vector<double> prices = measure_prices(scene);
-            print(options->json ? as_json(scene, prices) : as_text(scene, prices));
+            print(options->json ? scene_as_json(scene, prices) : scene_in_words(scene, prices));
             return kDone;
         };
     });

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <limits>
@@ -23,17 +22,6 @@
 #include <palpate/version.h>
 
 namespace palpate::command {
-
-std::filesystem::path cache_folder() {
-    const auto variable = [](const char* name) -> std::filesystem::path {
-        const char* value = std::getenv(name);
-        return value ? value : "";
-    };
-    if (auto own = variable("PALPATE_CACHE"); !own.empty()) return own;
-    if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "palpate";
-    if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "palpate";
-    return {};
-}
 
 namespace {
 
@@ -94,7 +82,7 @@ void add_force(CLI::App& command, Replace& replace) {
 }
 
 const ResultCache& cache() {
-    static const ResultCache one(cache_folder(), [](const std::string& warning) {
+    static const ResultCache one(usual_cache_folder(), [](const std::string& warning) {
         tell("palpate: warning: {}\n", warning);
     });
     return one;

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -49,26 +48,12 @@ std::span<const RecordedTouch> take_touches(std::span<const RecordedTouch>& rows
     return taken;
 }
 
-/// A recording that another program edited may not be one run any more.
-void require_consistent(const Recording& recording, const std::filesystem::path& file) {
-    std::uint64_t evaluations = 0;
-    for (const FrameReport& frame : recording.frames)
-        evaluations += frame.evaluations;
-    const std::size_t decisions = recording.steps_left.size();
-    if (recording.frames.size() == recording.inputs.size() &&
-        (decisions == 0 || decisions == evaluations))
-        return;
-    throw std::runtime_error(file.string() +
-                             ": its inputs, frames and clock do not belong together; record again");
-}
-
 constexpr std::array<const char*, 3> kReplayFiles{"frames.csv", "timing.csv", "summary.json"};
 
 int replay(const std::filesystem::path& named, const std::string& out, bool check,
            Replace replace) {
     const std::filesystem::path file = found_recording(named);
     const Recording recording = read_recording(file);
-    require_consistent(recording, file);
     if (is_journal(file))
         tell("palpate: warning: {}: its run was cut off; {} frames were kept until then\n",
              file.string(), recording.frames.size());

@@ -2,13 +2,12 @@
 #include <palpate/engine/command/session.h>
 
 #include <cstdio>
-#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
-#include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/report/scene_in_words.h>
 
 namespace palpate::command {
 
@@ -33,18 +32,8 @@ void check_every(const SceneDescription& scene, bool is_given) {
 }
 
 void warn_of_sources(const Scene& scene) {
-    std::set<std::string> said;
-    const auto warn = [&](const std::filesystem::path& file, const std::string& warning) {
-        const std::string line = fmt::format("palpate: warning: {}: {}\n", file.string(), warning);
-        if (said.insert(line).second) tell("{}", line);
-    };
-    for (const SceneSurface& surface : scene.surfaces()) {
-        const SurfaceDescription& description = scene.description().surfaces.at(surface.name);
-        for (const std::string& warning : surface.baked.warnings)
-            warn(scene.description().volumes.at(description.volume).file, warning);
-        for (const std::string& warning : surface.mesh.warnings)
-            warn(surface.mesh.file, warning);
-    }
+    for (const std::string& warning : source_warnings(scene))
+        tell("palpate: warning: {}\n", warning);
 }
 
 ResultFolder::ResultFolder(std::filesystem::path folder) : folder_(std::move(folder)) {

@@ -19,6 +19,7 @@
 #include <palpate/engine/record/recording_journal.h>
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/report/report_page.h>
+#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/run/trace.h>
@@ -134,13 +135,8 @@ int trace(const TraceOptions& options) {
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
-    if (const std::string& why = scene->plan().uncertified;
-        !why.empty() && description.loop.method == SteppingMethod::adaptive)
-        tell("palpate: warning: {}: {}\n", description.file.string(), why);
-    if (const std::string warning = felt_warning(*scene); !warning.empty())
-        tell("palpate: warning: {}: {}\n", description.file.string(), warning);
-    for (const std::string& warning : scene->plan().warnings)
-        tell("palpate: warning: {}: {}\n", description.file.string(), warning);
+    for (const std::string& warning : scene_warnings(*scene))
+        tell("palpate: warning: {}\n", warning);
     for (const std::string& note : device.notes)
         tell("palpate: warning: {}\n", note);
     if (!is_sequence(description.device)) tell("palpate: {}\n", device.placement.in_words());

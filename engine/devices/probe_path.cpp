@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+#include <functional>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -20,34 +22,34 @@ namespace {
 constexpr std::string_view kHeader = "t_s,x_m,y_m,z_m";
 constexpr double kSpacingTolerance = 0.01; // of a period: docs/files.md 1, "within 1 %"
 
-struct Row {
-    double time_s = 0.0;
-    Vec3 position{0.0};
-};
+/// Throws what is wrong with the row that was taken last, and what to do about it.
+using Complain = std::function<void(const std::string& what, const std::string& remedy)>;
 
 /// Rows are frames: one period apart, whatever the recording's clock did.
-void check_spacing(double spacing_s, double period_s, const internal::CsvRows& rows) {
+void check_spacing(double spacing_s, double period_s, const Complain& complain) {
     if (std::abs(spacing_s - period_s) <= kSpacingTolerance * period_s) return;
-    rows.fail(
+    complain(
         fmt::format("{} s after the row before it instead of {} s (within 1 %)", spacing_s,
                     period_s),
         "resample the path to loop.rate_hz or set loop.rate_hz to the path's rate; t_s = 0 begins "
-        "a "
-        "trial");
+        "a trial");
 }
 
 /// The frames of a path; rows come in one after another.
 class FrameList {
 public:
-    FrameList(double rate_hz, int every) : rate_hz_(rate_hz), every_(every) {}
+    FrameList(double rate_hz, int every, Complain complain)
+        : rate_hz_(rate_hz), every_(every), complain_(std::move(complain)), steps_(rate_hz) {}
 
-    void add(const Row& row, const internal::CsvRows& rows) {
+    void add(const ProbeRow& row) {
+        if (!std::isfinite(row.time_s))
+            complain_(fmt::format("t_s = {}", row.time_s), "give a finite time in seconds");
         if (rows_ > 0 && row.time_s == 0.0) {
-            ++trial_;
+            steps_.begin_trial();
             rows_ = 0;
         }
-        if (rows_ > 0) check_spacing(row.time_s - last_time_s_, 1.0 / rate_hz_, rows);
-        if (rows_ % every_ == 0) add_frame(row.position);
+        if (rows_ > 0) check_spacing(row.time_s - last_time_s_, 1.0 / rate_hz_, complain_);
+        if (rows_ % every_ == 0) frames_.push_back(steps_.next(row.position));
         last_time_s_ = row.time_s;
         ++rows_;
     }
@@ -55,22 +57,11 @@ public:
     std::vector<DeviceState> take() { return std::move(frames_); }
 
 private:
-    void add_frame(const Vec3& position) {
-        DeviceState frame;
-        frame.time_s = static_cast<double>(frames_.size()) / rate_hz_;
-        frame.position = position;
-        frame.trial = trial_;
-        if (rows_ > 0) {
-            const Vec3 velocity = (position - frames_.back().position) * rate_hz_;
-            if (is_finite(velocity)) frame.velocity = velocity;
-        }
-        frames_.push_back(frame);
-    }
-
     double rate_hz_;
     std::int64_t every_;
+    Complain complain_;
+    ProbeSteps steps_;
     std::vector<DeviceState> frames_;
-    std::uint32_t trial_ = 0;
     std::int64_t rows_ = 0; // of this trial so far
     double last_time_s_ = 0.0;
 };
@@ -106,15 +97,46 @@ std::vector<DeviceState> read_probe_path(const std::filesystem::path& file, doub
     check_arguments(rate_hz, every);
     refuse_results(file);
     internal::CsvRows rows(file, kHeader);
-    FrameList frames(rate_hz, every);
-    for (std::array<double, 4> numbers; rows.next(numbers);) {
-        if (!std::isfinite(numbers[0]))
-            rows.fail(fmt::format("t_s = {}", numbers[0]), "give a finite time in seconds");
-        frames.add({numbers[0], {numbers[1], numbers[2], numbers[3]}}, rows);
-    }
+    FrameList frames(rate_hz, every, [&rows](const std::string& what, const std::string& remedy) {
+        rows.fail(what, remedy);
+    });
+    for (std::array<double, 4> numbers; rows.next(numbers);)
+        frames.add({numbers[0], {numbers[1], numbers[2], numbers[3]}});
     std::vector<DeviceState> states = frames.take();
     if (states.empty()) rows.fail("no rows after the header", "give a row per frame");
     return states;
+}
+
+std::vector<DeviceState> probe_states(std::span<const ProbeRow> rows, double rate_hz, int every) {
+    check_arguments(rate_hz, every);
+    if (rows.empty()) throw std::invalid_argument("path: has no rows; give a row per frame");
+    std::size_t at = 0;
+    FrameList frames(rate_hz, every, [&at](const std::string& what, const std::string& remedy) {
+        throw std::invalid_argument(fmt::format("path[{}]: {}; {}", at, what, remedy));
+    });
+    for (; at < rows.size(); ++at)
+        frames.add(rows[at]);
+    return frames.take();
+}
+
+void ProbeSteps::begin_trial() noexcept {
+    if (count_ > 0) ++trial_;
+    is_first_ = true;
+}
+
+DeviceState ProbeSteps::next(const Vec3& position) noexcept {
+    DeviceState state;
+    state.time_s = static_cast<double>(count_) / rate_hz_;
+    state.position = position;
+    state.trial = trial_;
+    if (!is_first_) {
+        const Vec3 velocity = (position - last_) * rate_hz_;
+        if (is_finite(velocity)) state.velocity = velocity;
+    }
+    last_ = position;
+    is_first_ = false;
+    ++count_;
+    return state;
 }
 
 } // namespace palpate

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstdlib>
 #include <fstream>
 #include <mutex>
 #include <set>
@@ -118,6 +119,17 @@ void ResultCache::keep(const std::string& name,
                           "each time; make the folder writable, or name another one with "
                           "PALPATE_CACHE",
                           folder_.string(), reason));
+}
+
+std::filesystem::path usual_cache_folder() {
+    const auto variable = [](const char* name) -> std::filesystem::path {
+        const char* value = std::getenv(name);
+        return value ? value : "";
+    };
+    if (auto own = variable("PALPATE_CACHE"); !own.empty()) return own;
+    if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "palpate";
+    if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "palpate";
+    return {};
 }
 
 } // namespace palpate

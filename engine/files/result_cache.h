@@ -39,4 +39,8 @@ private:
     std::shared_ptr<Told> told_;
 };
 
+/// Where the command keeps such files: $PALPATE_CACHE, else $XDG_CACHE_HOME/palpate, else
+/// ~/.cache/palpate; empty where none of these is set. Nobody else uses it unasked.      [setup]
+std::filesystem::path usual_cache_folder();
+
 } // namespace palpate

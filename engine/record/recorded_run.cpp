@@ -2,6 +2,7 @@
 #include <palpate/engine/record/recorded_run.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -47,6 +48,19 @@ bool is_made_in_code(const SceneDescription& scene) {
                        [](const auto& surface) { return surface.second.triangle_mesh != nullptr; });
 }
 
+/// A recording that another program edited may not be one run any more.
+void require_consistent(const Recording& recording, const std::filesystem::path& file) {
+    std::uint64_t evaluations = 0;
+    for (const FrameReport& frame : recording.frames)
+        evaluations += frame.evaluations;
+    const std::size_t decisions = recording.steps_left.size();
+    if (recording.frames.size() == recording.inputs.size() &&
+        (decisions == 0 || decisions == evaluations))
+        return;
+    throw std::runtime_error(file.string() +
+                             ": its inputs, frames and clock do not belong together; record again");
+}
+
 /// Refuses recordings that are not of one run from its beginning.
 void require_replayable(const Recording& recording, const std::filesystem::path& file) {
     for (const FrameReport& frame : recording.frames)
@@ -61,6 +75,7 @@ void require_replayable(const Recording& recording, const std::filesystem::path&
                 "{}: frame {} is missing, as the recorder could not keep up with the loop; record "
                 "again with less else to do for this machine",
                 file.string(), i));
+    require_consistent(recording, file);
 }
 
 /// Refuses a scene that is not of what was recorded.

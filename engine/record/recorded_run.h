@@ -20,7 +20,8 @@ std::vector<RecordedSource> sources(const Scene& scene);
 Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Trace& trace);
 
 /// The scene that a recording was made with, loaded again.                              [setup]
-/// Throws std::runtime_error when a source has changed since, this build chooses another contact
+/// Throws std::runtime_error when its inputs, frames and clock do not belong together (so that
+/// run_again() may be given it), a source has changed since, this build chooses another contact
 /// than the one that recorded, a gain was changed while the loop ran, which is not recorded, or
 /// frames are missing as the recorder could not keep up; or when a program made the scene, or gave
 /// it data in memory, which a recording does not keep: then the program has to give it again.

@@ -38,15 +38,19 @@ private:
 
 /// Frames back to back, of a device that is started and is what `properties` say, scene frame;
 /// `expected` of them, or nobody knows how many.
-Trace trace_device(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
-                   const DeviceProperties& properties, Clock& clock, std::uint64_t most_frames,
-                   std::uint64_t expected, const RunWatch& watch, Decisions decisions) {
+Trace trace_device(std::shared_ptr<const Scene> scene, const LoopDescription& description,
+                   const PlacedDevice& placed, const DeviceProperties& properties, Clock& clock,
+                   std::uint64_t most_frames, std::uint64_t expected, const RunWatch& watch,
+                   Decisions decisions) {
     Trace trace;
     trace.device = properties;
     for (const SceneSurface& surface : scene->surfaces())
         trace.audits.emplace_back(*scene, surface);
-    const LoopDescription& description = scene->description().loop;
     const bool keeps_steps = description.method == SteppingMethod::paper;
+
+    constexpr std::uint64_t most_reserved = 1u << 17; // some limits are never reached
+    trace.inputs.reserve(std::min(expected, most_reserved));
+    trace.frames.reserve(std::min(expected, most_reserved));
 
     HapticLoop loop(scene, clock, description, properties);
     DeviceState state;
@@ -81,15 +85,15 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const PlacedDevice& place
 }
 
 /// The frames of given inputs.
-Trace trace_inputs(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                   const DeviceProperties& properties, Clock& clock, const Progress& progress,
-                   Decisions decisions) {
-    SequenceDevice sequence(
-        std::make_shared<const std::vector<DeviceState>>(inputs.begin(), inputs.end()));
+Trace trace_inputs(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
+                   std::vector<DeviceState> inputs, const DeviceProperties& properties,
+                   Clock& clock, const Progress& progress, Decisions decisions) {
+    const std::size_t count = inputs.size();
+    SequenceDevice sequence(std::make_shared<const std::vector<DeviceState>>(std::move(inputs)));
     RunWatch watch;
     watch.progress = progress;
-    return trace_device(std::move(scene), {sequence, {}}, properties, clock, inputs.size(),
-                        inputs.size(), watch, decisions);
+    return trace_device(std::move(scene), loop, {sequence, {}}, properties, clock, count, count,
+                        watch, decisions);
 }
 
 } // namespace
@@ -100,18 +104,27 @@ Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& placed, 
     const DeviceProperties properties = placed.placement.to_scene(placed.device.properties());
     warn_of_coupling(*scene, properties, watch);
     const bool is_bounded = most_frames < std::numeric_limits<std::uint64_t>::max();
-    return trace_device(std::move(scene), placed, properties, clock, most_frames,
+    const LoopDescription loop = scene->description().loop;
+    return trace_device(std::move(scene), loop, placed, properties, clock, most_frames,
                         is_bounded ? most_frames : 0, watch, Decisions({}, {}));
 }
 
 Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 Clock& clock, const Progress& progress) {
-    return trace_inputs(std::move(scene), inputs, {}, clock, progress, Decisions({}, {}));
+    const LoopDescription loop = scene->description().loop;
+    return run_trace(std::move(scene), loop, {inputs.begin(), inputs.end()}, clock, progress);
+}
+
+Trace run_trace(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
+                std::vector<DeviceState> inputs, Clock& clock, const Progress& progress) {
+    return trace_inputs(std::move(scene), loop, std::move(inputs), {}, clock, progress,
+                        Decisions({}, {}));
 }
 
 Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress) {
     SteadyClock clock;
-    return trace_inputs(std::move(scene), run.inputs, run.device, clock, progress,
+    const LoopDescription loop = scene->description().loop;
+    return trace_inputs(std::move(scene), loop, run.inputs, run.device, clock, progress,
                         Decisions(run.steps_left, run.frames));
 }
 

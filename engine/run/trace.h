@@ -50,6 +50,12 @@ Trace run_trace(std::shared_ptr<const Scene> scene, const PlacedDevice& placed, 
 Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 Clock& clock, const Progress& progress = {});
 
+/// The same with another method, budget or tolerance than the scene's own; its rate is the inputs'.
+/// Inputs that are moved here are not copied. [setup] Throws std::invalid_argument as validate(),
+/// std::runtime_error when cancelled.
+Trace run_trace(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
+                std::vector<DeviceState> inputs, Clock& clock, const Progress& progress = {});
+
 /// The same frames again, bit for bit: the clock decides nothing, and nobody takes the forces.
 /// [setup] Throws std::runtime_error when cancelled.
 Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress = {});

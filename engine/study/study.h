@@ -105,6 +105,10 @@ std::string title_with_mark(const StudyRun& run);
 /// The runs as plain text, a line each.                                                 [setup]
 std::string study_table(const Study& study);
 
+/// The runs as study.csv has them: a header and a line each; every bit of a number, nothing where
+/// it is not known. [setup]
+std::string study_csv(const Study& study);
+
 /// Writes study.csv, drift.csv, study.json and index.html into a folder that exists; `command`
 /// is what gives them again. Each file is complete or not there. [setup] Throws std::runtime_error
 /// naming the file.

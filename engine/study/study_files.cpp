@@ -29,21 +29,6 @@ std::string cell(std::optional<double> value) {
     return value && std::isfinite(*value) ? fmt::format("{:.17g}", *value) : "";
 }
 
-std::string runs_csv(const Study& study) {
-    std::string text = "method,setting,pace,scenes_own";
-    for (const StudyColumn& column : internal::study_columns())
-        text += fmt::format(",{}", column.key);
-    text += ",note\n";
-    for (const StudyRun& run : study.runs) {
-        text += fmt::format("{},{},{},{}", method_of(run), cell(internal::setting_of(run)),
-                            run.pace.empty() ? "asap" : run.pace, run.is_the_scenes ? 1 : 0);
-        for (const StudyColumn& column : internal::study_columns())
-            text += "," + cell(column.value(run));
-        text += "," + run.note + "\n";
-    }
-    return text;
-}
-
 /// "fixed 46" as a name that needs no quotes, and what is said of it: fixed_46_radius_mm.
 std::string key_of(const StudyRun& run, const Study& study) {
     std::string key = title(run);
@@ -112,6 +97,21 @@ std::string notes_of(const Study& study) {
 
 } // namespace
 
+std::string study_csv(const Study& study) {
+    std::string text = "method,setting,pace,scenes_own";
+    for (const StudyColumn& column : internal::study_columns())
+        text += fmt::format(",{}", column.key);
+    text += ",note\n";
+    for (const StudyRun& run : study.runs) {
+        text += fmt::format("{},{},{},{}", method_of(run), cell(internal::setting_of(run)),
+                            run.pace.empty() ? "asap" : run.pace, run.is_the_scenes ? 1 : 0);
+        for (const StudyColumn& column : internal::study_columns())
+            text += "," + cell(column.value(run));
+        text += "," + run.note + "\n";
+    }
+    return text;
+}
+
 std::string_view method_of(const StudyRun& run) noexcept {
     return run.baseline ? name(*run.baseline) : name(run.loop.method);
 }
@@ -161,7 +161,7 @@ std::string study_table(const Study& study) {
 
 void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
                  const std::string& command) {
-    write_whole_file(folder / "study.csv", runs_csv(study));
+    write_whole_file(folder / "study.csv", study_csv(study));
     write_whole_file(folder / "drift.csv", drift_csv(study));
     write_whole_file(folder / "study.json", study_json(scene, study, command));
     internal::write_study_page(folder / "index.html", scene, study, command);

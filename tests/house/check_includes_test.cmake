@@ -56,6 +56,8 @@ expect_violation(volume/a.h "#include <palpate/volume/formats/volume_file.h>" "v
 expect_violation(geometry/a.cpp "#include <palpate/geometry/formats/mesh_file.h>" "geometry/a.cpp must not include")
 expect_violation(engine/a.cpp "#include \"frame_report.h\"" "not quotes")
 expect_violation(engine/scene/a.h "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
+expect_violation(python/bindings/a.cpp "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
+expect_violation(engine/run/a.cpp "#include <pybind11/numpy.h>" "belongs to ^python/bindings/ alone")
 expect_violation(engine/scene/effects/a.h "#include <palpate/engine/scene/internal/effect_room.h>" "private")
 
 # Libraries of ours.

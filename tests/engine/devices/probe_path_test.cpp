@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/devices/probe_path.h>
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -124,6 +127,51 @@ TEST_F(ProbePath, PositionsThatAreNotNumbersArePositionsWithoutVelocity) {
     EXPECT_EQ(states[1].velocity, Vec3(0.0));
     EXPECT_EQ(states[2].velocity, Vec3(0.0));
     EXPECT_EQ(states[3].velocity, Vec3(kRate, 0, 0));
+}
+
+TEST_F(ProbePath, RowsInMemoryAreThoseOfAFileBitForBit) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> anywhere(-0.1, 0.1);
+    std::vector<ProbeRow> rows;
+    std::string text = kHeader;
+    for (int trial = 0; trial < 3; ++trial)
+        for (int i = 0; i < 20; ++i) {
+            const double nothing = i == 7 ? std::nan("") : anywhere(random);
+            rows.push_back({i / kRate, {anywhere(random), nothing, anywhere(random)}});
+            const auto& [time_s, at] = rows.back();
+            text += fmt::format("{:.17g},{:.17g},{:.17g},{:.17g}\n", time_s, at.x, at.y, at.z);
+        }
+    const auto bits = [](const Vec3& v) {
+        return std::array{std::bit_cast<std::uint64_t>(v.x), std::bit_cast<std::uint64_t>(v.y),
+                          std::bit_cast<std::uint64_t>(v.z)};
+    };
+    for (const int every : {1, 3}) {
+        const std::vector<DeviceState> ours = probe_states(rows, kRate, every);
+        const std::vector<DeviceState> theirs = read(text, every);
+        ASSERT_EQ(ours.size(), theirs.size());
+        for (std::size_t i = 0; i < ours.size(); ++i) {
+            EXPECT_EQ(ours[i].time_s, theirs[i].time_s);
+            EXPECT_EQ(ours[i].trial, theirs[i].trial);
+            EXPECT_EQ(bits(ours[i].position), bits(theirs[i].position));
+            EXPECT_EQ(bits(ours[i].velocity), bits(theirs[i].velocity));
+        }
+    }
+}
+
+TEST_F(ProbePath, MessagesAboutRowsInMemoryNameTheRow) {
+    const auto complaint_of = [](const std::vector<ProbeRow>& rows) -> std::string {
+        try {
+            probe_states(rows, kRate);
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(complaint_of({{0.0, Vec3(0.0)}, {0.001, Vec3(0.0)}}), "");
+    EXPECT_TRUE(complaint_of({}).starts_with("path: has no rows; "));
+    EXPECT_TRUE(complaint_of({{0.0, Vec3(0.0)}, {0.002, Vec3(0.0)}})
+                    .starts_with("path[1]: 0.002 s after the row before it instead of 0.001 s"));
+    EXPECT_TRUE(complaint_of({{std::nan(""), Vec3(0.0)}}).starts_with("path[0]: t_s = nan; "));
 }
 
 TEST_F(ProbePath, SpacingWithinOnePercentIsAFrame) {

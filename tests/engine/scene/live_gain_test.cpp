@@ -185,6 +185,7 @@ TEST(LiveGain, ARecordingOfChangedGainsIsNotReplayed) {
     recording.scene_file = "/x.toml";
     recording.overrides = "{}";
     recording.frames.resize(2);
+    recording.inputs.resize(2);
     recording.frames[1].frame = 1;
     EXPECT_NO_THROW(recorded_scene(recording, "r.h5", {}));
     recording.frames[1].flags = kLiveGain;
@@ -194,6 +195,31 @@ TEST(LiveGain, ARecordingOfChangedGainsIsNotReplayed) {
     } catch (const std::runtime_error& error) {
         EXPECT_THAT(error.what(), HasSubstr("r.h5: frame 1 had an effect whose gain was changed"));
     }
+}
+
+TEST(RecordedScene, PartsThatDoNotBelongTogetherAreRefused) {
+    Recording whole;
+    whole.scene_text = weight("[1, 0, 0]");
+    whole.scene_file = "/x.toml";
+    whole.overrides = "{}";
+    whole.frames.resize(2);
+    whole.inputs.resize(2);
+    whole.frames[1].frame = 1;
+    whole.frames[1].evaluations = 3;
+    whole.steps_left = {2, 1, 0};
+    EXPECT_NO_THROW(recorded_scene(whole, "r.h5", {}));
+    Recording without_input = whole;
+    without_input.inputs.pop_back();
+    Recording without_step = whole;
+    without_step.steps_left.pop_back();
+    for (const Recording& broken : {without_input, without_step})
+        try {
+            recorded_scene(broken, "r.h5", {});
+            FAIL() << "it was accepted";
+        } catch (const std::runtime_error& error) {
+            EXPECT_THAT(error.what(), HasSubstr("r.h5: its inputs, frames and clock do not belong "
+                                                "together; record again"));
+        }
 }
 
 } // namespace

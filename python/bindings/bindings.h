@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_overrides.h>
+
+/// What the sources of the extension module palpate._palpate share. The package's Python sources
+/// have what users see; here is only what needs C++.
+namespace palpate::python {
+
+namespace py = pybind11;
+
+// What becomes an exception of the package, palpate/errors.py, by what went wrong with it.
+struct SceneProblem : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+struct FileProblem : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+struct ArgumentProblem : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// What `work` returns; what the library throws becomes a `Problem`, but for Ctrl-C, which becomes
+/// KeyboardInterrupt (see interruptible()).
+template <class Problem, class Work>
+auto about(Work&& work) {
+    try {
+        auto result = work();
+        if (PyErr_Occurred()) throw py::error_already_set();
+        return result;
+    } catch (const std::filesystem::filesystem_error& error) {
+        throw FileProblem(error.path1().string() + ": " + error.code().message() +
+                          "; name another file or folder");
+    } catch (const std::runtime_error& error) {
+        if (PyErr_Occurred()) throw py::error_already_set();
+        throw Problem(error.what());
+    } catch (const std::invalid_argument& error) {
+        throw Problem(error.what());
+    }
+}
+
+/// The same without the interpreter's lock: other threads of Python run meanwhile.
+template <class Problem, class Work>
+auto about_long(Work&& work) {
+    return about<Problem>([&work] {
+        const py::gil_scoped_release released;
+        return work();
+    });
+}
+
+/// Lets Ctrl-C end a long piece of work that was begun without the interpreter's lock: asks Python
+/// twenty times a second, so that a busy interpreter hardly delays it.
+inline Progress interruptible() {
+    using Clock = std::chrono::steady_clock;
+    return [last = Clock::now()](double, std::string_view) mutable {
+        if (Clock::now() - last < std::chrono::milliseconds(50)) return true;
+        const py::gil_scoped_acquire held;
+        last = Clock::now();
+        return PyErr_CheckSignals() == 0;
+    };
+}
+
+/// A scene with what was said while it was built.
+struct PyScene {
+    std::shared_ptr<const Scene> scene;
+    std::vector<std::string> warnings;
+};
+
+/// What may be changed for one run over a scene.
+SceneOverrides overrides_of(const std::optional<std::string>& method, std::optional<int> sub_steps,
+                            std::optional<double> tolerance_um, std::optional<double> budget_us);
+
+/// The loop of a scene with these changes; throws ArgumentProblem.
+LoopDescription changed_loop(const Scene& scene, const SceneOverrides& overrides);
+
+/// What builds a scene: files with a cache in a folder, none where it is empty, whose warnings go
+/// to `warnings`; meshes by the extractor in a capsule of palpate._extraction, or None.
+SceneResources resources_of(const std::filesystem::path& cache, const py::object& extractor,
+                            std::shared_ptr<std::vector<std::string>> warnings);
+
+/// (V, F): vertices, m, (n, 3) of float64, and triangles, (m, 3) of uint32; copies.
+py::tuple arrays_of(const TriangleMesh& mesh);
+
+/// A fresh array of three numbers.
+inline py::array_t<double> array_of(const Vec3& vector) {
+    py::array_t<double> result(3);
+    for (int i = 0; i < 3; ++i)
+        result.mutable_at(i) = vector[i];
+    return result;
+}
+
+/// Each adds its part to the module.
+void add_scene(py::module_& module);
+void add_frames(py::module_& module);
+void add_runs(py::module_& module);
+void add_loop(py::module_& module);
+
+} // namespace palpate::python

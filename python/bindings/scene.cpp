@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <python/bindings/bindings.h>
+
+#include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/report/scene_in_words.h>
+#include <palpate/engine/run/effect_prices.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/validation.h>
+#include <palpate/engine/text/text_file.h>
+
+namespace palpate::python {
+namespace {
+
+PyScene build(SceneDescription description, const std::string& cache, const py::object& extractor) {
+    const auto warnings = std::make_shared<std::vector<std::string>>();
+    const SceneResources resources = resources_of(cache, extractor, warnings);
+    PyScene built;
+    built.scene = about_long<SceneProblem>(
+        [&] { return std::make_shared<const Scene>(std::move(description), resources); });
+    built.warnings = *warnings;
+    return built;
+}
+
+PyScene from_text(const std::string& text, const std::string& file, const std::string& cache,
+                  const py::object& extractor) {
+    SceneDescription description = about<SceneProblem>([&] { return parse_scene(text, file); });
+    return build(std::move(description), cache, extractor);
+}
+
+PyScene from_file(const std::string& file, const std::string& cache, const py::object& extractor) {
+    const std::string text =
+        about<FileProblem>([&] { return read_text_file(file, "a scene file (TOML)"); });
+    return from_text(text, file, cache, extractor);
+}
+
+std::vector<std::string> warnings_of(const PyScene& scene) {
+    std::vector<std::string> lines = scene.warnings;
+    for (const auto& more : {source_warnings(*scene.scene), scene_warnings(*scene.scene)})
+        lines.insert(lines.end(), more.begin(), more.end());
+    return lines;
+}
+
+std::vector<std::string> effects_of(const PyScene& scene) {
+    std::vector<std::string> names;
+    for (const EffectDescription& effect : scene.scene->description().effects)
+        names.emplace_back(name(effect));
+    return names;
+}
+
+std::vector<std::string> surfaces_of(const PyScene& scene) {
+    std::vector<std::string> names;
+    for (const SceneSurface& surface : scene.scene->surfaces())
+        names.push_back(surface.name);
+    return names;
+}
+
+std::string in_words(const PyScene& scene, bool json) {
+    return about_long<SceneProblem>([&] {
+        const std::vector<double> prices = measure_prices(*scene.scene);
+        return json ? scene_as_json(*scene.scene, prices) : scene_in_words(*scene.scene, prices);
+    });
+}
+
+py::object mesh_of(const PyScene& scene, const std::string& surface) {
+    for (const SceneSurface& felt : scene.scene->surfaces())
+        if (felt.name == surface)
+            return felt.mesh.scene ? py::object(arrays_of(felt.mesh.scene->mesh())) : py::none();
+    throw py::key_error(surface);
+}
+
+/// The rows of the scene's own path, orbit, tour or recording, as a probe path has them.
+py::array_t<double> path_of(const PyScene& scene, int every) {
+    const std::vector<DeviceState> states =
+        about_long<SceneProblem>([&] { return device_states(*scene.scene, every); });
+    const double rate_hz = scene.scene->description().loop.rate_hz;
+    py::array_t<double> rows({states.size(), std::size_t{4}});
+    auto cell = rows.mutable_unchecked<2>();
+    std::size_t begin = 0; // of the trial
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        if (states[i].trial != states[begin].trial) begin = i;
+        const auto row = static_cast<py::ssize_t>(i);
+        cell(row, 0) = static_cast<double>(i - begin) / rate_hz;
+        for (int k = 0; k < 3; ++k)
+            cell(row, 1 + k) = states[i].position[k];
+    }
+    return rows;
+}
+
+} // namespace
+
+SceneOverrides overrides_of(const std::optional<std::string>& method, std::optional<int> sub_steps,
+                            std::optional<double> tolerance_um, std::optional<double> budget_us) {
+    SceneOverrides overrides;
+    overrides.method = method;
+    overrides.sub_steps = sub_steps;
+    overrides.tolerance_um = tolerance_um;
+    overrides.budget_us = budget_us;
+    return overrides;
+}
+
+LoopDescription changed_loop(const Scene& scene, const SceneOverrides& overrides) {
+    return about<ArgumentProblem>([&] {
+        SceneDescription changed = scene.description();
+        apply(overrides, changed);
+        check_used(overrides, changed);
+        validate(changed.loop);
+        return changed.loop;
+    });
+}
+
+SceneResources resources_of(const std::filesystem::path& cache, const py::object& extractor,
+                            std::shared_ptr<std::vector<std::string>> warnings) {
+    SceneResources resources;
+    resources.files = scene_files(
+        ResultCache(cache, [warnings = std::move(warnings)](const std::string& warning) {
+            warnings->push_back(warning);
+        }));
+    if (!extractor.is_none())
+        resources.extract = *extractor.cast<py::capsule>().get_pointer<const IsosurfaceExtractor>();
+    resources.progress = interruptible();
+    return resources;
+}
+
+void add_scene(py::module_& module) {
+    py::class_<PyScene>(module, "Scene", "a scene, loaded; it never changes")
+        .def_static("from_file", from_file, py::arg("file"), py::arg("cache"), py::arg("extractor"),
+                    "a scene file (TOML)")
+        .def_static("from_text", from_text, py::arg("text"), py::arg("file"), py::arg("cache"),
+                    py::arg("extractor"),
+                    "TOML; `file` names it in messages and anchors relative paths")
+        .def_property_readonly("file", [](const PyScene& s) { return s.scene->description().file; })
+        .def_property_readonly("text", [](const PyScene& s) { return s.scene->description().text; })
+        .def_property_readonly("rate_hz",
+                               [](const PyScene& s) { return s.scene->description().loop.rate_hz; })
+        .def_property_readonly(
+            "method",
+            [](const PyScene& s) { return std::string(name(s.scene->description().loop.method)); })
+        .def_property_readonly("surfaces", surfaces_of)
+        .def_property_readonly("effects", effects_of)
+        .def_property_readonly("warnings", warnings_of)
+        .def("in_words", in_words, py::arg("json"), "what `palpate explain` prints")
+        .def("mesh", mesh_of, py::arg("surface"), "(V, F), or None where its contact needs none")
+        .def("path", path_of, py::arg("every"), "(N, 4) rows of the scene's own device");
+}
+
+} // namespace palpate::python

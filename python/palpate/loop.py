@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A loop, frame by frame."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Sequence
+
+import numpy as np
+
+from palpate import _palpate
+from palpate._palpate import LoopState, Report
+from palpate.errors import ArgumentError
+from palpate.runs import _options_as_arguments
+from palpate.scene import Scene, native
+
+__all__ = ["Loop", "LoopState", "Report", "flag_names"]
+
+
+def flag_names(flags: int) -> list[str]:
+    """Names of the bits of a frame's ``flags``, as "force_clamped"."""
+    return _palpate.flag_names(int(flags))
+
+
+class Loop:
+    """A loop over a scene: a position in, a force out, as often as you ask.
+
+    Frames count as 1 / rate_hz apart, however long you wait between two of them: velocities and
+    everything that depends on time come from that. The computer's clock (its monotonic one) only
+    measures ``spent_us``, and with method "paper" decides how many sub-steps a frame has. A
+    loop without motors: its force is limited in length and slew (limits of the scene), and has no
+    other safety.
+
+    A thread that calls `frame` keeps the interpreter's lock for some microseconds, so that several
+    threads may share a loop. ``method``, ``sub_steps``, ``tolerance_um`` and ``budget_us`` are as
+    in the scene's [loop]. Raises ArgumentError where they are out of range.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        method: str | None = None,
+        sub_steps: int | None = None,
+        tolerance_um: float | None = None,
+        budget_us: float | None = None,
+    ) -> None:
+        with _options_as_arguments():
+            self._native = _palpate.Loop(
+                native(scene), method, sub_steps, tolerance_um, budget_us
+            )
+
+    def frame(
+        self,
+        position: Sequence[float] | np.ndarray,
+        time_s: float | None = None,
+        *,
+        new_trial: bool = False,
+    ) -> Report:
+        """One frame with the probe at ``position``: three numbers, m, scene frame.
+
+        ``time_s`` is what the report says as time; None: the number of frames so far / rate_hz.
+        ``new_trial`` puts the proxy to the probe, and takes gains at once. Positions that are not
+        finite are held: see the report's flags. Never raises for a value; ArgumentError where
+        ``position`` is not three numbers.
+        """
+        try:
+            x_m, y_m, z_m = position
+            return self._native.frame(x_m, y_m, z_m, time_s, new_trial)
+        except (TypeError, ValueError):
+            raise ArgumentError(
+                f"position = {position!r}, time_s = {time_s!r}; give three numbers in m, and a "
+                "number in s or None"
+            ) from None
+
+    def release(self) -> np.ndarray:
+        """The next force on its way to zero, (3,), N: call it frame by frame when a run ends."""
+        return self._native.release()
+
+    def set_gain(self, effect: int, gain: float) -> None:
+        """Scales an effect while the loop runs: 0 is off, 1 as the scene says, 10 the most.
+
+        ``effect`` counts `Scene.effects` from 0. A gain moves by 1 in 50 ms of frames. Raises
+        ArgumentError where the effect is left out, or a number is out of range.
+        """
+        index = operator.index(effect)
+        if not 0 <= index < self._native.effect_count:
+            raise ArgumentError(
+                f"effect = {index}: the scene has {self._native.effect_count} effects, counted "
+                "from 0; give one of them"
+            )
+        self._native.set_gain(index, gain)
+
+    def save(self) -> LoopState:
+        """The whole state between two frames, as a value."""
+        return self._native.save()
+
+    def restore(self, state: LoopState) -> None:
+        """The same positions give the same reports from here on as after `save`, bit for bit.
+
+        The state may be another loop's over the same scene, made alike; else ArgumentError.
+        """
+        self._native.restore(state)
+
+    @property
+    def path(self) -> np.ndarray:
+        """(M, 3), m: the proxy's corners in the last frame."""
+        return self._native.path
+
+    @property
+    def steps_left(self) -> np.ndarray:
+        """(E,) of uint32: the steps that were left after each evaluation of the last frame."""
+        return self._native.steps_left
+
+    @property
+    def warnings(self) -> list[str]:
+        """What this loop will not let feel as it is meant, a line each."""
+        return self._native.warnings

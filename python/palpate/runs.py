@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Traces: a scene felt along a path. Recordings: traces that were kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from contextlib import contextmanager
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate import _palpate
+from palpate.errors import ArgumentError
+from palpate.scene import Scene, _extractor, _folder, native
+from palpate.table import Table
+
+if TYPE_CHECKING:
+    import pandas
+
+PathLike = str | os.PathLike[str]
+Path = npt.ArrayLike | PathLike  # or a DataFrame
+
+_ROW = ("t_s", "x_m", "y_m", "z_m")
+_TIMING = ("spent_us", "estimate_us", "late_us", "surface_queries", "field_samples", "root_queries")
+
+
+class Frames(Table):
+    """A row per frame. The arrays are views of what was computed: read them, or copy them.
+
+    The columns are those of frames.csv, with its ``felt`` as text and as bits (surfaces_felt), and
+    those of timing.csv behind them.
+    """
+
+    columns = tuple(name for name in _palpate.column_names if name not in _TIMING)
+    columns = columns[:-1] + ("felt", "surfaces_felt") + _TIMING
+
+    def __init__(self, frames: _palpate.Frames) -> None:
+        self._native = frames
+        self.attributes = {
+            "frame": "LPS",
+            "length": "m",
+            "force": "N",
+            "time": "s",
+            "version": frames.version,
+        }
+
+    @property
+    def probe_m(self) -> np.ndarray:
+        """(N, 3), m, scene frame: the probe, as it was given."""
+        return self._native.probe_m
+
+    @property
+    def proxy_m(self) -> np.ndarray:
+        """(N, 3), m, scene frame: the proxy at each frame's end."""
+        return self._native.proxy_m
+
+    @property
+    def force_n(self) -> np.ndarray:
+        """(N, 3), N, scene frame: the force on the hand, after all limits."""
+        return self._native.force_n
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    def _column(self, column: str) -> np.ndarray:
+        if column != "felt":
+            return self._native.column(column)
+        indices, texts = self._native.felt()
+        return np.array(texts, dtype=np.str_)[indices]
+
+
+class Trace(Frames):
+    """What `trace` and `replay` give."""
+
+    _native: _palpate.TracedFrames
+
+    def summary(self) -> dict[str, Any]:
+        """What the command writes as summary.json: errors, certificates, what each surface felt."""
+        return json.loads(self._native.summary())
+
+    def save(self, file: PathLike, *, force: bool = False) -> None:
+        """Writes recording.h5: `read_recording` and `palpate replay` read it.
+
+        Raises FileError where that cannot be written, is an input of the scene, or, without
+        ``force``, is a file that Palpate did not write.
+        """
+        self._native.save(os.fsencode(file), force)
+
+
+class Recording(Frames):
+    """What `read_recording` gives."""
+
+    _native: _palpate.RecordedFrames
+
+    @property
+    def scene_text(self) -> str:
+        """The scene that it was made with, TOML."""
+        return self._native.scene_text
+
+    @property
+    def scene_file(self) -> str:
+        """Where that was read from; it anchors its relative paths."""
+        return self._native.scene_file
+
+
+def _rows(path: Any, rate_hz: float) -> np.ndarray:
+    """A path in memory as rows of t_s, x_m, y_m, z_m."""
+    if hasattr(path, "columns") and hasattr(path, "to_numpy"):
+        missing = [name for name in _ROW if name not in path.columns]
+        if missing:
+            raise ArgumentError(
+                f"path: has no column {missing[0]}; give columns {', '.join(_ROW)}"
+            )
+        path = path[list(_ROW)].to_numpy()
+    try:
+        rows = np.asarray(path)
+    except ValueError:
+        rows = np.empty(0, dtype=object)
+    if rows.dtype.kind not in "fiu" or rows.ndim != 2 or rows.shape[1] not in (3, 4):
+        raise ArgumentError(
+            f"path: is of shape {rows.shape} and type {rows.dtype}; give positions (N, 3) in m, "
+            f"rows (N, 4) of {', '.join(_ROW)}, a DataFrame with these columns, or a file's name"
+        )
+    rows = rows.astype(np.float64, copy=False)
+    if rows.shape[1] == 4:
+        return rows
+    return np.column_stack([np.arange(len(rows)) / rate_hz, rows])
+
+
+def _source(scene: Scene, path: Any, rate_hz: float | None, every: int) -> Any:
+    if every < 1:
+        raise ArgumentError(f"every = {every} is out of range; give an integer >= 1")
+    if rate_hz is not None and not (np.isfinite(rate_hz) and rate_hz > 0):
+        raise ArgumentError(f"rate_hz = {rate_hz} is out of range; give a finite number > 0, Hz")
+    if path is None or isinstance(path, (str, os.PathLike)):
+        if rate_hz is not None:
+            raise ArgumentError("rate_hz: goes with an array of positions; leave it out")
+        return None if path is None else os.fsencode(path)
+    return _rows(path, scene.rate_hz if rate_hz is None else rate_hz)
+
+
+@contextmanager
+def _options_as_arguments() -> Iterator[None]:
+    """The library calls what changes a run as the command does: --sub-steps."""
+    try:
+        yield
+    except ArgumentError as error:
+        line = re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda m: m[1].replace("-", "_"), str(error))
+        raise ArgumentError(line) from None
+
+
+def trace(
+    scene: Scene,
+    path: Path | pandas.DataFrame | None = None,
+    *,
+    rate_hz: float | None = None,
+    every: int = 1,
+    method: str | None = None,
+    sub_steps: int | None = None,
+    tolerance_um: float | None = None,
+    budget_us: float | None = None,
+) -> Trace:
+    """Feels a scene along a path, a frame per row: the frames of `palpate trace`, bit for bit.
+
+    ``path``: positions (N, 3), m, scene frame, a period apart; rows (N, 4) of t_s, x_m, y_m, z_m,
+    where t_s = 0 begins a new trial; a DataFrame with these columns; the name of a CSV file of
+    them; None: the scene's own path, orbit, tour or recording. ``rate_hz``: of positions (N, 3),
+    Hz; None: the scene's own. It has to be the scene's within 1 %: rows are frames. ``every`` = K
+    takes each K-th row of a trial. The others are as in the scene's [loop], for this run.
+
+    Other threads of Python run meanwhile. Ctrl-C ends it; what was computed is thrown away.
+    Raises ArgumentError for what is wrong with an argument, SceneError where the scene has no path
+    of its own, FileError where a file cannot be read.
+    """
+    felt = native(scene)
+    source = _source(scene, path, rate_hz, every)
+    with _options_as_arguments():
+        return Trace(
+            _palpate.trace(felt, source, every, method, sub_steps, tolerance_um, budget_us)
+        )
+
+
+def read_recording(file: PathLike) -> Recording:
+    """Reads recording.h5 of a trace, or what was kept of a run that was cut off.
+
+    Raises FileError.
+    """
+    return Recording(_palpate.read_recording(os.fsencode(file)))
+
+
+def replay(
+    recording: Recording | PathLike,
+    *,
+    cache: PathLike | None = None,
+    extraction: bool | None = None,
+) -> Trace:
+    """Computes a recording's frames again, bit for bit but for the columns of timing.csv.
+
+    ``cache`` and ``extraction`` are those of `Scene`. Raises FileError that says what has changed
+    since it was recorded, or why it cannot be replayed.
+    """
+    if not isinstance(recording, Recording):
+        recording = read_recording(recording)
+    return Trace(_palpate.replay(recording._native, _folder(cache), _extractor(extraction)))

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes: from a file, from TOML text, from a dict."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from palpate import _palpate, _toml
+from palpate.errors import ArgumentError, SceneError
+from palpate.meshes import Mesh
+
+
+def usual_cache_folder() -> str:
+    """Where the command keeps baked fields and meshes; "" where it keeps none."""
+    return _palpate.usual_cache_folder()
+
+
+def _extractor(extraction: bool | None) -> Any:
+    """What makes meshes of volumes, where it is wanted and there; it is under the GPL."""
+    if extraction is False:
+        return None
+    try:
+        from palpate import _extraction
+    except ImportError as error:
+        if extraction:
+            raise SceneError(
+                "extraction = True: this build of the package has none; "
+                "build it with CGAL, or leave it out"
+            ) from error
+        return None
+    return _extraction.extractor
+
+
+def _folder(cache: str | os.PathLike[str] | None) -> bytes:
+    return b"" if cache is None else os.fsencode(cache)
+
+
+def native(scene: Any) -> _palpate.Scene:
+    """What C++ has of a scene; who gives something else is told."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene is of type {type(scene).__name__}; give a palpate.Scene")
+    return scene._native
+
+
+class Scene:
+    """What can be felt: loaded once, it never changes. Loops and traces may share it.
+
+    ``source`` is a scene file (TOML), or a dict with the tables and keys of such a file; files
+    that a dict names are relative to the working folder. See `from_text` for TOML text.
+
+    ``cache`` is a folder for baked fields and extracted meshes; None keeps nothing, and
+    ``palpate.usual_cache_folder()`` shares the command's. ``extraction`` says whether volumes may
+    be made meshes of, with CGAL under the GPL (palpate._extraction): True, False, or None, where
+    that module is installed.
+
+    Raises SceneError for what is wrong with the scene or a file that it names, FileError where the
+    scene file cannot be read. Ctrl-C ends loading.
+    """
+
+    def __init__(
+        self,
+        source: str | os.PathLike[str] | Mapping[str, Any],
+        *,
+        cache: str | os.PathLike[str] | None = None,
+        extraction: bool | None = None,
+    ) -> None:
+        folder, extractor = _folder(cache), _extractor(extraction)
+        if isinstance(source, Mapping):
+            text = _toml.scene_text(source)
+            try:
+                self._native = _palpate.Scene.from_text(text, "dict", folder, extractor)
+            except SceneError as error:
+                raise SceneError(_toml.without_lines(str(error), text)) from None
+        elif isinstance(source, (str, os.PathLike)):
+            file = os.fsencode(source)
+            self._native = _palpate.Scene.from_file(file, folder, extractor)
+        else:
+            raise TypeError(
+                f"source is of type {type(source).__name__}; give a file's name or a dict"
+            )
+
+    @classmethod
+    def from_text(
+        cls,
+        text: str,
+        *,
+        file: str | os.PathLike[str] = "text",
+        cache: str | os.PathLike[str] | None = None,
+        extraction: bool | None = None,
+    ) -> Scene:
+        """A scene from TOML text; ``file`` names it in messages and anchors relative paths.
+
+        Raises SceneError.
+        """
+        scene = cls.__new__(cls)
+        scene._native = _palpate.Scene.from_text(
+            text, os.fsencode(file), _folder(cache), _extractor(extraction)
+        )
+        return scene
+
+    @property
+    def name(self) -> str:
+        """The file's name without its ending; "dict" or "text" where there is no file."""
+        return self._native.file.stem
+
+    @property
+    def text(self) -> str:
+        """The scene as TOML; of a dict, what was made of it."""
+        return self._native.text
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The scene's tables as a fresh dict: as its file says them, without default values."""
+        return tomllib.loads(self.text)
+
+    @property
+    def rate_hz(self) -> float:
+        """Frames per second, Hz."""
+        return self._native.rate_hz
+
+    @property
+    def method(self) -> str:
+        """How the proxy is moved: "single", "paper", "fixed" or "adaptive"."""
+        return self._native.method
+
+    @property
+    def surfaces(self) -> list[str]:
+        """Names of the surfaces that are felt."""
+        return self._native.surfaces
+
+    @property
+    def effects(self) -> list[str]:
+        """Kinds of its effects, in the order in which `Loop.set_gain` counts them."""
+        return self._native.effects
+
+    @property
+    def warnings(self) -> list[str]:
+        """What will not be felt as it is meant, a line each: what the command prints on stderr."""
+        return self._native.warnings
+
+    def explain(self) -> str:
+        """What it computes, what it leaves out, and why: as `palpate explain` prints it.
+
+        Measures what each effect costs on this machine, which takes a moment.
+        """
+        return self._native.in_words(False)
+
+    def plan(self) -> dict[str, Any]:
+        """The same as a dict: as `palpate explain --json` prints it."""
+        return json.loads(self._native.in_words(True))
+
+    def mesh(self, surface: str) -> Mesh | None:
+        """The mesh of a surface that is felt, or None where its contact needs none.
+
+        Raises KeyError where no such surface is felt.
+        """
+        arrays = self._native.mesh(surface)
+        return None if arrays is None else Mesh(*arrays)
+
+    def path(self, *, every: int = 1) -> np.ndarray:
+        """The probe path of the scene's own device: (N, 4) of t_s, x_m, y_m, z_m, as in a file.
+
+        Of a path, an orbit, a tour or a recording; ``every`` = K takes each K-th row. Raises
+        SceneError where the device is another one.
+        """
+        if every < 1:
+            raise ArgumentError(f"every = {every} is out of range; give an integer >= 1")
+        return self._native.path(every)
+
+    def __repr__(self) -> str:
+        return f"<palpate.Scene {self.name}: {', '.join(self.surfaces) or 'no surface'}>"

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A loop step by step gives the frames of a trace."""
+
+import unittest
+
+import numpy as np
+from support import cavity, main, strokes
+
+import palpate
+
+_FIELDS = ("frame", "trial", "time_s", "sub_steps", "evaluations", "contacts", "residual_m")
+
+
+class Loops(unittest.TestCase):
+    def setUp(self):
+        self.scene = palpate.Scene(cavity())
+
+    def test_frames_are_those_of_a_trace(self):
+        positions = strokes(3000)
+        positions[1700] = np.inf
+        for method in ("single", "fixed", "adaptive"):
+            trace = palpate.trace(self.scene, positions, method=method)
+            loop = palpate.Loop(self.scene, method=method)
+            reports = [loop.frame(position) for position in positions]
+            for name in (*_FIELDS, "flags", "surfaces_felt", "felt", "field_samples"):
+                ours = np.array([getattr(report, name) for report in reports])
+                self.assertEqual(ours.tolist(), trace[name].tolist(), name)
+            for name in ("probe_m", "proxy_m", "force_n"):
+                ours = np.array([getattr(report, name) for report in reports])
+                self.assertEqual(ours.tobytes(), np.array(getattr(trace, name)).tobytes(), name)
+
+    def test_new_trials_are_those_of_a_path(self):
+        rows = np.column_stack([np.arange(40) / 1000.0, 1.05 * strokes(40)])
+        trace = palpate.trace(self.scene, np.vstack([rows, rows]))
+        loop = palpate.Loop(self.scene)
+        reports = [
+            loop.frame(row[1:], new_trial=row[0] == 0.0) for row in np.vstack([rows, rows])
+        ]
+        self.assertEqual([r.trial for r in reports], trace["trial"].tolist())
+        self.assertEqual([tuple(r.force_n) for r in reports], [tuple(f) for f in trace.force_n])
+
+    def test_time_may_be_the_callers(self):
+        loop = palpate.Loop(self.scene)
+        self.assertEqual(loop.frame((0, 0, 0), 12.5).time_s, 12.5)
+        self.assertEqual(loop.frame((0, 0, 0)).time_s, 0.001)
+
+    def test_a_restored_loop_goes_on_bit_for_bit(self):
+        positions = strokes(2000)
+        loop, other = palpate.Loop(self.scene), palpate.Loop(self.scene)
+        for position in positions[:900]:
+            loop.frame(position)
+        state = loop.save()
+
+        def rest(of):
+            reports = [of.frame(position) for position in positions[900:]]
+            return [(r.frame, r.time_s, *r.force_n, *r.proxy_m) for r in reports]
+
+        first = rest(loop)
+        self.assertGreater(max(abs(number) for row in first for number in row[2:5]), 0.5)
+        loop.restore(state)
+        self.assertEqual(rest(loop), first)
+        other.restore(state)
+        self.assertEqual(rest(other), first)
+
+    def test_a_gain_of_zero_switches_an_effect_off_and_one_brings_it_back(self):
+        loop = palpate.Loop(self.scene)
+        outside = np.array([0.051, 0.0, 0.0])
+        loop.frame([0.049, 0.0, 0.0])
+        for _ in range(100):
+            felt = loop.frame(outside)
+        self.assertLess(felt.force_n[0], -0.4)
+        loop.set_gain(0, 0.0)
+        for _ in range(100):
+            off = loop.frame(outside)
+        self.assertAlmostEqual(off.force_n[0], 0.0, places=9)
+        self.assertIn("live_gain", palpate.flag_names(off.flags))
+
+    def test_a_run_is_led_to_zero(self):
+        loop = palpate.Loop(self.scene)
+        loop.frame([0.049, 0.0, 0.0])
+        for _ in range(100):
+            loop.frame([0.052, 0.0, 0.0])
+        lengths = [np.linalg.norm(loop.release()) for _ in range(50)]
+        self.assertEqual(lengths[-1], 0.0)
+        self.assertEqual(lengths, sorted(lengths, reverse=True))
+
+    def test_a_frame_tells_its_proxys_way_and_its_steps(self):
+        loop = palpate.Loop(self.scene, method="fixed", sub_steps=4)
+        loop.frame([0.04, 0.0, 0.0])
+        report = loop.frame([0.04, 0.004, 0.0])
+        self.assertEqual(loop.path.shape[1], 3)
+        np.testing.assert_array_equal(loop.path[-1], report.proxy_m)
+        self.assertEqual(len(loop.steps_left), report.evaluations)
+        self.assertEqual(loop.warnings, [])
+
+
+if __name__ == "__main__":
+    main()
