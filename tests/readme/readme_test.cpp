@@ -238,5 +238,26 @@ TEST_F(FirstSteps, TheProgramOfThePageOnEmbeddingCompiles) {
     EXPECT_EQ(done.status, 0) << done.errors;
 }
 
+TEST_F(FirstSteps, TheProgramOfThePageOnCCompiles) {
+    std::string code;
+    bool is_in = false;
+    for (const std::string& line : lines_of(kPages / "c.md")) {
+        if (line.starts_with("```"))
+            is_in = line == "```c";
+        else if (is_in)
+            code += line + "\n";
+    }
+    ASSERT_NE(code, "");
+    make_file(folder_ / "program.c", "#include <stdio.h>\n#include <palpate/palpate_c.h>\n"
+                                     "int read_device(double *time_s, double *position_m);\n"
+                                     "void send_to_device(const double *force_n);\n"
+                                     "void program(void);\nvoid program(void) {\n" +
+                                         code + "}\n");
+    const Outcome done =
+        folder_.run(PALPATE_C_COMPILER " -std=c99 -fsyntax-only -Wall -Wextra -Werror -I '" +
+                    std::string(PALPATE_INCLUDE) + "' program.c");
+    EXPECT_EQ(done.status, 0) << done.errors;
+}
+
 } // namespace
 } // namespace palpate
