@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/files/sha256.h>
 #include <palpate/engine/record/recording.h>
-#include <palpate/engine/record/recording_journal.h>
 
 #include <algorithm>
 #include <bit>
@@ -14,6 +12,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
+
+#include <palpate/engine/files/sha256.h>
+#include <palpate/engine/record/recording_journal.h>
 
 #include "tests/support/temporary_folder.h"
 
@@ -466,35 +467,6 @@ TEST_F(RecordingFile, Hdf5StaysSilentAndItsSettingIsPutBack) {
     H5Eget_auto2(H5E_DEFAULT, &after, &data_after);
     EXPECT_EQ(after, mine);
     H5Eset_auto2(H5E_DEFAULT, before, data_before);
-}
-
-// The vectors of FIPS 180-4's examples (NIST, "SHA256.pdf") and of a million times "a".
-TEST_F(RecordingFile, Sha256GivesThePublishedValues) {
-    EXPECT_EQ(sha256_of_text(""),
-              "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-    EXPECT_EQ(sha256_of_text("abc"),
-              "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-    EXPECT_EQ(sha256_of_text("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
-              "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
-    EXPECT_EQ(sha256_of_text(std::string(1000000, 'a')),
-              "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
-}
-
-TEST_F(RecordingFile, Sha256OfAFileIsThatOfItsBytes) {
-    // Sizes around the piece that is read at a time.
-    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, (std::size_t{1} << 20) - 1,
-                                   std::size_t{1} << 20, (std::size_t{1} << 20) + 1}) {
-        std::string bytes(size, '\0');
-        for (std::size_t i = 0; i < size; ++i)
-            bytes[i] = static_cast<char>(i * 7);
-        test::make_file(file(), bytes);
-        EXPECT_EQ(sha256_of_file(file()), sha256_of_text(bytes)) << size;
-    }
-}
-
-TEST_F(RecordingFile, Sha256OfWhatIsNoFileIsAnError) {
-    message_of(file(), [&] { sha256_of_file(file()); });
-    message_of(folder(), [&] { sha256_of_file(folder()); });
 }
 
 } // namespace
