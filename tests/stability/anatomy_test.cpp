@@ -185,7 +185,7 @@ TEST(Anatomy, AYieldingSurfaceLetsGoOfAPlateau) {
     EXPECT_NEAR(loop.proxy().z, 0.03, 1e-4) << "it came out with the hand";
 }
 
-// Contact.md 7.3: what leaving the certificate out costs. A control for the tests above: the same
+// What leaving the certificate out costs (contact.md 7.3). A control for the tests above: the same
 // strokes go deep.
 TEST(Anatomy, DirectContactGoesDeeperThanTheCertificate) {
     if (!test::can_extract()) GTEST_SKIP() << "this build has no extraction";
