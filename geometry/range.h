@@ -46,8 +46,8 @@ void require_finite(std::string_view what, const Vec3& value);
 /// Refuses a direction that has no length, or none that is finite.
 void require_direction(std::string_view what, const Vec3& value);
 /// The part itself; refuses nothing at all.
-template <class T>
-std::shared_ptr<T> required(std::string_view what, std::shared_ptr<T> part) {
+template <class Pointer>
+Pointer required(std::string_view what, Pointer part) {
     if (!part) throw std::invalid_argument(std::string(what) + " is missing; give one");
     return part;
 }

@@ -9,12 +9,16 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #if defined(__x86_64__)
 #include <xmmintrin.h>
 #endif
 
 #include <palpate/engine/loop/device_safety.h>
+#include <palpate/engine/loop/internal/handover.h>
 #include <palpate/engine/loop/internal/loop_state_parts.h>
+#include <palpate/engine/loop/internal/surface_identity.h>
 #include <palpate/engine/loop/internal/surface_statuses.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
@@ -64,19 +68,21 @@ SteppingSettings stepping(const LoopDescription& loop) {
     return settings;
 }
 
-template <class T>
-std::vector<T*> pointers(const std::vector<std::unique_ptr<T>>& owners) {
-    std::vector<T*> result;
+template <class Owners>
+auto pointers(const Owners& owners) {
+    std::vector<typename Owners::value_type::element_type*> result;
     result.reserve(owners.size());
-    for (const std::unique_ptr<T>& owner : owners)
+    for (const auto& owner : owners)
         result.push_back(owner.get());
     return result;
 }
 
+using CustomEffects = std::vector<std::shared_ptr<Effect>>;
+
 /// The scene, once all that the loop is made of has been checked.
 std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
                                      const LoopDescription& loop, const DeviceProperties& device,
-                                     const std::vector<std::unique_ptr<Effect>>& custom) {
+                                     const CustomEffects& custom) {
     validate(loop);
     validate(device);
     for (std::size_t i = 0; i < custom.size(); ++i)
@@ -84,6 +90,21 @@ std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
             throw std::invalid_argument("custom[" + std::to_string(i) +
                                         "] is null; give an effect, or leave it out");
     return required("scene", std::move(scene));
+}
+
+/// What belongs to the hand and its device does not change with the scene.
+void require_same_hand(const internal::LoopMake& scene, const internal::LoopMake& loop) {
+    const auto require_same = [](const char* name, double of_scene, double of_loop) {
+        if (of_scene != of_loop)
+            throw std::invalid_argument(fmt::format(
+                "adopt: {} is {} in the scene and {} in the loop; give the scene the loop's, or "
+                "make another loop",
+                name, of_scene, of_loop));
+    };
+    require_same("coupling.stiffness", scene.coupling.stiffness, loop.coupling.stiffness);
+    require_same("coupling.damping", scene.coupling.damping, loop.coupling.damping);
+    require_same("limits.force_n", scene.safety.force_n, loop.safety.force_n);
+    require_same("limits.slew_n_per_s", scene.safety.slew_n_per_s, loop.safety.slew_n_per_s);
 }
 
 bool in_range(const Vec3& p) noexcept {
@@ -95,13 +116,20 @@ bool in_range(const Vec3& p) noexcept {
 class HapticLoop::Parts {
 public:
     Parts(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
-          const DeviceProperties& device, std::vector<std::unique_ptr<Effect>> custom);
+          const DeviceProperties& device, const CustomEffects& custom);
+
+    void go_on_from(Parts& before) noexcept;
+    void take_gains_of_custom(const Parts& of) noexcept;
+    internal::LoopMake make() const;
 
     FrameReport frame(const DeviceState& device,
                       std::span<const std::uint32_t> steps_left) noexcept;
     Vec3 release() noexcept;
     std::vector<std::string> warnings() const;
     bool set_gain(std::size_t effect, double gain) noexcept;
+    bool set_pose(std::size_t surface, const RigidPose& pose) noexcept;
+    RigidPose pose(std::size_t surface) const noexcept;
+    Wrench wrench(std::size_t surface) const noexcept;
     LoopState save() const;
     void restore(const LoopState& state);
 
@@ -112,6 +140,7 @@ public:
     std::size_t effect_count() const noexcept { return gains_.size(); }
 
 private:
+    MovingSurface* body_of(std::size_t surface) const noexcept;
     std::size_t effects_before_limits() const;
     bool keeps_from_surfaces(std::size_t effect) const noexcept;
     std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
@@ -122,12 +151,13 @@ private:
                       std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
     Vec3 velocity(const DeviceState& device) noexcept;
     QueryCount queries() const noexcept;
-    internal::LoopMake make() const;
 
     std::shared_ptr<const Scene> scene_;
     LoopDescription loop_;
     Clock& clock_;
     LoopParts felt_;
+    CustomEffects custom_;
+    std::vector<Effect*> effects_; // all, in the order in which they are gathered
     std::unique_ptr<Subdivision> subdivision_;
     std::vector<GainRamp*> gains_; // of each effect of the scene, then of the custom ones; null:
                                    // the plan left it out
@@ -148,13 +178,19 @@ private:
     bool moved_ = false; // in the last frame: subdivision_ has its touches
     TouchList touches_;  // as they were asked for last
     internal::SurfaceStatuses statuses_;
+
+    // Of a scene that takes another's place.
+    std::vector<std::string> identities_;     // of the surfaces
+    std::vector<std::size_t> surfaces_after_; // room for Subdivision::Heritage
+    std::vector<std::size_t> effects_after_;
+    std::uint32_t flags_of_adoption_ = 0; // for the next report
 };
 
 HapticLoop::Parts::Parts(std::shared_ptr<const Scene> scene, Clock& clock,
                          const LoopDescription& loop, const DeviceProperties& device,
-                         std::vector<std::unique_ptr<Effect>> custom)
+                         const CustomEffects& custom)
     : scene_(checked(std::move(scene), loop, device, custom)), loop_(loop), clock_(clock),
-      felt_(scene_->make_parts()),
+      felt_(scene_->make_parts()), custom_(custom), effects_(pointers(felt_.effects)),
       coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
       safety_(
           safety_settings(scene_->description().limits, loop.rate_hz, coupling_.stiffness, device)),
@@ -162,15 +198,52 @@ HapticLoop::Parts::Parts(std::shared_ptr<const Scene> scene, Clock& clock,
       estimates_velocity_(device.force_n > 0.0 &&
                           device.velocity_source == VelocitySource::positions),
       velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz),
-      statuses_(*scene_) {
-    const std::size_t custom_count = custom.size();
-    felt_.effects.insert(
-        felt_.effects.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
-        std::make_move_iterator(custom.begin()), std::make_move_iterator(custom.end()));
-    subdivision_ =
-        std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts),
-                                      pointers(felt_.effects), clock_, std::move(felt_.finish));
-    gains_ = gains_of_effects(custom_count);
+      statuses_(*scene_), identities_(internal::surface_identities(*scene_)),
+      surfaces_after_(felt_.contacts.size()) {
+    const std::vector<Effect*> customs = pointers(custom_);
+    effects_.insert(effects_.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
+                    customs.begin(), customs.end());
+    effects_after_.resize(effects_.size());
+    subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts), effects_,
+                                                 clock_, std::move(felt_.finish));
+    gains_ = gains_of_effects(custom_.size());
+}
+
+/// Takes the place of `before` between two frames.
+void HapticLoop::Parts::go_on_from(Parts& before) noexcept {
+    const FlushDenormals flush_denormals;
+    constexpr std::size_t kNew = Subdivision::Heritage::kNew;
+    for (std::size_t i = 0; i < identities_.size(); ++i) {
+        const auto& theirs = before.identities_;
+        const auto found = std::find(theirs.begin(), theirs.end(), identities_[i]);
+        surfaces_after_[i] =
+            found == theirs.end() ? kNew : static_cast<std::size_t>(found - theirs.begin());
+    }
+    const std::size_t first = effects_before_limits(), theirs = before.effects_before_limits();
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
+        const bool custom = i >= first && i < first + custom_.size();
+        effects_after_[i] = custom ? theirs + (i - first) : kNew;
+    }
+    safety_ = before.safety_;
+    velocity_estimator_ = before.velocity_estimator_;
+    frames_ = before.frames_;
+    counted_ = queries();
+    started_ = before.started_;
+    silent_ = before.silent_;
+    trial_ = before.trial_;
+    proxy_ = before.proxy_;
+    flags_of_adoption_ = before.flags_of_adoption_ | kSceneAdopted;
+    if (started_)
+        flags_of_adoption_ |= subdivision_->go_on_from(*before.subdivision_,
+                                                       {surfaces_after_, effects_after_}, proxy_);
+}
+
+/// Of custom effects in another scene's loop: where they were set to go.
+void HapticLoop::Parts::take_gains_of_custom(const Parts& of) noexcept {
+    const std::size_t first = gains_.size() - custom_.size();
+    const std::size_t theirs = of.gains_.size() - custom_.size();
+    for (std::size_t i = 0; i < custom_.size(); ++i)
+        gains_[first + i]->set(of.gains_[theirs + i]->wanted());
 }
 
 std::vector<GainRamp*> HapticLoop::Parts::gains_of_effects(std::size_t custom_count) const {
@@ -217,17 +290,50 @@ bool HapticLoop::Parts::set_gain(std::size_t effect, double gain) noexcept {
     return true;
 }
 
+bool HapticLoop::Parts::set_pose(std::size_t surface, const RigidPose& pose) noexcept {
+    MovingSurface* body = body_of(surface);
+    const double length = glm::length(pose.orientation);
+    if (!body || !in_range(pose.position) || !(length > 0.0) || !std::isfinite(length))
+        return false;
+    body->set_pose({pose.position, pose.orientation / length});
+    return true;
+}
+
+RigidPose HapticLoop::Parts::pose(std::size_t surface) const noexcept {
+    const MovingSurface* body = body_of(surface);
+    return body ? body->pose() : RigidPose{};
+}
+
+MovingSurface* HapticLoop::Parts::body_of(std::size_t surface) const noexcept {
+    const bool known = surface < felt_.contacts.size();
+    return known ? subdivision_->surface(surface).moving() : nullptr;
+}
+
+Wrench HapticLoop::Parts::wrench(std::size_t surface) const noexcept {
+    Wrench wrench;
+    if (!moved_) return wrench;
+    TouchList touches;
+    subdivision_->find_touches(touches);
+    const Vec3 origin = pose(surface).position;
+    for (const Touch& touch : touches) {
+        if (touch.surface != surface) continue;
+        wrench.force -= touch.force;
+        wrench.torque -= glm::cross(touch.point - origin, touch.force);
+    }
+    return wrench;
+}
+
 std::vector<std::string> HapticLoop::Parts::warnings() const {
     std::vector<internal::FeltEffect> effects;
     const std::vector<std::size_t>& order = scene_->effect_order();
     const std::size_t scene_count = order.size(), before = effects_before_limits();
-    const std::size_t custom_count = felt_.effects.size() - scene_count;
-    for (std::size_t i = 0; i < felt_.effects.size(); ++i) {
+    const std::size_t custom_count = effects_.size() - scene_count;
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
         const bool custom = i >= before && i < before + custom_count;
         const std::size_t number = custom ? i - before : order[i < before ? i : i - custom_count];
         effects.push_back({custom ? "custom effect " + std::to_string(number + 1)
                                   : internal::effect_name(*scene_, number),
-                           felt_.effects[i].get()});
+                           effects_[i]});
     }
     return internal::warnings_of(*scene_, effects);
 }
@@ -242,6 +348,7 @@ FrameReport HapticLoop::Parts::frame(const DeviceState& device,
     report.trial = device.trial;
     report.time_s = device.time_s;
     report.probe = device.position;
+    report.flags = std::exchange(flags_of_adoption_, 0);
     moved_ = false;
 
     if (!in_range(device.position)) {
@@ -334,7 +441,7 @@ QueryCount HapticLoop::Parts::queries() const noexcept {
     QueryCount total;
     for (const auto& contact : felt_.contacts)
         total += contact->queries();
-    for (const auto& effect : felt_.effects)
+    for (const Effect* effect : effects_)
         total += effect->queries();
     return total += subdivision_->queries();
 }
@@ -385,6 +492,52 @@ std::span<const SurfaceStatus> HapticLoop::Parts::surface_states() noexcept {
 
 // ---- the loop: its parts, asked from outside ---------------------------------------------------
 
+class HapticLoop::Going {
+public:
+    Going(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
+          const DeviceProperties& device, CustomEffects custom)
+        : clock_(clock), loop_(loop), device_(device), custom_(std::move(custom)),
+          parts_(make_parts(std::move(scene))), coupling_(parts_.running().coupling()),
+          make_(parts_.running().make()) {
+        make_.scene.reset(); // scenes come and go
+    }
+
+    void adopt(std::shared_ptr<const Scene> scene) {
+        std::unique_ptr<Parts> next = make_parts(std::move(scene));
+        parts_.with_newest([&](const Parts& newest) {
+            next->take_gains_of_custom(newest);
+            return 0;
+        });
+        require_same_hand(next->make(), make_);
+        parts_.hand_in(std::move(next));
+    }
+    /// With what was adopted since the last frame.
+    Parts& next_frames() noexcept {
+        parts_.advance([](Parts& next, Parts& before) { next.go_on_from(before); });
+        return parts_.running();
+    }
+    /// Of the last frame.
+    Parts& last_frames() const noexcept { return parts_.running(); }
+    template <class Use>
+    auto with_newest(const Use& use) const noexcept {
+        return parts_.with_newest(use);
+    }
+    const VirtualCoupling& coupling() const noexcept { return coupling_; }
+
+private:
+    std::unique_ptr<Parts> make_parts(std::shared_ptr<const Scene> scene) const {
+        return std::make_unique<Parts>(std::move(scene), clock_, loop_, device_, custom_);
+    }
+
+    Clock& clock_;
+    LoopDescription loop_;
+    DeviceProperties device_;
+    CustomEffects custom_; // of every scene
+    internal::Handover<Parts> parts_;
+    VirtualCoupling coupling_;
+    internal::LoopMake make_; // without a scene
+};
+
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        std::vector<std::unique_ptr<Effect>> custom)
     : HapticLoop(scene, clock, required("scene", scene)->description().loop, std::move(custom)) {}
@@ -396,45 +549,67 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, const DeviceProperties& device,
                        std::vector<std::unique_ptr<Effect>> custom)
-    : parts_(std::make_unique<Parts>(std::move(scene), clock, loop, device, std::move(custom))) {}
+    : going_(std::make_unique<Going>(std::move(scene), clock, loop, device,
+                                     CustomEffects(std::make_move_iterator(custom.begin()),
+                                                   std::make_move_iterator(custom.end())))) {}
 
 HapticLoop::~HapticLoop() = default;
 
 FrameReport HapticLoop::frame(const DeviceState& device) noexcept {
-    return parts_->frame(device, {});
+    return going_->next_frames().frame(device, {});
 }
 
 FrameReport HapticLoop::frame(const DeviceState& device,
                               std::span<const std::uint32_t> steps_left) noexcept {
-    return parts_->frame(device, steps_left);
+    return going_->next_frames().frame(device, steps_left);
 }
 
-Vec3 HapticLoop::release() noexcept { return parts_->release(); }
+Vec3 HapticLoop::release() noexcept { return going_->last_frames().release(); }
 
-LoopState HapticLoop::save() const { return parts_->save(); }
+void HapticLoop::adopt(std::shared_ptr<const Scene> scene) { going_->adopt(std::move(scene)); }
 
-void HapticLoop::restore(const LoopState& state) { parts_->restore(state); }
+LoopState HapticLoop::save() const { return going_->next_frames().save(); }
 
-std::vector<std::string> HapticLoop::warnings() const { return parts_->warnings(); }
+void HapticLoop::restore(const LoopState& state) { going_->next_frames().restore(state); }
 
-const VirtualCoupling& HapticLoop::coupling() const noexcept { return parts_->coupling(); }
+std::vector<std::string> HapticLoop::warnings() const { return going_->next_frames().warnings(); }
 
-std::span<const Vec3> HapticLoop::path() const noexcept { return parts_->subdivision().path(); }
+const VirtualCoupling& HapticLoop::coupling() const noexcept { return going_->coupling(); }
+
+std::span<const Vec3> HapticLoop::path() const noexcept {
+    return going_->last_frames().subdivision().path();
+}
 
 std::span<const std::uint32_t> HapticLoop::steps_left() const noexcept {
-    return parts_->subdivision().steps_left();
+    return going_->last_frames().subdivision().steps_left();
 }
 
-std::span<const Touch> HapticLoop::touches() const noexcept { return parts_->touches(); }
+std::span<const Touch> HapticLoop::touches() const noexcept {
+    return going_->last_frames().touches();
+}
 
 std::span<const SurfaceStatus> HapticLoop::surface_states() const noexcept {
-    return parts_->surface_states();
+    return going_->last_frames().surface_states();
 }
 
-std::size_t HapticLoop::effect_count() const noexcept { return parts_->effect_count(); }
+std::size_t HapticLoop::effect_count() const noexcept {
+    return going_->with_newest([](const Parts& parts) { return parts.effect_count(); });
+}
 
 bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
-    return parts_->set_gain(effect, gain);
+    return going_->with_newest([&](Parts& parts) { return parts.set_gain(effect, gain); });
+}
+
+bool HapticLoop::set_pose(std::size_t surface, const RigidPose& pose) noexcept {
+    return going_->with_newest([&](Parts& parts) { return parts.set_pose(surface, pose); });
+}
+
+RigidPose HapticLoop::pose(std::size_t surface) const noexcept {
+    return going_->last_frames().pose(surface);
+}
+
+Wrench HapticLoop::wrench(std::size_t surface) const noexcept {
+    return going_->last_frames().wrench(surface);
 }
 
 } // namespace palpate

@@ -12,6 +12,7 @@
 #include <palpate/engine/loop/loop_state.h>
 #include <palpate/engine/loop/surface_status.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/geometry/rigid_pose.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/hand/virtual_coupling.h>
 #include <palpate/haptics/stepping/clock.h>
@@ -22,6 +23,12 @@ namespace palpate {
 namespace internal {
 struct LoopMake;
 }
+
+/// A force on a body and its torque about the body's origin, RigidPose::position. Scene frame.
+struct Wrench {
+    Vec3 force{0.0};  ///< N
+    Vec3 torque{0.0}; ///< N m
+};
 
 /// All mutable state of one haptic loop over a shared scene. frame() is an ordinary function: call
 /// it from whichever thread you like, one at a time. Below it there is no allocation, lock,
@@ -62,6 +69,20 @@ public:
     /// motors: at the slew limit). frame() may follow; with motors it then waits for a small force.
     /// [loop]
     Vec3 release() noexcept;
+
+    /// Goes on with another scene: it is built here, while frames go on in another thread, and the
+    /// next frame takes it over. What the loop was made with stays: method, rate, device, custom
+    /// effects with their gains. The proxy stays where it is. A surface of the same name, data,
+    /// level and contact goes on as it is, however strong or rough it is now, with its pose; any
+    /// other is felt as from a new trial's beginning, so one that holds the proxy inside is not
+    /// felt until the proxy has left it (inside_at_start). Effects of the scene begin anew. Gains
+    /// are 1. The force follows within the slew limit. The frame has the flag scene_adopted. From
+    /// here on set_gain(), set_pose() and effect_count() are about the new scene; what describes
+    /// the last frame is about the old one until the next frame. Of two calls before a frame the
+    /// second counts. Throws, and changes nothing, what the constructor does; and
+    /// std::invalid_argument if coupling or limits differ from the loop's. They belong to the hand
+    /// and its device: make another loop. From any thread but the one in frame().       [setup]
+    void adopt(std::shared_ptr<const Scene> scene);
 
     /// Its whole state between two frames: of contacts, effects and gains, of the hand's safety and
     /// of the frames' count.                                                            [setup]
@@ -118,9 +139,26 @@ public:
     /// workspace is refused, too.                                                           [any]
     bool set_gain(std::size_t effect, double gain) noexcept;
 
+    /// Moves the body of a surface that `moves` (SurfaceDescription), Scene::surfaces()[surface], from
+    /// any thread, also while frame() runs; but each surface from one thread at a time. The next
+    /// frame begins with the body there. `pose` is where the frame of the scene's own data then
+    /// lies; {} is where the scene has it. Position within 1e6 m, orientation of any length > 0,
+    /// which is made 1. A new trial begins with the pose that was set last. Between two frames a
+    /// body goes straight and turns by the shorter way; a proxy that it touches goes along, and one
+    /// that it comes onto is pushed. Where no room is left for the proxy, the body waits (flag
+    /// body_held_back). Returns false and changes nothing if there is no such surface, if it does
+    /// not move, or if the pose is out of range.                                         [any]
+    bool set_pose(std::size_t surface, const RigidPose& pose) noexcept;
+    /// Where the body of a surface was in the last frame; {} where it does not move.     [loop]
+    RigidPose pose(std::size_t surface) const noexcept;
+    /// What the last frame's contacts with a surface put on its body: the opposite of the forces of
+    /// touches(), without its magnet. Zero where it is not touched.                      [loop]
+    Wrench wrench(std::size_t surface) const noexcept;
+
 private:
     class Parts; // contacts, effects, subdivision, safety, and what moves between frames
-    std::unique_ptr<Parts> parts_;
+    class Going; // the parts that run, and those that are to follow
+    std::unique_ptr<Going> going_;
 };
 
 } // namespace palpate

@@ -39,11 +39,13 @@ std::span<const SurfaceStatus> SurfaceStatuses::of(const Subdivision& subdivisio
         SurfaceStatus& status = statuses_[i];
         status.standing = standing_of(surface);
         status.guarded = surface.contact().guarded();
-        status.depth_m = depth_m(i, status.standing, proxy);
+        const MovingSurface* body = surface.moving();
+        status.depth_m = depth_m(i, status.standing, body ? body->to_body(proxy) : proxy);
     }
     return statuses_;
 }
 
+/// `proxy` as the surface's own body sees it.
 double SurfaceStatuses::depth_m(std::size_t i, Standing standing, const Vec3& proxy) noexcept {
     const SceneSurface& surface = scene_.surfaces()[i];
     if (samplers_[i]) {

@@ -2,6 +2,7 @@
 #include <palpate/engine/record/recorded_run.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <stdexcept>
 #include <string_view>
@@ -63,12 +64,25 @@ void require_consistent(const Recording& recording, const std::filesystem::path&
 
 /// Refuses recordings that are not of one run from its beginning.
 void require_replayable(const Recording& recording, const std::filesystem::path& file) {
+    struct NotKept {
+        FrameFlag flag;
+        const char* what;
+        const char* remedy;
+    };
+    constexpr std::array<NotKept, 3> not_kept{{
+        {kLiveGain, "had an effect whose gain was changed while the loop ran",
+         "replay one that was made with all gains at 1"},
+        {kBodyMoved, "had a body that was moved while the loop ran",
+         "replay one that was made with all bodies where the scene has them"},
+        {kSceneAdopted, "felt another scene than the frames before",
+         "replay one that was made with one scene"},
+    }};
     for (const FrameReport& frame : recording.frames)
-        if (frame.flags & kLiveGain)
-            throw std::runtime_error(fmt::format(
-                "{}: frame {} had an effect whose gain was changed while the loop ran, which a "
-                "recording does not keep; replay one that was made with all gains at 1",
-                file.string(), frame.frame));
+        for (const NotKept& one : not_kept)
+            if (frame.flags & one.flag)
+                throw std::runtime_error(
+                    fmt::format("{}: frame {} {}, which a recording does not keep; {}",
+                                file.string(), frame.frame, one.what, one.remedy));
     for (std::size_t i = 0; i < recording.frames.size(); ++i)
         if (recording.frames[i].frame != i)
             throw std::runtime_error(fmt::format(

@@ -11,9 +11,10 @@
 namespace palpate {
 namespace {
 
-/// Whether a surface is one of labels that others may be joined to: whole, smoothed, and hard.
-bool is_whole_and_hard(const SurfaceDescription& surface) {
-    return !surface.labels.empty() && !surface.region_mm &&
+/// Whether a surface is one of labels that others may be joined to: whole, smoothed, hard, and
+/// always where its neighbours are.
+bool may_be_joined(const SurfaceDescription& surface) {
+    return !surface.labels.empty() && !surface.region_mm && !surface.moves &&
            surface.keep.kind == ComponentPolicy::Kind::all && smoothing_of(surface) > 0.0 &&
            std::isinf(surface.strength_n) && surface.strength_volume.empty();
 }
@@ -64,7 +65,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
     const SurfaceDescription& own = scene.surfaces.at(surface);
     std::vector<std::string> labels;
     // A mesh of its own is of the label alone: its field has to stay so, too.
-    if (!is_whole_and_hard(own) || has_mesh(own)) return labels;
+    if (!may_be_joined(own) || has_mesh(own)) return labels;
     std::set<std::string> felt;
     for (const EffectDescription& effect : scene.effects)
         if (makes_surface_felt(effect)) felt.insert(surface_of(effect));
@@ -73,7 +74,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
         const auto found = scene.surfaces.find(name);
         if (name == surface || found == scene.surfaces.end()) continue;
         const SurfaceDescription& other = found->second;
-        if (is_whole_and_hard(other) && other.volume == own.volume &&
+        if (may_be_joined(other) && other.volume == own.volume &&
             smoothing_of(other) == smoothing_of(own) && iso_rule_of(other) == iso_rule_of(own))
             labels.insert(labels.end(), other.labels.begin(), other.labels.end());
     }

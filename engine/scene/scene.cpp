@@ -21,6 +21,7 @@
 #include <palpate/haptics/contact/direct_contact.h>
 #include <palpate/haptics/contact/guarded_contact.h>
 #include <palpate/haptics/contact/mesh_contact.h>
+#include <palpate/haptics/contact/moving_contact.h>
 #include <palpate/volume/fields/analytic_fields.h>
 
 namespace palpate {
@@ -163,6 +164,7 @@ double felt_in_front_m(const SceneDescription& scene, const EffectPlan& plan,
 /// Whether an effect that never yields keeps the proxy away from all of a surface.
 bool is_out_of_reach(const SceneDescription& scene, const EffectPlan& plan,
                      const SceneSurface& surface) {
+    if (scene.surfaces.at(surface.name).moves) return false; // it may come there
     const std::optional<Box> extent = extent_of(scene, surface);
     if (!extent) return false;
     const double in_front_m = felt_in_front_m(scene, plan, surface);
@@ -285,7 +287,10 @@ LoopParts Scene::make_parts() const {
     for (const SceneSurface& surface : surfaces_) {
         TextureSettings texture = surface.texture;
         texture.field = shared(texture.field);
-        parts.contacts.push_back(make_contact_with(surface, shared(surface.baked.field), texture));
+        auto contact = make_contact_with(surface, shared(surface.baked.field), texture);
+        if (description_.surfaces.at(surface.name).moves)
+            contact = std::make_unique<MovingContact>(std::move(contact));
+        parts.contacts.push_back(std::move(contact));
     }
     internal::EffectFields fields = *effect_fields_;
     for (auto& [volume, field] : fields.scalars)

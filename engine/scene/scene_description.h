@@ -115,6 +115,7 @@ struct SurfaceDescription {
     std::optional<ContactKind> contact;  ///< empty: choose_contact() decides
     std::optional<double> leash_mm;      ///< contact guarded: the proxy gets no farther from
                                          ///< the mesh's, (0, 10]; empty: as leash_of() says
+    bool moves = false; ///< it is of a rigid body that moves: HapticLoop::set_pose() says where
     Yielding yielding = Yielding::holds; ///< what it does above its strength
     double strength_n =
         std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0; with

@@ -144,6 +144,15 @@ void DirectContact::restore_state(const std::any& state) {
     met_ = from.met;
 }
 
+bool DirectContact::go_on_from(const SurfaceContact& before) noexcept {
+    const auto* from = dynamic_cast<const DirectContact*>(&before);
+    if (!from) return false;
+    engaged_ = from->engaged_;
+    bundle_ = from->bundle_;
+    met_ = from->met_;
+    return true;
+}
+
 QueryCount DirectContact::queries() const noexcept {
     return {sampler_->samples(), sampler_->roots(), rays_};
 }

@@ -38,6 +38,7 @@ public:
     QueryCount queries() const noexcept override;
     std::any save_state() const override;
     void restore_state(const std::any& state) override;
+    bool go_on_from(const SurfaceContact& before) noexcept override;
 
 private:
     /// What it remembers from frame to frame.

@@ -227,6 +227,18 @@ void GuardedContact::restore_state(const std::any& state) {
     leash_holds_ = from.leash_holds;
 }
 
+bool GuardedContact::go_on_from(const SurfaceContact& before) noexcept {
+    const auto* from = dynamic_cast<const GuardedContact*>(&before);
+    if (!from) return false;
+    volume_.go_on_from(from->volume_);
+    guard_contact_->go_on_from(*from->guard_contact_);
+    on_duty_ = from->on_duty_;
+    guard_ = from->guard_;
+    followed_ = from->followed_;
+    leash_holds_ = from->leash_holds_;
+    return true;
+}
+
 QueryCount GuardedContact::queries() const noexcept {
     QueryCount count = volume_.queries();
     count += guard_contact_->queries();

@@ -60,6 +60,15 @@ void MeshContact::rest_on(const MeshSpot& spot) noexcept {
     stand(front, spot.position);
 }
 
+bool MeshContact::go_on_from(const SurfaceContact& before) noexcept {
+    const auto* from = dynamic_cast<const MeshContact*>(&before);
+    if (!from) return false;
+    const SurfaceStrength own = now_.strength;
+    now_ = from->now_;
+    now_.strength = own;
+    return true;
+}
+
 // ---- where the proxy is ------------------------------------------------------------------------
 
 /// The loop says where the proxy is: where it was, or somewhere on the last chord.

@@ -59,6 +59,7 @@ public:
     void restore_state(const std::any& state) override {
         now_ = std::any_cast<const State&>(state);
     }
+    bool go_on_from(const SurfaceContact& before) noexcept override;
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
     SlidingSurface* sliding() noexcept override { return now_.passed ? nullptr : this; }
     Membrane* membrane() noexcept override { return now_.strength.is_membrane() ? this : nullptr; }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include <palpate/geometry/rigid_pose.h>
 #include <palpate/haptics/contact/contact_set.h>
 #include <palpate/haptics/contact/query_count.h>
 #include <palpate/haptics/contact/surface_state.h>
@@ -91,6 +92,44 @@ public:
                                            double fraction) noexcept = 0;
 };
 
+/// Implemented by a surface of a rigid body that moves. The body moves between two frames: from the
+/// pose of the last frame towards its goal, the pose that was set last. The loop tries poses on the
+/// way, and takes one for which the proxy has a place that every surface certifies.
+class MovingSurface {
+public:
+    virtual ~MovingSurface() = default;
+
+    /// Where the body is to be from the next frame on; finite, with an orientation of length 1.
+    /// From one thread at a time.                                                       [any]
+    virtual void set_pose(const RigidPose& pose) noexcept = 0;
+
+    /// A frame begins: the goal is the pose that was set last. Whether the body is not there yet.
+    /// [loop]
+    virtual bool begin_motion() noexcept = 0;
+    /// The angle by which it still has to turn, rad, [0, pi].                           [loop]
+    virtual double turn_left() const noexcept = 0;
+
+    /// Tries the pose at `share` of the way to the goal, (0, 1].                        [loop]
+    virtual void try_pose(double share) noexcept = 0;
+    // Of the pose that was tried last:
+
+    /// Where it takes a proxy that goes along, m, scene frame.                          [loop]
+    virtual Vec3 along(const Vec3& proxy) noexcept = 0;
+    /// Where it takes a plane of this surface, scene frame.                             [loop]
+    virtual PlanePrimitive along(const PlanePrimitive& plane) const noexcept = 0;
+    /// How far the way of the proxy holds this surface's certificate, as the body sees it, if the
+    /// body goes to the tried pose and the proxy from `from` to `to`, m, scene frame: straight in
+    /// the body's own frame. All of it where the proxy goes along.                      [loop]
+    virtual Chord carry_relative(const Vec3& from, const Vec3& to) noexcept = 0;
+    /// The body is there from now on, and the proxy at `proxy`, m, scene frame: a place that was
+    /// certified whole.                                                                 [loop]
+    virtual void take_pose(const Vec3& proxy) noexcept = 0;
+
+    virtual const RigidPose& pose() const noexcept = 0; ///< where it is in this frame   [loop]
+    /// A point of the scene in the body's frame, m, at pose().                          [loop]
+    virtual Vec3 to_body(const Vec3& scene) const noexcept = 0;
+};
+
 /// One loop's contact with one immutable surface. It offers planes at a point, and says how far a
 /// chord may be followed; it knows no forces, the solver knows no geometry, and the loop alone
 /// knows both (composition.md 2.1). State moves in commit() alone, by the table of SurfaceState;
@@ -148,6 +187,13 @@ public:
     /// alike, of the same surface; without allocation. Between frames. Throws std::bad_any_cast on
     /// what another kind of contact gave.                                               [setup]
     virtual void restore_state(const std::any& state) = 0;
+    /// The same of another contact's present state, without a copy between; with its own strength
+    /// and texture. False, and nothing has changed, where it cannot: `before` is of another kind.
+    /// [loop]
+    virtual bool go_on_from(const SurfaceContact& before) noexcept {
+        static_cast<void>(before);
+        return false;
+    }
 
     // What not every surface can do. Each returns null if the surface cannot do it now.
 
@@ -156,6 +202,7 @@ public:
     /// Null also where its strength is infinite, and while its gain moves.              [loop]
     virtual Membrane* membrane() noexcept { return nullptr; }
     virtual FieldSurface* of_field() noexcept { return nullptr; } ///< [loop]
+    virtual MovingSurface* moving() noexcept { return nullptr; }  ///< [any]
 };
 
 } // namespace palpate

@@ -331,6 +331,15 @@ void VolumeContact::restore_state(const std::any& state) {
     bundle_ = from.bundle;
 }
 
+bool VolumeContact::go_on_from(const SurfaceContact& before) noexcept {
+    const auto* from = dynamic_cast<const VolumeContact*>(&before);
+    if (!from) return false;
+    level_ = from->level_;
+    state_ = from->state_;
+    bundle_ = from->bundle_;
+    return true;
+}
+
 QueryCount VolumeContact::queries() const noexcept {
     return {sampler_->samples() + texture_.samples(), sampler_->roots(), 0};
 }

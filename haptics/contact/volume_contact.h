@@ -60,6 +60,7 @@ public:
     QueryCount queries() const noexcept override;
     std::any save_state() const override;
     void restore_state(const std::any& state) override;
+    bool go_on_from(const SurfaceContact& before) noexcept override;
     Membrane* membrane() noexcept override { return strength_.is_membrane() ? this : nullptr; }
     FieldSurface* of_field() noexcept override { return this; }
 

@@ -89,6 +89,14 @@ public:
         jumped_ = true;
     }
 
+    /// It is where the other one is, and goes where it was set to go itself.             [loop]
+    void go_on_from(const GainRamp& before) noexcept {
+        now_ = before.now_;
+        moving_ = true;
+        jumped_ = true;
+    }
+    double wanted() const noexcept { return wanted_.load(std::memory_order_relaxed); } ///< [any]
+
     /// For strengths on a device that shows `force_limit_n` > 0 at most.                 [loop]
     Gain gain(double force_limit_n) const noexcept { return {now_, force_limit_n, moving_}; }
     double value() const noexcept { return now_; } ///< in this frame                      [loop]

@@ -27,6 +27,9 @@ enum FrameFlag : std::uint32_t {
     kEnergyExceeded = 1u << 15,
     kSoftened = 1u << 16,
     kCalmed = 1u << 17,
+    kBodyMoved = 1u << 18,
+    kBodyHeldBack = 1u << 19,
+    kSceneAdopted = 1u << 20,
 };
 
 /// A flag with its name in files, what it means and what to do about it.
@@ -36,7 +39,7 @@ struct FrameFlagText {
     const char* meaning;
 };
 
-inline constexpr std::array<FrameFlagText, 18> kFrameFlagTexts{{
+inline constexpr std::array<FrameFlagText, 21> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
      "the device gave a position that is not a number, or 1000 km away and more: proxy held, force "
      "to zero; check the device or path"},
@@ -92,6 +95,16 @@ inline constexpr std::array<FrameFlagText, 18> kFrameFlagTexts{{
      "the proxy went to and fro by itself, though the probe hardly moved: it was slowed down until "
      "it rests, which may be before the forces balance; where it lasts, press less deep, weaken one "
      "of the effects that hold it, or try another method"},
+    {kBodyMoved, "body_moved",
+     "a body was not where the scene has it, as its pose had been set while the loop ran: such a "
+     "run cannot be replayed; leave the bodies in their places where it must be"},
+    {kBodyHeldBack, "body_held_back",
+     "a body did not reach the pose that was set, as the proxy had no place left between it and "
+     "another surface: it is felt where it could go to, and goes on in the next frame; let the hand "
+     "give way, or move the bodies apart"},
+    {kSceneAdopted, "scene_adopted",
+     "from this frame on another scene is felt: such a run cannot be replayed; record a run for "
+     "each scene where it must be"},
 }};
 
 } // namespace palpate

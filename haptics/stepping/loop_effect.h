@@ -52,6 +52,9 @@ public:
         return moved;
     }
 
+    /// Goes on with the same effect as `before` in another loop, and from its gain.      [loop]
+    void go_on_from(const LoopEffect& before) noexcept { gain_.go_on_from(before.gain_); }
+
     // The rest is as Effect says, with the gain, and nothing where it is off. All [loop].
 
     void begin(const FrameContext& frame) noexcept {

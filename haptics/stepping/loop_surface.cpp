@@ -16,8 +16,8 @@ constexpr double kNoLift_m = 1e-10;
 } // namespace
 
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
-    : contact_(&contact), strength_(LocalStrength::holding(0.0, finish.strength)),
-      magnet_(finish.magnet) {}
+    : contact_(&contact), moving_(contact.moving()),
+      strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet) {}
 
 LoopSurface::State LoopSurface::save_state() const {
     State state{&typeid(*contact_),
@@ -49,6 +49,18 @@ void LoopSurface::restore_state(const State& state) {
     touched_normal_ = state.touched_normal;
 }
 
+bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept {
+    if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
+    const bool inside = restart(proxy);
+    if (!contact_->go_on_from(*before.contact_)) return inside;
+    bank_ = before.bank_;
+    pushes_back_ = before.pushes_back_;
+    began_inside_ = before.began_inside_;
+    touched_at_ = before.touched_at_;
+    touched_normal_ = before.touched_normal_;
+    return contact_->state() == SurfaceState::inside;
+}
+
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
     strength_.restart();
@@ -57,6 +69,11 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
         gain.jump();
     began_inside_ = contact_->restart(proxy);
     return began_inside_;
+}
+
+void LoopSurface::begin(const FrameContext& frame) noexcept {
+    pushed_before_ = pushes_back_;
+    magnet_.begin(as_it_lies(frame));
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
@@ -69,13 +86,20 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
     };
     if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) {
         Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
-        if (strength_.depends_on_place()) now.strength_here_n = strength_.at(frame);
+        if (strength_.depends_on_place()) now.strength_here_n = strength_.at(as_it_lies(frame));
         contact_->set_gain(now);
     }
     if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
     FieldSurface* field = has_moved(SurfacePart::texture) ? contact_->of_field() : nullptr;
     if (field) field->set_texture_gain(gain_value(SurfacePart::texture));
     return moved != 0;
+}
+
+/// With the proxy as the surface's own body sees it: fields that it depends on move along with it.
+FrameContext LoopSurface::as_it_lies(const FrameContext& frame) const noexcept {
+    FrameContext in_body = frame;
+    if (moving_) in_body.start = moving_->to_body(frame.start);
+    return in_body;
 }
 
 bool LoopSurface::all_gains_are_one() const noexcept {

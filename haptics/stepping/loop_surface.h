@@ -65,9 +65,14 @@ public:
     /// Whether frames may find it of another strength elsewhere.                         [any]
     bool depends_on_place() const noexcept { return strength_.depends_on_place(); }
     SurfaceContact& contact() const noexcept { return *contact_; } ///< [any]
+    /// The body that it is of; null where it does not move.                              [any]
+    MovingSurface* moving() const noexcept { return moving_; }
     /// Of the fields that its strength and its magnet depend on.                         [any]
     std::uint64_t samples() const noexcept { return strength_.samples() + magnet_.samples(); }
 
+    /// Takes the place of `before`, of the same surface in another loop, with gains of its own; true
+    /// where the proxy is inside. Of what it cannot go on from it is as after restart().  [loop]
+    bool go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept;
     /// A new trial: the proxy is set to a new place. True when that is inside.            [loop]
     bool restart(const Vec3& proxy) noexcept;
 
@@ -77,10 +82,7 @@ public:
     /// say. Whether any gain moved.                                                      [loop]
     bool follow_gains(const FrameContext& frame) noexcept;
     /// Its own part and the magnet begin the frame, where everything else has.            [loop]
-    void begin(const FrameContext& frame) noexcept {
-        pushed_before_ = pushes_back_;
-        magnet_.begin(frame);
-    }
+    void begin(const FrameContext& frame) noexcept;
     /// Adds the planes felt at `proxy`, and finds the magnet's. `pull`: where the forces draw it.
     /// [loop]
     void offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept;
@@ -141,8 +143,10 @@ public:
 
 private:
     bool all_gains_are_one() const noexcept;
+    FrameContext as_it_lies(const FrameContext& frame) const noexcept;
 
     SurfaceContact* contact_;
+    MovingSurface* moving_;
     LocalStrength strength_;
     LoopMagnet magnet_;
     LevelBank bank_;

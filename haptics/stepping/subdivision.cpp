@@ -96,6 +96,30 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     return flags;
 }
 
+std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage& heritage,
+                                      const Vec3& proxy) noexcept {
+    std::uint32_t flags = 0;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        const std::size_t from = heritage.surfaces[i];
+        const bool inside = from == Heritage::kNew
+                                ? surfaces_[i].restart(proxy)
+                                : surfaces_[i].go_on_from(before.surfaces_[from], proxy);
+        if (inside) flags |= kInsideAtStart;
+    }
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
+        const std::size_t from = heritage.effects[i];
+        if (from == Heritage::kNew)
+            effects_[i].restart(proxy);
+        else
+            effects_[i].go_on_from(before.effects_[from]);
+    }
+    friction_.restart();
+    calming_.restart();
+    primitives_.clear();
+    path_.clear();
+    return flags;
+}
+
 SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
     return advance(frame, {});
 }
@@ -132,10 +156,11 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
 
 void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     result_ = {};
-    path_.begin(frame_.start);
     steps_left_.clear();
     budget_ = {0, all_work(), kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
+    frame_.start = follow_bodies(frame_.start);
+    path_.begin(frame_.start);
     follow_gains();
     if (is_driven()) {
         calming_.restart();
@@ -362,8 +387,9 @@ double Subdivision::unasked_force_n(double most_n) const noexcept {
 bool Subdivision::is_active() const noexcept {
     return std::any_of(effects_.begin(), effects_.end(),
                        [](const LoopEffect& effect) { return effect.is_active(); }) ||
-           std::any_of(surfaces_.begin(), surfaces_.end(),
-                       [](const LoopSurface& surface) { return surface.has_magnet_on(); });
+           std::any_of(surfaces_.begin(), surfaces_.end(), [](const LoopSurface& surface) {
+               return surface.has_magnet_on() || surface.moving();
+           });
 }
 
 } // namespace palpate

@@ -102,6 +102,16 @@ public:
 
     /// A new trial: the proxy is set to `proxy`. Returns FrameFlag bits.                 [loop]
     std::uint32_t restart(const Vec3& proxy) noexcept;
+    /// Which part of another Subdivision a part of this one goes on from; as kNew: from none.
+    struct Heritage {
+        static constexpr std::size_t kNew = static_cast<std::size_t>(-1);
+        std::span<const std::size_t> surfaces; ///< for each surface of this one
+        std::span<const std::size_t> effects;  ///< for each effect
+    };
+    /// Takes the place of `before`, with the proxy where that left it: what goes on is as it was
+    /// there, all else as at a new trial. Returns FrameFlag bits.                        [loop]
+    std::uint32_t go_on_from(const Subdivision& before, const Heritage& heritage,
+                             const Vec3& proxy) noexcept;
 
     /// One frame's movement of the proxy from frame.start.                              [loop]
     SubdivisionResult advance(const FrameContext& frame) noexcept;
@@ -127,7 +137,7 @@ public:
     /// The sum of the forces with which effects push though the hand has not pressed, each with its
     /// gain and at most `most_n`, N: Effect::unasked_force_n().                           [loop]
     double unasked_force_n(double most_n) const noexcept;
-    /// Whether anything that is on, a magnet too, may move a hand that did not press:
+    /// Whether anything that is on, a magnet or a body too, may move a hand that did not press:
     /// Effect::is_active().                                                               [loop]
     bool is_active() const noexcept;
     /// Queries to the fields that strengths of surfaces and magnets depend on.            [any]
@@ -157,8 +167,18 @@ private:
         Vec3 to{0.0};
     };
 
+    /// Where the proxy could go while bodies move.
+    struct Passage {
+        Vec3 to{0.0};       // m
+        double share = 0.0; // of the way there that every certificate holds; 1: it can go there
+    };
+
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
     void begin(std::span<const std::uint32_t> replayed) noexcept;
+    Vec3 follow_bodies(Vec3 proxy) noexcept;
+    Passage place_beside_bodies(const Vec3& proxy, int& looks) noexcept;
+    Passage between_bodies(const Vec3& proxy, int& looks) noexcept;
+    Passage relative_way(const Vec3& from, const Vec3& to, int& looks) noexcept;
     void follow_gains() noexcept;
     bool is_driven() const noexcept;
     bool frames_may_contradict() const noexcept;

@@ -377,16 +377,17 @@ void refuse_labels(const TomlTable& table, std::string_view key, const SceneDesc
 }
 
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene) {
-    constexpr std::array<std::string_view, 18> keys{
+    constexpr std::array<std::string_view, 19> keys{
         "material",      "volume",           "iso_value",           "label",
         "region_mm",     "smooth_voxels",    "iso_after_smoothing", "keep",
         "mesh",          "mesh_unit",        "mesh_frame",          "contact",
         "leash_mm",      "strength_n",       "strength_volume",     "yield",
-        "facet_size_mm", "facet_distance_mm"};
+        "facet_size_mm", "facet_distance_mm", "moves"};
     table.allow_only(keys);
 
     SurfaceDescription surface;
     surface.line = table.line();
+    surface.moves = table.boolean("moves", false);
     if (table.has("material")) {
         surface.material = name_in(table, "material", scene.materials, "materials");
         surface.yielding = scene.materials.at(surface.material).yielding;

@@ -210,6 +210,13 @@ int TomlTable::integer(std::string_view key, int low, int high, int fallback) co
     return static_cast<int>(value);
 }
 
+bool TomlTable::boolean(std::string_view key, bool fallback) const {
+    if (!has(key)) return fallback;
+    const toml::node& value = node(key);
+    if (!value.is_boolean()) fail_type(value, key, "true or false");
+    return value.as_boolean()->get();
+}
+
 std::string TomlTable::text(std::string_view key) const {
     const toml::node& value = node(key);
     if (!value.is_string()) fail_type(value, key, "a string in quotes");

@@ -40,6 +40,7 @@ public:
     // The value of a key; the fallback when there is none. Integers do as numbers.
     double number(std::string_view key, const Range& range, double fallback) const;
     int integer(std::string_view key, int low, int high, int fallback) const;
+    bool boolean(std::string_view key, bool fallback) const;
     std::string text(std::string_view key) const; ///< not empty; the key must exist
     /// Index into `names` of a text. The key must exist.
     std::size_t choice(std::string_view key, std::span<const std::string_view> names) const;

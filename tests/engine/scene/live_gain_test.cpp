@@ -195,6 +195,10 @@ TEST(LiveGain, ARecordingOfChangedGainsIsNotReplayed) {
     } catch (const std::runtime_error& error) {
         EXPECT_THAT(error.what(), HasSubstr("r.h5: frame 1 had an effect whose gain was changed"));
     }
+    recording.frames[1].flags = kBodyMoved;
+    EXPECT_THROW(recorded_scene(recording, "r.h5", {}), std::runtime_error);
+    recording.frames[1].flags = kSceneAdopted;
+    EXPECT_THROW(recorded_scene(recording, "r.h5", {}), std::runtime_error);
 }
 
 TEST(RecordedScene, PartsThatDoNotBelongTogetherAreRefused) {

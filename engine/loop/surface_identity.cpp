@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/loop/internal/surface_identity.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
+#include <palpate/geometry/surface_scene.h>
+
+namespace palpate::internal {
+namespace {
+
+/// FNV-1a, 64 bits.
+std::uint64_t hash_of(std::span<const std::byte> bytes, std::uint64_t hash) {
+    for (const std::byte byte : bytes)
+        hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001b3;
+    return hash;
+}
+
+std::uint64_t hash_of(const TriangleMesh& mesh) {
+    const std::uint64_t vertices =
+        hash_of(std::as_bytes(std::span(mesh.vertices)), 0xcbf29ce484222325);
+    return hash_of(std::as_bytes(std::span(mesh.triangles)), vertices);
+}
+
+/// A baked field by the hash of all that went in; a formula by its numbers; a field of the
+/// program's own by itself.
+std::string field_of(const Scene& scene, const SceneSurface& surface) {
+    if (!surface.baked.field) return "no field";
+    if (!surface.baked.key.empty()) return surface.baked.key;
+    const SurfaceDescription& description = scene.description().surfaces.at(surface.name);
+    const VolumeDescription& volume = scene.description().volumes.at(description.volume);
+    if (volume.scalar_field)
+        return fmt::format("{}", static_cast<const void*>(volume.scalar_field.get()));
+    std::string text = volume.analytic;
+    for (const auto& [key, value] : volume.parameters)
+        text += fmt::format(" {} {:a}", key, value);
+    return text;
+}
+
+} // namespace
+
+std::vector<std::string> surface_identities(const Scene& scene) {
+    std::vector<std::string> identities;
+    for (const SceneSurface& surface : scene.surfaces()) {
+        const bool moves = scene.description().surfaces.at(surface.name).moves;
+        const std::string mesh =
+            surface.mesh.scene ? fmt::format("{:x}", hash_of(surface.mesh.scene->mesh())) : "none";
+        identities.push_back(fmt::format("{}|{}|{}|{:a}|mesh {}|leash {:a}|{}", surface.name,
+                                         name(surface.contact), field_of(scene, surface),
+                                         surface.level.level, mesh, surface.leash_m,
+                                         moves ? "moves" : "stands"));
+    }
+    return identities;
+}
+
+} // namespace palpate::internal

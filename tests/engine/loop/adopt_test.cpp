@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// A loop that goes on with another scene.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+
+#include "tests/support/scripted_clock.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kStiffness = 500.0;               // N/m, the default
+constexpr double kForceError = kStiffness * 0.1e-6; // a frame ends within 0.1 um of the balance
+constexpr double kSlew_n = 2.0;                    // in a frame: 2000 N/s, the default
+
+std::string ball(const std::string& name, double radius_mm, const std::string& more = "") {
+    return "[volume." + name + "]\nanalytic = \"solid_sphere\"\nradius_mm = " +
+           std::to_string(radius_mm) + "\n[surface." + name + "]\nvolume = \"" + name + "\"\n" +
+           more + "\n[[effect]]\ntype = \"surface\"\nsurface = \"" + name + "\"\n";
+}
+std::shared_ptr<const Scene> scene_of(const std::string& text) {
+    return std::make_shared<const Scene>(parse_scene(text, "adopt.toml"));
+}
+
+struct Hand {
+    explicit Hand(const std::string& text, std::vector<std::unique_ptr<Effect>> custom = {})
+        : loop(scene_of(text), clock, std::move(custom)) {}
+
+    FrameReport to(const Vec3& probe) {
+        DeviceState state;
+        state.position = probe;
+        return report = loop.frame(state);
+    }
+    void press(double depth_m) { // into the ball of 20 mm, from above
+        to({0, 0, 0.021});
+        for (int i = 0; i < 5; ++i)
+            to({0, 0, 0.02 - depth_m});
+    }
+
+    test::ScriptedClock clock;
+    HapticLoop loop;
+    FrameReport report;
+};
+
+TEST(Adopt, TheProxyStaysOnASurfaceThatIsStillThere) {
+    for (const std::string contact : {"contact = \"volume\"", "strength_n = 100"}) {
+        Hand hand(ball("ball", 20, contact));
+        hand.press(0.002);
+        const FrameReport before = hand.report;
+        hand.loop.adopt(scene_of(ball("other", 5) + ball("ball", 20, contact) +
+                                 "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 1\n"));
+        hand.to(before.probe);
+        EXPECT_TRUE(hand.report.flags & kSceneAdopted);
+        EXPECT_LT(glm::length(hand.report.proxy - before.proxy), 1e-7);
+        EXPECT_NEAR(hand.report.force.z, kStiffness * 0.002, 2.0 * kForceError);
+        EXPECT_EQ(hand.report.frame, before.frame + 1);
+        // It was already touched: nothing begins.
+        ASSERT_EQ(hand.loop.touches().size(), 1u);
+        EXPECT_EQ(hand.loop.touches()[0].phase, Touch::Phase::goes_on);
+        hand.to(before.probe);
+        EXPECT_EQ(hand.report.flags & kSceneAdopted, 0u);
+    }
+}
+
+TEST(Adopt, AnotherStrengthOfTheSameSurfaceHoldsFromNowOn) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.004); // 2 N
+    hand.loop.adopt(scene_of(ball("ball", 20, "strength_n = 0.5")));
+    for (int i = 0; i < 20; ++i)
+        hand.to(hand.report.probe);
+    EXPECT_NEAR(hand.report.force.z, 0.5, 0.01);
+}
+
+TEST(Adopt, WhatIsNewAndHoldsTheProxyInsideIsNotFeltUntilItWasLeft) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.002);
+    const double before_n = hand.report.force.z;
+    hand.loop.adopt(scene_of(ball("big", 30)));
+    hand.to(hand.report.probe);
+    EXPECT_TRUE(hand.report.flags & kInsideAtStart);
+    // The old ball is gone, the new one is not felt: the force goes to zero, by the slew limit.
+    EXPECT_LT(before_n - hand.report.force.z, kSlew_n * (1.0 + 1e-12));
+    hand.to(hand.report.probe);
+    EXPECT_EQ(hand.report.force.z, 0.0);
+    for (int i = 0; i < 150; ++i)
+        hand.to({0, 0, 0.018 + 1e-4 * i});
+    for (int i = 0; i < 40; ++i)
+        hand.to({0, 0, 0.033 - 1e-4 * i});
+    EXPECT_NEAR(hand.report.force.z, kStiffness * 0.0009, kForceError);
+}
+
+TEST(Adopt, ASurfaceOfAnotherSizeIsAnotherOne) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.002);
+    hand.loop.adopt(scene_of(ball("ball", 20.5)));
+    hand.to(hand.report.probe);
+    EXPECT_TRUE(hand.report.flags & kInsideAtStart);
+}
+
+TEST(Adopt, TheForceNeverStepsByMoreThanTheSlewLimit) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.008); // 4 N
+    Vec3 last = hand.report.force;
+    for (int i = 0; i < 60; ++i) {
+        if (i % 10 == 0) hand.loop.adopt(scene_of(ball(i % 20 == 0 ? "other" : "ball", 20)));
+        hand.to(hand.report.probe);
+        ASSERT_LE(glm::length(hand.report.force - last), kSlew_n * (1.0 + 1e-12)) << i;
+        last = hand.report.force;
+    }
+}
+
+TEST(Adopt, OfTwoBeforeAFrameTheSecondCounts) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.002);
+    hand.loop.adopt(scene_of(ball("ball", 25)));
+    hand.loop.adopt(scene_of(ball("ball", 20) + ball("far", 1)));
+    EXPECT_EQ(hand.loop.effect_count(), 2u);
+    hand.to(hand.report.probe);
+    EXPECT_FALSE(hand.report.flags & kInsideAtStart);
+    EXPECT_NEAR(hand.report.force.z, kStiffness * 0.002, kForceError);
+}
+
+TEST(Adopt, GainsAndPosesAreAboutTheNewSceneAtOnce) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.002);
+    EXPECT_FALSE(hand.loop.set_gain(1, 0.5));
+    EXPECT_FALSE(hand.loop.set_pose(1, {}));
+    hand.loop.adopt(scene_of(ball("ball", 20) + ball("other", 10, "moves = true")));
+    EXPECT_TRUE(hand.loop.set_gain(1, 0.5));
+    EXPECT_TRUE(hand.loop.set_pose(1, {{0.5, 0, 0}, {1, 0, 0, 0}}));
+    hand.to(hand.report.probe);
+    EXPECT_FALSE(hand.report.flags & kInsideAtStart); // it is elsewhere
+    EXPECT_EQ(hand.loop.pose(1).position, Vec3(0.5, 0, 0));
+}
+
+TEST(Adopt, APoseGoesOnWithItsSurface) {
+    Hand hand(ball("ball", 20, "moves = true"));
+    hand.loop.set_pose(0, {{0.1, 0, 0}, {1, 0, 0, 0}});
+    hand.to({0.1, 0, 0.021});
+    hand.to({0.1, 0, 0.018});
+    hand.loop.adopt(scene_of(ball("ball", 20, "moves = true\nstrength_n = 50")));
+    hand.to({0.1, 0, 0.018});
+    EXPECT_NEAR(hand.report.force.z, kStiffness * 0.002, kForceError);
+    EXPECT_EQ(hand.loop.pose(0).position, Vec3(0.1, 0, 0));
+}
+
+/// Pushes, and counts how often it was restarted.
+class Pusher final : public Effect {
+public:
+    explicit Pusher(int& restarts) : restarts_(restarts) {}
+    void restart(const Vec3&) noexcept override { ++restarts_; }
+    void begin(const FrameContext&) noexcept override {}
+    void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
+        primitives.add_force({0.1, 0, 0});
+    }
+    QueryCount queries() const noexcept override { return {}; }
+
+private:
+    int& restarts_;
+};
+
+TEST(Adopt, CustomEffectsGoOnWithTheirGains) {
+    int restarts = 0;
+    std::vector<std::unique_ptr<Effect>> custom;
+    custom.push_back(std::make_unique<Pusher>(restarts));
+    Hand hand(ball("ball", 20), std::move(custom));
+    hand.to({0, 0, 0.05});
+    hand.loop.set_gain(1, 0.5);
+    for (int i = 0; i < 60; ++i)
+        hand.to({0, 0, 0.05});
+    EXPECT_NEAR(hand.report.force.x, 0.05, 1e-9);
+    hand.loop.adopt(scene_of(ball("ball", 20) + ball("other", 1)));
+    hand.to({0, 0, 0.05});
+    EXPECT_NEAR(hand.report.force.x, 0.05, 1e-9);
+    EXPECT_EQ(restarts, 1);
+    EXPECT_TRUE(hand.loop.set_gain(2, 1.0)); // after the scene's two
+}
+
+TEST(Adopt, OtherLimitsOrCouplingAreRefusedByName) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.002);
+    const auto message = [&](const std::string& more) -> std::string {
+        try {
+            hand.loop.adopt(scene_of(ball("ball", 20) + more));
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "accepted";
+    };
+    EXPECT_EQ(message("[limits]\nforce_n = 3\n"),
+              "adopt: limits.force_n is 3 in the scene and 5 in the loop; give the scene the "
+              "loop's, or make another loop");
+    EXPECT_NE(message("[limits]\nslew_n_per_s = 100\n").find("limits.slew_n_per_s"),
+              std::string::npos);
+    EXPECT_NE(message("[coupling]\nstiffness_n_per_m = 300\n").find("coupling.stiffness"),
+              std::string::npos);
+    EXPECT_THROW(hand.loop.adopt(nullptr), std::invalid_argument);
+    hand.to(hand.report.probe);
+    EXPECT_EQ(hand.report.flags, 0u); // nothing has changed
+}
+
+TEST(Adopt, BeforeTheFirstFrameATrialBeginsAsEver) {
+    Hand hand(ball("ball", 20));
+    hand.loop.adopt(scene_of(ball("ball", 25)));
+    hand.to({0, 0, 0.026});
+    hand.to({0, 0, 0.024});
+    EXPECT_NEAR(hand.report.force.z, 0.5, kForceError);
+}
+
+TEST(Adopt, WhileFramesRunInAnotherThread) {
+    Hand hand(ball("ball", 20, "moves = true"));
+    std::atomic<bool> stop = false;
+    std::atomic<long> frames = 0;
+    std::thread servo([&] {
+        Vec3 last{0.0};
+        hand.to({0, 0, 0.025});
+        while (!stop) {
+            hand.to({0, 0, 0.015});
+            EXPECT_LE(glm::length(hand.report.force - last), kSlew_n * (1.0 + 1e-12));
+            last = hand.report.force;
+            ++frames;
+        }
+    });
+    for (int i = 0; i < 40; ++i) {
+        hand.loop.adopt(scene_of(ball("ball", i % 3 == 0 ? 19 : 20, "moves = true")));
+        for (int k = 0; k < 10; ++k) {
+            hand.loop.set_gain(0, 0.1 * k);
+            hand.loop.set_pose(0, {{1e-4 * k, 0, 0}, {1, 0, 0, 0}});
+        }
+    }
+    const long so_far = frames;
+    while (frames < so_far + 10)
+        std::this_thread::yield();
+    stop = true;
+    servo.join();
+    EXPECT_TRUE(is_finite(hand.report.force));
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies that move and turn at random, among them and against each other, with a hand that jumps:
+// none of them passes the proxy. PALPATE_FUZZ=50 makes it a million frames.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/contact/moving_contact.h>
+#include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+#include <palpate/volume/fields/analytic_fields.h>
+
+#include "tests/support/contact_kinds.h"
+#include "tests/support/contact_loop.h"
+#include "tests/support/mesh_fuzz.h"
+#include "tests/support/odd_meshes.h"
+
+namespace palpate {
+namespace {
+
+using test::ContactLoop;
+
+/// A body, and how deep a point of its own frame is in it by means that no contact has, m: above
+/// `tolerance_m` it has passed.
+struct Body {
+    std::string name;
+    std::function<std::unique_ptr<SurfaceContact>()> contact;
+    std::function<bool(const Vec3&)> holds; ///< whether the point is on its inner side
+    bool moves = true;
+};
+
+/// A closed mesh: inside is where it winds round the point. At most a hair behind a facet, which is
+/// looked at from the probe's side, is on it.
+Body mesh_body(std::string name, const TriangleMesh& mesh, bool moves = true) {
+    const auto certified = test::certified(mesh);
+    return {std::move(name),
+            [certified] {
+                return std::make_unique<MeshContact>(certified, MeshContactSettings{});
+            },
+            [certified](const Vec3& p) {
+                if (certified->scene().closest_point(p, 1e-7)) return false; // on the surface
+                return test::winding_number(certified->scene().mesh(), p) > 0.5;
+            },
+            moves};
+}
+
+/// A ball by a formula, whose certificate ends 5 um behind the level.
+Body ball_body(double radius_m) {
+    return {"ball",
+            [=] {
+                return std::make_unique<VolumeContact>(make_solid_sphere(radius_m),
+                                                       LevelSettings{});
+            },
+            [=](const Vec3& p) {
+                return glm::length(p) < radius_m - 1.001 * LevelSettings{}.certificate_m;
+            }};
+}
+
+Body guarded_ball(double radius_m) {
+    const auto grid = test::voxels_of(
+        [=](const Vec3& p) { return radius_m - glm::length(p); }, radius_m + 4e-3, 0.5e-3);
+    const auto mesh = test::certified(test::icosphere(radius_m, 5));
+    return {"guarded",
+            [=] {
+                return std::make_unique<GuardedContact>(grid, LevelSettings{}, mesh, 1e-3);
+            },
+            // Voxels of 0.5 mm err by 1.3 um on this ball.
+            [=](const Vec3& p) {
+                return glm::length(p) < radius_m - LevelSettings{}.certificate_m - 2e-6;
+            }};
+}
+
+struct Case {
+    std::string name;
+    std::vector<Body> bodies;
+    Vec3 start{0.0};
+    double apart_m = 0.0; ///< bodies' places are about so far from each other
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& of) { return out << of.name; }
+
+std::vector<Case> cases() {
+    const TriangleMesh spikes = test::spiky_ball(0.02, 2, 0.4, 3);
+    const TriangleMesh table = test::box_mesh({-0.2, -0.2, -0.02}, {0.2, 0.2, 0.0});
+    return {
+        {"Plate", {mesh_body("plate", test::plate())}, {0, 0, 0.03}, 0.0},
+        {"Knife", {mesh_body("knife", test::knife(0.03, 0.001, 7))}, {0, 0, 0.03}, 0.0},
+        {"SpikesOutside", {mesh_body("spikes", spikes)}, {0, 0, 0.05}, 0.0},
+        {"SpikesInside", {mesh_body("spikes", spikes)}, {0, 0, 0}, 0.0},
+        {"Ball", {ball_body(0.02)}, {0, 0, 0.05}, 0.0},
+        {"Guarded", {guarded_ball(0.02)}, {0, 0, 0.05}, 0.0},
+        {"TwoPlates",
+         {mesh_body("plate", test::plate()), mesh_body("plate", test::plate())},
+         {0, 0, 0.05},
+         0.08},
+        {"OnATable",
+         {mesh_body("spikes", spikes), ball_body(0.015), mesh_body("table", table, false)},
+         {0, 0, 0.05},
+         0.06},
+        {"ThreeThatMeet",
+         {mesh_body("spikes", spikes), ball_body(0.02), guarded_ball(0.015)},
+         {0, 0, 0.07},
+         0.03},
+    };
+}
+
+struct Counts {
+    long frames = 0, in_contact = 0, moved = 0, held_back = 0, passed = 0, not_finite = 0,
+         stalled = 0;
+};
+
+Counts run(const Case& of, long frames, unsigned seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> uniform;
+    const auto vector = [&](double size) {
+        const double x = normal(random), y = normal(random), z = normal(random);
+        return size * Vec3{x, y, z};
+    };
+
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    for (const Body& body : of.bodies) {
+        std::unique_ptr<SurfaceContact> contact = body.contact();
+        if (body.moves) contact = std::make_unique<MovingContact>(std::move(contact));
+        surfaces.push_back(std::move(contact));
+    }
+    ContactLoop loop({}, std::move(surfaces));
+    const auto felt_pose = [&](std::size_t i) {
+        const MovingSurface* body = loop.subdivision().surface(i).moving();
+        return body ? body->pose() : RigidPose{};
+    };
+    // Side by side, so that the start is in none of them.
+    std::vector<RigidPose> poses(of.bodies.size());
+    std::vector<Vec3> homes(of.bodies.size(), Vec3{0.0});
+    for (std::size_t i = 0; i < of.bodies.size(); ++i) {
+        homes[i] = of.apart_m * Vec3{static_cast<double>(i), 0.0, 0.0};
+        if (!of.bodies[i].moves) homes[i] = Vec3{0.0};
+        poses[i].position = homes[i];
+        if (of.bodies[i].moves) loop.subdivision().surface(i).moving()->set_pose(poses[i]);
+    }
+    std::vector<bool> within; // on which side it begins
+    loop.start(of.start);
+    for (std::size_t i = 0; i < of.bodies.size(); ++i)
+        within.push_back(of.bodies[i].holds(RigidMap(felt_pose(i)).point_back(of.start)));
+
+    Counts counts;
+    Vec3 probe = of.start;
+    for (long frame = 0; frame < frames; ++frame) {
+        const double kind = uniform(random);
+        if (kind < 0.01)
+            probe = vector(0.05);
+        else if (kind < 0.8)
+            probe += vector(std::pow(10.0, -5.0 + 2.5 * uniform(random)));
+        if (glm::length(probe) > 0.15) probe *= 0.15 / glm::length(probe);
+        for (std::size_t i = 0; i < of.bodies.size(); ++i) {
+            if (!of.bodies[i].moves || uniform(random) < 0.3) continue;
+            RigidPose& pose = poses[i];
+            if (uniform(random) < 0.01) { // to another place at once
+                pose = {homes[i] + vector(0.03),
+                        glm::angleAxis(6.0 * uniform(random), glm::normalize(vector(1.0)))};
+            } else { // up to 10 m/s, and 100 rad/s
+                pose.position += vector(std::pow(10.0, -6.0 + 4.0 * uniform(random)));
+                pose.position += 0.01 * (homes[i] - pose.position);
+                pose.orientation = glm::normalize(
+                    pose.orientation * glm::angleAxis(std::pow(10.0, -5.0 + 4.0 * uniform(random)),
+                                                      glm::normalize(vector(1.0))));
+            }
+            loop.subdivision().surface(i).moving()->set_pose(pose);
+        }
+        const SubdivisionResult result = loop.move(probe);
+        ++counts.frames;
+        counts.in_contact += result.felt != 0;
+        counts.moved += (result.flags & kBodyMoved) != 0;
+        counts.held_back += (result.flags & kBodyHeldBack) != 0;
+        counts.stalled += (result.flags & kStalled) != 0;
+        counts.not_finite += !is_finite(result.proxy) || (result.flags & kForceNotFinite) != 0;
+        for (std::size_t i = 0; i < of.bodies.size(); ++i) {
+            const Vec3 seen = RigidMap(felt_pose(i)).point_back(result.proxy);
+            if (of.bodies[i].holds(seen) == within[i]) continue;
+            // From inside, on the surface counts as outside: it is looked at a hair towards where
+            // it has to be.
+            if (within[i] && !of.bodies[i].holds(seen) && (result.felt >> i & 1) != 0) continue;
+            ++counts.passed;
+        }
+    }
+    return counts;
+}
+
+class MovingBodies : public testing::TestWithParam<Case> {};
+
+TEST_P(MovingBodies, NonePassesTheProxy) {
+    const long frames = test::fuzz_frames(4000);
+    const Counts counts = run(GetParam(), frames, 11);
+    RecordProperty("frames", std::to_string(counts.frames));
+    RecordProperty("held_back", std::to_string(counts.held_back));
+    EXPECT_EQ(counts.passed, 0);
+    EXPECT_EQ(counts.not_finite, 0);
+    EXPECT_GT(counts.in_contact, frames / 50);
+    EXPECT_GT(counts.moved, frames / 2);
+    // A body alone has nothing to press the proxy against.
+    if (GetParam().bodies.size() == 1) EXPECT_EQ(counts.held_back, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, MovingBodies, testing::ValuesIn(cases()),
+                         [](const auto& info) { return info.param.name; });
+
+/// A hand that holds still between a wall and a box that comes, step by step.
+TEST(MovingBodies, ABoxThatPressesTheProxyAgainstAWallWaits) {
+    const auto wall = test::certified(test::box_mesh({-0.1, -0.1, -0.02}, {0.1, 0.1, 0.0}));
+    const auto box = test::certified(test::box_mesh({-0.01, -0.01, 0.02}, {0.01, 0.01, 0.04}));
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    surfaces.push_back(std::make_unique<MovingContact>(
+        std::make_unique<MeshContact>(box, MeshContactSettings{})));
+    surfaces.push_back(std::make_unique<MeshContact>(wall, MeshContactSettings{}));
+    ContactLoop loop({}, std::move(surfaces));
+    const Vec3 probe{0.001, 0.002, 0.01};
+    loop.start(probe);
+    MovingSurface& body = *loop.subdivision().surface(0).moving();
+    for (int frame = 1; frame <= 300; ++frame) { // its underside from 20 mm to -10 mm
+        body.set_pose({{0.0, 0.0, -1e-4 * frame}, {1, 0, 0, 0}});
+        const SubdivisionResult result = loop.move(probe);
+        const double underside = 0.02 - 1e-4 * frame;
+        EXPECT_NEAR(result.proxy.z, std::clamp(underside, 0.0, probe.z), 1e-7) << frame;
+        EXPECT_EQ((result.flags & kBodyHeldBack) != 0, underside < -1e-9) << frame;
+        // What is felt never reaches into the wall.
+        EXPECT_GE(0.02 + body.pose().position.z, -1e-7);
+    }
+    // The hand goes aside: the proxy slides out along the wall, and the box goes on.
+    for (int frame = 0; frame < 40; ++frame)
+        loop.move({0.001 + 5e-4 * frame, 0.002, 0.001});
+    EXPECT_EQ(body.pose().position.z, -0.03);
+    EXPECT_GT(loop.proxy().x, 0.01);
+}
+
+/// Two jaws of a wedge that close push the proxy out; they need not wait.
+TEST(MovingBodies, AWedgeThatClosesPushesTheProxyOut) {
+    const auto lower = test::certified(test::box_mesh({0.0, -0.1, -0.02}, {0.1, 0.1, 0.0}));
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    const auto upper = test::certified(test::box_mesh({0.0, -0.1, 0.0}, {0.1, 0.1, 0.02}));
+    surfaces.push_back(
+        std::make_unique<MeshContact>(lower, MeshContactSettings{}));
+    surfaces.push_back(std::make_unique<MovingContact>(
+        std::make_unique<MeshContact>(upper, MeshContactSettings{})));
+    ContactLoop loop({}, std::move(surfaces));
+    MovingSurface& jaw = *loop.subdivision().surface(1).moving();
+    // Turned about the y axis through the jaws' common edge: opened by 0.6 rad.
+    const auto opened = [](double angle) {
+        return RigidPose{Vec3{0.0}, glm::angleAxis(-angle, Vec3{0, 1, 0})};
+    };
+    jaw.set_pose(opened(0.6));
+    Vec3 probe{0.05, 0.0, 0.015};
+    loop.start(probe);
+    probe = {0.02, 0.0, 0.004}; // in the wedge, at 0.2 rad
+    long held_back = 0;
+    double before = 0.0;
+    for (int frame = 0; frame < 380; ++frame) {
+        jaw.set_pose(opened(0.6 - 0.0015 * frame));
+        const SubdivisionResult result = loop.move(probe);
+        held_back += (result.flags & kBodyHeldBack) != 0;
+        const double angle = 0.6 - 0.0015 * frame;
+        EXPECT_GE(result.proxy.z, -1e-9);
+        EXPECT_LE(result.proxy.z, result.proxy.x * std::tan(angle) + 1e-6) << frame;
+        before = result.proxy.x;
+    }
+    EXPECT_EQ(held_back, 0);
+    EXPECT_GT(before, 0.0);
+}
+
+} // namespace
+} // namespace palpate
