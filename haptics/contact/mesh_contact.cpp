@@ -25,6 +25,8 @@ constexpr int kLegsAhead = 8;
 constexpr double kBesideSkins = 2.0;
 // Stiffness of the projection onto guard planes: any positive one gives the same point (N/m).
 constexpr double kAnyStiffness = 1.0;
+// Off a facet's plane by less than this share of the tolerance, a point is on it.
+constexpr double kRoundingShare = 0.01;
 
 /// A chord that is free up to where a facet is met: one piece of the way.
 Chord met_after(double share) noexcept { return {share, false, share < 1.0}; }
@@ -97,7 +99,9 @@ void MeshContact::follow(const Vec3& proxy) noexcept {
             hover(proxy, leg.clear_m);
         return;
     case Leg::Kind::on_surface:
-        stand(arrived ? leg.spot : walk_.spot_at(leg.spot.facet, leg.spot.side, proxy), proxy);
+        stand(arrived ? leg.spot
+                      : walk_.spot_at(leg.spot.facet, leg.spot.side, on_plane(leg.spot.facet, proxy)),
+              proxy);
         return;
     case Leg::Kind::none:
         break;
@@ -107,6 +111,14 @@ void MeshContact::follow(const Vec3& proxy) noexcept {
         pass_through(proxy);
     else
         alight(proxy, now_.proxy);
+}
+
+/// A chord may end below its facet by a tolerance. If spots did so too, each would be measured from
+/// the one before, and many small chords would lead through. What is off by less is rounding.
+Vec3 MeshContact::on_plane(std::uint32_t facet, const Vec3& point) const noexcept {
+    const Vec3& normal = mesh_->topology().facet(facet).normal;
+    const double height_m = glm::dot(normal, point - mesh_->topology().corner(facet, 0));
+    return std::abs(height_m) > kRoundingShare * tolerance_m_ ? point - height_m * normal : point;
 }
 
 /// In free space somewhere on a certified chord that came from `seen_from`, or at a start.

@@ -124,6 +124,7 @@ private:
     void alight(const Vec3& proxy, const Vec3& seen_from) noexcept;
     void hover(const Vec3& proxy, double clear_m) noexcept;
     void stand(const MeshSpot& spot, const Vec3& proxy) noexcept;
+    Vec3 on_plane(std::uint32_t facet, const Vec3& point) const noexcept;
 
     double fly(const Vec3& from, const Vec3& to) noexcept;
     void land(const Vec3& from, const SurfaceHit& hit) noexcept;

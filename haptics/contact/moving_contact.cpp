@@ -182,9 +182,12 @@ Vec3 MovingContact::relative_end(const Vec3& from, const Vec3& to) noexcept {
     return to == along(from) ? proxy_in_body(from) : tried_map_.point_back(to);
 }
 
+bool MovingContact::goes_along(const Vec3& from, const Vec3& to) noexcept {
+    return relative_end(from, to) == proxy_in_body(from);
+}
+
 Chord MovingContact::carry_relative(const Vec3& from, const Vec3& to) noexcept {
     const Vec3 end = relative_end(from, to);
-    if (end == proxy_in_body(from)) return {};
     return contact_->carry(proxy_in_body(from), end);
 }
 

@@ -67,6 +67,7 @@ public:
     void try_pose(double share) noexcept override;
     Vec3 along(const Vec3& proxy) noexcept override;
     PlanePrimitive along(const PlanePrimitive& plane) const noexcept override;
+    bool goes_along(const Vec3& from, const Vec3& to) noexcept override;
     Chord carry_relative(const Vec3& from, const Vec3& to) noexcept override;
     void take_pose(const Vec3& proxy) noexcept override;
     const RigidPose& pose() const noexcept override { return pose_; }

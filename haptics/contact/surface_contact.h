@@ -117,9 +117,12 @@ public:
     virtual Vec3 along(const Vec3& proxy) noexcept = 0;
     /// Where it takes a plane of this surface, scene frame.                             [loop]
     virtual PlanePrimitive along(const PlanePrimitive& plane) const noexcept = 0;
+    /// Whether the proxy, on its way from `from` to `to`, m, scene frame, goes along: then there
+    /// is nothing to certify.                                                           [loop]
+    virtual bool goes_along(const Vec3& from, const Vec3& to) noexcept = 0;
     /// How far the way of the proxy holds this surface's certificate, as the body sees it, if the
-    /// body goes to the tried pose and the proxy from `from` to `to`, m, scene frame: straight in
-    /// the body's own frame. All of it where the proxy goes along.                      [loop]
+    /// body goes to the tried pose and the proxy from `from` to `to`: straight in the body's own
+    /// frame.                                                                           [loop]
     virtual Chord carry_relative(const Vec3& from, const Vec3& to) noexcept = 0;
     /// The body is there from now on, and the proxy at `proxy`, m, scene frame: a place that was
     /// certified whole.                                                                 [loop]

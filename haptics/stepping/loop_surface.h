@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <typeinfo>
+#include <utility>
 
 #include <palpate/haptics/contact/surface_contact.h>
 #include <palpate/haptics/effects/effect.h>
@@ -75,6 +76,13 @@ public:
     bool go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept;
     /// A new trial: the proxy is set to a new place. True when that is inside.            [loop]
     bool restart(const Vec3& proxy) noexcept;
+
+    // While bodies move, before the frame begins.
+
+    /// The proxy is at another place, or a body at another pose.                         [loop]
+    void look_anew() noexcept { looked_ = false; }
+    /// Whether nobody has asked since look_anew().                                       [loop]
+    bool looks_first() noexcept { return !std::exchange(looked_, true); }
 
     // In a frame. Places in m, scene frame.
 
@@ -158,6 +166,7 @@ private:
     bool yields_ = false;
     double sunk_m_ = 0.0; // how far its planes lie below its level in this frame, >= 0
 
+    bool looked_ = false;
     bool pushed_before_ = false; // at the end of the last frame
     bool began_inside_ = false;
     Vec3 touched_at_{0.0};

@@ -179,6 +179,7 @@ private:
     Passage place_beside_bodies(const Vec3& proxy, int& looks) noexcept;
     Passage between_bodies(const Vec3& proxy, int& looks) noexcept;
     Passage relative_way(const Vec3& from, const Vec3& to, int& looks) noexcept;
+    void look(std::size_t surface, const Vec3& proxy) noexcept;
     void follow_gains() noexcept;
     bool is_driven() const noexcept;
     bool frames_may_contradict() const noexcept;

@@ -16,8 +16,10 @@ namespace {
 constexpr double kLongestTurn = 0.1; // rad
 // Pieces of the way to the poses that were set: a turn of pi takes 32 of them.
 constexpr int kMostPieces = 64;
-// Poses that are tried for one piece, each at most half as far as the one before.
+// Poses that are tried for one piece.
 constexpr int kTriesOfOnePiece = 8;
+// The second of them is at least this share of the first: nearer, the proxy is in contact already.
+constexpr double kShortestShare = 1.0 / 64.0;
 // Ways that surfaces are asked to certify in one frame. Each costs what a chord does.
 constexpr int kMostLooks = 1024;
 // Of the projection onto the planes of several bodies: any stiffness gives the same point (N/m).
@@ -41,14 +43,17 @@ Vec3 Subdivision::follow_bodies(Vec3 proxy) noexcept {
 
     int looks = kMostLooks;
     for (int piece = 0; piece < kMostPieces; ++piece) {
+        contacts_.clear();
         double turn = 0.0;
-        for (LoopSurface& surface : surfaces_)
+        for (LoopSurface& surface : surfaces_) {
+            surface.look_anew();
             if (surface.moving()) turn = std::max(turn, surface.moving()->turn_left());
+        }
         double share = turn > kLongestTurn ? kLongestTurn / turn : 1.0;
         Passage passage;
         for (int tries = 0; tries < kTriesOfOnePiece && passage.share < 1.0; ++tries) {
-            // Up to where something was met; farther on half as far, as arcs are no chords.
-            if (tries > 0) share *= tries == 1 && passage.share > 0.0 ? passage.share : 0.5;
+            // Up to where something was met; then half as far, as arcs are no chords.
+            if (tries > 0) share *= tries == 1 ? std::max(passage.share, kShortestShare) : 0.5;
             for (LoopSurface& surface : surfaces_)
                 if (surface.moving()) surface.moving()->try_pose(share);
             passage = place_beside_bodies(proxy, looks);
@@ -86,19 +91,18 @@ Subdivision::Passage Subdivision::place_beside_bodies(const Vec3& proxy, int& lo
 
 /// The nearest place in front of all planes that hold the proxy now, each gone along with its body.
 Subdivision::Passage Subdivision::between_bodies(const Vec3& proxy, int& looks) noexcept {
-    contacts_.clear();
     Vec3 drawn_to = proxy;
-    PrimitiveSet planes;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        const std::size_t first = contacts_.size();
-        surfaces_[i].contact().offer(proxy, contacts_);
+        look(i, proxy);
         MovingSurface* body = surfaces_[i].moving();
         if (body && surfaces_[i].pushes_back()) drawn_to = body->along(proxy);
-        for (std::size_t c = first; c < contacts_.size(); ++c) {
-            PlanePrimitive plane = contacts_[c].plane;
-            plane.strength_n = std::numeric_limits<double>::infinity();
-            planes.add(body ? body->along(plane) : plane);
-        }
+    }
+    PrimitiveSet planes;
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        PlanePrimitive plane = contacts_[c].plane;
+        plane.strength_n = std::numeric_limits<double>::infinity();
+        const MovingSurface* body = surfaces_[contacts_[c].surface].moving();
+        planes.add(body ? body->along(plane) : plane);
     }
     return relative_way(proxy, solve_proxy(planes, drawn_to, kAnyStiffness).proxy, looks);
 }
@@ -107,16 +111,24 @@ Subdivision::Passage Subdivision::between_bodies(const Vec3& proxy, int& looks) 
 Subdivision::Passage Subdivision::relative_way(const Vec3& from, const Vec3& to,
                                                int& looks) noexcept {
     Passage passage{to, is_a_place(to) ? 1.0 : 0.0};
-    for (const LoopSurface& surface : surfaces_) {
-        if (passage.share <= 0.0) return passage;
+    for (std::size_t i = 0; i < surfaces_.size() && passage.share > 0.0; ++i) {
+        MovingSurface* body = surfaces_[i].moving();
+        if (body ? body->goes_along(from, to) : to == from) continue;
         if (--looks < 0) return {to, 0.0};
-        if (surface.moving())
-            passage.share =
-                std::min(passage.share, surface.moving()->carry_relative(from, to).fraction);
-        else if (to != from)
-            passage.share = std::min(passage.share, surface.contact().carry(from, to).fraction);
+        look(i, from);
+        const Chord way =
+            body ? body->carry_relative(from, to) : surfaces_[i].contact().carry(from, to);
+        passage.share = std::min(passage.share, way.fraction);
     }
     return passage;
+}
+
+/// A surface certifies ways from where it has looked last: at the beginning of each piece of way,
+/// but only where it is asked.
+void Subdivision::look(std::size_t surface, const Vec3& proxy) noexcept {
+    if (!surfaces_[surface].looks_first()) return;
+    contacts_.begin(surface);
+    surfaces_[surface].contact().offer(proxy, contacts_);
 }
 
 } // namespace palpate

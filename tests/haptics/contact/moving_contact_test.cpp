@@ -94,16 +94,20 @@ TEST(MovingContact, ElsewhereItIsTheSameWithinRounding) {
             moving.start(map.point(probe));
             still.start(probe);
             double worst = 0.0;
+            int finished = 0;
             for (int frame = 0; frame < 100; ++frame) {
                 probe = next_probe(random, probe);
                 const SubdivisionResult a = moving.move(map.point(probe));
                 const SubdivisionResult b = still.move(probe);
                 EXPECT_TRUE(a.flags & kBodyMoved);
+                if (((a.flags | b.flags) & ~kBodyMoved) != 0) continue; // unfinished
+                ++finished;
                 worst = std::max(worst, glm::length(map.point_back(a.proxy) - b.proxy));
             }
-            // A frame ends within its tolerance of 0.1 um; rounding may decide on which side of a
-            // facet's edge, which is a way of some tolerances.
+            // A frame ends within some of its tolerances of 0.1 um (docs/files.md), and rounding
+            // may decide for another one of them.
             EXPECT_LT(worst, 1e-6) << test::name_of(kind);
+            EXPECT_GE(finished, 50); // the hand jumps by millimetres
         }
     }
 }
