@@ -39,8 +39,8 @@ std::string CodeBlock::where() const {
 
 std::string CodeBlock::text() const {
     std::string text;
-    for (const std::string& line : lines)
-        text += line + "\n";
+    for (const std::string& each : lines)
+        text += each + "\n";
     return text;
 }
 
