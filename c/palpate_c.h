@@ -62,6 +62,7 @@ typedef enum palpate_code {
     PALPATE_NO_MEMORY = 6
 } palpate_code;
 
+/* What went wrong in a call. */
 typedef struct palpate_error {
     size_t size;
     int32_t code;       /* a palpate_code */
@@ -76,6 +77,7 @@ typedef struct palpate_scene palpate_scene;
 /* What makes meshes of volumes; palpate_cgal_extractor() of <palpate/palpate_c_extraction.h>. */
 typedef struct palpate_extractor palpate_extractor;
 
+/* How a scene is loaded. */
 typedef struct palpate_scene_options {
     size_t size;
     const char *cache;                  /* folder for what takes long to compute, so that the next
@@ -102,15 +104,15 @@ palpate_code palpate_scene_parse(const char *text, const char *name,
 /* Frees a scene. Its loops keep what they need. NULL is allowed. [setup] */
 void palpate_scene_free(palpate_scene *scene);
 
-/* The surfaces that are felt, by name. Surface i is bit i of the surfaces_... members of
-   palpate_frame, for i < 64. The name is valid as long as the scene. NULL: there is no such
-   surface. [any] */
+/* How many surfaces are felt. Surface i is bit i of the surfaces_... members of palpate_frame, for
+   i < 64. [any] */
 size_t palpate_scene_surface_count(const palpate_scene *scene);
+/* The name of surface i, valid as long as the scene. NULL: there is no such surface. [any] */
 const char *palpate_scene_surface(const palpate_scene *scene, size_t i);
 
-/* Warnings: what will not be felt as the scene says, a line each, valid as long as the scene.
-   [any] */
+/* How many warnings there are: what will not be felt as the scene says. [any] */
 size_t palpate_scene_warning_count(const palpate_scene *scene);
+/* Warning i, one line, valid as long as the scene. NULL: there is no such warning. [any] */
 const char *palpate_scene_warning(const palpate_scene *scene, size_t i);
 
 /* ---- loops ---------------------------------------------------------------------------------- */
@@ -183,7 +185,7 @@ typedef struct palpate_frame {
     uint64_t surfaces_felt;   /* bit i: palpate_scene_surface(i) pushed back at the end */
     uint64_t surfaces_open;   /* bit i: it yielded, or the proxy was inside */
     uint64_t surfaces_guarded; /* bit i: its mesh held, where its volume alone would not have */
-    uint32_t trial;
+    uint32_t trial;           /* of the probe */
     uint32_t sub_steps;       /* movements of the proxy */
     uint32_t evaluations;     /* how often primitives (planes, lines ..) were gathered and solved */
     uint32_t contacts;        /* primitives that push at the end */
@@ -215,9 +217,10 @@ size_t palpate_loop_effect_count(const palpate_loop *loop);
    gain is out of range; nothing has changed. [any] */
 palpate_code palpate_loop_set_gain(palpate_loop *loop, size_t effect, double gain);
 
-/* Warnings: what this loop will not render as the scene says, a line each. An example is a coupling
-   that was lowered for the device. Valid as long as the loop. [any] */
+/* How many warnings there are: what this loop will not render as the scene says. An example is a
+   coupling that was lowered for the device. [any] */
 size_t palpate_loop_warning_count(const palpate_loop *loop);
+/* Warning i, one line, valid as long as the loop. NULL: there is no such warning. [any] */
 const char *palpate_loop_warning(const palpate_loop *loop, size_t i);
 
 /* ---- a loop's state ------------------------------------------------------------------------- */
@@ -240,8 +243,9 @@ void palpate_state_free(palpate_state *state);
 
 /* ---- flags ---------------------------------------------------------------------------------- */
 
-/* Name and meaning of bit `bit` of palpate_frame.flags; NULL: there is no such flag. [any] */
+/* Name of bit `bit` of palpate_frame.flags; NULL: there is no such flag. [any] */
 const char *palpate_flag_name(uint32_t bit);
+/* What that flag means and what to do about it, in one line; NULL as above. [any] */
 const char *palpate_flag_meaning(uint32_t bit);
 
 #ifdef __cplusplus

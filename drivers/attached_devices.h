@@ -18,20 +18,21 @@ enum class AttachedKind : std::uint8_t {
 
 /// Something that is in the way of a device, or good to know about it.
 struct DeviceFinding {
+    /// How much a finding matters: an obstacle keeps the device from being used.
     enum class Weight : std::uint8_t { note, obstacle };
-    Weight weight = Weight::note;
-    std::string what;   ///< in plain words
-    std::string remedy; ///< what to do; empty where there is nothing
+    Weight weight = Weight::note; ///< note: the device can be used
+    std::string what;             ///< in plain words
+    std::string remedy;           ///< what to do; empty where there is nothing
 };
 
 /// A device that is attached.
 struct AttachedDevice {
-    std::string path;         ///< its node, /dev/hidraw0; or its place on the bus
-    std::uint16_t vendor = 0; ///< USB ids
-    std::uint16_t product = 0;
-    std::string name; ///< maker and model as it says itself, else as it is known
-    AttachedKind kind = AttachedKind::other;
-    std::vector<DeviceFinding> findings; ///< obstacles first
+    std::string path;          ///< its node, /dev/hidraw0; or its place on the bus
+    std::uint16_t vendor = 0;  ///< USB ids
+    std::uint16_t product = 0; ///< the same, of the maker named by `vendor`
+    std::string name;          ///< maker and model as it says itself, else as it is known
+    AttachedKind kind = AttachedKind::other; ///< whether and how Palpate can use it
+    std::vector<DeviceFinding> findings;     ///< obstacles first
 
     /// True when nothing is in the way of using it.                                      [any]
     bool usable() const;

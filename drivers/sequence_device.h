@@ -13,6 +13,7 @@ namespace palpate {
 /// forgets them.
 class SequenceDevice final : public HapticDevice {
 public:
+    /// Plays `states` once, in their order; scene frame, m, s. Not null.                   [setup]
     explicit SequenceDevice(std::shared_ptr<const std::vector<DeviceState>> states)
         : states_(std::move(states)) {}
 

@@ -51,12 +51,13 @@ struct TransportSettings {
     double jitter_s = 0.1e-3;      ///< added to either, uniform in [0, jitter], [0, 0.005]
 };
 
+/// A simulated hand with its device: its parts, its rate, and how long it lasts.
 struct HandSettings {
-    ArmSettings arm;
-    GripSettings grip;
-    MechanismSettings mechanism;
-    TransportSettings transport;
-    double rate_hz = 1000.0;                                     ///< frames, [50, 20000]
+    ArmSettings arm;             ///< the arm that moves the hand towards where it wants to be
+    GripSettings grip;           ///< the fingers between the hand's mass and the handle
+    MechanismSettings mechanism; ///< the device's moving parts, encoders and motors
+    TransportSettings transport; ///< between computer and device, both ways
+    double rate_hz = 1000.0;     ///< frames, [50, 20000]
     double duration_s = std::numeric_limits<double>::infinity(); ///< then there is no state any
                                                                  ///< more, > 0
     std::uint64_t seed = 1;                                      ///< of tremor and jitter
@@ -64,8 +65,8 @@ struct HandSettings {
 
 /// Where the arm wants to be at a time, s, m, device frame: linear between two, constant outside.
 struct HandIntent {
-    double time_s = 0.0;
-    Vec3 position{0.0};
+    double time_s = 0.0; ///< since the first read(), s, not decreasing
+    Vec3 position{0.0};  ///< of the probe, m, device frame
 };
 
 /// Intents that come from `distance_m` in front of a point, press `depth_m` behind it along
@@ -96,7 +97,7 @@ public:
 
     /// What no computer sees: the truth at the last read.
     struct Truth {
-        double time_s = 0.0;
+        double time_s = 0.0;       ///< of the device's own clock, s
         Vec3 handle{0.0};          ///< m
         Vec3 handle_velocity{0.0}; ///< m/s
         Vec3 hand{0.0};            ///< the arm's mass, m

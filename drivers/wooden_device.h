@@ -27,12 +27,13 @@ enum class WoodenStart : std::uint8_t {
 /// destruction.
 class WoodenDevice final : public HapticDevice {
 public:
+    /// Which node, and how long a silence may last.
     struct Settings {
         std::string path; ///< of the node, "/dev/hidraw0"; empty: the first device of the family
-        WoodenStart start = WoodenStart::at_home;
-        double stale_after_s = 0.005; ///< > 0, silence after which a state is stale
-        double force_hold_s = 0.02;   ///< > 0, how long the last force is held; then it is zero
-        double reconnect_s = 1.0;     ///< > 0, between two looks for a device that is gone
+        WoodenStart start = WoodenStart::at_home; ///< where the handle is at the start
+        double stale_after_s = 0.005;             ///< > 0, silence after which a state is stale
+        double force_hold_s = 0.02; ///< > 0, how long the last force is held; then it is zero
+        double reconnect_s = 1.0;   ///< > 0, between two looks for a device that is gone
     };
 
     /// What has happened since construction; any thread may ask.
@@ -57,7 +58,7 @@ public:
     bool read(DeviceState& state) noexcept override;
     void write(const Vec3& force) noexcept override;
 
-    Counts counts() const noexcept;
+    Counts counts() const noexcept; ///< [any]
 
 private:
     class Board;

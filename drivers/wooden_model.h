@@ -25,11 +25,11 @@ enum class WoodenZeroing : std::uint8_t {
 /// One build of the WoodenHaptics family: data, as builders measure them; signs included. Indices
 /// 0, 1, 2 are the motors and bodies A, B, C; 3, 4, 5 the gimbal's joints D, E, F.
 struct WoodenModel {
-    std::string name;
-    WoodenLinkage linkage = WoodenLinkage::parallelogram;
-    WoodenZeroing zeroing = WoodenZeroing::host;
-    std::array<double, 3> capstan_diameter_m{};       ///< > 0
-    std::array<double, 3> body_diameter_m{};          ///< > 0
+    std::string name;                                     ///< as device tables and messages say it
+    WoodenLinkage linkage = WoodenLinkage::parallelogram; ///< decides which kinematics apply
+    WoodenZeroing zeroing = WoodenZeroing::host;          ///< decides who has to know the home pose
+    std::array<double, 3> capstan_diameter_m{};           ///< > 0
+    std::array<double, 3> body_diameter_m{};              ///< > 0
     std::array<double, 3> body_length_m{};            ///< > 0; polhem: B and C are links 1 and 5
     std::array<double, 4> link_length_m{};            ///< polhem: links 0, 2, 3, 4, > 0
     Vec3 workspace_origin_m{0.0};                     ///< of the device frame, from the base's axis
@@ -48,7 +48,7 @@ void check(const WoodenModel& model);
 
 /// Where the handle is. Device frame: x towards the user, y right, z up; m.
 struct WoodenPose {
-    Vec3 position{0.0};
+    Vec3 position{0.0}; ///< of the handle, from the origin of the device frame
     Quaternion orientation{1.0, 0.0, 0.0, 0.0}; ///< handle to device; identity without a gimbal
     Mat3 jacobian{0.0}; ///< column i: change of position with joint angle i, m/rad
 };

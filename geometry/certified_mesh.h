@@ -20,22 +20,26 @@ namespace palpate {
 /// Immutable, for any number of threads.
 class CertifiedMesh {
 public:
+    /// Where certificates come from.
     enum class Certificates {
-        computed,
-        assumed, ///< every facet is called certified: shows in tests what certificates are for
+        computed, ///< each facet's surroundings are looked at, as above
+        assumed,  ///< every facet is called certified: shows in tests what certificates are for
     };
 
     /// Throws as SurfaceScene does. On all processors.                                  [setup]
     explicit CertifiedMesh(std::shared_ptr<const TriangleMesh> mesh,
                            Certificates certificates = Certificates::computed);
 
+    /// For rays and closest points.                                                     [any]
     const SurfaceScene& scene() const noexcept { return scene_; }
+    /// For neighbours and fans.                                                         [any]
     const MeshTopology& topology() const noexcept { return topology_; }
 
+    /// Whether a facet's surroundings are certified; facet < facet_count() of topology().   [any]
     bool certified(std::uint32_t facet) const noexcept { return uncertain_[facet] == 0; }
     /// Per facet: 0 where certified.
     const std::vector<std::uint8_t>& uncertain() const noexcept { return uncertain_; }
-    std::size_t uncertain_count() const noexcept { return uncertain_count_; }
+    std::size_t uncertain_count() const noexcept { return uncertain_count_; } ///< facets  [any]
     /// Whether there is an edge of one facet: then the mesh has no inside.
     bool has_border() const noexcept { return has_border_; }
 

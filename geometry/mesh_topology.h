@@ -25,13 +25,13 @@ struct Facet {
     /// beside a dropped facet: its surroundings are not a surface.
     bool singular = false;
 
-    bool dropped() const noexcept { return normal == Vec3{0.0}; }
+    bool dropped() const noexcept { return normal == Vec3{0.0}; } ///< it has no area  [any]
 };
 
 /// A facet about a vertex, seen from one side.
 struct FanFacet {
-    std::uint32_t facet = 0;
-    std::int8_t side = 1;
+    std::uint32_t facet = 0;    ///< index of the triangle
+    std::int8_t side = 1;       ///< from which it is seen: 1 where its normal points, -1 behind
     std::uint8_t corner = 0;    ///< where the vertex is
     std::uint8_t exit_edge = 0; ///< towards the fan's next facet
 };
@@ -41,14 +41,16 @@ struct FanFacet {
 /// come twice, once from each side.
 class Fan {
 public:
-    static constexpr std::size_t kCapacity = 96;
-    void clear() noexcept { count_ = 0; }
+    static constexpr std::size_t kCapacity = 96; ///< facets at most
+    void clear() noexcept { count_ = 0; }        ///< [loop]
+    /// False: it is full, and the facet was left out.                                       [loop]
     bool add(const FanFacet& facet) noexcept {
         if (count_ == kCapacity) return false;
         facets_[count_++] = facet;
         return true;
     }
-    std::size_t size() const noexcept { return count_; }
+    std::size_t size() const noexcept { return count_; } ///< facets in it  [loop]
+    /// The i-th in walking order, i < size().                                               [loop]
     const FanFacet& operator[](std::size_t i) const noexcept { return facets_[i]; }
 
 private:
@@ -65,13 +67,16 @@ public:
     /// more than 2^31 triangles.   [setup]
     explicit MeshTopology(const TriangleMesh& mesh);
 
-    std::size_t facet_count() const noexcept { return facets_.size(); }
+    std::size_t facet_count() const noexcept { return facets_.size(); } ///< dropped ones too  [any]
+    /// `index` < facet_count().                                                             [any]
     const Facet& facet(std::uint32_t index) const noexcept { return facets_[index]; }
     /// Where a facet's vertex is, m.
     const Vec3& position(std::uint32_t vertex) const noexcept { return positions_[vertex]; }
+    /// Where corner k of a facet is, m; k in [0, 2].                                        [any]
     Vec3 corner(std::uint32_t facet, int k) const noexcept {
         return positions_[facets_[facet].vertex[k]];
     }
+    /// Whether no other facet is linked over an edge in [0, 2].                             [any]
     bool is_border(std::uint32_t facet, int edge) const noexcept {
         return facets_[facet].neighbour[edge] == facet;
     }

@@ -13,24 +13,29 @@ namespace palpate {
 
 /// What a number may be; NaN is never in it.
 struct Range {
+    /// Which ends belong to the range: both, the high one alone, the low one alone, none.
     enum class Ends { closed, low_open, high_open, open };
-    double low = -std::numeric_limits<double>::infinity();
-    double high = std::numeric_limits<double>::infinity();
-    Ends ends = Ends::closed;
-    bool or_infinite = false; ///< infinity, too, beyond `high`
+    double low = -std::numeric_limits<double>::infinity(); ///< may be -infinity
+    double high = std::numeric_limits<double>::infinity(); ///< >= low; may be infinity
+    Ends ends = Ends::closed;                              ///< which of them are in it
+    bool or_infinite = false;                              ///< infinity, too, beyond `high`
 
     bool contains(double value) const noexcept; ///< [any]
     std::string text() const;                   ///< as "(0, 1000]" or "[0, 1000] or inf"  [any]
 };
 
-// Ranges of settings that have no end but that they are numbers.
+/// Any number: -infinity < x < infinity. Like those below, a range of settings without an end.
 inline constexpr Range kFiniteRange{-std::numeric_limits<double>::infinity(),
                                     std::numeric_limits<double>::infinity(), Range::Ends::open};
+/// 0 < x < infinity.
 inline constexpr Range kPositive{0.0, std::numeric_limits<double>::infinity(), Range::Ends::open};
+/// 0 <= x < infinity.
 inline constexpr Range kNotNegative{0.0, std::numeric_limits<double>::infinity(),
                                     Range::Ends::high_open};
+/// 0 < x <= infinity.
 inline constexpr Range kPositiveOrInfinite{0.0, std::numeric_limits<double>::infinity(),
                                            Range::Ends::low_open};
+/// 0 <= x <= infinity.
 inline constexpr Range kNotNegativeOrInfinite{0.0, std::numeric_limits<double>::infinity()};
 
 /// A number as messages say it: the shortest text that reads as the same.               [any]

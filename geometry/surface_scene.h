@@ -62,7 +62,7 @@ public:
     void triangles_near(const Vec3& point, double radius_m,
                         std::vector<std::uint32_t>& found) const;
 
-    const TriangleMesh& mesh() const noexcept;
+    const TriangleMesh& mesh() const noexcept; ///< that was given: not copied  [any]
     /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate
     /// (1.1e-16 m at 60 mm, 1.8e-14 at 10 m). A query's own coordinate counts where it is larger.
     double query_error_m() const noexcept;

@@ -12,8 +12,8 @@ namespace palpate {
 /// A triangle mesh: positions in metres, scene frame; a triangle is counter-clockwise seen from
 /// free space.
 struct TriangleMesh {
-    std::vector<Vec3> vertices;
-    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<Vec3> vertices;                          ///< m, scene frame
+    std::vector<std::array<std::uint32_t, 3>> triangles; ///< three indices into `vertices` each
 };
 
 /// True when |cross product| <= 1e-9 times the longest edge squared: no normal worth the name.

@@ -29,26 +29,31 @@ inline double squared_length(const Vec3& v) noexcept { return glm::dot(v, v); }
 
 /// An axis-aligned box; empty (lower > upper) until a point is added.
 struct Box {
-    Vec3 lower{std::numeric_limits<double>::infinity()};
-    Vec3 upper{-std::numeric_limits<double>::infinity()};
+    Vec3 lower{std::numeric_limits<double>::infinity()};  ///< smallest coordinates
+    Vec3 upper{-std::numeric_limits<double>::infinity()}; ///< largest coordinates
 
+    /// Grows until it holds p.                                                              [any]
     void add(const Vec3& p) noexcept {
         lower = glm::min(lower, p);
         upper = glm::max(upper, p);
     }
+    /// No point is in it: lower > upper on some axis.                                       [any]
     bool empty() const noexcept {
         return lower.x > upper.x || lower.y > upper.y || lower.z > upper.z;
     }
-    Vec3 center() const noexcept { return 0.5 * (lower + upper); }
+    Vec3 center() const noexcept { return 0.5 * (lower + upper); } ///< NaN of an empty one  [any]
+    /// Lengths of its edges; not of an empty one.                                            [any]
     Vec3 extent() const noexcept { return upper - lower; }
 };
 
 /// p -> linear * p + offset.
 struct AffineTransform {
-    Mat3 linear{1.0};
-    Vec3 offset{0.0};
+    Mat3 linear{1.0}; ///< its columns are the images of the axes
+    Vec3 offset{0.0}; ///< the image of the origin
 
+    /// Image of a place.                                                                     [any]
     Vec3 point(const Vec3& p) const noexcept { return linear * p + offset; }
+    /// Image of a difference of two places.                                                  [any]
     Vec3 direction(const Vec3& d) const noexcept { return linear * d; }
     /// The inverse map; `linear` must be regular (readers refuse files where it is not).
     AffineTransform inverse() const noexcept {

@@ -26,10 +26,11 @@ struct LabelVolume {
     std::array<int, 3> size{0, 0, 0};              ///< voxels along i, j, k
     AffineTransform index_to_scene;                ///< as VoxelVolume's
     std::vector<std::vector<std::int32_t>> layers; ///< i fastest; at least one
-    std::vector<Label> labels; ///< every value that occurs, by layer, then value
-    std::string source_type;   ///< voxel type of the file
-    std::vector<std::string> warnings;
+    std::vector<Label> labels;         ///< every value that occurs, by layer, then value
+    std::string source_type;           ///< voxel type of the file
+    std::vector<std::string> warnings; ///< what a user should know of how the file was read
 
+    /// Voxels of one layer.                                                              [any]
     std::size_t voxels() const noexcept { return layers.empty() ? 0 : layers.front().size(); }
 };
 
@@ -44,8 +45,8 @@ bool looks_like_labels(const VoxelVolume& volume);
 
 /// What a label takes up.
 struct LabelExtent {
-    std::size_t voxels = 0;
-    double volume_mm3 = 0.0;
+    std::size_t voxels = 0;  ///< that have the label
+    double volume_mm3 = 0.0; ///< of these voxels
     Box bounds; ///< of its voxels, with their borders; axis-aligned in the scene frame, m
 };
 

@@ -51,8 +51,8 @@ public:
     std::uint64_t roots() const noexcept { return roots_; } ///< first_root() calls so far
 
 protected:
-    std::uint64_t samples_ = 0;
-    std::uint64_t roots_ = 0;
+    std::uint64_t samples_ = 0; ///< implementations count each sample() and value() here
+    std::uint64_t roots_ = 0;   ///< and each first_root() here
 };
 
 /// A scalar field over the scene: immutable, shared by all loops; grows into the material, as

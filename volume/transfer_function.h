@@ -13,14 +13,15 @@ namespace palpate {
 /// Strength over a field's value: linear between its nodes, constant outside; a plain struct of
 /// fixed capacity.
 struct TransferFunction {
+    /// A strength at one value.
     struct Node {
         double value = 0.0;      ///< the field's own unit
         double strength_n = 0.0; ///< N, >= 0; infinity only in a function of one node
     };
-    static constexpr std::size_t kCapacity = 32;
+    static constexpr std::size_t kCapacity = 32; ///< nodes at most
 
-    std::array<Node, kCapacity> nodes{};
-    std::size_t count = 0; ///< nodes in use, by strictly increasing value
+    std::array<Node, kCapacity> nodes{}; ///< the first `count` are in use
+    std::size_t count = 0;               ///< nodes in use, by strictly increasing value
 
     /// The same strength everywhere: N, >= 0, may be infinite.                          [any]
     static TransferFunction constant(double strength_n) noexcept {

@@ -29,7 +29,7 @@ public:
     std::uint64_t samples() const noexcept { return samples_; } ///< sample() calls so far [any]
 
 protected:
-    std::uint64_t samples_ = 0;
+    std::uint64_t samples_ = 0; ///< implementations count each sample() here
 };
 
 /// A vector field over the scene: immutable, shared by all loops. A program may hand in one of its

@@ -24,14 +24,15 @@ struct VolumeSelection {
     std::string series; ///< DICOM folder: a series' number, description or instance UID; empty: the
                         ///< only one
     std::string grid;   ///< .vdb: name of a grid; empty: the one named "density", or the only one
-    Slices slices = Slices::refuse;
-    NiftiTransform nifti_transform = NiftiTransform::automatic;
+    Slices slices = Slices::refuse;                             ///< of a DICOM series
+    NiftiTransform nifti_transform = NiftiTransform::automatic; ///< of a NIfTI file
 };
 
 /// Which connected parts of the material stay.
 struct ComponentPolicy {
+    /// All of them; the largest; the `count` largest; those above `volume_mm3`.
     enum class Kind { all, largest, count, volume };
-    Kind kind = Kind::all;
+    Kind kind = Kind::all;   ///< decides which of the settings below counts
     std::size_t count = 1;   ///< kind count: this many largest stay, >= 1
     double volume_mm3 = 0.0; ///< kind volume: those larger than this stay, >= 0
 };

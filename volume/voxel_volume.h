@@ -19,17 +19,21 @@ struct VoxelVolume {
     std::string source_type;        ///< voxel type of the file, as "int16", "float32"
     std::vector<std::string> warnings; ///< what a user should know of how the file was read
 
+    /// Voxels in all: as many as `values` has to have.                                      [any]
     std::size_t voxels() const noexcept {
         return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
                static_cast<std::size_t>(size[2]);
     }
+    /// Where voxel (i, j, k) is in `values`; each index in [0, size).                       [any]
     std::size_t index(int i, int j, int k) const noexcept {
         return static_cast<std::size_t>(i) +
                static_cast<std::size_t>(size[0]) *
                    (static_cast<std::size_t>(j) +
                     static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(k));
     }
+    /// The value of a voxel; ranges as of index().                                       [any]
     float at(int i, int j, int k) const noexcept { return values[index(i, j, k)]; }
+    /// Distance between neighbours along i, j, k, m.                                        [any]
     Vec3 spacing_m() const noexcept {
         return {glm::length(index_to_scene.linear[0]), glm::length(index_to_scene.linear[1]),
                 glm::length(index_to_scene.linear[2])};

@@ -17,11 +17,13 @@ namespace palpate {
 /// after the other; those in memory are taken as they are.
 class VolumeReader {
 public:
+    /// Reads nothing yet. `scene` must outlive the reader.                                  [setup]
     explicit VolumeReader(const SceneDescription& scene);
     ~VolumeReader();
 
     /// Throw as read_volume() and read_label_volume(). The last volume of either kind is kept.
     const VoxelVolume& volume(const std::string& name);
+    /// The labels of a volume; `name` is a key of SceneDescription::volumes.                [setup]
     const LabelVolume& labels(const std::string& name);
     /// Hash of the files that a volume is read from, and of how it is read; of data in memory
     /// sha256_of_data().
@@ -40,13 +42,14 @@ private:
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
                           VolumeReader& reader, const ResultCache& cache,
                           const Progress& progress = {});
+/// The same with a reader of its own, for a single surface.                             [setup]
 BakedSurface bake_surface(const SceneDescription& scene, const std::string& surface,
                           const ResultCache& cache, const Progress& progress = {});
 
 /// A mesh of a baked surface.
 struct BakedMesh {
-    std::shared_ptr<const TriangleMesh> mesh;
-    bool from_cache = false;
+    std::shared_ptr<const TriangleMesh> mesh; ///< vertices in m, scene frame; never null
+    bool from_cache = false;                  ///< it was read from the cache, not extracted
 };
 
 /// Preview components with fewer triangles are noise of single voxels: not seeded, and not missed.

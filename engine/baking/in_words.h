@@ -18,6 +18,7 @@ std::string baked_as_json(const BakedSurface& baked);
 /// What the mesh is, in words, a line each: triangles, those without certificate, distance from the
 /// level, warnings; and the same as JSON text.                                          [setup]
 std::string mesh_in_words(const SurfaceMesh& mesh);
+/// The numbers of mesh_in_words() as a JSON object.                                     [setup]
 std::string mesh_as_json(const SurfaceMesh& mesh);
 
 } // namespace palpate

@@ -21,7 +21,7 @@ public:
     /// Of volumes that are there already.                                               [setup]
     explicit LabelProbe(std::vector<LabelVolume> volumes);
 
-    bool empty() const noexcept { return volumes_.empty(); }
+    bool empty() const noexcept { return volumes_.empty(); } ///< no volume has labels  [any]
 
     /// Name of the label of the voxel around a point, scene frame, m: of the first volume and layer
     /// that has one there; empty where none has. Lives as long as this.                  [any]

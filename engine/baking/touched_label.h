@@ -16,6 +16,7 @@ namespace palpate {
 /// as long as `labels`.                                                                  [any]
 std::string_view touched_label(const LabelProbe& labels, const Touch& touch) noexcept;
 
+/// How deep behind a contact touched_label() looks, m: some voxels of the usual scans.
 inline constexpr double kLabelReach_m = 3e-3;
 
 } // namespace palpate

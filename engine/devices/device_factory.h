@@ -32,17 +32,18 @@ std::vector<DeviceState> device_states(const Scene& scene, int every = 1,
 
 /// A device and how it stands to the scene.
 struct PlacedDevice {
-    HapticDevice& device;
-    DevicePlacement placement;
+    HapticDevice& device;      ///< speaks the device frame
+    DevicePlacement placement; ///< device frame to scene frame
 };
 
 /// The device that a scene names.
 struct SceneDevice {
-    std::unique_ptr<HapticDevice> device;
-    DevicePlacement placement; ///< the identity for sequences
+    std::unique_ptr<HapticDevice> device; ///< not started; null where the scene names none
+    DevicePlacement placement;            ///< the identity for sequences
     std::uint64_t states = std::numeric_limits<std::uint64_t>::max(); ///< that a sequence has
     std::vector<std::string> notes = {}; ///< what a user should know of a path that was generated
 
+    /// Refers to `device`, which must not be null and must outlive the result.              [any]
     PlacedDevice placed() const { return {*device, placement}; }
 };
 

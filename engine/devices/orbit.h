@@ -53,9 +53,9 @@ OrbitTarget orbit_target(const Scene& scene, const SceneSurface& surface);
 /// Each stretch of surface that the rays see without a gap is a trial of its own, which begins in
 /// free space. Speed along the path is speed_m_per_s.
 struct Orbit {
-    std::vector<DeviceState> states;
-    int turns = 0;             ///< of the spiral
-    double spiral_share = 1.0; ///< of it that was gone before the time was over
+    std::vector<DeviceState> states; ///< a frame each, scene frame, m, s
+    int turns = 0;                   ///< of the spiral
+    double spiral_share = 1.0;       ///< of it that was gone before the time was over
 };
 
 /// An orbit of at most duration_s. With turns = 0 as many turns as that leaves time for, at least

@@ -33,8 +33,8 @@ std::vector<DeviceState> make_tour(std::shared_ptr<const TriangleMesh> mesh,
 
 /// How much of a surface was felt.
 struct SurfaceCoverage {
-    std::string surface;
-    double area_m2 = 0.0;
+    std::string surface;     ///< name of the scene
+    double area_m2 = 0.0;    ///< of its whole mesh, m2
     double within_m = 0.0;   ///< of a place where it was felt counts as felt
     double felt_share = 0.0; ///< of the area, [0,1]
 };

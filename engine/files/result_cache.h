@@ -14,6 +14,7 @@ namespace palpate {
 /// somebody has changed, is not found. Two programs may use one folder at a time. [setup]
 class ResultCache {
 public:
+    /// Takes one line of text.
     using Warning = std::function<void(const std::string&)>;
 
     /// Keeps nothing.

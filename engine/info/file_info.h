@@ -13,16 +13,17 @@ namespace palpate {
 
 /// What to say of a file, and how it is to be read.
 struct FileInfoSettings {
+    /// Whether a picture is drawn: an overview shows slices and a surface.
     enum class Picture { none, overview };
 
-    VolumeSelection selection;
+    VolumeSelection selection;    ///< which of several volumes in the file
     std::filesystem::path labels; ///< name table of a label volume; empty: the file's own, or one
                                   ///< beside it
-    MeshFileSettings mesh;
+    MeshFileSettings mesh;        ///< what a mesh file does not say itself
     IntersectionCounter count_intersections; ///< empty: self-intersections are not looked for
-    Picture picture = Picture::none;
-    std::optional<double> iso; ///< level of the picture's surface, in the volume's own unit;
-                               ///< nothing: otsu_threshold()
+    Picture picture = Picture::none; ///< overview: FileInfo::picture is drawn, which takes seconds
+    std::optional<double> iso;       ///< level of the picture's surface, in the volume's own unit;
+                                     ///< nothing: otsu_threshold()
 };
 
 /// A file, said in several ways.

@@ -13,8 +13,8 @@ namespace palpate {
 
 /// A coupling that a device can hold without giving energy away, and what was changed for it.
 struct SafeCoupling {
-    VirtualCoupling coupling;
-    std::string warning; ///< one line of what was lowered and why; empty: nothing was
+    VirtualCoupling coupling; ///< the one to use: N/m, N s/m
+    std::string warning;      ///< one line of what was lowered and why; empty: nothing was
 };
 
 /// The coupling of a scene as far as the device's own damping b pays for it:                [setup]

@@ -23,7 +23,7 @@ std::string felt_in_words(std::uint64_t felt, std::span<const std::string> names
 
 /// How a surface was felt in a run.
 struct FeltSurface {
-    std::string name;
+    std::string name;          ///< of the surface, in the scene
     std::uint64_t frames = 0;  ///< in which it was felt
     double contact_s = 0.0;    ///< device's time of these frames
     double force_mean_n = 0.0; ///< of these frames: of all that was felt then

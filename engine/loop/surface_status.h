@@ -7,6 +7,7 @@ namespace palpate {
 
 /// How the proxy stands with one surface at the end of a frame.
 struct SurfaceStatus {
+    /// What the surface does to the proxy.
     enum class Standing : std::uint8_t {
         out,          ///< in front of it, or beside it: the surface does not push
         touched,      ///< it pushes, and holds at its own level
@@ -16,7 +17,7 @@ struct SurfaceStatus {
         began_inside, ///< not felt until the proxy has left it: the trial began inside
         off,          ///< not felt: its gain is 0
     };
-    Standing standing = Standing::out;
+    Standing standing = Standing::out; ///< what the surface does to the proxy
     /// Its mesh held back what its volume would have let through (contact guarded).
     bool guarded = false;
     /// How far the proxy, not the probe, is behind the surface's own level, m; < 0: in front of
@@ -27,6 +28,7 @@ struct SurfaceStatus {
     /// that is off.
     double depth_m = 0.0;
 
+    /// How far from the proxy a level is looked for, m.
     static constexpr double kDepthReach_m = 20e-3;
 };
 

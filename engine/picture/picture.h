@@ -13,9 +13,9 @@ namespace palpate {
 /// From where a picture is taken.
 struct PictureView {
     Vec3 towards{0.0, 1.0, 0.0}; ///< viewing direction, scene frame; (0,1,0) looks at a face
-    Vec3 up{0.0, 0.0, 1.0};
-    int width = 900;  ///< pixels, [16, 8192]
-    int height = 900; ///< pixels, [16, 8192]
+    Vec3 up{0.0, 0.0, 1.0};      ///< scene frame, of any length > 0, not along `towards`
+    int width = 900;             ///< pixels, [16, 8192]
+    int height = 900;            ///< pixels, [16, 8192]
 };
 
 /// A shaded picture of a surface with the proxy's path on it, coloured by force (parallel

@@ -13,6 +13,7 @@ namespace palpate {
 /// How our files of frames begin; more columns may follow.
 inline constexpr std::string_view kFramesColumns =
     "frame,trial,time_s,probe_x_m,probe_y_m,probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,";
+/// How timing.csv begins: what a clock decided, us.
 inline constexpr std::string_view kTimingColumns = "frame,spent_us,estimate_us,late_us,";
 
 /// Writes frames.csv: a row per frame, 17 significant digits, no clock in it: the same bytes for

@@ -13,16 +13,16 @@ namespace palpate {
 
 /// One trace in a report.
 struct ReportTrace {
-    std::string title;   ///< as "skull, adaptive, volume"
-    std::string summary; ///< text of its summary.json
-    std::vector<FrameReport> frames;
+    std::string title;               ///< as "skull, adaptive, volume"
+    std::string summary;             ///< text of its summary.json
+    std::vector<FrameReport> frames; ///< for curves of force and error; scene frame
 };
 
 /// One surface with the traces over it.
 struct ReportSubject {
-    std::string title;
-    std::shared_ptr<const TriangleMesh> mesh;
-    std::vector<ReportTrace> traces;
+    std::string title;                        ///< heading of the section
+    std::shared_ptr<const TriangleMesh> mesh; ///< for the picture, m, scene frame; null: no picture
+    std::vector<ReportTrace> traces;          ///< over this surface, a row of the table each
 };
 
 /// The table of a report as plain text, a line per trace: frames, in contact, sub-steps, us per

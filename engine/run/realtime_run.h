@@ -13,14 +13,15 @@
 
 namespace palpate {
 
+/// How a run at the clock's pace is scheduled, and when it ends.
 struct RealtimeSettings {
     /// Of a period, what a frame's budget may take; the rest is the device's and the system's.
     static constexpr double kMostDuty = 0.9;
 
-    Scheduler scheduler = Scheduler::fifo;
-    std::optional<int> cpu; ///< processor that the loop stays on, from 0; empty: any
-    std::uint64_t most_frames = std::numeric_limits<std::uint64_t>::max();
-    double longest_s = std::numeric_limits<double>::infinity(); ///< of the clock
+    Scheduler scheduler = Scheduler::fifo; ///< wanted for the loop
+    std::optional<int> cpu;                ///< processor that the loop stays on, from 0; empty: any
+    std::uint64_t most_frames = std::numeric_limits<std::uint64_t>::max(); ///< then the run ends
+    double longest_s = std::numeric_limits<double>::infinity(); ///< of the clock, s: then it ends
 };
 
 /// Throws std::invalid_argument where a scene's budget leaves less than a tenth of its period.

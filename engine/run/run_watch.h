@@ -22,12 +22,12 @@ enum class Silence : std::uint8_t {
 
 /// A frame as its run saw it.
 struct RunFrame {
-    DeviceState input; ///< what the loop was given, scene frame
-    FrameReport frame;
-    std::uint32_t touches = 0; ///< how many HapticLoop::touches() had
-    Silence silence = Silence::none;
-    std::uint64_t missed = 0; ///< periods that passed without a frame; 0 at asap pace
-    Overrun overrun = Overrun::none;
+    DeviceState input;               ///< what the loop was given, scene frame
+    FrameReport frame;               ///< what the loop made of it
+    std::uint32_t touches = 0;       ///< how many HapticLoop::touches() had
+    Silence silence = Silence::none; ///< why `input` was stale, if it was
+    std::uint64_t missed = 0;        ///< periods that passed without a frame; 0 at asap pace
+    Overrun overrun = Overrun::none; ///< why periods were missed, if any were
 };
 
 struct Trace;

@@ -22,12 +22,12 @@ namespace palpate {
 /// How a run at the clock's pace kept it.
 struct RealtimeCounts {
     Scheduler scheduler = Scheduler::ordinary; ///< that it had
-    bool memory_locked = false;
-    std::uint64_t own_work = 0;   ///< overruns: frames that took longer than a frame may
-    std::uint64_t woken_late = 0; ///< overruns: the system let the loop begin too late
-    std::uint64_t missed_periods = 0;
-    std::uint64_t silent_loop = 0;   ///< frames with a stale input as the loop had been silent
-    std::uint64_t silent_device = 0; ///< frames with a stale input as the device had been silent
+    bool memory_locked = false;       ///< the system kept the program's memory from being swapped
+    std::uint64_t own_work = 0;       ///< overruns: frames that took longer than a frame may
+    std::uint64_t woken_late = 0;     ///< overruns: the system let the loop begin too late
+    std::uint64_t missed_periods = 0; ///< that passed without a frame
+    std::uint64_t silent_loop = 0;    ///< frames with a stale input as the loop had been silent
+    std::uint64_t silent_device = 0;  ///< frames with a stale input as the device had been silent
     std::uint64_t dropped = 0; ///< frames that were felt and not recorded: no replay, no audit
 };
 

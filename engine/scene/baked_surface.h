@@ -15,11 +15,11 @@ namespace palpate {
 /// A field made ready for one surface: smoothed, its level chosen again, unwanted components
 /// removed. Mesh and contact take the same one, so that they are of the same thing.
 struct BakedSurface {
-    std::shared_ptr<const ScalarField> field;
-    std::shared_ptr<const GridField> grid; ///< the same when it is a grid; null for a formula or
-                                           ///< a field of the program's own
-    double level = 0.0;                    ///< the field's unit
-    SurfaceShift shift;                    ///< against the surface before smoothing
+    std::shared_ptr<const ScalarField> field; ///< scene frame, own unit; null: a mesh alone
+    std::shared_ptr<const GridField> grid;    ///< the same when it is a grid; null for a formula or
+                                              ///< a field of the program's own
+    double level = 0.0;                       ///< the field's unit
+    SurfaceShift shift;                       ///< against the surface before smoothing
     double volume_before_mm3 = 0.0; ///< enclosed before smoothing; of labels: of their voxels
     double volume_mm3 = 0.0;        ///< enclosed by what is kept
     std::vector<VolumeComponent>
@@ -30,7 +30,7 @@ struct BakedSurface {
     std::vector<ThinPart> thin_parts;  ///< of labels: what smoothing took away
     std::vector<std::string> warnings; ///< of reading the volume
     std::string key;                   ///< hash of everything that went in: names it in the cache
-    bool from_cache = false;
+    bool from_cache = false;           ///< read from the cache, not computed
 };
 
 /// A surface of a formula or of a field of the program's own, as it is: of `field`.       [setup]

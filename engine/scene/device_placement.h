@@ -42,8 +42,9 @@ struct DevicePlacementSettings {
 /// gives: what is passive in the scene is passive in the hand.
 class DevicePlacement {
 public:
+    /// The smallest s, no unit.
     static constexpr double kSmallestScale = 0.01;
-    static constexpr double kLargestScale = 100.0;
+    static constexpr double kLargestScale = 100.0; ///< the largest s
 
     /// The frame of paths, orbits and recordings, which is the scene's: bits stay as they are.
     /// [setup]

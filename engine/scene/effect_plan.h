@@ -13,8 +13,8 @@ namespace palpate {
 /// What one effect of a scene needs, or why it is left out. A sample that several effects have in
 /// common is counted for the first of them alone.
 struct PlannedEffect {
-    std::size_t effect = 0; ///< index into SceneDescription::effects
-    bool on = true;
+    std::size_t effect = 0;     ///< index into SceneDescription::effects
+    bool on = true;             ///< it is built and felt
     std::string reason;         ///< why on or off, in words
     std::string contact;        ///< kind surface: how the proxy is carried
     double samples = 0.0;       ///< field samples per evaluation
@@ -22,8 +22,8 @@ struct PlannedEffect {
                                 ///< the first evaluation alone
     double roots = 0.0;         ///< exact first roots per evaluation
     double rays = 0.0; ///< Embree rays per evaluation; a proxy that slides on a mesh needs none
-    bool needs_mesh = false;
-    bool needs_hessian = false;
+    bool needs_mesh = false;    ///< of its surface
+    bool needs_hessian = false; ///< second derivatives of its field, at each evaluation
     std::string sharing = {}; ///< whose sample it takes, or why it cannot, in words; empty: nobody
                               ///< else samples its volume
 };
@@ -42,6 +42,7 @@ struct EffectPlan {
     std::vector<std::string> warnings; ///< of what will not be felt as the scene says it, in words:
                                        ///< Scene asks the effects once they are made
 
+    /// Whether an effect that is on makes a surface felt. `scene` is the planned one.       [any]
     bool uses_surface(const SceneDescription& scene, const std::string& surface) const;
 };
 

@@ -35,8 +35,9 @@ public:
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
+    /// As it was given.                                                                   [any]
     const SceneDescription& description() const noexcept { return description_; }
-    const EffectPlan& plan() const noexcept { return plan_; }
+    const EffectPlan& plan() const noexcept { return plan_; } ///< what is on, and why    [any]
     const std::vector<SceneSurface>& surfaces() const noexcept {
         return surfaces_;
     } ///< that are felt, by name

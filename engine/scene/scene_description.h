@@ -86,7 +86,13 @@ struct MaterialDescription {
     TextureWaves texture;                    ///< of effects `texture` on it
 };
 
-enum class ContactKind { mesh, volume, guarded, direct };
+/// How a surface is felt (docs/contact.md).
+enum class ContactKind {
+    mesh,    ///< by a mesh alone
+    volume,  ///< by the level of its volume, no chord deeper than a tolerance
+    guarded, ///< as `volume`; a mesh holds the proxy where the volume would let it through
+    direct   ///< by the level with nothing certified, as a reference
+};
 
 /// A surface of the scene: an isosurface of a volume, or the border of labels; with or without a
 /// mesh from a file or from memory, or such a mesh alone.
@@ -111,7 +117,7 @@ struct SurfaceDescription {
     std::optional<double> smooth_voxels; ///< standard deviation of the Gaussian baked in first,
                                          ///< voxels, [0, 5]; empty: as smoothing_of() says
     std::optional<IsoAfterSmoothing> iso_after_smoothing; ///< empty: as iso_rule_of() says
-    ComponentPolicy keep;
+    ComponentPolicy keep;                ///< which connected parts of the material are felt
     std::optional<ContactKind> contact;  ///< empty: choose_contact() decides
     std::optional<double> leash_mm;      ///< contact guarded: the proxy gets no farther from
                                          ///< the mesh's, (0, 10]; empty: as leash_of() says
@@ -128,7 +134,7 @@ struct SurfaceDescription {
                                           ///< for labels half a voxel
     std::optional<double> facet_distance_mm; ///< of the mesh, (0, 10]; empty: 0.2, for labels 0.05
                                              ///< voxels
-    int line = 0;
+    int line = 0;                            ///< of the scene file, for messages
 };
 
 /// Whether a surface comes with a mesh of its own.                                       [any]
@@ -150,24 +156,27 @@ inline SurfaceDescription::IsoAfterSmoothing iso_rule_of(const SurfaceDescriptio
                                                                        : Rule::keep_volume);
 }
 
+/// The spring and damper between probe and proxy: f = -k_s (x_p - x') - k_d (v_p - v').
 struct CouplingDescription {
-    double stiffness_n_per_m = 500.0; ///< k_s of eq. (3), (0, 1e5]
-    double damping_n_s_per_m = 0.0;   ///< k_d of eq. (3), [0, 1e3]
+    double stiffness_n_per_m = 500.0; ///< k_s of eq. (3), N/m, (0, 1e5]
+    double damping_n_s_per_m = 0.0;   ///< k_d of eq. (3), N s/m, [0, 1e3]
 };
 
+/// What forces on the hand are limited to (docs/safety.md).
 struct LimitsDescription {
-    double force_n = 5.0;         ///< (0, 1e3]
-    double slew_n_per_s = 2000.0; ///< (0, 1e7]
+    double force_n = 5.0;         ///< its length, N, (0, 1e3]
+    double slew_n_per_s = 2000.0; ///< its change, N/s, (0, 1e7]
 };
 
+/// How often frames come, and how one is cut into sub-steps.
 struct LoopDescription {
-    double rate_hz = 1000.0;         ///< [50, 20000]
+    double rate_hz = 1000.0;         ///< frames, Hz, [50, 20000]
     std::optional<double> budget_us; ///< t_delta of eq. (8), method paper, (0, 1e6/rate_hz]; empty:
                                      ///< as budget_of() says
-    SteppingMethod method = SteppingMethod::adaptive;
-    int sub_steps = 8;         ///< method fixed, [1, 4096]
-    double tolerance_um = 0.1; ///< method adaptive, (0, 1000]
-    int evaluation_cap = 8;    ///< method adaptive, [1, 256]
+    SteppingMethod method = SteppingMethod::adaptive; ///< which of the settings below counts
+    int sub_steps = 8;                                ///< method fixed, [1, 4096]
+    double tolerance_um = 0.1;                        ///< method adaptive, (0, 1000]
+    int evaluation_cap = 8;                           ///< method adaptive, [1, 256]
 };
 
 /// LoopDescription::budget_us, or what it is by default: 900 us, which leaves at least a tenth of
@@ -188,8 +197,17 @@ struct HandDescription {
 
 /// What moves the probe.
 struct DeviceDescription {
-    enum class Kind { none, path, orbit, tour, recording, hand, hid };
-    Kind kind = Kind::none;
+    /// Where positions come from.
+    enum class Kind {
+        none,      ///< the scene names no device; a program's own loop needs none
+        path,      ///< a CSV file
+        orbit,     ///< a spiral around a surface
+        tour,      ///< lines over the whole of a surface
+        recording, ///< what the probe did in an earlier run
+        hand,      ///< a simulated hand on a simulated device
+        hid        ///< hardware
+    };
+    Kind kind = Kind::none;     ///< decides which of the settings below count
     std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
                                 ///< hand: CSV of where the arm wants the probe, scene frame
                                 ///< or empty: it presses into a surface
@@ -209,21 +227,21 @@ struct DeviceDescription {
                    ///< duration_s leaves time for
     double spacing_mm = 5.0; ///< tour: between two lines over a surface, [0.2, 100]
     double press_mm = 2.0;   ///< tour: how deep, [0, 50]; depth_mm in the scene
-    int line = 0;
+    int line = 0;            ///< of the scene file, for messages
 };
 
 /// A scene as its file says it: validated, nothing loaded yet.
 struct SceneDescription {
     std::filesystem::path file; ///< where it was read from; empty when made in code
     std::string text;           ///< the file's own text: recorded, hashed
-    std::map<std::string, VolumeDescription> volumes;
-    std::map<std::string, MaterialDescription> materials;
-    std::map<std::string, SurfaceDescription> surfaces;
-    std::vector<EffectDescription> effects; ///< in the file's order
-    CouplingDescription coupling;
-    LimitsDescription limits;
-    LoopDescription loop;
-    DeviceDescription device;
+    std::map<std::string, VolumeDescription> volumes;     ///< by name
+    std::map<std::string, MaterialDescription> materials; ///< by name
+    std::map<std::string, SurfaceDescription> surfaces;   ///< by name; felt where an effect says so
+    std::vector<EffectDescription> effects;               ///< in the file's order
+    CouplingDescription coupling;                         ///< between probe and proxy
+    LimitsDescription limits;                             ///< of every force
+    LoopDescription loop;                                 ///< frame rate and method
+    DeviceDescription device; ///< of `palpate trace`; a loop in a program ignores it
 };
 
 } // namespace palpate

@@ -28,6 +28,7 @@ ComponentPolicy parse_keep(const std::string& text);
 
 /// The name of a value as scene files spell it.                                         [any]
 std::string_view name(ContactKind kind) noexcept;
+/// The same for a method: "single", "paper", "fixed", "adaptive".                       [any]
 std::string_view name(SteppingMethod method) noexcept;
 
 } // namespace palpate

@@ -15,10 +15,10 @@ struct SceneOverrides {
                                         ///< "hand:FILE" or "hid:ADDRESS"
     std::optional<std::string> method;  ///< as [loop] method
     std::optional<std::string> contact; ///< as [surface.X] contact, for every surface
-    std::optional<int> sub_steps;
-    std::optional<double> tolerance_um;
-    std::optional<double> budget_us;
-    std::optional<int> every; ///< each K-th row of a path
+    std::optional<int> sub_steps;       ///< as [loop] sub_steps
+    std::optional<double> tolerance_um; ///< as [loop] tolerance_um, um
+    std::optional<double> budget_us;    ///< as [loop] budget_us, us
+    std::optional<int> every;           ///< each K-th row of a path
 };
 
 /// Changes a scene; values are checked as scene files are.                              [setup]

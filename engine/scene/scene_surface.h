@@ -14,9 +14,9 @@ namespace palpate {
 /// A surface that is felt: the baked field and its level, the mesh where the contact needs one, or
 /// a mesh alone.
 struct SceneSurface {
-    std::string name;
-    ContactKind contact = ContactKind::volume;
-    LevelSettings level;     ///< strength and yielding are a mesh's, too
+    std::string name;                          ///< key of SceneDescription::surfaces
+    ContactKind contact = ContactKind::volume; ///< as given, or as choose_contact() decided
+    LevelSettings level;                       ///< strength and yielding are a mesh's, too
     BakedSurface baked;      ///< without a field where the surface is a mesh alone
     SurfaceMesh mesh;        ///< empty where the contact needs none
     double leash_m = 0.0;    ///< contact guarded

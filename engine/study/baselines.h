@@ -23,6 +23,7 @@ enum class BaselineKind {
                    ///< across the gradient, one step; kPrimitiveStrength_n, kPrimitiveRamp_m
     subdivided,    ///< the paper: the same in kPaperSubSteps sub-steps
 };
+/// All of them, in the order in which a study runs them.
 inline constexpr std::array kBaselines{BaselineKind::penalty,       BaselineKind::god_object,
                                        BaselineKind::virtual_proxy, BaselineKind::linear,
                                        BaselineKind::ikits,         BaselineKind::primitives,
@@ -46,9 +47,10 @@ public:
     /// The proxy is set to `probe`; it begins in free space.                             [loop]
     virtual void restart(const Vec3& probe) noexcept = 0;
 
+    /// What a frame of a baseline gives.
     struct Step {
-        Vec3 proxy{0.0};
-        bool touches = false;
+        Vec3 proxy{0.0};      ///< m, scene frame
+        bool touches = false; ///< the surface pushes
     };
     /// One frame: the proxy for a probe.                                                [loop]
     virtual Step move(const Vec3& probe) noexcept = 0;

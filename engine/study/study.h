@@ -24,26 +24,26 @@ struct StudyRun {
     std::optional<BaselineKind> baseline; ///< instead of the loop's methods
     LoopDescription loop;                 ///< method and setting
     std::string pace; ///< "1000 Hz SCHED_FIFO"; empty: back to back, with the path's own time
-    bool is_the_scenes = true; ///< the setting is the scene's own, not one of the range
-    std::size_t frames_in_contact = 0;
-    double evaluations_mean = 0.0;
-    double evaluations_max = 0.0;
-    double sub_steps_mean = 0.0;
-    double step_mean_um = 0.0; ///< length of the proxy's sub-steps
-    double spent_p50_us = 0.0;
-    double spent_p99_us = 0.0;
-    double spent_max_us = 0.0;
-    double late_p99_us = 0.0; ///< start of a frame after its tick, of all; 0 back to back
-    double late_max_us = 0.0;
-    std::size_t over_budget = 0; ///< frames, of all, longer than the budget by more than 1 us
-    std::size_t over_period = 0; ///< frames, of all, longer than the frame's period
+    bool is_the_scenes = true;         ///< the setting is the scene's own, not one of the range
+    std::size_t frames_in_contact = 0; ///< what the means and shares below are of
+    double evaluations_mean = 0.0;     ///< per frame
+    double evaluations_max = 0.0;      ///< in one frame
+    double sub_steps_mean = 0.0;       ///< per frame
+    double step_mean_um = 0.0;         ///< length of the proxy's sub-steps
+    double spent_p50_us = 0.0;         ///< time of a frame, median
+    double spent_p99_us = 0.0;         ///< the same, 99th percentile
+    double spent_max_us = 0.0;         ///< the same, longest
+    double late_p99_us = 0.0;          ///< start of a frame after its tick, of all; 0 back to back
+    double late_max_us = 0.0;          ///< the same, largest
+    std::size_t over_budget = 0;       ///< frames, of all, longer than the budget by more than 1 us
+    std::size_t over_period = 0;       ///< frames, of all, longer than the frame's period
 
     /// rms, 99th percentile and maximum of a distance over the frames that have one, um.
     struct Error {
         std::size_t frames = 0; ///< 0: not known
-        double rms_um = 0.0;
-        double p99_um = 0.0;
-        double max_um = 0.0;
+        double rms_um = 0.0;    ///< root of the mean square
+        double p99_um = 0.0;    ///< 99 of 100 frames do not exceed it
+        double max_um = 0.0;    ///< of the worst frame
     };
     Error level;    ///< from the surface
     Error position; ///< from the surface's point nearest to the probe; spheres only
@@ -66,12 +66,12 @@ struct StudyRun {
 
 /// Accuracy against time: every method over its range.
 struct Study {
-    std::vector<StudyRun> runs;
+    std::vector<StudyRun> runs;       ///< in the order of the table
     std::vector<double> time_s;       ///< of each frame
     std::optional<FeltSphere> sphere; ///< where it is all that is felt
 };
 
-/// Every method over its range, and the scene's own setting of each: single; fixed with 1, 2, 4 ..
+/// Every method over its range, and the scene's own setting of each: single; fixed with 1, 2, 4 to
 /// 1024 sub-steps; paper with budgets of 10 us .. 900 us that leave a tenth of the period; adaptive
 /// with tolerances of 100 um .. 0.001 um. [setup]
 std::vector<LoopDescription> study_settings(const LoopDescription& own);

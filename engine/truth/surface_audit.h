@@ -16,7 +16,7 @@ namespace palpate {
 
 /// A sphere around the origin that is felt.
 struct FeltSphere {
-    double radius_m = 0.0;
+    double radius_m = 0.0; ///< m, > 0 where there is one
     double outwards = 1.0; ///< 1: its material is outside, a cavity; -1: within
 
     /// The level of a volume's formula, where that is a sphere.                         [setup]
@@ -42,10 +42,11 @@ public:
     struct Deepest {
         double above_level =
             0.0; ///< value minus level, the field's unit; <= 0: never below the surface
-        double depth_m = 0.0; ///< its distance from the surface, m
-        std::uint64_t frame = 0;
+        double depth_m = 0.0;    ///< its distance from the surface, m
+        std::uint64_t frame = 0; ///< FrameReport::frame of it
     };
 
+    /// The one that is audited.                                                         [any]
     const SceneSurface& surface() const noexcept { return surface_; }
 
     // Of spheres, however they are felt.
@@ -60,6 +61,7 @@ public:
     const std::optional<FeltSphere>& sphere() const noexcept {
         return sphere_;
     } ///< of a surface that is one and does not yield
+    /// Of all frames so far; nothing went below the level: depth_m is 0.                   [setup]
     Deepest deepest() const;
     std::uint64_t frames_inside() const noexcept {
         return frames_inside_;
@@ -81,7 +83,8 @@ public:
     std::uint64_t guarded_events() const noexcept {
         return guarded_events_;
     } ///< runs of such frames; less than kEventGap frames apart they are one
-    static constexpr std::uint64_t kEventGap = 20; // frames
+    /// Frames between two events of guarded_events().
+    static constexpr std::uint64_t kEventGap = 20;
 
 private:
     void add_to_level(const FrameReport& frame, std::span<const Vec3> path);

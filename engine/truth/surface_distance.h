@@ -35,13 +35,16 @@ public:
     /// Throws std::invalid_argument that lists the names where there is no such surface. [setup]
     SurfaceDistance(std::shared_ptr<const Scene> scene, std::string_view surface);
     ~SurfaceDistance();
+    /// What was moved from may only be destroyed or assigned to.                            [setup]
     SurfaceDistance(SurfaceDistance&&) noexcept;
+    /// As the constructor.                                                                  [setup]
     SurfaceDistance& operator=(SurfaceDistance&&) noexcept;
 
     /// Nothing where the point is no place, or where no way leads to the level within
     /// kReach_m.   [setup]
     std::optional<NearestPoint> nearest(const Vec3& point) const;
 
+    /// How far from a point its surface is looked for, m.
     static constexpr double kReach_m = 1.0;
 
 private:

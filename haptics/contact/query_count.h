@@ -7,10 +7,11 @@ namespace palpate {
 
 /// What a surface or an effect has computed so far: counters that only grow.
 struct QueryCount {
-    std::uint64_t field_samples = 0;
-    std::uint64_t roots = 0;
+    std::uint64_t field_samples = 0;   ///< values or gradients read from fields
+    std::uint64_t roots = 0;           ///< first crossings of a segment with a level
     std::uint64_t surface_queries = 0; ///< rays and nearest points of a mesh
 
+    /// Adds what another one has counted.                                                   [loop]
     QueryCount& operator+=(const QueryCount& other) noexcept {
         field_samples += other.field_samples;
         roots += other.roots;

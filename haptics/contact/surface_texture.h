@@ -13,14 +13,14 @@ namespace palpate {
 
 /// What is on top of a surface: a height h(x) >= 0 in front of its level.
 struct TextureSettings {
-    TexturePattern pattern = TexturePattern::bumps;
+    TexturePattern pattern = TexturePattern::bumps; ///< unused with `field`
     double height_m = 0.0;      ///< H: of the highest crests, m, [0, wavelength_m / (2 pi)]
     double wavelength_m = 2e-3; ///< m, > 0
     Vec3 direction{1, 0, 0};    ///< of a grating: across its grooves, of any length > 0
 
     TransferFunction height_over_value; ///< with nodes: h is this function of the value of `field`,
                                         ///< and of no pattern; its strengths are read as m, finite
-    std::shared_ptr<const ScalarField> field;
+    std::shared_ptr<const ScalarField> field; ///< for height_over_value; else null
 
     /// Nothing can be felt of it.                                                        [any]
     bool none() const noexcept { return highest_m() == 0.0; }

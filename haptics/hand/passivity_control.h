@@ -8,6 +8,7 @@
 
 namespace palpate {
 
+/// Of PassivityControl, which says what the letters stand for.
 struct PassivitySettings {
     double period_s = 1e-3;           ///< frame period T, s, > 0
     double force_n = 5.0;             ///< longest force F that is sent, N, > 0

@@ -15,11 +15,12 @@ enum class ForceFeedback {
     motors ///< the whole chain
 };
 
+/// Of SafetyChain: limits of every force, and what motors need beyond them.
 struct SafetySettings {
-    ForceFeedback feedback = ForceFeedback::none;
-    double force_n = 5.0;         ///< longest force, N, > 0
-    double slew_n_per_s = 2000.0; ///< fastest change, N/s, > 0
-    double period_s = 1e-3;       ///< nominal frame period, s, > 0
+    ForceFeedback feedback = ForceFeedback::none; ///< none: limits alone
+    double force_n = 5.0;                         ///< longest force, N, > 0
+    double slew_n_per_s = 2000.0;                 ///< fastest change, N/s, > 0
+    double period_s = 1e-3;                       ///< nominal frame period, s, > 0
 
     // With motors:
     double small_force_n = 0.2; ///< what is wanted must be this small before any is sent, N, > 0;

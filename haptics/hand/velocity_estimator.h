@@ -9,6 +9,7 @@
 
 namespace palpate {
 
+/// Of VelocityEstimator: what is known of the positions that it gets.
 struct VelocitySettings {
     double step_m = 0.0;     ///< what positions are rounded to, m, >= 0; 0: they are exact
     double longest_s = 0.05; ///< oldest sample that is looked at, s, > 0

@@ -16,7 +16,7 @@ struct Gain {
     std::optional<double> strength_here_n = {}; ///< N: the strength at the proxy, where it depends
                                                 ///< on the place; replaces the constant one
 
-    bool off() const noexcept { return value == 0.0; }
+    bool off() const noexcept { return value == 0.0; } ///< nothing is left of the effect  [any]
 
     /// A strength in N, >= 0, may be infinite, with this gain.                          [any]
     ///   s(g) = g s, for g < 1 at most F g / (1 - g)
@@ -36,7 +36,7 @@ struct Gain {
 /// F, times 4 F (Gain::strength_n).
 class GainRamp {
 public:
-    static constexpr double kHighest = 10.0;
+    static constexpr double kHighest = 10.0;        ///< no unit
     static constexpr double kSecondsPerUnit = 0.05; ///< from on to off, s
 
     GainRamp() noexcept = default;
@@ -47,10 +47,10 @@ public:
 
     /// Where it is and where it goes, as a value.
     struct State {
-        double wanted = 1.0;
-        double now = 1.0;
-        bool moving = false;
-        bool jumped = false;
+        double wanted = 1.0; ///< where it goes, [0, kHighest]
+        double now = 1.0;    ///< where it is, [0, kHighest]
+        bool moving = false; ///< it was not there in the last frame
+        bool jumped = false; ///< jump() was called since the last frame
     };
     State save_state() const noexcept { ///< [setup]
         return {wanted_.load(std::memory_order_relaxed), now_, moving_, jumped_};

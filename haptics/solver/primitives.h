@@ -41,6 +41,7 @@ class PrimitiveSet {
 public:
     static constexpr std::size_t kCapacity = 32; ///< planes, lines and points together
 
+    /// Nothing is in it, and the gain is 1 again.                                           [loop]
     void clear() noexcept {
         planes_.clear();
         lines_.clear();
@@ -99,10 +100,11 @@ public:
         spring_moment_ += scaled * anchor;
     }
 
+    /// As they were added, with their gains; valid until the next change.                 [loop]
     std::span<const PlanePrimitive> planes() const noexcept { return planes_; }
-    std::span<const LinePrimitive> lines() const noexcept { return lines_; }
-    std::span<const PointPrimitive> points() const noexcept { return points_; }
-    const Vec3& force() const noexcept { return force_; }
+    std::span<const LinePrimitive> lines() const noexcept { return lines_; }    ///< the same [loop]
+    std::span<const PointPrimitive> points() const noexcept { return points_; } ///< the same [loop]
+    const Vec3& force() const noexcept { return force_; } ///< sum d, with gains, N         [loop]
 
     /// Stiffness of everything that draws without a bound, N/m: K = k + sum g.            [loop]
     double total_stiffness(double coupling) const noexcept { return coupling + spring_; }
@@ -118,7 +120,7 @@ public:
     bool is_free() const noexcept { return count() == 0; }
     /// Whether there are lines or points.                                                 [loop]
     bool has_tethers() const noexcept { return !lines_.empty() || !points_.empty(); }
-    bool overflowed() const noexcept { return overflowed_; }
+    bool overflowed() const noexcept { return overflowed_; } ///< more came than fits  [loop]
     /// Whether everything that was added was finite (strengths: or infinite), and no strength below
     /// 0.                                                                                [loop]
     bool all_finite() const noexcept { return all_finite_; }

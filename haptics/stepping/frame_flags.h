@@ -34,11 +34,12 @@ enum FrameFlag : std::uint32_t {
 
 /// A flag with its name in files, what it means and what to do about it.
 struct FrameFlagText {
-    FrameFlag flag;
-    const char* name;
-    const char* meaning;
+    FrameFlag flag;      ///< one bit
+    const char* name;    ///< as summaries, recordings and messages spell it
+    const char* meaning; ///< one line: what it means; what to do
 };
 
+/// Every flag, in the order of their bits.
 inline constexpr std::array<FrameFlagText, 21> kFrameFlagTexts{{
     {kProbeNotFinite, "probe_not_finite",
      "the device gave a position that is not a number, or 1000 km away and more: proxy held, force "

@@ -13,13 +13,14 @@ namespace palpate {
 /// Each plane that pushes is one contact. A mesh that alone holds the proxy is one contact also in
 /// a groove: then normal and force are of what all its facets do together.
 struct Touch {
+    /// What a contact is to the frame before.
     enum class Phase : std::uint8_t {
         began,   ///< the surface did not push in the frame before
         goes_on, ///< it pushed in the frame before, too
         ended,   ///< it pushed in the frame before, and does not any more: once for each surface
     };
-    std::uint32_t surface = 0; ///< Scene::surfaces()[surface]
-    Phase phase = Phase::began;
+    std::uint32_t surface = 0;  ///< Scene::surfaces()[surface]
+    Phase phase = Phase::began; ///< of the contact with this surface
     Vec3 point{0.0};  ///< m: of the contact's plane, nearest to the proxy; ended: where the proxy
                       ///< was in the frame before
     Vec3 normal{0.0}; ///< unit, out of the surface, to the side of the proxy; ended: of the

@@ -16,6 +16,7 @@
 #include <palpate/engine/info/phantom.h>
 #include <palpate/volume/formats/volume_file.h>
 
+#include "tests/readme/code_blocks.h"
 #include "tests/readme/command_folder.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/gzip.h"
@@ -30,25 +31,16 @@ using test::make_file;
 using test::Outcome;
 using testing::HasSubstr;
 
-/// The lines of a page.
-std::vector<std::string> lines_of(const std::filesystem::path& file) {
-    std::istringstream page(content_of(file));
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(page, line);)
-        lines.push_back(line);
-    return lines;
-}
-
 const std::filesystem::path kPages = PALPATE_PAGES;
 
 /// The commands that a page tells to type, without what a comment says of them.
 std::vector<std::string> commands_of(const std::filesystem::path& page) {
     std::vector<std::string> commands;
-    for (std::string line : lines_of(page)) {
-        if (!line.starts_with("    palpate ")) continue;
-        line = line.substr(4, line.find(" #") - 4);
-        commands.push_back(line.substr(0, line.find_last_not_of(' ') + 1));
-    }
+    for (const test::CodeBlock& block : test::to_run(test::code_blocks(page), "sh"))
+        for (std::string line : block.lines) {
+            line = line.substr(0, line.find(" #"));
+            commands.push_back(line.substr(0, line.find_last_not_of(' ') + 1));
+        }
     return commands;
 }
 
@@ -195,68 +187,13 @@ TEST_F(FirstSteps, EveryCommandDoesWhatThePageSays) {
     }
 }
 
-/// The C++ blocks of the page on embedding, each its lines.
-std::vector<std::vector<std::string>> cpp_blocks() {
-    std::vector<std::vector<std::string>> blocks;
-    bool is_in = false;
-    for (const std::string& line : lines_of(kPages / "embedding.md")) {
-        if (line.starts_with("```")) {
-            is_in = line == "```cpp";
-            if (is_in) blocks.emplace_back();
-        } else if (is_in) {
-            blocks.back().push_back(line);
-        }
-    }
-    return blocks;
-}
-
-/// Whole programs are compiled and run apart: docs.data_in_memory in tests/CMakeLists.txt.
-bool is_program(const std::vector<std::string>& block) {
-    return std::find(block.begin(), block.end(), "int main() {") != block.end();
-}
-
 TEST(Embedding, OwnVoxelsAreFeltIn25Lines) {
-    const auto blocks = cpp_blocks();
-    ASSERT_EQ(std::count_if(blocks.begin(), blocks.end(), is_program), 1);
-    EXPECT_LE(std::find_if(blocks.begin(), blocks.end(), is_program)->size(), 25u);
-}
-
-TEST_F(FirstSteps, TheProgramOfThePageOnEmbeddingCompiles) {
-    std::string code, includes;
-    for (const std::vector<std::string>& block : cpp_blocks())
-        if (!is_program(block))
-            for (const std::string& line : block)
-                (line.starts_with("#include") ? includes : code) += line + "\n";
-    ASSERT_NE(includes, "");
-    make_file(folder_ / "program.cpp", includes +
-                                           "void program(double time_s, palpate::Vec3 "
-                                           "probe_position, void (&send)(palpate::Vec3)) {\n" +
-                                           code + "}\n");
-    const Outcome done =
-        folder_.run(std::string(PALPATE_COMPILER) + " -std=c++20 -fsyntax-only -Wall -Werror -I '" +
-                    PALPATE_INCLUDE + "' program.cpp");
-    EXPECT_EQ(done.status, 0) << done.errors;
-}
-
-TEST_F(FirstSteps, TheProgramOfThePageOnCCompiles) {
-    std::string code;
-    bool is_in = false;
-    for (const std::string& line : lines_of(kPages / "c.md")) {
-        if (line.starts_with("```"))
-            is_in = line == "```c";
-        else if (is_in)
-            code += line + "\n";
-    }
-    ASSERT_NE(code, "");
-    make_file(folder_ / "program.c", "#include <stdio.h>\n#include <palpate/palpate_c.h>\n"
-                                     "int read_device(double *time_s, double *position_m);\n"
-                                     "void send_to_device(const double *force_n);\n"
-                                     "void program(void);\nvoid program(void) {\n" +
-                                         code + "}\n");
-    const Outcome done =
-        folder_.run(PALPATE_C_COMPILER " -std=c99 -fsyntax-only -Wall -Wextra -Werror -I '" +
-                    std::string(PALPATE_INCLUDE) + "' program.c");
-    EXPECT_EQ(done.status, 0) << done.errors;
+    const auto blocks = test::to_run(test::code_blocks(kPages / "embedding.md"), "cpp");
+    const auto program = std::find_if(blocks.begin(), blocks.end(), [](const auto& block) {
+        return block.text().find("int main()") != std::string::npos;
+    });
+    ASSERT_NE(program, blocks.end());
+    EXPECT_LE(program->lines.size(), 25u);
 }
 
 } // namespace

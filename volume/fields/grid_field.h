@@ -48,6 +48,7 @@ public:
     /// read; others are volumes, see read_volume(). Throw std::runtime_error naming the file.
     void write_vdb(const std::filesystem::path& file,
                    const std::map<std::string, std::string>& metadata) const;
+    /// Reads what write_vdb() wrote, and its metadata.                                      [setup]
     static std::unique_ptr<GridField> read_vdb(const std::filesystem::path& file,
                                                std::map<std::string, std::string>& metadata);
 

@@ -11,12 +11,12 @@ namespace palpate {
 
 /// Distances of points from the iso-level of a field, m.
 struct LevelDistance {
-    std::size_t points = 0;
-    std::size_t lost = 0; ///< points from which no root was found within 3 feature sizes; not in
-                          ///< the numbers below
-    double mean_m = 0.0;
-    double p99_m = 0.0; ///< nearest rank: the smallest that 99 of 100 do not exceed
-    double max_m = 0.0;
+    std::size_t points = 0; ///< that were measured, with the lost ones
+    std::size_t lost = 0;   ///< points from which no root was found within 3 feature sizes; not in
+                            ///< the numbers below
+    double mean_m = 0.0;    ///< of the points that are not lost
+    double p99_m = 0.0;     ///< nearest rank: the smallest that 99 of 100 do not exceed
+    double max_m = 0.0;     ///< of the worst point
 };
 
 /// Distance to the level of the field as interpolated (a grid's trilinear one), from each point.
@@ -30,8 +30,8 @@ LevelDistance level_distance(const ScalarField& field, double level, std::span<c
 /// What a mesh of a level errs by: at its vertices, and at its triangles' centroids, where flat
 /// facets leave a curved surface.
 struct MeshError {
-    LevelDistance vertices;
-    LevelDistance centroids;
+    LevelDistance vertices;  ///< where the mesh is meant to be exact
+    LevelDistance centroids; ///< where it is farthest off, as a rule
 };
 
 /// Throws std::invalid_argument when a triangle names a vertex that does not exist.     [setup]

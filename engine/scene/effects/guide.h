@@ -18,7 +18,7 @@ struct Guide {
     std::vector<Vec3> points_m = {}; ///< one point, or the polyline's corners, up to
                                      ///< Polyline::kMostPoints, scene frame, m, within 1e3
     std::filesystem::path file = {}; ///< CSV file of the points; empty: the scene itself has them
-    PolylineEnds ends = PolylineEnds::open;
+    PolylineEnds ends = PolylineEnds::open; ///< beyond the first and last point
     double strength_n = 1.0; ///< N, [0, 1e6] or infinite: then the proxy never slips off, and the
                              ///< guide never lets go. With `volume`: the greatest of `strength`
     double capture_m = std::numeric_limits<double>::infinity();

@@ -48,10 +48,11 @@ inline constexpr bool kIsOneOf<Kind, std::variant<Kinds...>> = (std::is_same_v<K
 /// One effect of a scene: scene.effects.push_back(effects::Friction{.surface = "bone",
 /// .static_mu = 0.3, .dynamic_mu = 0.2}).
 struct EffectDescription {
-    EffectSettings settings;
-    int line = 0; ///< of the scene file, for messages; 0: made in code
+    EffectSettings settings; ///< which kind it is, and that kind's own settings
+    int line = 0;            ///< of the scene file, for messages; 0: made in code
 
     EffectDescription() = default;
+    /// Of the settings of a kind, as effects::Surface; `of_line` as `line`.                 [setup]
     template <class Kind>
     requires internal::kIsOneOf<Kind, EffectSettings> EffectDescription(Kind of, int of_line = 0)
         : settings(std::move(of)), line(of_line) {}

@@ -13,8 +13,8 @@ namespace palpate::effects {
 /// Heights in front of a surface's level: of a pattern, or over the value of a volume
 /// (haptics/contact/surface_texture.h).
 struct Texture {
-    std::string surface = {}; ///< felt with contact `volume` or `guarded`
-    TexturePattern pattern = TexturePattern::bumps;
+    std::string surface = {};                       ///< felt with contact `volume` or `guarded`
+    TexturePattern pattern = TexturePattern::bumps; ///< unused with `volume`
     double height_m = 0.0;      ///< of the highest crests: m, [0, wavelength_m / (2 pi)]
     double wavelength_m = 2e-3; ///< m, (0, 1]
     Vec3 direction{1, 0, 0};    ///< of a grating: across its grooves, scene frame, any length > 0

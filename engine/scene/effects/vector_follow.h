@@ -16,7 +16,7 @@ struct VectorFollow {
     std::string volume = {}; ///< of vectors
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
     ///< N over the vector's length, [0, 1e6] or, as a single number, infinite
-    FollowGuide guide = FollowGuide::streamline;
+    FollowGuide guide = FollowGuide::streamline; ///< what leads within a frame
 
     static const internal::EffectRoom<VectorFollow> room;
 };
@@ -26,7 +26,7 @@ struct FibreFollow {
     std::string volume = {}; ///< of vectors or tensors
     TransferFunction strength = TransferFunction::constant(std::numeric_limits<double>::infinity());
     ///< N over the vector's length, [0, 1e6] or, as a single number, infinite
-    FollowGuide guide = FollowGuide::streamline;
+    FollowGuide guide = FollowGuide::streamline; ///< what leads within a frame
 
     static const internal::EffectRoom<FibreFollow> room;
 };
