@@ -2,16 +2,18 @@
 # cmake -DSCRIPT=scripts/check_includes.sh -DWORK=... -P check_includes_test.cmake
 # The negative control of check_includes.sh: small trees with one violation each must be refused, with its place.
 cmake_minimum_required(VERSION 3.25)
+get_filename_component(checkout ${SCRIPT}/../.. ABSOLUTE)
 set(licence "// SPDX-License-Identifier: Apache-2.0\n")
 
 # A tree in which all is well.
 function(make_clean_tree)
   file(REMOVE_RECURSE ${WORK})
-  file(WRITE ${WORK}/geometry/vec.h "${licence}#include <cmath>\n#include <glm/vec3.hpp>\n")
+  file(COPY ${checkout}/CMakeLists.txt DESTINATION ${WORK})  # which rooms are which library
+  file(WRITE ${WORK}/geometry/vec.h "${licence}#pragma once\n#include <cmath>\n#include <glm/vec3.hpp>\n")
   file(WRITE ${WORK}/geometry/surface_scene.cpp "${licence}#include <palpate/geometry/vec.h>\n#include <embree3/rtcore.h>\n")
   file(WRITE ${WORK}/volume/fields/grid_field.cpp "${licence}#include <openvdb/openvdb.h>\n#include <palpate/geometry/vec.h>\n")
-  file(WRITE ${WORK}/haptics/solver/proxy_solver.h "${licence}#include <array>\n#include <palpate/volume/scalar_field.h>\n")
-  file(WRITE ${WORK}/drivers/device.h "${licence}#include <palpate/geometry/vec.h>\n")
+  file(WRITE ${WORK}/haptics/solver/proxy_solver.h "${licence}#pragma once\n#include <array>\n#include <palpate/volume/scalar_field.h>\n")
+  file(WRITE ${WORK}/drivers/device.h "${licence}#pragma once\n#include <palpate/geometry/vec.h>\n")
   file(WRITE ${WORK}/engine/loop.cpp "${licence}#include <thread>\n#include <palpate/drivers/device.h>\n#include <sys/mman.h>\n")
   file(WRITE ${WORK}/scripts/run.sh "#!/bin/sh\n# SPDX-License-Identifier: Apache-2.0\n")
 endfunction()
@@ -25,7 +27,7 @@ endfunction()
 # The clean tree with `line` as line 2 of `file` must give exactly one message, "file:2: ...what...".
 function(expect_violation file line what)
   make_clean_tree()
-  file(WRITE ${WORK}/${file} "${licence}${line}\n")
+  file(WRITE ${WORK}/${file} "${licence}${line}\n#pragma once\n")
   check(status output)
   string(REGEX MATCHALL "\n" messages "${output}")
   list(LENGTH messages message_count)
@@ -57,12 +59,21 @@ expect_violation(geometry/a.cpp "#include <palpate/geometry/formats/mesh_file.h>
 expect_violation(engine/a.cpp "#include \"frame_report.h\"" "not quotes")
 expect_violation(engine/scene/a.h "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
 expect_violation(python/bindings/a.cpp "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
+expect_violation(c/a.cpp "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
+expect_violation(engine/a.cpp "#include <palpate/c/a.h>" "engine must not include c")
 expect_violation(engine/run/a.cpp "#include <pybind11/numpy.h>" "belongs to ^python/bindings/ alone")
 expect_violation(engine/scene/effects/a.h "#include <palpate/engine/scene/internal/effect_room.h>" "private")
 
 # Libraries of ours.
 expect_violation(engine/scene/a.cpp "#include <palpate/volume/formats/volume_file.h>" "palpate::palpate must not include palpate::files")
 expect_violation(engine/scene/a.h "#include <palpate/geometry/formats/mesh_file.h>" "palpate::palpate must not include palpate::files")
+
+make_clean_tree()
+file(WRITE ${WORK}/CMakeLists.txt "# SPDX-License-Identifier: Apache-2.0\nset(files_rooms engine/files)\n")
+check(status output)
+if(NOT status EQUAL 2 OR NOT output MATCHES "no line set.report_rooms")
+  message(SEND_ERROR "a checkout that does not say which rooms are palpate::report: status ${status}, got:\n${output}")
+endif()
 
 # Libraries outside their home.
 expect_violation(geometry/a.cpp "#include <embree3/rtcore.h>" "belongs to")
@@ -85,6 +96,14 @@ expect_violation(volume/a.cpp "#include <boost/any.hpp>" "neither ours")
 expect_violation(haptics/a.cpp "#include <thread>" "haptics must not include <thread>")
 expect_violation(haptics/a.h "#include <mutex>" "haptics must not include <mutex>")
 expect_violation(volume/a.cpp "#include <iostream>" "prints nothing")
+
+# Guards.
+make_clean_tree()
+file(WRITE ${WORK}/geometry/vec.h "${licence}#include <cmath>\n")
+check(status output)
+if(NOT status EQUAL 1 OR NOT output MATCHES "^geometry/vec.h:1: no line #pragma once\n$")
+  message(SEND_ERROR "a header without a guard: status ${status}, got:\n${output}")
+endif()
 
 # Licences.
 make_clean_tree()
