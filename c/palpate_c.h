@@ -293,8 +293,9 @@ typedef struct palpate_loop_options {
     int32_t sub_steps;            /* method fixed, [1, 4096] */
     int32_t evaluation_cap;       /* method adaptive, [1, 256] */
     uint64_t recorded_frames;     /* how many frames are kept for palpate_loop_write_recording(),
-                                     [0, 1e7]: about 0.7 kB of memory each. Not together with
-                                     rate_hz or evaluation_cap: give these in the scene's [loop] */
+                                     [0, 1e7]. Each takes 0.7 kB of memory, with method paper
+                                     17 kB. Not together with rate_hz or evaluation_cap: give these
+                                     in the scene's [loop] */
 } palpate_loop_options;
 
 /* `options` may be NULL. The loop goes to *loop; free it with palpate_loop_free(). It keeps what it

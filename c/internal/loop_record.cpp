@@ -5,12 +5,14 @@
 #include <utility>
 #include <vector>
 
+#include <palpate/haptics/stepping/stepping.h>
+
 namespace palpate::c {
 namespace {
 
-// Room on average for each frame; where it is used up, the record ends.
-constexpr std::size_t kTouches = 4;     // three in a corner, and one that ended
-constexpr std::size_t kEvaluations = 64; // of method paper, which fits what its budget lets it
+// Room for each frame: on average, and as much as there can be.
+constexpr std::size_t kTouches = 4; // three in a corner, and one that ended
+constexpr std::size_t kEvaluations = Stepping::kMostEvaluations;
 
 /// Memory that is there: no page of it is asked for in a frame.
 template <class T>
