@@ -4,36 +4,23 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <exception>
 #include <memory>
-#include <new>
-#include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include <palpate/c/internal/call.h>
 #include <palpate/c/internal/extractor.h>
+#include <palpate/c/internal/handles.h>
 #include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/device_safety.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/text/text_file.h>
 #include <palpate/palpate.h>
 
 using palpate::Vec3;
-
-struct palpate_scene {
-    std::shared_ptr<const palpate::Scene> scene;
-    std::vector<std::string> surfaces;
-};
-
-struct palpate_loop {
-    palpate::SteadyClock clock;
-    std::optional<palpate::HapticLoop> loop;
-    std::vector<std::string> warnings;
-};
 
 struct palpate_state {
     palpate::LoopState state;
@@ -41,93 +28,19 @@ struct palpate_state {
 
 namespace {
 
-/// A mistake of the caller's, told apart from a scene's.
-struct BadCall : std::invalid_argument {
-    using std::invalid_argument::invalid_argument;
-};
+using namespace palpate::c;
 
 // The last member that each struct had in its first version. Members may come after it: a program
 // that was compiled before them gives a smaller size.
-constexpr std::size_t kFirstError = sizeof(palpate_error);
 constexpr std::size_t kFirstSceneOptions = offsetof(palpate_scene_options, user) + sizeof(void*);
 constexpr std::size_t kFirstDevice = offsetof(palpate_device, measures_velocity) + 4;
 constexpr std::size_t kFirstLoopOptions = offsetof(palpate_loop_options, evaluation_cap) + 4;
 constexpr std::size_t kFirstProbe = offsetof(palpate_probe, is_stale) + 4;
 constexpr std::size_t kFirstFrame = offsetof(palpate_frame, root_queries) + 4;
 
-/// Says what went wrong, as far as there is room.
-palpate_code fail(palpate_error* error, palpate_code code, std::string_view message) noexcept {
-    if (error == nullptr || error->size < kFirstError) return code;
-    error->code = code;
-    constexpr std::string_view cut = "...";
-    const std::size_t room = sizeof error->message - 1;
-    const bool fits = message.size() <= room;
-    const std::size_t size = fits ? message.size() : room - cut.size();
-    char* end = std::copy_n(message.data(), size, error->message);
-    if (!fits) end = std::copy(cut.begin(), cut.end(), end);
-    *end = '\0';
-    std::replace(error->message, end, '\n', ' ');
-    return code;
-}
-
-/// Does `call`, and turns what it throws into a code with its message.
-template <class Call>
-palpate_code guarded(palpate_error* error, const Call& call) noexcept {
-    if (error != nullptr && error->size >= kFirstError) {
-        error->code = PALPATE_OK;
-        error->message[0] = '\0';
-    }
-    try {
-        call();
-        return PALPATE_OK;
-    } catch (const BadCall& mistake) {
-        return fail(error, PALPATE_BAD_CALL, mistake.what());
-    } catch (const std::bad_alloc&) {
-        return fail(error, PALPATE_NO_MEMORY, "not enough memory");
-    } catch (const std::invalid_argument& mistake) {
-        return fail(error, PALPATE_BAD_INPUT, mistake.what());
-    } catch (const std::runtime_error& mistake) {
-        return fail(error, PALPATE_BAD_INPUT, mistake.what());
-    } catch (const std::exception& mistake) {
-        return fail(error, PALPATE_INTERNAL, mistake.what());
-    } catch (...) {
-        return fail(error, PALPATE_INTERNAL, "an unknown exception");
-    }
-}
-
-void require(bool holds, const char* what) {
-    if (!holds) throw BadCall(what);
-}
-
-/// A struct of the caller's as this library knows it: what the caller's version of it did not have
-/// is 0.
-template <class Struct>
-Struct known(const Struct& given) noexcept {
-    Struct all{};
-    std::memcpy(&all, &given, std::min(given.size, sizeof all));
-    return all;
-}
-
-/// The same where NULL is allowed; throws BadCall where its size cannot be true.
-template <class Struct>
-Struct known(const Struct* given, std::size_t first, const char* what) {
-    if (given == nullptr) return {};
-    require(given->size >= first, what);
-    return known(*given);
-}
-
-Vec3 vec(const double (&of)[3]) noexcept { return {of[0], of[1], of[2]}; }
-
-void put(const Vec3& value, double (&to)[3]) noexcept {
-    for (int i = 0; i < 3; ++i)
-        to[i] = value[i];
-}
-
 // ---- scenes ------------------------------------------------------------------------------------
 
-palpate::SceneResources resources_of(const palpate_scene_options* given) {
-    const palpate_scene_options options = known(
-        given, kFirstSceneOptions, "palpate_scene_options: size is too small; set it to sizeof");
+palpate::SceneResources resources_of(const palpate_scene_options& options) {
     palpate::SceneResources resources;
     resources.files = options.cache != nullptr
                           ? palpate::scene_files(palpate::ResultCache(options.cache))
@@ -141,11 +54,17 @@ palpate::SceneResources resources_of(const palpate_scene_options* given) {
     return resources;
 }
 
-std::unique_ptr<palpate_scene> make_scene(palpate::SceneDescription description,
-                                          const palpate_scene_options* options) {
+/// `describe` makes a description of the data that goes with it.
+template <class Describe>
+std::unique_ptr<palpate_scene> make_scene(const palpate_scene_options* given,
+                                          const Describe& describe) {
+    const auto options = known(given, kFirstSceneOptions, "palpate_scene_options");
     auto made = std::make_unique<palpate_scene>();
-    made->scene =
-        std::make_shared<const palpate::Scene>(std::move(description), resources_of(options));
+    made->resources = resources_of(options);
+    palpate::SceneDescription description =
+        describe(options.data != nullptr ? options.data->data : palpate::SceneData{});
+    made->scene = std::make_shared<const palpate::Scene>(std::move(description), made->resources);
+    made->resources.progress = nullptr; // its user need not be there any more
     for (const palpate::SceneSurface& surface : made->scene->surfaces())
         made->surfaces.push_back(surface.name);
     return made;
@@ -184,8 +103,7 @@ palpate::LoopDescription description_of(const palpate_loop_options& options,
 }
 
 palpate::DeviceProperties properties_of(const palpate_device* given) {
-    const palpate_device device =
-        known(given, kFirstDevice, "palpate_device: size is too small; set it to sizeof");
+    const auto device = known(given, kFirstDevice, "palpate_device");
     require(device.force_n > 0.0, "palpate_device: force_n must be > 0 N");
     palpate::DeviceProperties properties;
     properties.name = "device";
@@ -199,16 +117,33 @@ palpate::DeviceProperties properties_of(const palpate_device* given) {
     return properties;
 }
 
+/// What the options change, as recordings keep it.
+palpate::SceneOverrides overrides_of(const palpate_loop_options& options,
+                                     const palpate::LoopDescription& loop) {
+    require(options.rate_hz == 0.0 && options.evaluation_cap == 0,
+            "palpate_loop_options: recorded_frames does not go with rate_hz or evaluation_cap; "
+            "give these in the scene's [loop]");
+    palpate::SceneOverrides overrides;
+    if (options.method != PALPATE_METHOD_OF_SCENE)
+        overrides.method = std::string(palpate::name(loop.method));
+    if (options.sub_steps != 0) overrides.sub_steps = options.sub_steps;
+    if (options.tolerance_um != 0.0) overrides.tolerance_um = options.tolerance_um;
+    if (options.budget_us != 0.0) overrides.budget_us = options.budget_us;
+    return overrides;
+}
+
 std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Scene>& scene,
                                         const palpate_loop_options* given) {
-    const palpate_loop_options options = known(
-        given, kFirstLoopOptions, "palpate_loop_options: size is too small; set it to sizeof");
+    constexpr std::uint64_t kMostFrames = 10'000'000; // of a record: some hours, 7 GB
+    const auto options = known(given, kFirstLoopOptions, "palpate_loop_options");
     const palpate::LoopDescription loop = description_of(options, scene->description().loop);
     auto made = std::make_unique<palpate_loop>();
+    made->scene = scene;
+    palpate::DeviceProperties device;
     if (options.device == nullptr) {
         made->loop.emplace(scene, made->clock, loop);
     } else {
-        const palpate::DeviceProperties device = properties_of(options.device);
+        device = properties_of(options.device);
         made->loop.emplace(scene, made->clock, loop, device);
         const palpate::SafeCoupling safe =
             palpate::safe_coupling(scene->description().coupling, loop.rate_hz, device);
@@ -216,6 +151,12 @@ std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Sce
     }
     for (std::string& warning : made->loop->warnings())
         made->warnings.push_back(std::move(warning));
+    require(options.recorded_frames <= kMostFrames,
+            "palpate_loop_options: recorded_frames = " + std::to_string(options.recorded_frames) +
+                " is out of range; give an integer in [0, 1e7]");
+    if (options.recorded_frames > 0)
+        made->record.emplace(options.recorded_frames, device, loop.method,
+                             overrides_of(options, loop));
     return made;
 }
 
@@ -266,7 +207,10 @@ palpate_code palpate_scene_read(const char* file, const palpate_scene_options* o
                                 palpate_scene** scene, palpate_error* error) {
     return guarded(error, [&] {
         require(file != nullptr && scene != nullptr, "palpate_scene_read: file or scene is NULL");
-        *scene = make_scene(palpate::read_scene(file), options).release();
+        *scene = make_scene(options, [&](const palpate::SceneData& data) {
+                     return palpate::parse_scene(
+                         palpate::read_text_file(file, "a scene file (TOML)"), file, data);
+                 }).release();
     });
 }
 
@@ -276,7 +220,9 @@ palpate_code palpate_scene_parse(const char* text, const char* name,
     return guarded(error, [&] {
         require(text != nullptr && name != nullptr && scene != nullptr,
                 "palpate_scene_parse: text, name or scene is NULL");
-        *scene = make_scene(palpate::parse_scene(text, name), options).release();
+        *scene = make_scene(options, [&](const palpate::SceneData& data) {
+                     return palpate::parse_scene(text, name, data);
+                 }).release();
     });
 }
 
@@ -321,14 +267,15 @@ palpate_code palpate_loop_frame(palpate_loop* loop, const palpate_probe* probe,
     state.trial = now.trial;
     state.buttons = now.buttons;
     state.freshness = now.is_stale != 0 ? palpate::Freshness::stale : palpate::Freshness::fresh;
-    palpate_frame done = frame_of(loop->loop->frame(state));
-    done.size = frame->size;
-    std::memcpy(frame, &done, std::min(done.size, sizeof done));
+    const palpate::FrameReport report = loop->loop->frame(state);
+    if (loop->record) loop->record->add(state, report, *loop->loop);
+    tell(frame_of(report), *frame);
     return PALPATE_OK;
 }
 
 palpate_code palpate_loop_release(palpate_loop* loop, double force_n[3]) {
     if (loop == nullptr || force_n == nullptr) return PALPATE_BAD_CALL;
+    if (loop->record) loop->record->end();
     const Vec3 force = loop->loop->release();
     for (int i = 0; i < 3; ++i)
         force_n[i] = force[i];
@@ -371,6 +318,7 @@ palpate_code palpate_loop_restore(palpate_loop* loop, const palpate_state* state
     return guarded(error, [&] {
         require(loop != nullptr && state != nullptr, "palpate_loop_restore: loop or state is NULL");
         loop->loop->restore(state->state);
+        if (loop->record) loop->record->end();
     });
 }
 

@@ -19,7 +19,12 @@
  *
  * Structs. Every struct begins with its size. Set it to sizeof. Set every other member that you do
  * not need to 0, its default. A later version may add members at a struct's end. A program
- * that was compiled before then works as it did.
+ * that was compiled before then works as it did. In an array the first element's size counts for
+ * all of them.
+ *
+ * Ownership. What a function makes is yours, and the function that ends in _free frees it: once,
+ * and when no other thread uses it. What you pass in is copied, unless it says otherwise. A text
+ * that a function returns belongs to Palpate: do not free it.
  *
  * Errors. A function that may fail returns a palpate_code. If that is not PALPATE_OK, nothing has
  * changed, no object has been made, and `error` (which may be NULL) says in one line what is wrong
@@ -32,6 +37,8 @@
  *            allocates nor waits nor calls the system, and its work is bounded
  *   [any]    from any thread at any time
  * Objects that have nothing to do with each other may be used by different threads at once.
+ *
+ * Functions of yours, which Palpate calls: no exception and no longjmp may leave them.
  */
 #ifndef PALPATE_C_H
 #define PALPATE_C_H
@@ -69,6 +76,139 @@ typedef struct palpate_error {
     char message[1012]; /* one line, without a line end; a longer one is cut and ends with "..." */
 } palpate_error;
 
+/* ---- data in memory ------------------------------------------------------------------------- */
+
+/* Data that your program has in memory, for a scene's text. The text has an empty table for each
+   volume, as [volume.scan], and the data of that name stands for it. A mesh is that of the text's
+   table [surface.NAME]. Such data is felt as the same data in a file is, to the last bit. */
+typedef struct palpate_data palpate_data;
+
+/* Empty data; free it with palpate_data_free(). [setup] */
+palpate_code palpate_data_make(palpate_data **data, palpate_error *error);
+/* Scenes that were made with it keep what they need. NULL is allowed. [setup] */
+void palpate_data_free(palpate_data *data);
+
+/* Numbers at the points of a grid: a scan. */
+typedef struct palpate_voxels {
+    size_t size;
+    int32_t voxels[3];   /* how many along i, j, k; >= 1 each, 1e12 in all at most */
+    size_t value_count;  /* how many numbers are in `values`: voxels[0] * voxels[1] * voxels[2] */
+    const float *values; /* in a unit of your own (HU ..), growing into the material, i fastest:
+                            values[i + voxels[0] * (j + voxels[1] * k)]. What is not finite is taken
+                            for background */
+    /* Voxel (i, j, k) is at the point whose coordinate r is, in m, scene frame:
+       index_to_scene[r][0] i + index_to_scene[r][1] j + index_to_scene[r][2] k
+       + index_to_scene[r][3] */
+    double index_to_scene[3][4];
+} palpate_voxels;
+
+/* What a value of a label volume stands for. */
+typedef struct palpate_label {
+    size_t size;
+    const char *name; /* not empty */
+    int32_t value;    /* of its voxels; not 0, which is the background */
+    int32_t layer;    /* of palpate_labels, from 0 */
+} palpate_label;
+
+/* A segmentation: numbers that stand for names. */
+typedef struct palpate_labels {
+    size_t size;
+    int32_t voxels[3];           /* as those of palpate_voxels */
+    int32_t layer_count;         /* labels that overlap lie in several layers; 0 is 1 */
+    size_t value_count;          /* of all layers */
+    const int32_t *values;       /* layer after layer, each as palpate_voxels.values */
+    double index_to_scene[3][4]; /* as that of palpate_voxels */
+    const palpate_label *labels; /* values that occur and are not in it are named by their digits */
+    size_t label_count;
+} palpate_labels;
+
+/* What is at each voxel of palpate_vectors. */
+typedef enum palpate_vector_kind {
+    PALPATE_VECTORS = 0, /* 3 numbers: x, y, z */
+    PALPATE_TENSORS = 1  /* 6 numbers of a symmetric tensor: xx, xy, xz, yy, yz, zz */
+} palpate_vector_kind;
+
+/* Vectors at the points of a grid: a flow, fibres. */
+typedef struct palpate_vectors {
+    size_t size;
+    int32_t voxels[3];           /* as those of palpate_voxels; >= 2 each */
+    int32_t kind;                /* a palpate_vector_kind */
+    size_t value_count;          /* 3 or 6 for each voxel */
+    const float *values;         /* scene axes; those of a voxel together, then i fastest */
+    double index_to_scene[3][4]; /* as that of palpate_voxels */
+} palpate_vectors;
+
+/* Triangles. */
+typedef struct palpate_mesh {
+    size_t size;
+    const double *vertices_m; /* 3 numbers each: m, scene frame */
+    size_t vertex_count;
+    const uint32_t *triangles; /* 3 vertices each, from 0; counter-clockwise seen from free space */
+    size_t triangle_count;
+} palpate_mesh;
+
+/* These copy the data: when they return you may free yours. `name` as the scene's text has it; data
+   of a name that is there already is refused. [setup] */
+palpate_code palpate_data_add_voxels(palpate_data *data, const char *name,
+                                     const palpate_voxels *voxels, palpate_error *error);
+palpate_code palpate_data_add_labels(palpate_data *data, const char *name,
+                                     const palpate_labels *labels, palpate_error *error);
+palpate_code palpate_data_add_vectors(palpate_data *data, const char *name,
+                                      const palpate_vectors *vectors, palpate_error *error);
+palpate_code palpate_data_add_mesh(palpate_data *data, const char *surface,
+                                   const palpate_mesh *mesh, palpate_error *error);
+
+/* A scalar field as a function of yours: felt as it is, as a formula is, neither smoothed nor
+   meshed. For contact `guarded` add a mesh beside it. */
+typedef struct palpate_scalar_field {
+    size_t size;
+    /* Value and gradient (change of the value per m) at a point of 3 numbers, m, scene frame; not 0
+       is returned. Where the field has no value, 0: nothing is felt there. The value grows into the
+       material.
+       It is called [loop], and by several threads at once: no allocation, no lock, no system call,
+       an end in bounded time. The same point gives the same bits. */
+    int32_t (*sample)(const double *point_m, double *value, double *gradient_per_m, void *user);
+    void *user; /* for `sample` and `release` */
+    /* Called once, when the last data, scene, loop and state that may call `sample` is freed, by
+       the thread that frees it. May be NULL. Not called where adding the field fails. */
+    void (*release)(void *user);
+    double lower_m[3]; /* the corners of where it can have a surface: m, scene frame */
+    double upper_m[3];
+    /* Two bounds, which prove that a movement passes no wall. Where they do not hold, or where the
+       field begins and ends to have a value, it may pass one.
+       No gradient is longer than steepest_per_m, > 0. The gradient changes by at most
+       steepest_per_m / feature_size_m per m, wherever the value is below a surface's, and up to
+       steepest_per_m * feature_size_m above it. For a distance these are 1 and the smallest radius
+       of curvature. */
+    double steepest_per_m;
+    double feature_size_m; /* m, > 0 */
+} palpate_scalar_field;
+
+/* A vector field as a function of yours. */
+typedef struct palpate_vector_field {
+    size_t size;
+    /* As palpate_scalar_field.sample; `value` takes 3 numbers, scene axes. */
+    int32_t (*sample)(const double *point_m, double *value, void *user);
+    void *user;
+    void (*release)(void *user); /* as palpate_scalar_field.release */
+    double lower_m[3];           /* the corners of where it has something to show */
+    double upper_m[3];
+    double feature_size_m; /* the smallest length on which it turns, m, > 0 */
+} palpate_vector_field;
+
+/* The function and its `user` are borrowed until `release`. The function is called at once, some
+   100,000 times: where it is not finite, or not what the struct says, it is refused. [setup] */
+palpate_code palpate_data_add_scalar_field(palpate_data *data, const char *name,
+                                           const palpate_scalar_field *field,
+                                           palpate_error *error);
+palpate_code palpate_data_add_vector_field(palpate_data *data, const char *name,
+                                           const palpate_vector_field *field,
+                                           palpate_error *error);
+
+/* How often the function of field `name` gave a number that is not finite since it was added. Such
+   a point has no value: nothing is felt there. 0 where there is no such field. [any] */
+uint64_t palpate_data_failures(const palpate_data *data, const char *name);
+
 /* ---- scenes --------------------------------------------------------------------------------- */
 
 /* A scene, loaded. It never changes, and several loops may feel it. */
@@ -87,7 +227,8 @@ typedef struct palpate_scene_options {
     /* Called now and then with the share of a step that is done, in [0, 1], and with the step's
        name. If it returns 0, loading ends. May be NULL. */
     int32_t (*progress)(double fraction, const char *step, void *user);
-    void *user; /* for `progress` */
+    void *user;               /* for `progress` */
+    const palpate_data *data; /* data in memory that the text refers to; NULL: none */
 } palpate_scene_options;
 
 /* Reads a scene file (TOML) and loads what it names. `options` may be NULL. The scene goes to
@@ -151,6 +292,10 @@ typedef struct palpate_loop_options {
     int32_t method;               /* a palpate_method */
     int32_t sub_steps;            /* method fixed, [1, 4096] */
     int32_t evaluation_cap;       /* method adaptive, [1, 256] */
+    uint64_t recorded_frames;     /* how many frames are kept for palpate_loop_write_recording(),
+                                     [0, 1e7]. Each takes 0.7 kB of memory, with method paper
+                                     17 kB. Not together with rate_hz or evaluation_cap: give these
+                                     in the scene's [loop] */
 } palpate_loop_options;
 
 /* `options` may be NULL. The loop goes to *loop; free it with palpate_loop_free(). It keeps what it
@@ -222,6 +367,129 @@ palpate_code palpate_loop_set_gain(palpate_loop *loop, size_t effect, double gai
 size_t palpate_loop_warning_count(const palpate_loop *loop);
 /* Warning i, one line, valid as long as the loop. NULL: there is no such warning. [any] */
 const char *palpate_loop_warning(const palpate_loop *loop, size_t i);
+
+/* ---- what is touched ------------------------------------------------------------------------ */
+
+/* Whether a contact is new. */
+typedef enum palpate_phase {
+    PALPATE_BEGAN = 0,   /* the surface did not push in the frame before */
+    PALPATE_GOES_ON = 1, /* it pushed in the frame before, too */
+    PALPATE_ENDED = 2    /* it pushed in the frame before, and does not any more */
+} palpate_phase;
+
+/* One contact of the proxy with a surface, scene frame: a plane that pushes. There is one on smooth
+   ground, and there are up to three in a groove or a corner. An end is one entry for the surface,
+   without force. docs/embedding.md, "What is touched", says what the forces add up to. */
+typedef struct palpate_touch {
+    size_t size;
+    uint32_t surface;   /* palpate_scene_surface(surface) */
+    int32_t phase;      /* a palpate_phase */
+    double point_m[3];  /* m, on the contact's plane, nearest to the proxy */
+    double normal[3];   /* unit, out of the surface */
+    double force_n[3];  /* N: what the surface puts on the proxy here, with its friction */
+} palpate_touch;
+
+/* No frame has more touches than this. */
+#define PALPATE_MOST_TOUCHES 64
+
+/* Writes the touches of the last frame to an array of `capacity` entries, in the order of the
+   surfaces, and their number to *count. Where `capacity` is less, the last ones are not written,
+   and *count says how many there are. None after a frame that did not move the proxy, as its probe
+   was stale or no place. PALPATE_BAD_CALL: a pointer is NULL, or touches[0].size is wrong.
+   [loop] */
+palpate_code palpate_loop_touches(const palpate_loop *loop, palpate_touch *touches,
+                                  size_t capacity, size_t *count);
+
+/* How the proxy stands with a surface. */
+typedef enum palpate_standing {
+    PALPATE_OUT = 0,          /* the surface does not push */
+    PALPATE_TOUCHED = 1,      /* it pushes, and holds at its own level */
+    PALPATE_YIELDING = 2,     /* it was pressed above its strength */
+    PALPATE_OPEN = 3,         /* not felt until left: a membrane that opened, or it was off */
+    PALPATE_BEGAN_INSIDE = 4, /* not felt until left: the trial began inside */
+    PALPATE_OFF = 5           /* not felt: its gain is 0 */
+} palpate_standing;
+
+typedef struct palpate_surface_state {
+    size_t size;
+    int32_t standing;   /* a palpate_standing */
+    int32_t is_guarded; /* not 0: its mesh held back what its volume would have let through */
+    double depth_m;     /* how far the proxy, not the probe, is behind the surface, m; < 0: in front
+                           of it. Not a number: farther than 20 mm, or nothing leads to it */
+} palpate_surface_state;
+
+/* The state of each surface after the last frame, in the order of palpate_scene_surface(); none
+   before the first frame. Arrays, *count and PALPATE_BAD_CALL as for palpate_loop_touches(). A
+   depth takes many microseconds: ask when you show it, not in each frame. [loop] */
+palpate_code palpate_loop_surface_states(const palpate_loop *loop, palpate_surface_state *states,
+                                         size_t capacity, size_t *count);
+
+/* The labels that the surfaces of a scene are made of, to be asked by places. */
+typedef struct palpate_label_probe palpate_label_probe;
+
+/* Reads the scene's label volumes again, and takes those in memory as they are. Free it with
+   palpate_label_probe_free(). [setup] */
+palpate_code palpate_label_probe_make(const palpate_scene *scene, palpate_label_probe **probe,
+                                      palpate_error *error);
+/* NULL is allowed. [setup] */
+void palpate_label_probe_free(palpate_label_probe *probe);
+/* Name of the label behind a contact, or of the voxel around a point (3 numbers, m, scene frame).
+   NULL: there is none. Valid as long as `probe`. [any] */
+const char *palpate_touched_label(const palpate_label_probe *probe, const palpate_touch *touch);
+const char *palpate_label_at(const palpate_label_probe *probe, const double point_m[3]);
+
+/* Distances from one surface: for planning and display, not for the loop. */
+typedef struct palpate_distance palpate_distance;
+
+/* `surface`: a name of palpate_scene_surface(). Free it with palpate_distance_free(). [setup] */
+palpate_code palpate_distance_make(const palpate_scene *scene, const char *surface,
+                                   palpate_distance **distance, palpate_error *error);
+/* NULL is allowed. [setup] */
+void palpate_distance_free(palpate_distance *distance);
+
+/* The point of a surface that is nearest to another one, scene frame. */
+typedef struct palpate_nearest {
+    size_t size;
+    double position_m[3];  /* m, on the surface */
+    double normal[3];      /* unit, out of the surface */
+    double distance_m;     /* m; < 0: the point is behind the surface */
+    int32_t is_found;      /* 0: the point is no place, or farther than 1 m; the rest is then 0 */
+    int32_t is_sign_known; /* 0: a mesh with a border, which has no inside */
+} palpate_nearest;
+
+/* Not by two threads at once. PALPATE_BAD_CALL: a pointer is NULL, or a size is too small. [setup]
+ */
+palpate_code palpate_distance_nearest(const palpate_distance *distance, const double point_m[3],
+                                      palpate_nearest *nearest);
+
+/* ---- recordings ----------------------------------------------------------------------------- */
+
+/* A loop that is made with palpate_loop_options.recorded_frames keeps what it was given and what it
+   felt, from its first frame on. It stops when it has kept that many frames, or four touches for each of
+   them, and at palpate_loop_release() and palpate_loop_restore(). */
+
+/* How many frames are kept so far. [loop] */
+uint64_t palpate_loop_recorded_frames(const palpate_loop *loop);
+
+/* Writes what was kept as recording.h5 (docs/files.md), whole or not at all. A file that Palpate
+   did not write is not replaced. Not while palpate_loop_frame() runs. [setup] */
+palpate_code palpate_loop_write_recording(const palpate_loop *loop, const char *file,
+                                          palpate_error *error);
+
+/* What came of computing the frames of a recording again. */
+typedef struct palpate_check {
+    size_t size;
+    uint64_t frames;          /* of the recording */
+    uint64_t different;       /* that are not the same to the last bit */
+    uint64_t first_different; /* the first of them; 0 where there is none */
+} palpate_check;
+
+/* Computes the frames of a recording again. `scene`: the one that was recorded, or another one of
+   the same text and data. Data is not in a recording, its SHA-256 is: other data is refused with
+   its name, and so is a recording in which a gain was changed. Bakes and meshes the scene again,
+   unless it has a cache. [setup] */
+palpate_code palpate_recording_check(const char *recording, const palpate_scene *scene,
+                                     palpate_check *check, palpate_error *error);
 
 /* ---- a loop's state ------------------------------------------------------------------------- */
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -112,6 +114,34 @@ void require_same_sources(const Recording& recording, const std::filesystem::pat
             file.string(), recording.sources.size(), now.size()));
 }
 
+bool same_bits(double a, double b) {
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+bool same_bits(const Vec3& a, const Vec3& b) {
+    return same_bits(a.x, b.x) && same_bits(a.y, b.y) && same_bits(a.z, b.z);
+}
+
+/// Everything that frames.csv says; what is felt only where the recording has it.
+bool same_frame(const FrameReport& a, const FrameReport& b, bool felt_is_recorded) {
+    return (!felt_is_recorded || a.surfaces_felt == b.surfaces_felt) && a.frame == b.frame &&
+           a.trial == b.trial && same_bits(a.time_s, b.time_s) && same_bits(a.probe, b.probe) &&
+           same_bits(a.proxy, b.proxy) && same_bits(a.force, b.force) &&
+           a.sub_steps == b.sub_steps && a.evaluations == b.evaluations &&
+           a.contacts == b.contacts && same_bits(a.residual_m, b.residual_m) && a.flags == b.flags;
+}
+
+/// The touches of one frame: `rows` begins with them, and has them no more afterwards.
+std::span<const RecordedTouch> take_touches(std::span<const RecordedTouch>& rows,
+                                            std::uint64_t frame) {
+    std::size_t count = 0;
+    while (count < rows.size() && rows[count].frame == frame)
+        ++count;
+    const auto taken = rows.first(count);
+    rows = rows.subspan(count);
+    return taken;
+}
+
 } // namespace
 
 std::vector<RecordedSource> sources(const Scene& scene) {
@@ -177,6 +207,22 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
     auto made = std::make_shared<const Scene>(std::move(scene), resources);
     require_same_sources(recording, file, *made);
     return made;
+}
+
+RunDifference difference(const Recording& recording, const Run& again) {
+    const bool felt_is_recorded = !recording.felt_names.empty();
+    std::span<const RecordedTouch> now = again.touches, then = recording.touches;
+    if (then.empty()) now = {}; // as of a version of the format that had none
+    RunDifference result;
+    for (std::size_t i = 0; i < again.frames.size(); ++i) {
+        const auto touches = take_touches(now, i), recorded = take_touches(then, i);
+        if (std::equal(touches.begin(), touches.end(), recorded.begin(), recorded.end()) &&
+            same_frame(again.frames[i], recording.frames[i], felt_is_recorded))
+            continue;
+        ++result.frames;
+        if (!result.first) result.first = i;
+    }
+    return result;
 }
 
 } // namespace palpate

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <palpate/engine/record/recording.h>
@@ -38,5 +40,15 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
                                             SceneDescription scene,
                                             const SceneResources& resources);
+
+/// Where frames that were computed again are not those of a recording.
+struct RunDifference {
+    std::size_t frames = 0;           ///< that differ
+    std::optional<std::size_t> first; ///< nothing where none differs
+};
+
+/// Compares them bit for bit: all that frames.csv says, and what each frame touched. What a version
+/// of the format did not record is not compared. `again` has the recording's frames.    [setup]
+RunDifference difference(const Recording& recording, const Run& again);
 
 } // namespace palpate

@@ -6,8 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -18,9 +16,19 @@
 
 #include <palpate/palpate.h>
 
+#include "tests/c/c_handles.h"
+
 namespace palpate {
 namespace {
 
+using test::frame_of;
+using test::LoopPtr;
+using test::made;
+using test::no_error;
+using test::parsed;
+using test::ScenePtr;
+using test::StatePtr;
+using test::vec;
 using testing::HasSubstr;
 
 const std::string kBall = "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 30\n"
@@ -28,36 +36,6 @@ const std::string kBall = "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 
                           "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n"
                           "[[effect]]\ntype = \"friction\"\nsurface = \"ball\"\n"
                           "static = 0.4\ndynamic = 0.3\n";
-
-struct Free {
-    void operator()(palpate_scene* scene) const { palpate_scene_free(scene); }
-    void operator()(palpate_loop* loop) const { palpate_loop_free(loop); }
-    void operator()(palpate_state* state) const { palpate_state_free(state); }
-};
-using ScenePtr = std::unique_ptr<palpate_scene, Free>;
-using LoopPtr = std::unique_ptr<palpate_loop, Free>;
-using StatePtr = std::unique_ptr<palpate_state, Free>;
-
-palpate_error no_error() {
-    palpate_error error{};
-    error.size = sizeof error;
-    return error;
-}
-
-ScenePtr parsed(const std::string& text, const palpate_scene_options* options = nullptr) {
-    palpate_error error = no_error();
-    palpate_scene* scene = nullptr;
-    EXPECT_EQ(palpate_scene_parse(text.c_str(), "ball.toml", options, &scene, &error), PALPATE_OK)
-        << error.message;
-    return ScenePtr(scene);
-}
-
-LoopPtr made(const ScenePtr& scene, const palpate_loop_options* options = nullptr) {
-    palpate_error error = no_error();
-    palpate_loop* loop = nullptr;
-    EXPECT_EQ(palpate_loop_make(scene.get(), options, &loop, &error), PALPATE_OK) << error.message;
-    return LoopPtr(loop);
-}
 
 /// In and out of the ball, along it, with a new trial now and then.
 palpate_probe probe_at(int i) {
@@ -73,20 +51,11 @@ palpate_probe probe_at(int i) {
     return probe;
 }
 
-palpate_frame frame_of(palpate_loop* loop, const palpate_probe& probe) {
-    palpate_frame frame{};
-    frame.size = sizeof frame;
-    EXPECT_EQ(palpate_loop_frame(loop, &probe, &frame), PALPATE_OK);
-    return frame;
-}
-
 /// All but the time that it took.
 std::array<char, sizeof(palpate_frame)> bits(palpate_frame frame) {
     frame.spent_us = 0.0;
     return std::bit_cast<std::array<char, sizeof(palpate_frame)>>(frame);
 }
-
-Vec3 vec(const double (&of)[3]) { return {of[0], of[1], of[2]}; }
 
 TEST(PalpateC, FramesAreThoseOfTheCppInterfaceToTheLastBit) {
     const ScenePtr scene = parsed(kBall);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <palpate/volume/fields/internal/analytic_field.h>
+#include <palpate/volume/fields/internal/root_search.h>
 #include <palpate/volume/fields/internal/sphere_chord.h>
 
 namespace palpate {
@@ -68,6 +69,11 @@ struct Bumpy {
         return result;
     }
 
+    Vec3 slope(const Vec3& x) const noexcept { return sample(x).slope; }
+
+    /// The most that the slope along a line falls per m, where nothing is nearer to the origin.
+    double bend_per_m2(double nearest) const noexcept;
+
     std::optional<double> root(const Vec3& from, const Vec3& along, double level) const noexcept;
 
     Box bounds() const {
@@ -84,115 +90,17 @@ struct Bumpy {
     double typical_slope(double level) const;
 };
 
-/// Searches a stretch [a,b] of a segment for the first root, with a proof for what it passes.
-///
-/// Along the segment f'' >= -bend, so on an interval of length h between values f_0 and f_1 the
-/// field stays below max(f_0, f_1) + bend h^2 / 8; and where f' at its start exceeds bend h it
-/// grows throughout. With v the direction, u = x/|x|, q = u.v, p = |v - q u|, p^2 + q^2 = 1, from
-/// the Hessian above:
+/// Along a segment of direction v, with u = x/|x|, q = u.v, p = |v - q u|, p^2 + q^2 = 1, from the
+/// Hessian above:
 ///   -f'' <= amplitude / r^2 (|H| p^2 + |u.g| p^2 + 2 |g| p |q|),  |H| <= w^2, |g| <= w, |u.g| <=
 ///   w, 2 p |q| <= 1.
 /// The bounds: |g|^2 / w^2 is linear in each sin^2, hence largest where those are 0 or 1, where it
 /// is at most 1. A product of three sines is a quarter of four sines of (+-x +-y +-z) w; their
 /// second derivatives along a unit vector add up to w^2.
-class BumpySearch {
-public:
-    BumpySearch(const Bumpy& shape, const Vec3& from, const Vec3& along, double level) noexcept
-        : shape_(shape), from_(from), along_(along), level_(level),
-          length_(internal::safe_length(along)) {
-        // The rounding of a position, as t: nothing is resolved below it.
-        resolution_ = std::max(0x1p-50, 0x1p-52 * shape.radius / length_);
-    }
-
-    /// The first root in [a,b], where the field is not nearer to the origin than `nearest`. Where
-    /// the evaluations do not suffice for a proof, the start of what is not proven.
-    std::optional<double> first_in(double a, double b, double nearest) noexcept {
-        const double w = shape_.frequency();
-        const double bend =
-            shape_.amplitude / nearest / nearest * (w * w + 2.0 * w) * length_ * length_;
-        std::array<End, kMaxDepth> later;
-        int depth = 0;
-        End start{a, excess(a)};
-        End end{b, excess(b)};
-        while (true) {
-            const double h = end.t - start.t;
-            if (std::max(start.f, end.f) + 0.125 * bend * h * h < 0.0) {
-                if (depth == 0) return std::nullopt;
-                start = end;
-                end = later[static_cast<std::size_t>(--depth)];
-                continue;
-            }
-            if (start.f >= 0.0 || h <= resolution_ || depth == kMaxDepth ||
-                evaluations_ >= kMaxEvaluations)
-                return start.t;
-            if (end.f >= 0.0 && slope(start.t) > bend * h) return growing_root(start, end);
-            later[static_cast<std::size_t>(depth++)] = end;
-            const double middle = start.t + 0.5 * h;
-            end = {middle, excess(middle)};
-        }
-    }
-
-private:
-    struct End {
-        double t = 0.0;
-        double f = 0.0; // value - level
-    };
-
-    double excess(double t) noexcept {
-        ++evaluations_;
-        return shape_.value(internal::point_at(from_, along_, t)) - level_;
-    }
-    double slope(double t) noexcept {
-        evaluations_ += 2; // costs about as much as two values
-        return glm::dot(shape_.sample(internal::point_at(from_, along_, t)).slope, along_);
-    }
-
-    /// The root between a < 0 <= b where the field grows: regula falsi with halved weights
-    /// (Illinois).
-    double growing_root(End a, End b) noexcept {
-        double nudge = 0.5 * resolution_;
-        double weight_a = a.f;
-        double weight_b = b.f;
-        int side = 0; // of the last step: an end that stays for a second one is halved
-        for (int n = 0; n < kMaxRootSteps && b.t - a.t > resolution_; ++n) {
-            double t = n % 4 == 3
-                           ? 0.5 * (a.t + b.t)
-                           : a.t - weight_a * (b.t - a.t) / (weight_b - weight_a); // divisor > 0
-            // From either end only the other end is pulled in: step over the root when there.
-            if (t - a.t < nudge || b.t - t < nudge) {
-                t = t - a.t < nudge ? a.t + nudge : b.t - nudge;
-                nudge *= 4.0;
-            }
-            t = std::clamp(t, a.t, b.t);
-            const double f = excess(t);
-            if (f < 0.0) {
-                a = {t, f};
-                weight_a = f;
-                weight_b = side < 0 ? 0.5 * weight_b : b.f;
-                side = -1;
-            } else {
-                b = {t, f};
-                weight_b = f;
-                weight_a = side > 0 ? 0.5 * weight_a : a.f;
-                side = 1;
-            }
-        }
-        return a.t;
-    }
-
-    static constexpr int kMaxDepth = 64; // halvings; resolution_ ends them after 50
-    static constexpr int kMaxEvaluations =
-        512; // about 40 us; a segment of 100 mm along the bumps needs about 300
-    static constexpr int kMaxRootSteps = 64;
-
-    const Bumpy& shape_;
-    Vec3 from_;
-    Vec3 along_;
-    double level_;
-    double length_;
-    double resolution_ = 0.0;
-    int evaluations_ = 0;
-};
+double Bumpy::bend_per_m2(double nearest) const noexcept {
+    const double w = frequency();
+    return amplitude / nearest / nearest * (w * w + 2.0 * w);
+}
 
 std::optional<double> Bumpy::root(const Vec3& from, const Vec3& along,
                                   double level) const noexcept {
@@ -203,12 +111,11 @@ std::optional<double> Bumpy::root(const Vec3& from, const Vec3& along,
     const std::optional<internal::SphereChord> chord =
         internal::sphere_chord(from, along, free_radius);
     const double nearest = std::max(free_radius, internal::kSingular);
-    BumpySearch search(*this, from, along, level);
-    if (!chord || chord->enter >= 1.0 || chord->leave <= 0.0)
-        return search.first_in(0.0, 1.0, nearest);
+    internal::RootSearch search(*this, from, along, level, bend_per_m2(nearest), radius);
+    if (!chord || chord->enter >= 1.0 || chord->leave <= 0.0) return search.first_in(0.0, 1.0);
     if (chord->enter > 0.0)
-        if (const std::optional<double> t = search.first_in(0.0, chord->enter, nearest)) return t;
-    if (chord->leave < 1.0) return search.first_in(chord->leave, 1.0, nearest);
+        if (const std::optional<double> t = search.first_in(0.0, chord->enter)) return t;
+    if (chord->leave < 1.0) return search.first_in(chord->leave, 1.0);
     return std::nullopt;
 }
 
