@@ -60,13 +60,34 @@ LoopDescription read_loop(const TomlTable& table) {
     return loop;
 }
 
+// Data in memory.
+
+/// Null where there is none of that name.
+template <class Data>
+const Data* found(const std::map<std::string, Data>& data, const std::string& name) {
+    const auto at = data.find(name);
+    return at == data.end() ? nullptr : &at->second;
+}
+
+template <class Data, class Description>
+void require_tables(const std::string& shown, std::string_view kind, const Data& data,
+                    const std::map<std::string, Description>& tables) {
+    for (const auto& [name, ignored] : data)
+        if (!tables.contains(name))
+            throw std::runtime_error(
+                fmt::format("{}: data in memory is for [{} \"{}\"], which the scene does not have; "
+                            "add [{}.{}]",
+                            shown, kind, name, kind, name));
+}
+
 } // namespace
 
 std::string_view name(SteppingMethod method) noexcept {
     return kMethodNames[static_cast<std::size_t>(method)];
 }
 
-SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file) {
+SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file,
+                             const SceneData& data) {
     constexpr std::array<std::string_view, 8> keys{"volume",   "material", "surface", "effect",
                                                    "coupling", "limits",   "loop",    "device"};
     const std::string shown = file.empty() ? "scene" : file.string();
@@ -78,14 +99,16 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     scene.file = file;
     scene.text = text;
     for (const auto& [name, table] : top.named_tables("volume"))
-        scene.volumes[name] = internal::read_volume_table(table, file);
+        scene.volumes[name] = internal::read_volume_table(table, file, found(data.volumes, name));
     for (const auto& [name, table] : top.named_tables("material"))
         scene.materials[name] = internal::read_material_table(table);
     for (const auto& [name, table] : top.named_tables("surface"))
-        scene.surfaces[name] = internal::read_surface_table(table, scene);
+        scene.surfaces[name] = internal::read_surface_table(table, scene, found(data.meshes, name));
     for (const TomlTable& table : top.table_list("effect"))
         for (const EffectDescription& effect : internal::read_effect_table(table, scene))
             scene.effects.push_back(effect);
+    require_tables(shown, "volume", data.volumes, scene.volumes);
+    require_tables(shown, "surface", data.meshes, scene.surfaces);
     if (top.has("coupling")) scene.coupling = read_coupling(top.table("coupling"));
     if (top.has("limits")) scene.limits = read_limits(top.table("limits"));
     if (top.has("loop")) scene.loop = read_loop(top.table("loop"));
@@ -96,6 +119,10 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
         throw std::runtime_error(error.what());
     }
     return scene;
+}
+
+SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file) {
+    return parse_scene(text, file, {});
 }
 
 SceneDescription read_scene(const std::filesystem::path& file) {

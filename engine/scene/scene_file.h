@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -20,6 +22,18 @@ SceneDescription read_scene(const std::filesystem::path& file);
 
 /// The same from text; `file` only names it in messages and anchors relative paths.     [setup]
 SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file);
+
+/// What a program has in memory for a scene's text.
+struct SceneData {
+    std::map<std::string, VolumeDescription> volumes; ///< by NAME of a [volume.NAME] without keys
+    std::map<std::string, std::shared_ptr<const TriangleMesh>>
+        meshes; ///< by NAME of a [surface.NAME] without mesh = "..."
+};
+
+/// The same from text whose volumes and meshes are in part in memory.                   [setup]
+/// Throws also where the text has no such table, or where that names a source of its own.
+SceneDescription parse_scene(std::string_view text, const std::filesystem::path& file,
+                             const SceneData& data);
 
 /// `keep` as scenes and options spell it: "all", "largest", a positive number of components, or
 /// ">V" for a smallest volume in mm3. Throws std::invalid_argument that says what is allowed.

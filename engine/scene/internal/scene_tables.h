@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,9 +47,9 @@ TransferFunction read_function(const TomlTable& table, std::string_view key, con
 void refuse_labels(const TomlTable& table, std::string_view key, const SceneDescription& scene,
                    const std::string& volume);
 
-/// [volume.NAME]
-VolumeDescription read_volume_table(const TomlTable& table,
-                                    const std::filesystem::path& scene_file);
+/// [volume.NAME]; `data`: what the program has in memory for it, or null.
+VolumeDescription read_volume_table(const TomlTable& table, const std::filesystem::path& scene_file,
+                                    const VolumeDescription* data);
 
 /// Coefficients under the keys `static` and `dynamic`, each the material's where it is missing, and
 /// `dynamic` else as `static`.
@@ -65,8 +66,10 @@ Yielding read_yielding(const TomlTable& table);
 /// [material.NAME]
 MaterialDescription read_material_table(const TomlTable& table);
 
-/// [surface.NAME]; the scene has its volumes and materials already.
-SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene);
+/// [surface.NAME]; the scene has its volumes and materials already. `mesh`: what the program has in
+/// memory for it, or null.
+SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene,
+                                      const std::shared_ptr<const TriangleMesh>* mesh);
 
 /// [[effect]]; the scene has its volumes, materials and surfaces already. One for each surface that
 /// it names.

@@ -2,6 +2,7 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <system_error>
 
@@ -231,10 +232,16 @@ MeshUnit read_mesh_unit(const TomlTable& table) {
                "known are \"mm\" and \"m\"; convert the mesh to one of them");
 }
 
-/// mesh = "bone.ply", and what it is to be read as.
-void read_mesh_file(const TomlTable& table, const SceneDescription& scene,
-                    SurfaceDescription& surface) {
-    if (!table.has("mesh")) {
+/// mesh = "bone.ply", and what it is to be read as; or a mesh in memory.
+void read_mesh_source(const TomlTable& table, const SceneDescription& scene,
+                      const std::shared_ptr<const TriangleMesh>* in_memory,
+                      SurfaceDescription& surface) {
+    if (in_memory != nullptr) {
+        constexpr std::array<std::string_view, 3> of_file{"mesh", "mesh_unit", "mesh_frame"};
+        refuse_keys(table, of_file, "is of a mesh file, and the mesh is in memory",
+                    "leave the mesh in memory out");
+        surface.triangle_mesh = *in_memory;
+    } else if (!table.has("mesh")) {
         constexpr std::array<std::string_view, 2> of_mesh{"mesh_unit", "mesh_frame"};
         refuse_keys(table, of_mesh, "is of a mesh file, and there is none",
                     "name it with mesh = \"...\"");
@@ -243,6 +250,7 @@ void read_mesh_file(const TomlTable& table, const SceneDescription& scene,
     constexpr std::array<std::string_view, 2> of_extraction{"facet_size_mm", "facet_distance_mm"};
     refuse_keys(table, of_extraction, "does not go with mesh, which is taken as it is",
                 "leave mesh out");
+    if (in_memory != nullptr) return;
     surface.mesh = existing_file(table, "mesh", scene.file);
     if (table.has("mesh_unit")) surface.mesh_file.unit = read_mesh_unit(table);
     if (table.has("mesh_frame"))
@@ -376,7 +384,8 @@ void refuse_labels(const TomlTable& table, std::string_view key, const SceneDesc
                "labels from the volume");
 }
 
-SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene) {
+SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene,
+                                      const std::shared_ptr<const TriangleMesh>* mesh) {
     constexpr std::array<std::string_view, 19> keys{
         "material",      "volume",           "iso_value",           "label",
         "region_mm",     "smooth_voxels",    "iso_after_smoothing", "keep",
@@ -392,8 +401,8 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
         surface.material = name_in(table, "material", scene.materials, "materials");
         surface.yielding = scene.materials.at(surface.material).yielding;
     }
-    read_mesh_file(table, scene, surface);
-    if (table.has("volume") || surface.mesh.empty())
+    read_mesh_source(table, scene, mesh, surface);
+    if (table.has("volume") || !has_mesh(surface))
         read_volume_part(table, scene, surface);
     else
         refuse_volume_part(table);

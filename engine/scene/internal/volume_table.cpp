@@ -61,10 +61,22 @@ std::filesystem::path existing_file(const TomlTable& table, std::string_view key
     return file;
 }
 
-VolumeDescription read_volume_table(const TomlTable& table,
-                                    const std::filesystem::path& scene_file) {
+VolumeDescription read_volume_table(const TomlTable& table, const std::filesystem::path& scene_file,
+                                    const VolumeDescription* data) {
     VolumeDescription volume;
     volume.line = table.line();
+    if (data != nullptr) {
+        for (const std::string_view key : {"file", "analytic"})
+            if (table.has(key))
+                table.fail(
+                    table.line_of(key),
+                    fmt::format("{} {} and data in memory exclude each other", key, table.where()),
+                    "keep one of them");
+        table.allow_only({}, "beside data in memory");
+        volume = *data;
+        volume.line = table.line();
+        return volume;
+    }
     if (table.has("file") && table.has("analytic"))
         table.fail(table.line_of("file"),
                    fmt::format("file and analytic {} exclude each other", table.where()),

@@ -22,7 +22,7 @@ using test::sheared_frame;
 
 constexpr double kMm = 1e-3;
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+bool same_bits(const VoxelNumbers<float>& a, const VoxelNumbers<float>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
