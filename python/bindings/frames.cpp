@@ -157,7 +157,7 @@ std::vector<std::string> surface_names(const Scene& scene) {
     return names;
 }
 
-const char* name(Touch::Phase phase) noexcept {
+const char* phase_name(Touch::Phase phase) noexcept {
     switch (phase) {
     case Touch::Phase::began:
         return "began";
@@ -231,8 +231,9 @@ void add_frames(py::module_& module) {
         .def_property_readonly("scene_file",
                                [](const RecordedFrames& s) { return s.recording->scene_file; });
     module.attr("column_names") = py::tuple(py::cast(column_names()));
-    module.attr("phases") = py::make_tuple(name(Touch::Phase::began), name(Touch::Phase::goes_on),
-                                           name(Touch::Phase::ended));
+    module.attr("phases") =
+        py::make_tuple(phase_name(Touch::Phase::began), phase_name(Touch::Phase::goes_on),
+                       phase_name(Touch::Phase::ended));
 }
 
 } // namespace palpate::python

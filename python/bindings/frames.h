@@ -42,6 +42,6 @@ TracedFrames traced(std::shared_ptr<const Scene> scene, std::shared_ptr<TouchedL
 std::vector<std::string> surface_names(const Scene& scene);
 
 /// "began", "goes_on" or "ended".
-const char* name(Touch::Phase phase) noexcept;
+const char* phase_name(Touch::Phase phase) noexcept;
 
 } // namespace palpate::python

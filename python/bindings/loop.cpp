@@ -27,7 +27,7 @@ struct PyStatus {
     std::string surface;
 };
 
-const char* name(SurfaceStatus::Standing standing) noexcept {
+const char* standing_name(SurfaceStatus::Standing standing) noexcept {
     using Standing = SurfaceStatus::Standing;
     switch (standing) {
     case Standing::out:
@@ -182,7 +182,7 @@ void add_touch(py::module_& module) {
         .def_property_readonly(
             "surface", [](const PyTouch& t) { return t.surface; }, "Name of the surface.")
         .def_property_readonly(
-            "phase", [](const PyTouch& t) { return name(t.touch.phase); },
+            "phase", [](const PyTouch& t) { return phase_name(t.touch.phase); },
             "\"began\", \"goes_on\", or \"ended\" (once, without a force).")
         .def_property_readonly(
             "point_m", [](const PyTouch& t) { return array_of(t.touch.point); },
@@ -209,7 +209,7 @@ void add_touch(py::module_& module) {
         .def_property_readonly(
             "surface", [](const PyStatus& s) { return s.surface; }, "Name of the surface.")
         .def_property_readonly(
-            "standing", [](const PyStatus& s) { return name(s.status.standing); },
+            "standing", [](const PyStatus& s) { return standing_name(s.status.standing); },
             "\"out\", \"touched\", \"yielding\", \"open\", \"began_inside\" (not felt until the "
             "proxy has left it) or \"off\" (its gain is 0).")
         .def_property_readonly(
