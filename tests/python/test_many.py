@@ -4,6 +4,7 @@
 import importlib.util
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from support import cavity, main, run_python, strokes, write_path
+from support import ROOT, cavity, main, run_python, strokes, write_path
 
 import palpate
 
@@ -126,13 +127,29 @@ class Many(unittest.TestCase):
         one = self.command(self.units, "--unit", 3, "--out", out)
         self.assertEqual((one.returncode, one.stderr), (0, ""))
         self.assertEqual([file.name[:3] for file in results_of(out)], ["p03"])
-        # As GNU parallel does it: two at a time, {} is the number of a unit.
-        run = f'{sys.executable} -m palpate study_many "$1" --unit {{}} --out "$2"'
-        line = f'seq 0 3 | xargs -P 2 -I {{}} {run}'
-        subprocess.run(["sh", "-c", line, "sh", str(self.units), str(out)], check=True)
-        merge = self.command(self.units, "--merge", "--out", out)
-        self.assertEqual(merge.returncode, 0, merge.stderr)
-        self.assertEqual((out / TABLE).read_bytes(), self.table)
+        # The lines of docs/python.md as they are, but for who starts the jobs: xargs, two at a time,
+        # {} is the number of a unit; and Slurm's environment.
+        page = (ROOT / "docs" / "python.md").read_text()
+        count, job, parallel, merge = re.search(
+            r"^    (n=.*)\n    sbatch .*\n        '(.*)'\n    (seq .*)\n    (python3 .*)\n",
+            page,
+            re.MULTILINE,
+        ).groups()
+        self.assertEqual(merge.count("--merge"), 1)
+        here = out.parent / "documented"
+        here.mkdir()
+        for name in ("units.json", "path.csv"):
+            (here / name).write_bytes((self.folder / name).read_bytes())
+        lines = [count, parallel.replace("| parallel", "| xargs -P 2 -I {}"), merge]
+        lines = ["set -e", f"python3() {{ {sys.executable} \"$@\"; }}", *lines]
+        lines[3] = lines[3].replace(" python3 ", f" {sys.executable} ")
+        subprocess.run(["bash", "-c", "\n".join(lines)], cwd=here, check=True)
+        self.assertEqual((here / "results" / TABLE).read_bytes(), self.table)
+        results_of(here / "results")[2].unlink()
+        environment = {**os.environ, "SLURM_ARRAY_TASK_ID": "2"}
+        job = job.replace("python3", sys.executable, 1)
+        subprocess.run(["bash", "-c", job], cwd=here, env=environment, check=True)
+        self.assertEqual(len(results_of(here / "results")), 4)
         missing = self.command(self.units, "--unit", 4, "--out", out)
         self.assertEqual(missing.returncode, 3)
         self.assertRegex(missing.stderr, "^palpate: unit = 4: there are 4 units[^\n]*\n$")
@@ -212,7 +229,7 @@ except palpate.Error as error:
         ) as cluster, distributed.Client(cluster) as client:
             before = set(client.run(os.getpid).values())
             self.assertEqual(len(before), 2)
-            killed = []
+            killed, done = [], []
 
             def kill_one_at_work():
                 while not results_of(out):
@@ -220,12 +237,14 @@ except palpate.Error as error:
                 busy = [worker for worker, keys in client.processing().items() if keys]
                 killed.append(client.run(os.getpid, workers=busy[:1])[busy[0]])
                 os.kill(killed[0], signal.SIGKILL)
+                done.extend(results_of(out))
 
             killer = threading.Thread(target=kill_one_at_work)
             killer.start()
             over_dask = palpate.study_many(self.units, client, out=out)
             killer.join()
             self.assertEqual(len(killed), 1)
+            self.assertLess(len(done), len(results_of(out)))  # it was midway
             self.assertIn(killed[0], before)
             self.assertNotIn(killed[0], client.run(os.getpid).values())
         self.assertEqual((out / TABLE).read_bytes(), self.table)
