@@ -329,8 +329,9 @@ def study_unit(
 def _require_all(units: list[_Unit], outcomes: list[str | None]) -> None:
     failed = [f"{_called(u)}: {what}" for u, what in zip(units, outcomes) if what is not None]
     if failed:
+        told = " | ".join(failed[:_TOLD])
         more = f" (and {len(failed) - _TOLD} more)" if len(failed) > _TOLD else ""
-        raise Error(f"{len(failed)} of {len(units)} units failed: {' | '.join(failed[:_TOLD])}{more}")
+        raise Error(f"{len(failed)} of {len(units)} units failed: {told}{more}")
 
 
 def merge_studies(

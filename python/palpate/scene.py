@@ -63,8 +63,9 @@ def _split(
         if isinstance(table, Mapping) and isinstance(table.get("mesh"), Mesh)
     }
     if volumes:
-        noted = {name: _toml.Noted({}, f"{data._words}, in memory") for name, data in volumes.items()}
-        tables["volume"] = {**source["volume"], **noted}
+        tables["volume"] = dict(source["volume"])
+        for name, data in volumes.items():
+            tables["volume"][name] = _toml.Noted({}, f"{data._words}, in memory")
     if meshes:
         tables["surface"] = dict(source["surface"])
         for name in meshes:

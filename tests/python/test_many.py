@@ -127,8 +127,8 @@ class Many(unittest.TestCase):
         one = self.command(self.units, "--unit", 3, "--out", out)
         self.assertEqual((one.returncode, one.stderr), (0, ""))
         self.assertEqual([file.name[:3] for file in results_of(out)], ["p03"])
-        # The lines of docs/python.md as they are, but for who starts the jobs: xargs, two at a time,
-        # {} is the number of a unit; and Slurm's environment.
+        # The lines of docs/python.md as they are, but for who starts the jobs: xargs, two at a
+        # time, {} is the number of a unit; and Slurm's environment.
         page = (ROOT / "docs" / "python.md").read_text()
         count, job, parallel, merge = re.search(
             r"^    (n=.*)\n    sbatch .*\n        '(.*)'\n    (seq .*)\n    (python3 .*)\n",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays are a scene's data: felt as the same data in a file, not copied, kept as long as needed."""
+"""Arrays are a scene's data: felt as those in a file are, not copied, kept as long as needed."""
 
 import gc
 import gzip
@@ -18,7 +18,8 @@ from palpate.runs import Frames
 
 _BY_THE_CLOCK = ("spent_us", "estimate_us", "late_us")
 CAN_EXTRACT = importlib.util.find_spec("palpate._extraction") is not None
-AFFINE = np.array([[1e-3, 0, 0, -0.0315], [0, 1e-3, 0, -0.0315], [0, 0, 1e-3, -0.0315], [0, 0, 0, 1]])
+AFFINE = np.diag([1e-3, 1e-3, 1e-3, 1.0])
+AFFINE[:3, 3] = -0.0315
 
 
 def radius_mm(shape=(64, 64, 64), affine=AFFINE):
@@ -78,8 +79,8 @@ class Memory(unittest.TestCase):
             fields = dict(
                 line.split(": ", 1) for line in header.decode().splitlines() if ": " in line
             )
-            self.assertEqual((fields["type"], fields["space"]), ("float", "left-posterior-superior"))
-            self.assertEqual((fields["encoding"], fields["endian"]), ("gzip", "little"))
+            said = [fields[key] for key in ("type", "encoding", "endian", "space")]
+            self.assertEqual(said, ["float", "gzip", "little", "left-posterior-superior"])
             shape = tuple(map(int, fields["sizes"].split()))
             columns = [
                 [float(x) for x in vector.strip("()").split(",")]
@@ -260,7 +261,8 @@ print(peak_mb() - before)
                 with self.assertRaisesRegex(palpate.ArgumentError, "^scene: is None.*; give"):
                     palpate.replay(recording)
                 other = palpate.Scene(scene_of(ball(20.5), iso_value=0.0), extraction=False)
-                with self.assertRaisesRegex(palpate.FileError, r'volumes\["scan"\].voxels.* SHA-256'):
+                refusal = r'volumes\["scan"\].voxels.* SHA-256'
+                with self.assertRaisesRegex(palpate.FileError, refusal):
                     palpate.replay(file, other, extraction=False)
                 said = run_command("replay", file, "--check", cwd=folder)
                 self.assertEqual(said.returncode, 3, said.stdout)
