@@ -103,7 +103,8 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     for (const auto& [name, table] : top.named_tables("material"))
         scene.materials[name] = internal::read_material_table(table);
     for (const auto& [name, table] : top.named_tables("surface"))
-        scene.surfaces[name] = internal::read_surface_table(table, scene, found(data.meshes, name));
+        scene.surfaces[name] =
+            internal::read_surface_table(table, scene, found(data.meshes, name));
     for (const TomlTable& table : top.table_list("effect"))
         for (const EffectDescription& effect : internal::read_effect_table(table, scene))
             scene.effects.push_back(effect);

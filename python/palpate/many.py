@@ -11,11 +11,10 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 
 from palpate import _palpate, _toml
 from palpate.errors import ArgumentError, Error, FileError
@@ -233,7 +232,7 @@ def _over_dask(
     futures = [client.submit(_run, unit, *arguments, pure=False) for unit in units]
     try:
         return [
-            str(error) or type(error).__name__
+            " ".join(f"{type(error).__name__}: {error}".split())
             if (error := future.exception()) is not None
             else future.result()
             for future in futures
@@ -266,7 +265,7 @@ def _folder(out: PathLike) -> Path:
 
 
 def study_many(
-    units: Sequence[Mapping[str, Any]] | PathLike,
+    units: Iterable[Mapping[str, Any]] | PathLike,
     client: distributed.Client | None = None,
     *,
     out: PathLike = "study_many",
@@ -303,11 +302,11 @@ def study_many(
     else:
         outcomes = _over_dask(plain, client, arguments)
     _require_all(plain, outcomes)
-    return merge_studies(units, out=out)
+    return _merged(plain, folder)
 
 
 def study_unit(
-    units: Sequence[Mapping[str, Any]] | PathLike,
+    units: Iterable[Mapping[str, Any]] | PathLike,
     unit: int,
     *,
     out: PathLike = "study_many",
@@ -335,17 +334,20 @@ def _require_all(units: list[_Unit], outcomes: list[str | None]) -> None:
 
 
 def merge_studies(
-    units: Sequence[Mapping[str, Any]] | PathLike, *, out: PathLike = "study_many"
+    units: Iterable[Mapping[str, Any]] | PathLike, *, out: PathLike = "study_many"
 ) -> Studies:
     """The table of units that are all there, in their order; writes it into ``out`` as CSV.
 
     The same results give the same bytes. Raises Error where a unit's result is missing or is of
     other settings; FileError where a file in ``out`` is somebody else's.
     """
-    plain, folder = _units(units), Path(out).absolute()
+    return _merged(_units(units), Path(out).absolute())
+
+
+def _merged(units: list[_Unit], folder: Path) -> Studies:
     results: list[Study] = []
     missing = []
-    for i, unit in enumerate(plain):
+    for i, unit in enumerate(units):
         kept = _read(folder / _file_name(unit))
         if kept is None or kept.get("unit") != unit:
             missing.append(i)
@@ -353,15 +355,15 @@ def merge_studies(
             results.append(Study(kept["csv"]))
     if missing:
         raise Error(
-            f"{out}: has no result of {len(missing)} of {len(plain)} units, as of "
-            f"units[{missing[0]}] ({_called(plain[missing[0]])}); compute them first"
+            f"{folder}: has no result of {len(missing)} of {len(units)} units, as of "
+            f"units[{missing[0]}] ({_called(units[missing[0]])}); compute them first"
         )
     for name in (_TABLE, _TIMING):
         _require_own(folder / name)
-    table, timing = _csv(plain, results, with_clock=False), _csv(plain, results, with_clock=True)
+    table, timing = _csv(units, results, with_clock=False), _csv(units, results, with_clock=True)
     _write(folder / _TABLE, table)
     _write(folder / _TIMING, timing)
-    for unit in plain:  # of workers that were killed while they wrote
+    for unit in units:  # of workers that were killed while they wrote
         for part in folder.glob(f".{_file_name(unit)}.*.part"):
             part.unlink(missing_ok=True)
     studies = Studies(table)

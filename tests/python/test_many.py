@@ -131,7 +131,7 @@ class Many(unittest.TestCase):
         # time, {} is the number of a unit; and Slurm's environment.
         page = (ROOT / "docs" / "python.md").read_text()
         count, job, parallel, merge = re.search(
-            r"^    (n=.*)\n    sbatch .*\n        '(.*)'\n    (seq .*)\n    (python3 .*)\n",
+            r"^(n=.*)\nsbatch .*\n    '(.*)'\n(seq .*)\n(python3 .*)\n",
             page,
             re.MULTILINE,
         ).groups()
@@ -161,7 +161,7 @@ class Many(unittest.TestCase):
         units[0]["scene"]["effect"][0]["surface"] = "wal"
         out = self.folder / "failed"
         with self.assertRaises(palpate.Error) as caught:
-            palpate.study_many(units, out=out)
+            palpate.study_many(iter(units), out=out)
         line = str(caught.exception)
         self.assertRegex(line, "^1 of 2 units failed: scan p00, structure Left, upper: [^\n]*; ")
         self.assertIn("dict: effect[0]: ", line)

@@ -5,13 +5,14 @@ import gc
 import gzip
 import importlib.util
 import os
+import re
 import tempfile
 import unittest
 import weakref
 from pathlib import Path
 
 import numpy as np
-from support import main, run_command, run_python
+from support import ROOT, main, run_command, run_python
 
 import palpate
 from palpate.runs import Frames
@@ -287,6 +288,17 @@ print(peak_mb() - before)
         np.testing.assert_allclose((scene @ index)[:3], [-right / 1e3, -front / 1e3, up / 1e3])
         with self.assertRaisesRegex(palpate.ArgumentError, "^affine: "):
             palpate.affine_from_ras_mm(np.eye(3))
+
+
+class FirstForce(unittest.TestCase):
+    def test_the_program_of_fifteen_lines_is_run_word_for_word(self):
+        self.assertIn("docs/python.md#your-arrays", (ROOT / "README.md").read_text())
+        page = (ROOT / "docs" / "python.md").read_text().partition("## Your arrays")[2]
+        program = re.search(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)[1]
+        self.assertLessEqual(len(program.splitlines()), 15)
+        outcome = run_python(program)
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        self.assertEqual(outcome.stdout, program.splitlines()[-1].rpartition("# ")[2] + "\n")
 
 
 class Refusals(unittest.TestCase):

@@ -68,10 +68,10 @@ VolumeDescription read_volume_table(const TomlTable& table, const std::filesyste
     if (data != nullptr) {
         for (const std::string_view key : {"file", "analytic"})
             if (table.has(key))
-                table.fail(
-                    table.line_of(key),
-                    fmt::format("{} {} and data in memory exclude each other", key, table.where()),
-                    "keep one of them");
+                table.fail(table.line_of(key),
+                           fmt::format("{} {} and data in memory exclude each other", key,
+                                       table.where()),
+                           "keep one of them");
         table.allow_only({}, "beside data in memory");
         volume = *data;
         volume.line = table.line();
