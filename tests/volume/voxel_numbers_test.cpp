@@ -38,7 +38,7 @@ TEST(VoxelNumbers, AViewReadsAsItsNumbersDo) {
 TEST(VoxelNumbers, ACopyOfAViewIsTheSameViewAndKeepsTheMemory) {
     Program program;
     const std::weak_ptr<std::vector<float>> memory = program.memory;
-    auto first = std::make_unique<Numbers>(program.view());
+    auto first = std::make_unique<const Numbers>(program.view()); // const: it is only looked at
     const Numbers second = *first;
     EXPECT_EQ(second.data(), first->data());
     program.memory = nullptr;
