@@ -23,9 +23,9 @@ struct Label {
 
 /// An image whose values are names. Overlapping segments lie in layers.
 struct LabelVolume {
-    std::array<int, 3> size{0, 0, 0};              ///< voxels along i, j, k
-    AffineTransform index_to_scene;                ///< as VoxelVolume's
-    std::vector<std::vector<std::int32_t>> layers; ///< i fastest; at least one
+    std::array<int, 3> size{0, 0, 0};               ///< voxels along i, j, k
+    AffineTransform index_to_scene;                 ///< as VoxelVolume's
+    std::vector<VoxelNumbers<std::int32_t>> layers; ///< i fastest; at least one
     std::vector<Label> labels;         ///< every value that occurs, by layer, then value
     std::string source_type;           ///< voxel type of the file
     std::vector<std::string> warnings; ///< what a user should know of how the file was read

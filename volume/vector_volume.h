@@ -20,7 +20,7 @@ struct VectorVolume {
     Kind kind = Kind::vector;         ///< what a voxel holds
     std::array<int, 3> size{0, 0, 0}; ///< voxels along i, j, k, each > 0
     int components = 3; ///< vector: 3 (x, y, z); symmetric_tensor: 6 (xx, xy, xz, yy, yz, zz)
-    std::vector<float> values;      ///< own unit; component fastest, then i; LPS axes
+    VoxelNumbers<float> values;     ///< own unit; component fastest, then i; LPS axes
     AffineTransform index_to_scene; ///< as VoxelVolume's
     std::string source_type;        ///< voxel type of the file
     std::string frame; ///< in words: the axes the file's components were in, and who says so

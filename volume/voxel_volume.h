@@ -7,13 +7,14 @@
 #include <vector>
 
 #include <palpate/geometry/vec.h>
+#include <palpate/volume/voxel_numbers.h>
 
 namespace palpate {
 
 /// A dense scalar image as it was scanned: values at voxel centres, i fastest.
 struct VoxelVolume {
     std::array<int, 3> size{0, 0, 0}; ///< voxels along i, j, k
-    std::vector<float> values;      ///< own unit (HU ...); values[i + size[0] * (j + size[1] * k)]
+    VoxelNumbers<float> values;     ///< own unit (HU ...); values[i + size[0] * (j + size[1] * k)]
     AffineTransform index_to_scene; ///< voxel index (i,j,k) -> scene point (LPS, m); columns are
                                     ///< direction * spacing
     std::string source_type;        ///< voxel type of the file, as "int16", "float32"

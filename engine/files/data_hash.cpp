@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 #include <type_traits>
@@ -22,10 +23,14 @@ using internal::Sha256;
 constexpr int kLatticePoints = 33; // along each axis
 
 template <class Number>
-void add(Sha256& hash, const std::vector<Number>& numbers) {
+void add(Sha256& hash, std::span<const Number> numbers) {
     static_assert(std::is_arithmetic_v<Number>);
-    hash.add(std::string_view(reinterpret_cast<const char*>(numbers.data()),
-                              numbers.size() * sizeof(Number)));
+    hash.add(std::string_view(reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()));
+}
+
+template <class Number>
+void add(Sha256& hash, const VoxelNumbers<Number>& numbers) {
+    add(hash, std::span<const Number>(numbers));
 }
 
 std::string digits(const Vec3& v) { return fmt::format("{:a} {:a} {:a}\n", v.x, v.y, v.z); }
@@ -49,7 +54,7 @@ void add(Sha256& hash, const LabelVolume& volume) {
         hash.add(
             fmt::format("{} {} {} {}\n", label.layer, label.value, label.name.size(), label.name));
     hash.add(fmt::format("{} layers\n", volume.layers.size()));
-    for (const std::vector<std::int32_t>& layer : volume.layers)
+    for (const VoxelNumbers<std::int32_t>& layer : volume.layers)
         add(hash, layer);
 }
 
@@ -79,7 +84,7 @@ void add(Sha256& hash, const ScalarField& field) {
         numbers.insert(numbers.end(),
                        {s.value, s.gradient.x, s.gradient.y, s.gradient.z, s.valid ? 1.0 : 0.0});
     });
-    add(hash, numbers);
+    add(hash, std::span<const double>(numbers));
 }
 
 void add(Sha256& hash, const VectorField& field) {
@@ -92,7 +97,7 @@ void add(Sha256& hash, const VectorField& field) {
         const VectorSample s = sampler->sample(p);
         numbers.insert(numbers.end(), {s.value.x, s.value.y, s.value.z, s.valid ? 1.0 : 0.0});
     });
-    add(hash, numbers);
+    add(hash, std::span<const double>(numbers));
 }
 
 /// Calls visit(field's name, data) for what is in memory.

@@ -348,7 +348,7 @@ std::string overview_png(const VoxelVolume& volume, std::optional<double> level)
 std::string overview_png(const LabelVolume& volume) {
     const VoxelPlaces places(volume.size, volume.index_to_scene);
     Content content;
-    for (const std::vector<std::int32_t>& layer : volume.layers)
+    for (const VoxelNumbers<std::int32_t>& layer : volume.layers)
         add_content(
             volume.size, [&](std::size_t i) { return layer[i] != 0; }, content);
     Box bounds;

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -15,8 +17,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <palpate/engine/baking/label_probe.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_overrides.h>
+#include <palpate/haptics/stepping/touch.h>
 
 /// What the sources of the extension module palpate._palpate share. The package's Python sources
 /// have what users see; here is only what needs C++.
@@ -75,11 +79,39 @@ inline Progress interruptible() {
     };
 }
 
+/// Which labels a scene's surfaces are touched at. Reads its label volumes when it is first asked.
+class TouchedLabels {
+public:
+    explicit TouchedLabels(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {}
+
+    /// Name of the label that a contact is with, "" where none is. Without the interpreter's lock,
+    /// from any thread. Throws as LabelProbe.
+    std::string of(const Touch& touch);
+
+private:
+    std::shared_ptr<const Scene> scene_;
+    std::once_flag read_;
+    std::unique_ptr<const LabelProbe> probe_;
+};
+
 /// A scene with what was said while it was built.
 struct PyScene {
     std::shared_ptr<const Scene> scene;
     std::vector<std::string> warnings;
+    std::shared_ptr<TouchedLabels> labels;
 };
+
+/// A volume that the program has in arrays, which live as long as any copy of this.
+struct VolumeData {
+    VolumeDescription description; ///< with nothing but the data
+};
+
+/// (V, F) as arrays_of() gives them.
+using MeshArrays = std::pair<py::array_t<double, py::array::c_style>,
+                             py::array_t<std::uint32_t, py::array::c_style>>;
+
+/// A mesh of arrays, copied.
+std::shared_ptr<const TriangleMesh> mesh_of_arrays(const MeshArrays& arrays);
 
 /// What may be changed for one run over a scene.
 SceneOverrides overrides_of(const std::optional<std::string>& method, std::optional<int> sub_steps,
@@ -104,8 +136,18 @@ inline py::array_t<double> array_of(const Vec3& vector) {
     return result;
 }
 
+/// Points (N, 3), m.
+using Points = py::array_t<double, py::array::c_style>;
+
+/// An array of floats, (rows, 3).
+inline py::array_t<double> rows_of_three(std::size_t rows) {
+    return py::array_t<double>({rows, std::size_t{3}});
+}
+
 /// Each adds its part to the module.
+void add_data(py::module_& module);
 void add_scene(py::module_& module);
+void add_distance(py::module_& module);
 void add_frames(py::module_& module);
 void add_runs(py::module_& module);
 void add_loop(py::module_& module);

@@ -11,6 +11,7 @@
 #include <palpate/engine/record/output_files.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/trace_summary.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/version.h>
 
 namespace palpate::python {
@@ -51,19 +52,53 @@ py::dtype type_of(char kind) {
     return kind == 'L' ? py::dtype::of<std::uint64_t>() : py::dtype::of<std::uint32_t>();
 }
 
-/// A view of the reports, which lives as long as any view of it does; nobody may write to it.
-py::array view(const py::object& self, std::size_t offset, char kind, py::ssize_t width) {
-    const std::vector<FrameReport>& reports = self.cast<const Frames&>().run->frames;
-    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(reports.size())};
-    std::vector<py::ssize_t> strides{sizeof(FrameReport)};
+/// A view of a member of all elements, from that of the first on. It keeps `self`, which has them,
+/// and nobody may write to it.
+template <class Element>
+py::array view_of(const py::object& self, const std::vector<Element>& elements, const void* first,
+                  const py::dtype& type, py::ssize_t width) {
+    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(elements.size())};
+    std::vector<py::ssize_t> strides{sizeof(Element)};
     if (width > 1) {
         shape.push_back(width);
-        strides.push_back(sizeof(double));
+        strides.push_back(type.itemsize());
     }
-    const auto* first = reinterpret_cast<const std::byte*>(reports.data()) + offset;
-    py::array array(type_of(kind), shape, strides, reports.empty() ? nullptr : first, self);
+    py::array array(type, shape, strides, first, self);
     array.attr("setflags")(py::arg("write") = false);
     return array;
+}
+
+py::array view(const py::object& self, std::size_t offset, char kind, py::ssize_t width) {
+    const std::vector<FrameReport>& reports = self.cast<const Frames&>().run->frames;
+    const auto* first = reinterpret_cast<const std::byte*>(reports.data()) + offset;
+    return view_of(self, reports, reports.empty() ? nullptr : first, type_of(kind), width);
+}
+
+/// A view of a member of all touches.
+template <class Number, class Owner, class Member>
+py::array touch_view(const py::object& self, Member Owner::*member) {
+    const std::vector<RecordedTouch>& touches = self.cast<const Frames&>().run->touches;
+    const void* first = touches.empty() ? nullptr : &(touches.front().*member);
+    return view_of(self, touches, first, py::dtype::of<Number>(), sizeof(Member) / sizeof(Number));
+}
+
+/// With what each touch was: for each an index into a list of texts, each of which is there once.
+py::tuple touched_labels(const TracedFrames& frames) {
+    const std::vector<RecordedTouch>& touches = frames.run->touches;
+    py::array_t<std::uint32_t> indices(static_cast<py::ssize_t>(touches.size()));
+    std::uint32_t* index = indices.mutable_data();
+    const auto texts = about_long<FileProblem>([&] {
+        std::map<std::string, std::uint32_t> known;
+        std::vector<std::string> listed;
+        for (std::size_t i = 0; i < touches.size(); ++i) {
+            const auto [at, is_new] = known.try_emplace(frames.labels->of(touches[i]),
+                                                        static_cast<std::uint32_t>(listed.size()));
+            if (is_new) listed.push_back(at->first);
+            index[i] = at->second;
+        }
+        return listed;
+    });
+    return py::make_tuple(indices, texts);
 }
 
 py::array column(const py::object& self, const std::string& name) {
@@ -115,11 +150,33 @@ bool save(const TracedFrames& frames, const std::string& file, bool force) {
 
 } // namespace
 
-TracedFrames traced(std::shared_ptr<const Scene> scene, SceneOverrides overrides, Trace trace) {
+std::vector<std::string> surface_names(const Scene& scene) {
+    std::vector<std::string> names;
+    for (const SceneSurface& surface : scene.surfaces())
+        names.push_back(surface.name);
+    return names;
+}
+
+const char* phase_name(Touch::Phase phase) noexcept {
+    switch (phase) {
+    case Touch::Phase::began:
+        return "began";
+    case Touch::Phase::goes_on:
+        return "goes_on";
+    case Touch::Phase::ended:
+        break;
+    }
+    return "ended";
+}
+
+TracedFrames traced(std::shared_ptr<const Scene> scene, std::shared_ptr<TouchedLabels> labels,
+                    SceneOverrides overrides, Trace trace) {
     TracedFrames frames;
     frames.trace = std::make_shared<const Trace>(std::move(trace));
     frames.run = frames.trace;
     frames.felt_names = felt_names(*scene);
+    frames.surfaces = surface_names(*scene);
+    frames.labels = std::move(labels);
     frames.version = kVersion;
     frames.scene = std::move(scene);
     frames.overrides = std::move(overrides);
@@ -139,17 +196,44 @@ void add_frames(py::module_& module) {
             "force_n",
             [](const py::object& s) { return view(s, offsetof(FrameReport, force), 'd', 3); })
         .def("felt", felt, "(indices, texts): what was felt is texts[indices]")
+        .def(
+            "touch_frame",
+            [](const py::object& s) { return touch_view<std::uint64_t>(s, &RecordedTouch::frame); })
+        .def("touch_surface",
+             [](const py::object& s) {
+                 return touch_view<std::uint32_t>(s, &RecordedTouch::surface);
+             })
+        .def("touch_phase",
+             [](const py::object& s) { return touch_view<std::uint8_t>(s, &RecordedTouch::phase); })
+        .def("touch_point_m",
+             [](const py::object& s) { return touch_view<double>(s, &RecordedTouch::point); })
+        .def("touch_normal",
+             [](const py::object& s) { return touch_view<double>(s, &RecordedTouch::normal); })
+        .def("touch_force_n",
+             [](const py::object& s) { return touch_view<double>(s, &RecordedTouch::force); })
+        .def_property_readonly("surfaces", [](const Frames& s) { return s.surfaces; })
         .def_property_readonly("version", [](const Frames& s) { return s.version; })
         .def("__len__", [](const Frames& s) { return s.run->frames.size(); });
     py::class_<TracedFrames, Frames>(module, "TracedFrames", "frames of a run over a scene")
         .def("summary", summary, "summary.json")
-        .def("save", save, py::arg("file"), py::arg("force"), "as recording.h5");
+        .def("save", save, py::arg("file"), py::arg("force"), "as recording.h5")
+        .def("touched_labels", touched_labels, "(indices, texts), as felt()");
     py::class_<RecordedFrames, Frames>(module, "RecordedFrames", "frames of a recording")
         .def_property_readonly("scene_text",
                                [](const RecordedFrames& s) { return s.recording->scene_text; })
+        .def_property_readonly("sources",
+                               [](const RecordedFrames& s) {
+                                   std::vector<std::pair<std::string, std::string>> sources;
+                                   for (const RecordedSource& source : s.recording->sources)
+                                       sources.emplace_back(source.file, source.sha256);
+                                   return sources;
+                               })
         .def_property_readonly("scene_file",
                                [](const RecordedFrames& s) { return s.recording->scene_file; });
     module.attr("column_names") = py::tuple(py::cast(column_names()));
+    module.attr("phases") =
+        py::make_tuple(phase_name(Touch::Phase::began), phase_name(Touch::Phase::goes_on),
+                       phase_name(Touch::Phase::ended));
 }
 
 } // namespace palpate::python

@@ -16,6 +16,7 @@ namespace palpate::python {
 struct Frames {
     std::shared_ptr<const Run> run;
     std::vector<std::string> felt_names; ///< of the bits of surfaces_felt
+    std::vector<std::string> surfaces;   ///< that touches are of; a recording has the first 64
     std::string version;                 ///< of the engine that computed them
 };
 
@@ -23,6 +24,7 @@ struct Frames {
 struct TracedFrames : Frames {
     std::shared_ptr<const Trace> trace;
     std::shared_ptr<const Scene> scene;
+    std::shared_ptr<TouchedLabels> labels;
     SceneOverrides overrides; ///< of this run
 };
 
@@ -32,7 +34,14 @@ struct RecordedFrames : Frames {
     std::filesystem::path file;
 };
 
-/// A trace as TracedFrames.
-TracedFrames traced(std::shared_ptr<const Scene> scene, SceneOverrides overrides, Trace trace);
+/// A trace of a scene as TracedFrames.
+TracedFrames traced(std::shared_ptr<const Scene> scene, std::shared_ptr<TouchedLabels> labels,
+                    SceneOverrides overrides, Trace trace);
+
+/// Names of the surfaces that a touch counts.
+std::vector<std::string> surface_names(const Scene& scene);
+
+/// "began", "goes_on" or "ended".
+const char* phase_name(Touch::Phase phase) noexcept;
 
 } // namespace palpate::python

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <python/bindings/bindings.h>
+#include <python/bindings/frames.h>
 
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/loop/felt_surfaces.h>
@@ -13,6 +13,38 @@ struct Report {
     FrameReport frame;
     std::shared_ptr<const std::vector<std::string>> felt_names;
 };
+
+/// A contact with the name of its surface.
+struct PyTouch {
+    Touch touch;
+    std::string surface;
+    std::shared_ptr<TouchedLabels> labels;
+};
+
+/// How the proxy stands with a surface, with its name.
+struct PyStatus {
+    SurfaceStatus status;
+    std::string surface;
+};
+
+const char* standing_name(SurfaceStatus::Standing standing) noexcept {
+    using Standing = SurfaceStatus::Standing;
+    switch (standing) {
+    case Standing::out:
+        return "out";
+    case Standing::touched:
+        return "touched";
+    case Standing::yielding:
+        return "yielding";
+    case Standing::open:
+        return "open";
+    case Standing::began_inside:
+        return "began_inside";
+    case Standing::off:
+        break;
+    }
+    return "off";
+}
 
 /// A loop's state, and that of the probe that moves it.
 struct State {
@@ -28,7 +60,7 @@ public:
     Loop(const PyScene& scene, const std::optional<std::string>& method,
          std::optional<int> sub_steps, std::optional<double> tolerance_um,
          std::optional<double> budget_us)
-        : scene_(scene.scene),
+        : scene_(scene.scene), labels_(scene.labels), surfaces_(surface_names(*scene_)),
           felt_names_(std::make_shared<const std::vector<std::string>>(felt_names(*scene_))),
           probe_(scene_->description().loop.rate_hz) {
         const LoopDescription loop =
@@ -67,6 +99,18 @@ public:
         const std::span<const std::uint32_t> steps = loop_->steps_left();
         return py::array_t<std::uint32_t>(static_cast<py::ssize_t>(steps.size()), steps.data());
     }
+    std::vector<PyTouch> touches() const {
+        std::vector<PyTouch> result;
+        for (const Touch& touch : loop_->touches())
+            result.push_back({touch, surfaces_.at(touch.surface), labels_});
+        return result;
+    }
+    std::vector<PyStatus> surface_states() const {
+        std::vector<PyStatus> result;
+        for (const SurfaceStatus& status : loop_->surface_states())
+            result.push_back({status, surfaces_.at(result.size())});
+        return result;
+    }
     std::vector<std::string> warnings() const { return loop_->warnings(); }
     std::size_t effect_count() const { return loop_->effect_count(); }
 
@@ -90,6 +134,8 @@ public:
 
 private:
     std::shared_ptr<const Scene> scene_;
+    std::shared_ptr<TouchedLabels> labels_;
+    std::vector<std::string> surfaces_;
     std::shared_ptr<const std::vector<std::string>> felt_names_;
     ProbeSteps probe_;
     SteadyClock clock_;
@@ -131,10 +177,55 @@ void add_report(py::module_& module) {
         "Names of the surfaces that push back, joined by +; empty in free space.");
 }
 
+void add_touch(py::module_& module) {
+    py::class_<PyTouch>(module, "Touch", "One contact of the proxy with a surface.")
+        .def_property_readonly(
+            "surface", [](const PyTouch& t) { return t.surface; }, "Name of the surface.")
+        .def_property_readonly(
+            "phase", [](const PyTouch& t) { return phase_name(t.touch.phase); },
+            "\"began\", \"goes_on\", or \"ended\" (once, without a force).")
+        .def_property_readonly(
+            "point_m", [](const PyTouch& t) { return array_of(t.touch.point); },
+            "(3,), m, scene frame: of the contact's plane, nearest to the proxy; of one that "
+            "ended: "
+            "the proxy in the frame before.")
+        .def_property_readonly(
+            "normal", [](const PyTouch& t) { return array_of(t.touch.normal); },
+            "(3,), unit, scene frame: out of the surface, to the side of the proxy.")
+        .def_property_readonly(
+            "force_n", [](const PyTouch& t) { return array_of(t.touch.force); },
+            "(3,), N, scene frame: what the surface puts on the proxy here, along the normal and "
+            "by "
+            "friction across it.")
+        .def_property_readonly(
+            "label",
+            [](const PyTouch& t) {
+                return about_long<FileProblem>([&] { return t.labels->of(t.touch); });
+            },
+            "Name of the label that is touched, \"\" where there is none: of the first labelled "
+            "voxel behind the contact, at most 3 mm deep. Label files are read when it is first "
+            "asked for; raises FileError where one cannot be read.");
+    py::class_<PyStatus>(module, "SurfaceState", "How the proxy stands with a surface.")
+        .def_property_readonly(
+            "surface", [](const PyStatus& s) { return s.surface; }, "Name of the surface.")
+        .def_property_readonly(
+            "standing", [](const PyStatus& s) { return standing_name(s.status.standing); },
+            "\"out\", \"touched\", \"yielding\", \"open\", \"began_inside\" (not felt until the "
+            "proxy has left it) or \"off\" (its gain is 0).")
+        .def_property_readonly(
+            "guarded", [](const PyStatus& s) { return s.status.guarded; },
+            "Whether its mesh held back what its volume would have let through.")
+        .def_property_readonly(
+            "depth_m", [](const PyStatus& s) { return s.status.depth_m; },
+            "How far the proxy is behind the surface's own level, m; < 0: in front of it; NaN "
+            "beyond 20 mm, or where nothing leads to the level.");
+}
+
 } // namespace
 
 void add_loop(py::module_& module) {
     add_report(module);
+    add_touch(module);
     py::class_<State>(module, "LoopState", "The whole state of a loop between two frames.");
     py::class_<Loop>(module, "Loop", "a loop over a scene, frame by frame")
         .def(py::init<const PyScene&, const std::optional<std::string>&, std::optional<int>,
@@ -154,6 +245,8 @@ void add_loop(py::module_& module) {
         .def("set_gain", &Loop::set_gain, py::arg("effect"), py::arg("gain"))
         .def_property_readonly("path", &Loop::path)
         .def_property_readonly("steps_left", &Loop::steps_left)
+        .def_property_readonly("touches", &Loop::touches)
+        .def_property_readonly("surface_states", &Loop::surface_states)
         .def_property_readonly("warnings", &Loop::warnings)
         .def_property_readonly("effect_count", &Loop::effect_count);
 }

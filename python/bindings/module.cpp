@@ -67,7 +67,9 @@ PYBIND11_MODULE(_palpate, module) {
     module.doc() = "What the package palpate has in C++; use the package.";
     module.attr("version") = palpate::kVersion;
     py::register_exception_translator(translate);
+    add_data(module);
     add_scene(module);
+    add_distance(module);
     add_frames(module);
     add_runs(module);
     add_loop(module);

@@ -39,7 +39,7 @@ TracedFrames trace(const PyScene& scene, const py::object& path, int every,
     std::vector<DeviceState> states = states_of(*scene.scene, path, every);
     SteadyClock clock;
     return about_long<SceneProblem>([&] {
-        return traced(scene.scene, overrides,
+        return traced(scene.scene, scene.labels, overrides,
                       run_trace(scene.scene, loop, std::move(states), clock, interruptible()));
     });
 }
@@ -66,20 +66,30 @@ RecordedFrames read_recorded(const std::string& named) {
         frames.recording = std::make_shared<const Recording>(read_recording(frames.file));
         frames.run = frames.recording;
         frames.felt_names = frames.recording->felt_names;
+        frames.surfaces = frames.felt_names;
         frames.version = frames.recording->version;
         return frames;
     });
 }
 
-TracedFrames replay(const RecordedFrames& frames, const std::string& cache,
+/// `made_of`: the scene that was recorded, with its data; or null, where the recording has it.
+TracedFrames replay(const RecordedFrames& frames, const PyScene* made_of, const std::string& cache,
                     const py::object& extractor) {
     const auto ignored = std::make_shared<std::vector<std::string>>();
     const SceneResources resources = resources_of(cache, extractor, ignored);
     return about_long<FileProblem>([&] {
-        auto scene = recorded_scene(*frames.recording, frames.file, resources);
-        Trace trace = run_again(scene, *frames.recording, interruptible());
-        return traced(std::move(scene), overrides_from_json(frames.recording->overrides),
-                      std::move(trace));
+        const Recording& recording = *frames.recording;
+        const SceneOverrides overrides = overrides_from_json(recording.overrides);
+        std::shared_ptr<const Scene> scene;
+        if (made_of == nullptr) {
+            scene = recorded_scene(recording, frames.file, resources);
+        } else {
+            SceneDescription description = made_of->scene->description();
+            apply(overrides, description);
+            scene = recorded_scene(recording, frames.file, std::move(description), resources);
+        }
+        Trace trace = run_again(scene, recording, interruptible());
+        return traced(scene, std::make_shared<TouchedLabels>(scene), overrides, std::move(trace));
     });
 }
 
@@ -92,7 +102,8 @@ void add_runs(py::module_& module) {
     module.def("study", study, py::arg("scene"), py::arg("path"), py::arg("every"),
                py::arg("baselines"), "study.csv as text");
     module.def("read_recording", read_recorded, py::arg("file"));
-    module.def("replay", replay, py::arg("frames"), py::arg("cache"), py::arg("extractor"));
+    module.def("replay", replay, py::arg("frames"), py::arg("scene"), py::arg("cache"),
+               py::arg("extractor"));
 }
 
 } // namespace palpate::python

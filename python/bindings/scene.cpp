@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <python/bindings/bindings.h>
+#include <python/bindings/frames.h>
 
 #include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/record/output_files.h>
 #include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/run/effect_prices.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -21,19 +22,27 @@ PyScene build(SceneDescription description, const std::string& cache, const py::
     built.scene = about_long<SceneProblem>(
         [&] { return std::make_shared<const Scene>(std::move(description), resources); });
     built.warnings = *warnings;
+    built.labels = std::make_shared<TouchedLabels>(built.scene);
     return built;
 }
 
 PyScene from_text(const std::string& text, const std::string& file, const std::string& cache,
-                  const py::object& extractor) {
-    SceneDescription description = about<SceneProblem>([&] { return parse_scene(text, file); });
+                  const py::object& extractor, const std::map<std::string, VolumeData>& volumes,
+                  const std::map<std::string, MeshArrays>& meshes) {
+    SceneData data;
+    for (const auto& [name, volume] : volumes)
+        data.volumes[name] = volume.description;
+    for (const auto& [name, arrays] : meshes)
+        data.meshes[name] = mesh_of_arrays(arrays);
+    SceneDescription description =
+        about_long<SceneProblem>([&] { return parse_scene(text, file, data); });
     return build(std::move(description), cache, extractor);
 }
 
 PyScene from_file(const std::string& file, const std::string& cache, const py::object& extractor) {
     const std::string text =
         about<FileProblem>([&] { return read_text_file(file, "a scene file (TOML)"); });
-    return from_text(text, file, cache, extractor);
+    return from_text(text, file, cache, extractor, {}, {});
 }
 
 std::vector<std::string> warnings_of(const PyScene& scene) {
@@ -50,12 +59,7 @@ std::vector<std::string> effects_of(const PyScene& scene) {
     return names;
 }
 
-std::vector<std::string> surfaces_of(const PyScene& scene) {
-    std::vector<std::string> names;
-    for (const SceneSurface& surface : scene.scene->surfaces())
-        names.push_back(surface.name);
-    return names;
-}
+std::vector<std::string> surfaces_of(const PyScene& scene) { return surface_names(*scene.scene); }
 
 std::string in_words(const PyScene& scene, bool json) {
     return about_long<SceneProblem>([&] {
@@ -69,6 +73,19 @@ py::object mesh_of(const PyScene& scene, const std::string& surface) {
         if (felt.name == surface)
             return felt.mesh.scene ? py::object(arrays_of(felt.mesh.scene->mesh())) : py::none();
     throw py::key_error(surface);
+}
+
+/// Every file that a scene is read from, but its own.
+std::vector<py::bytes> files_of(const std::string& text, const std::string& file) {
+    const auto files = about_long<SceneProblem>([&] {
+        SceneDescription scene = parse_scene(text, file);
+        scene.file.clear();
+        return input_files(scene);
+    });
+    std::vector<py::bytes> names; // which need not be text
+    for (const std::filesystem::path& input : files)
+        names.emplace_back(input.string());
+    return names;
 }
 
 /// The rows of the scene's own path, orbit, tour or recording, as a probe path has them.
@@ -129,8 +146,9 @@ void add_scene(py::module_& module) {
         .def_static("from_file", from_file, py::arg("file"), py::arg("cache"), py::arg("extractor"),
                     "a scene file (TOML)")
         .def_static("from_text", from_text, py::arg("text"), py::arg("file"), py::arg("cache"),
-                    py::arg("extractor"),
-                    "TOML; `file` names it in messages and anchors relative paths")
+                    py::arg("extractor"), py::arg("volumes"), py::arg("meshes").noconvert(),
+                    "TOML; `file` names it in messages and anchors relative paths; `volumes` and "
+                    "`meshes` are in memory, by name")
         .def_property_readonly("file", [](const PyScene& s) { return s.scene->description().file; })
         .def_property_readonly("text", [](const PyScene& s) { return s.scene->description().text; })
         .def_property_readonly("rate_hz",
@@ -142,6 +160,8 @@ void add_scene(py::module_& module) {
         .def_property_readonly("effects", effects_of)
         .def_property_readonly("warnings", warnings_of)
         .def("in_words", in_words, py::arg("json"), "what `palpate explain` prints")
+        .def_static("files", files_of, py::arg("text"), py::arg("file"),
+                    "what a scene's text is read from, as bytes")
         .def("mesh", mesh_of, py::arg("surface"), "(V, F), or None where its contact needs none")
         .def("path", path_of, py::arg("every"), "(N, 4) rows of the scene's own device");
 }

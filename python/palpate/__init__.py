@@ -14,10 +14,13 @@ Every error of the package is a `palpate.Error`, whose text is the line that the
 """
 
 from palpate._palpate import version as __version__
+from palpate.data import Labels, Vectors, Voxels, affine_from_ras_mm
+from palpate.distance import Nearest, SurfaceDistance
 from palpate.errors import ArgumentError, Error, FileError, SceneError
-from palpate.loop import Loop, LoopState, Report, flag_names
+from palpate.loop import Loop, LoopState, Report, SurfaceState, Touch, flag_names
+from palpate.many import Studies, merge_studies, study_many, study_unit
 from palpate.meshes import Mesh, read_mesh
-from palpate.runs import Recording, Trace, read_recording, replay, trace
+from palpate.runs import Recording, Source, Touches, Trace, read_recording, replay, trace
 from palpate.scene import Scene, usual_cache_folder
 from palpate.studies import Study, study
 from palpate.table import Table
@@ -26,22 +29,36 @@ __all__ = [
     "ArgumentError",
     "Error",
     "FileError",
+    "Labels",
     "Loop",
     "LoopState",
     "Mesh",
+    "Nearest",
     "Recording",
     "Report",
     "Scene",
     "SceneError",
+    "Source",
+    "Studies",
     "Study",
+    "SurfaceDistance",
+    "SurfaceState",
     "Table",
+    "Touch",
+    "Touches",
     "Trace",
+    "Vectors",
+    "Voxels",
     "__version__",
+    "affine_from_ras_mm",
     "flag_names",
+    "merge_studies",
     "read_mesh",
     "read_recording",
     "replay",
     "study",
+    "study_many",
+    "study_unit",
     "trace",
     "usual_cache_folder",
 ]

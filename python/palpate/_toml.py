@@ -79,8 +79,16 @@ def _are_tables(values: Iterable[Any]) -> bool:
     return all(isinstance(value, Mapping) for value in values)
 
 
+class Noted(dict[str, Any]):
+    """A table whose header has a comment."""
+
+    def __init__(self, table: Mapping[str, Any], note: str) -> None:
+        super().__init__(table)
+        self.note = note
+
+
 def _section(header: str, table: Mapping[str, Any], place: str) -> str:
-    lines = [header]
+    lines = [f"{header}  # {table.note}" if isinstance(table, Noted) else header]
     for key, part in table.items():
         lines.append(f"{_key(key, place)} = {_value(part, f'{place}.{key}')}")
     return "\n".join(lines) + "\n"

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate import _palpate
-from palpate._palpate import LoopState, Report
+from palpate._palpate import LoopState, Report, SurfaceState, Touch
 from palpate.errors import ArgumentError
 from palpate.runs import _options_as_arguments
 from palpate.scene import Scene, native
 
-__all__ = ["Loop", "LoopState", "Report", "flag_names"]
+__all__ = ["Loop", "LoopState", "Report", "SurfaceState", "Touch", "flag_names"]
 
 
 def flag_names(flags: int) -> list[str]:
@@ -111,6 +111,19 @@ class Loop:
     def steps_left(self) -> np.ndarray:
         """(E,) of uint32: the steps that were left after each evaluation of the last frame."""
         return self._native.steps_left
+
+    @property
+    def touches(self) -> list[Touch]:
+        """What the last frame touched, and how hard, surface by surface."""
+        return self._native.touches
+
+    @property
+    def surface_states(self) -> list[SurfaceState]:
+        """How the proxy stands with each of `Scene.surfaces`; [] before the first frame.
+
+        Measures its depth in each, which takes microseconds: ask when you show it.
+        """
+        return self._native.surface_states
 
     @property
     def warnings(self) -> list[str]:

@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate import _palpate
+from palpate.errors import ArgumentError
 
 
 class Mesh(NamedTuple):
-    """Vertices and triangles: ``V, F = mesh``."""
+    """Vertices and triangles: ``V, F = mesh``. As ``mesh`` of a surface in a scene's dict: felt."""
 
     vertices_m: np.ndarray
     """(V, 3) of float64, m, scene frame (LPS)."""
@@ -23,6 +24,25 @@ class Mesh(NamedTuple):
         """Triangles as pyvista.PolyData takes them: 3, a, b, c, 3, ..."""
         threes = np.full((len(self.triangles), 1), 3)
         return np.hstack([threes, self.triangles]).astype(np.int64).ravel()
+
+
+def _arrays(mesh: Mesh, place: str) -> tuple[np.ndarray, np.ndarray]:
+    """A mesh's arrays as C++ takes them; ArgumentError where they are of another kind."""
+    for name, wanted in (("vertices_m", np.float64), ("triangles", np.uint32)):
+        array = getattr(mesh, name)
+        given = f"{place}: {name} is"
+        if not isinstance(array, np.ndarray) or array.ndim != 2 or array.shape[1] != 3:
+            shape = np.shape(array) if isinstance(array, np.ndarray) else type(array).__name__
+            raise ArgumentError(f"{given} {shape}; give an array (N, 3)")
+        if array.dtype != wanted:
+            raise ArgumentError(
+                f"{given} of type {array.dtype.str}; give {name}.astype(np.{wanted.__name__})"
+            )
+        if not array.flags.c_contiguous:
+            raise ArgumentError(
+                f"{given} not in memory row by row; give np.ascontiguousarray({name})"
+            )
+    return tuple(mesh)
 
 
 def read_mesh(file: str | os.PathLike[str]) -> Mesh:

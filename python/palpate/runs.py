@@ -8,7 +8,7 @@ import os
 import re
 from contextlib import contextmanager
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -63,6 +63,16 @@ class Frames(Table):
         """(N, 3), N, scene frame: the force on the hand, after all limits."""
         return self._native.force_n
 
+    @property
+    def surfaces(self) -> list[str]:
+        """Names of the surfaces that are felt; of a recording the first 64 of them."""
+        return self._native.surfaces
+
+    @property
+    def touches(self) -> Touches:
+        """What the frames touched, and how hard: a row per contact."""
+        return Touches(self._native, self.attributes)
+
     def __len__(self) -> int:
         return len(self._native)
 
@@ -71,6 +81,76 @@ class Frames(Table):
             return self._native.column(column)
         indices, texts = self._native.felt()
         return np.array(texts, dtype=np.str_)[indices]
+
+
+class Touches(Table):
+    """A row per contact, frame by frame, and in a frame in the order of the surfaces.
+
+    ``frame``: row of the trace or recording. ``surface``: its name, "" past the 64th of a
+    recording. ``phase``: "began", "goes_on" or "ended" (once, without a force). ``point_x_m``,
+    ``normal_x`` and ``force_x_n``, with y and z: scene frame; the normal is of length 1, out of the
+    surface, and the force is what the surface puts on the proxy there. The numbers are views.
+    """
+
+    columns = ("frame", "surface", "phase")
+    columns += tuple(f"point_{axis}_m" for axis in "xyz")
+    columns += tuple(f"normal_{axis}" for axis in "xyz")
+    columns += tuple(f"force_{axis}_n" for axis in "xyz")
+
+    def __init__(self, frames: _palpate.Frames, attributes: dict[str, Any]) -> None:
+        self._native = frames
+        self.attributes = attributes
+
+    @property
+    def point_m(self) -> np.ndarray:
+        """(N, 3), m, scene frame: of the contact's plane; of one that ended: the proxy before."""
+        return self._native.touch_point_m()
+
+    @property
+    def normal(self) -> np.ndarray:
+        """(N, 3), unit, scene frame: out of the surface, to the side of the proxy."""
+        return self._native.touch_normal()
+
+    @property
+    def force_n(self) -> np.ndarray:
+        """(N, 3), N, scene frame: on the proxy, along the normal and by friction across it."""
+        return self._native.touch_force_n()
+
+    def labels(self) -> np.ndarray:
+        """(N,) of text: the label that each contact is with, "" where there is none.
+
+        The first labelled voxel behind the contact, at most 3 mm deep: within a voxel of where two
+        labels meet it may be the neighbour. Reads the scene's label files when it is first asked.
+        Raises FileError where that fails, ArgumentError of a recording: replay it first.
+        """
+        if not isinstance(self._native, _palpate.TracedFrames):
+            raise ArgumentError("labels: a recording has no voxels; replay it, and ask the trace")
+        indices, texts = self._native.touched_labels()
+        return np.array(texts, dtype=np.str_)[indices] if texts else np.empty(0, dtype=np.str_)
+
+    def __len__(self) -> int:
+        return len(self._native.touch_frame())
+
+    def _column(self, column: str) -> np.ndarray:
+        if column == "frame":
+            return self._native.touch_frame()
+        if column == "phase":
+            return np.array(_palpate.phases)[self._native.touch_phase()]
+        if column == "surface":
+            names = [*self._native.surfaces, ""]
+            return np.array(names)[np.minimum(self._native.touch_surface(), len(names) - 1)]
+        quantity, axis = column.split("_")[:2]
+        vectors = {"point": self.point_m, "normal": self.normal, "force": self.force_n}
+        return vectors[quantity][:, "xyz".index(axis)]
+
+
+class Source(NamedTuple):
+    """What a recording was made from."""
+
+    name: str
+    """A file, a surface's field or mesh, or data in memory: 'volumes["ct"].voxels, 9 x 9 x 9'."""
+    sha256: str
+    """Of its content, hexadecimal; of data in memory as `Voxels.sha256`."""
 
 
 class Trace(Frames):
@@ -98,13 +178,18 @@ class Recording(Frames):
 
     @property
     def scene_text(self) -> str:
-        """The scene that it was made with, TOML."""
+        """The scene that it was made with, TOML; "" where it had data in memory."""
         return self._native.scene_text
 
     @property
     def scene_file(self) -> str:
         """Where that was read from; it anchors its relative paths."""
         return self._native.scene_file
+
+    @property
+    def sources(self) -> list[Source]:
+        """What it needs to be replayed: files, fields, meshes, data in memory, by their hash."""
+        return [Source(*source) for source in self._native.sources]
 
 
 def _rows(path: Any, rate_hz: float) -> np.ndarray:
@@ -194,15 +279,27 @@ def read_recording(file: PathLike) -> Recording:
 
 def replay(
     recording: Recording | PathLike,
+    scene: Scene | None = None,
     *,
     cache: PathLike | None = None,
     extraction: bool | None = None,
 ) -> Trace:
     """Computes a recording's frames again, bit for bit but for the columns of timing.csv.
 
-    ``cache`` and ``extraction`` are those of `Scene`. Raises FileError that says what has changed
-    since it was recorded, or why it cannot be replayed.
+    ``scene``: the scene that it was made with, where that has data in memory: a recording keeps
+    their hashes alone. The same data lead to the same frames, wherever they lie now. Coupling,
+    limits and settings of effects are not compared. ``cache`` and ``extraction`` are those of
+    `Scene`. Raises FileError that says what has changed since it was recorded, or why it cannot
+    be replayed; ArgumentError where ``scene`` is missing.
     """
     if not isinstance(recording, Recording):
         recording = read_recording(recording)
-    return Trace(_palpate.replay(recording._native, _folder(cache), _extractor(extraction)))
+    if scene is None and not recording.scene_text:
+        raise ArgumentError(
+            "scene: is None, and the recording is of data in memory, which it does not keep; give "
+            "the palpate.Scene that it was made with"
+        )
+    made_of = None if scene is None else native(scene)
+    return Trace(
+        _palpate.replay(recording._native, made_of, _folder(cache), _extractor(extraction))
+    )

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from palpate import _palpate, _toml
+from palpate.data import VolumeData
 from palpate.errors import ArgumentError, SceneError
-from palpate.meshes import Mesh
+from palpate.meshes import Mesh, _arrays
 
 
 def usual_cache_folder() -> str:
@@ -41,6 +42,38 @@ def _folder(cache: str | os.PathLike[str] | None) -> bytes:
     return b"" if cache is None else os.fsencode(cache)
 
 
+def _table(tables: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    table = tables.get(key)
+    return table if isinstance(table, Mapping) else {}
+
+
+def _split(
+    source: Mapping[str, Any],
+) -> tuple[dict[str, Any], dict[str, VolumeData], dict[str, Mesh]]:
+    """A scene's tables without what is in memory, and that by the names of its tables."""
+    tables = dict(source)
+    volumes = {
+        name: data
+        for name, data in _table(source, "volume").items()
+        if isinstance(data, VolumeData)
+    }
+    meshes = {
+        name: table["mesh"]
+        for name, table in _table(source, "surface").items()
+        if isinstance(table, Mapping) and isinstance(table.get("mesh"), Mesh)
+    }
+    if volumes:
+        tables["volume"] = dict(source["volume"])
+        for name, data in volumes.items():
+            tables["volume"][name] = _toml.Noted({}, f"{data._words}, in memory")
+    if meshes:
+        tables["surface"] = dict(source["surface"])
+        for name in meshes:
+            table = {key: part for key, part in source["surface"][name].items() if key != "mesh"}
+            tables["surface"][name] = _toml.Noted(table, "its mesh is in memory")
+    return tables, volumes, meshes
+
+
 def native(scene: Any) -> _palpate.Scene:
     """What C++ has of a scene; who gives something else is told."""
     if not isinstance(scene, Scene):
@@ -52,7 +85,10 @@ class Scene:
     """What can be felt: loaded once, it never changes. Loops and traces may share it.
 
     ``source`` is a scene file (TOML), or a dict with the tables and keys of such a file; files
-    that a dict names are relative to the working folder. See `from_text` for TOML text.
+    that a dict names are relative to the working folder. See `from_text` for TOML text. In a dict
+    a volume may be a `Voxels`, `Labels` or `Vectors` instead of a table, and the ``mesh`` of a
+    surface a `Mesh`: data in memory. Arrays of volumes are not copied and live as long as the
+    scene; do not write to them meanwhile. Those of meshes are copied.
 
     ``cache`` is a folder for baked fields and extracted meshes; None keeps nothing, and
     ``palpate.usual_cache_folder()`` shares the command's. ``extraction`` says whether volumes may
@@ -72,13 +108,21 @@ class Scene:
     ) -> None:
         folder, extractor = _folder(cache), _extractor(extraction)
         if isinstance(source, Mapping):
-            text = _toml.scene_text(source)
+            tables, self._volumes, self._meshes = _split(source)
+            text = _toml.scene_text(tables)
+            volumes = {name: data._native for name, data in self._volumes.items()}
+            meshes = {
+                name: _arrays(mesh, f'surface["{name}"]') for name, mesh in self._meshes.items()
+            }
             try:
-                self._native = _palpate.Scene.from_text(text, "dict", folder, extractor)
+                self._native = _palpate.Scene.from_text(
+                    text, "dict", folder, extractor, volumes, meshes
+                )
             except SceneError as error:
                 raise SceneError(_toml.without_lines(str(error), text)) from None
         elif isinstance(source, (str, os.PathLike)):
             file = os.fsencode(source)
+            self._volumes, self._meshes = {}, {}
             self._native = _palpate.Scene.from_file(file, folder, extractor)
         else:
             raise TypeError(
@@ -99,8 +143,9 @@ class Scene:
         Raises SceneError.
         """
         scene = cls.__new__(cls)
+        scene._volumes, scene._meshes = {}, {}
         scene._native = _palpate.Scene.from_text(
-            text, os.fsencode(file), _folder(cache), _extractor(extraction)
+            text, os.fsencode(file), _folder(cache), _extractor(extraction), {}, {}
         )
         return scene
 
@@ -111,13 +156,20 @@ class Scene:
 
     @property
     def text(self) -> str:
-        """The scene as TOML; of a dict, what was made of it."""
+        """The scene as TOML; of a dict, what was made of it. Data in memory are comments in it."""
         return self._native.text
 
     @property
     def description(self) -> dict[str, Any]:
-        """The scene's tables as a fresh dict: as its file says them, without default values."""
-        return tomllib.loads(self.text)
+        """The scene's tables as a fresh dict: as its file says them, without default values.
+
+        Data in memory are in it as they were given.
+        """
+        tables = tomllib.loads(self.text)
+        tables.get("volume", {}).update(self._volumes)
+        for name, mesh in self._meshes.items():
+            tables["surface"][name]["mesh"] = mesh
+        return tables
 
     @property
     def rate_hz(self) -> float:

@@ -17,13 +17,17 @@ from palpate.table import Table
 if TYPE_CHECKING:
     import pandas
 
-_TEXT = ("method", "pace", "note")
+_TEXT = ("scan", "structure", "method", "pace", "note")
 
 
 class Study(Table):
     """A row per method and setting, with the columns of study.csv; what is not known is NaN."""
 
+    text: str
+    """The same as CSV, as study.csv has it."""
+
     def __init__(self, text: str) -> None:
+        self.text = text
         header, *rows = csv.reader(io.StringIO(text))
         self.columns = tuple(header)
         self._columns = {

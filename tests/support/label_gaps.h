@@ -101,7 +101,7 @@ inline std::optional<double> reach(const LabelSurface& surface, const Vec3& poin
 inline LabelGaps gaps_between(const LabelVolume& volume, std::size_t a, std::size_t b,
                               const LabelSurface& surface_a, const LabelSurface& surface_b,
                               int near = 1) {
-    const std::vector<std::int32_t>& values = volume.layers[volume.labels[a].layer];
+    const VoxelNumbers<std::int32_t>& values = volume.layers[volume.labels[a].layer];
     const std::int32_t value_a = volume.labels[a].value;
     const std::int32_t value_b = volume.labels[b].value;
     const auto value_at = [&](const std::array<int, 3>& v) -> std::int32_t {

@@ -82,7 +82,7 @@ openvdb::math::Transform::Ptr transform_in_millimetres(const AffineTransform& af
 /// The volume in OpenVDB: voxels with data are active, all else is inactive background.
 openvdb::FloatGrid::Ptr make_vdb(const VoxelVolume& volume, float background) {
     openvdb::initialize();
-    std::vector<float> values = volume.values;
+    std::vector<float> values(volume.values.begin(), volume.values.end());
     std::vector<std::size_t> replaced;
     for (std::size_t n = 0; n < values.size(); ++n)
         if (!std::isfinite(values[n])) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -41,7 +42,7 @@ void check(const VectorVolume& volume, VectorSense sense) {
 }
 
 /// v v^T of every vector, packed as tensors are.
-std::vector<float> squares(const std::vector<float>& vectors) {
+std::vector<float> squares(std::span<const float> vectors) {
     std::vector<float> tensors;
     tensors.reserve(2 * vectors.size());
     for (std::size_t n = 0; n + 3 <= vectors.size(); n += 3)
@@ -149,13 +150,13 @@ GridVectorField::GridVectorField(const VectorVolume& volume, VectorSense sense)
     scene_to_index_ = index_to_scene_.inverse();
     if (volume.kind == VectorVolume::Kind::symmetric_tensor) {
         kind_ = Kind::tensor;
-        values_ = volume.values;
+        values_.assign(volume.values.begin(), volume.values.end());
     } else if (sense == VectorSense::axial) {
         kind_ = Kind::axial;
         values_ = squares(volume.values);
     } else {
         kind_ = Kind::directed;
-        values_ = volume.values;
+        values_.assign(volume.values.begin(), volume.values.end());
     }
     components_ = kind_ == Kind::directed ? 3 : 6;
 }

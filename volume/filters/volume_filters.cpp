@@ -41,11 +41,10 @@ typename itk::Image<Pixel, 3>::RegionType region_of(const VoxelVolume& v) {
 
 /// An ITK image on somebody else's memory, which it does not free.
 template <class Pixel>
-typename itk::Image<Pixel, 3>::Pointer image_on(const VoxelVolume& volume,
-                                                std::vector<Pixel>& memory) {
+typename itk::Image<Pixel, 3>::Pointer image_on(const VoxelVolume& volume, Pixel* memory) {
     auto image = itk::Image<Pixel, 3>::New();
     image->SetRegions(region_of<Pixel>(volume));
-    image->GetPixelContainer()->SetImportPointer(memory.data(), memory.size(), false);
+    image->GetPixelContainer()->SetImportPointer(memory, volume.voxels(), false);
     return image;
 }
 
@@ -57,7 +56,7 @@ std::vector<Label> label_components(const VoxelVolume& volume, double level) {
     using Filter =
         itk::ConnectedComponentImageFilter<itk::Image<unsigned char, 3>, itk::Image<Label, 3>>;
     const auto filter = Filter::New();
-    filter->SetInput(image_on(volume, material));
+    filter->SetInput(image_on(volume, material.data()));
     filter->FullyConnectedOn();
     filter->Update();
     const Label* const labels = filter->GetOutput()->GetBufferPointer();
@@ -238,7 +237,7 @@ void smooth(VoxelVolume& volume, double sigma_voxels) {
     if (sigma_voxels == 0.0) return;
     using Image = itk::Image<float, 3>;
     const auto filter = itk::DiscreteGaussianImageFilter<Image, Image>::New();
-    filter->SetInput(image_on(volume, volume.values));
+    filter->SetInput(image_on(volume, volume.values.data()));
     filter->SetUseImageSpacing(false);
     filter->SetVariance(sigma_voxels * sigma_voxels);
     filter->SetMaximumError(kKernelError);

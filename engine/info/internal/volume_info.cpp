@@ -185,7 +185,7 @@ std::string label_table(const LabelVolume& volume, const std::vector<LabelExtent
 std::array<std::int32_t, 2> label_range(const LabelVolume& volume) {
     std::array<std::int32_t, 2> range{std::numeric_limits<std::int32_t>::max(),
                                       std::numeric_limits<std::int32_t>::min()};
-    for (const std::vector<std::int32_t>& layer : volume.layers)
+    for (const VoxelNumbers<std::int32_t>& layer : volume.layers)
         for (const std::int32_t value : layer)
             range = {std::min(range[0], value), std::max(range[1], value)};
     return range;

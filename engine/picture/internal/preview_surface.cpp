@@ -79,7 +79,7 @@ VoxelVolume block_means(const VoxelBox& box, int edge, const AffineTransform& in
 VoxelBox marked_voxels(const LabelVolume& volume) {
     constexpr int kNone = std::numeric_limits<int>::max();
     VoxelBox box{{kNone, kNone, kNone}, {-1, -1, -1}};
-    for (const std::vector<std::int32_t>& layer : volume.layers) {
+    for (const VoxelNumbers<std::int32_t>& layer : volume.layers) {
         std::size_t at = 0;
         for (int k = 0; k < volume.size[2]; ++k)
             for (int j = 0; j < volume.size[1]; ++j)

@@ -46,9 +46,11 @@ std::size_t most_where_surfaces_meet(const Scene& scene) {
 /// (labels_felt_alike).
 void warn_of_grooves(const SceneDescription& scene, std::vector<std::string>& warnings) {
     SceneDescription bare = scene; // the surfaces with a mesh, as they are without it
-    std::erase_if(bare.surfaces, [](const auto& named) { return named.second.mesh.empty(); });
-    for (auto& [name, surface] : bare.surfaces)
+    std::erase_if(bare.surfaces, [](const auto& named) { return !has_mesh(named.second); });
+    for (auto& [name, surface] : bare.surfaces) {
         surface.mesh.clear();
+        surface.triangle_mesh = nullptr;
+    }
     for (const auto& [name, surface] : bare.surfaces)
         if (!labels_felt_alike(bare, name).empty())
             warnings.push_back(fmt::format(

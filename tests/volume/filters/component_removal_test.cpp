@@ -18,7 +18,7 @@ namespace {
 using test::sampled;
 using test::sheared_frame;
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+bool same_bits(const VoxelNumbers<float>& a, const VoxelNumbers<float>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 

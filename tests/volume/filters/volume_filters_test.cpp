@@ -22,7 +22,7 @@ using test::sheared_frame;
 
 constexpr double kMm = 1e-3;
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+bool same_bits(const VoxelNumbers<float>& a, const VoxelNumbers<float>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
@@ -374,7 +374,7 @@ TEST(LevelKeepingPosition, MovesTheLevelOfAFlatEdgeAsTheErrorFunctionSays) {
     const auto inner = [](const VoxelVolume& v) {
         VoxelVolume part = v;
         part.size = {v.size[0] - 16, v.size[1] - 16, v.size[2] - 16};
-        part.values.clear();
+        part.values = {};
         for (int k = 8; k < v.size[2] - 8; ++k)
             for (int j = 8; j < v.size[1] - 8; ++j)
                 for (int i = 8; i < v.size[0] - 8; ++i)

@@ -195,7 +195,7 @@ std::vector<std::int32_t> whole_numbers(const std::filesystem::path& file,
 }
 
 void add_labels(LabelVolume& volume, std::size_t layer, const LabelNames& names) {
-    const std::vector<std::int32_t>& values = volume.layers[layer];
+    const VoxelNumbers<std::int32_t>& values = volume.layers[layer];
     if (values.empty()) return;
     const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
     std::vector<bool> occurs(static_cast<std::size_t>(*highest - *lowest) + 1); // < 2^25
