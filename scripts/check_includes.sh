@@ -6,7 +6,7 @@
 #
 #   geometry <- volume <- haptics <- engine <- python, geometry <- drivers <- engine     (docs/architecture.md)
 # The rooms of a folder stand on floors, in the order of `floors` below: a room includes what is below it.
-# Rooms belong to libraries, as CMakeLists.txt has them: the run time includes nothing of palpate::files or palpate::report,
+# Rooms belong to libraries, as CMakeLists.txt lists them: the run time includes nothing of palpate::files or palpate::report,
 # palpate::files nothing of palpate::report.
 # Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
 # sources named below. haptics does its work in the loop: nothing there may wait, print or open files.
@@ -18,6 +18,19 @@ if [ ! -d geometry ] || [ ! -d engine ]; then
     echo "check_includes.sh: $root: no checkout: it has no geometry/ and engine/" >&2
     exit 2
 fi
+
+# rooms_of LIBRARY: the rooms of palpate::LIBRARY, with | between them, from ROOT's CMakeLists.txt.
+rooms_of() {
+    local rooms
+    rooms=$(sed -n "s/^set($1_rooms \(.*\))\$/\1/p" CMakeLists.txt 2>/dev/null || true)
+    if [ -z "$rooms" ]; then
+        echo "check_includes.sh: $root/CMakeLists.txt: no line set($1_rooms ...): which rooms are palpate::$1?" >&2
+        exit 2
+    fi
+    echo "${rooms// /|}"
+}
+files_rooms=$(rooms_of files)
+report_rooms=$(rooms_of report)
 
 library_sources() {
     local folder folders=()
@@ -38,7 +51,7 @@ check_includes() {
     local sources
     mapfile -t sources < <(library_sources)
     [ ${#sources[@]} -gt 0 ] || return 0
-    awk '
+    awk -v files_rooms="$files_rooms" -v report_rooms="$report_rooms" '
     function complain(what) { printf "%s:%d: %s\n", FILENAME, FNR, what; bad = 1 }
 
     # In which sources a library may be included; "" for a library that nobody knows.
@@ -124,8 +137,8 @@ check_includes() {
         library[0] = "palpate::palpate"
         library[1] = "palpate::files"
         library[2] = "palpate::report"
-        rooms_of[1] = "^(geometry/formats|volume/(filters|formats)|engine/(files|record|baking))/"
-        rooms_of[2] = "^engine/(picture|info|report|study)/"
+        rooms_of[1] = "^(" files_rooms ")/"
+        rooms_of[2] = "^(" report_rooms ")/"
         never_in_haptics = "^(thread|mutex|shared_mutex|condition_variable|future|iostream|fstream|filesystem|cstdio|stdio\\.h)$"
         system_header = "^((sys|linux)/)?[a-z0-9_]+\\.h$"  # of the C library, kernel and compiler; libraries are above
     }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/printable.h>
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstddef>
@@ -44,14 +43,16 @@ std::size_t character_length(const std::string& text, std::size_t at) {
 
 bool is_blank(char c) noexcept { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
-std::string trimmed(const std::string& text) {
-    const auto first = std::find_if_not(text.begin(), text.end(), is_blank);
-    const auto last = std::find_if_not(text.rbegin(), text.rend(), is_blank).base();
-    return first < last ? std::string(first, last) : std::string();
+std::string_view trimmed(std::string_view text) noexcept {
+    while (!text.empty() && is_blank(text.front()))
+        text.remove_prefix(1);
+    while (!text.empty() && is_blank(text.back()))
+        text.remove_suffix(1);
+    return text;
 }
 
 std::string printable(const std::string& text) {
-    const std::string inner = trimmed(text);
+    const std::string inner(trimmed(text));
     std::string result;
     for (std::size_t at = 0; at < inner.size();) {
         const std::size_t length = character_length(inner, at);

@@ -2,11 +2,13 @@
 # cmake -DSCRIPT=scripts/check_includes.sh -DWORK=... -P check_includes_test.cmake
 # The negative control of check_includes.sh: small trees with one violation each must be refused, with its place.
 cmake_minimum_required(VERSION 3.25)
+get_filename_component(checkout ${SCRIPT}/../.. ABSOLUTE)
 set(licence "// SPDX-License-Identifier: Apache-2.0\n")
 
 # A tree in which all is well.
 function(make_clean_tree)
   file(REMOVE_RECURSE ${WORK})
+  file(COPY ${checkout}/CMakeLists.txt DESTINATION ${WORK})  # which rooms are which library
   file(WRITE ${WORK}/geometry/vec.h "${licence}#include <cmath>\n#include <glm/vec3.hpp>\n")
   file(WRITE ${WORK}/geometry/surface_scene.cpp "${licence}#include <palpate/geometry/vec.h>\n#include <embree3/rtcore.h>\n")
   file(WRITE ${WORK}/volume/fields/grid_field.cpp "${licence}#include <openvdb/openvdb.h>\n#include <palpate/geometry/vec.h>\n")
@@ -63,6 +65,13 @@ expect_violation(engine/scene/effects/a.h "#include <palpate/engine/scene/intern
 # Libraries of ours.
 expect_violation(engine/scene/a.cpp "#include <palpate/volume/formats/volume_file.h>" "palpate::palpate must not include palpate::files")
 expect_violation(engine/scene/a.h "#include <palpate/geometry/formats/mesh_file.h>" "palpate::palpate must not include palpate::files")
+
+make_clean_tree()
+file(WRITE ${WORK}/CMakeLists.txt "# SPDX-License-Identifier: Apache-2.0\nset(files_rooms engine/files)\n")
+check(status output)
+if(NOT status EQUAL 2 OR NOT output MATCHES "no line set.report_rooms")
+  message(SEND_ERROR "a checkout that does not say which rooms are palpate::report: status ${status}, got:\n${output}")
+endif()
 
 # Libraries outside their home.
 expect_violation(geometry/a.cpp "#include <embree3/rtcore.h>" "belongs to")

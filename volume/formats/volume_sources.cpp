@@ -5,20 +5,16 @@
 #include <cctype>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include <palpate/geometry/internal/ordinary_file.h>
+#include <palpate/volume/printable.h>
 
 namespace palpate {
 namespace {
 
 // No header comes near; the rest of an attached file is voxels.
 constexpr std::size_t kMostHeaderLines = 10000;
-
-std::string trimmed(const std::string& text) {
-    const auto from = text.find_first_not_of(" \t\r");
-    if (from == std::string::npos) return {};
-    return text.substr(from, text.find_last_not_of(" \t\r") - from + 1);
-}
 
 /// Lower case, without blanks: "Data File" and "datafile" are one.
 std::string key_of(const std::string& text) {
@@ -41,12 +37,12 @@ std::vector<std::string> named_files(const std::filesystem::path& header, char s
     std::string line;
     for (std::size_t n = 0; n < kMostHeaderLines && std::getline(input, line); ++n) {
         if (listing) {
-            if (const std::string name = trimmed(line); !name.empty()) names.push_back(name);
+            if (const std::string_view name = trimmed(line); !name.empty()) names.emplace_back(name);
             continue;
         }
         const auto at = line.find(separator);
         if (at == std::string::npos || key_of(line.substr(0, at)) != key) continue;
-        const std::string value = trimmed(line.substr(at + 1));
+        const std::string value(trimmed(std::string_view(line).substr(at + 1)));
         if (value.find('%') != std::string::npos) return {kPattern};
         listing = key_of(value).starts_with("list");
         if (!listing) return {value};

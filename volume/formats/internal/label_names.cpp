@@ -9,6 +9,7 @@
 #include <limits>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -88,10 +89,10 @@ std::vector<std::string> tab_fields(const std::string& line) {
     std::vector<std::string> fields;
     for (std::size_t from = 0; from <= line.size();) {
         const auto to = std::min(line.find('\t', from), line.size());
-        std::string field = trimmed(line.substr(from, to - from));
+        std::string_view field = trimmed(std::string_view(line).substr(from, to - from));
         if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
             field = trimmed(field.substr(1, field.size() - 2));
-        fields.push_back(std::move(field));
+        fields.emplace_back(field);
         from = to + 1;
     }
     return fields;

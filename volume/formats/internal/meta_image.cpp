@@ -16,6 +16,7 @@
 
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/internal/voxel_bytes.h>
+#include <palpate/volume/printable.h>
 
 // MetaImage: itk.org/Wiki/ITK/MetaIO/Documentation. Read here rather than by ITK, whose reader
 // (5.2) fills truncated data and compressed data of unstated length with zeros and says nothing.
@@ -31,12 +32,6 @@ constexpr std::int64_t kMaxChannels = 10000;
 // An oblique axis is named after the patient axis that it is most parallel to; it lies no farther
 // from that one than this.
 constexpr double kLeastAlong = 0.25; // cosine
-
-std::string_view trimmed(std::string_view text) {
-    const auto from = text.find_first_not_of(" \t\r");
-    if (from == std::string_view::npos) return {};
-    return text.substr(from, text.find_last_not_of(" \t\r") - from + 1);
-}
 
 std::vector<std::string_view> words_of(std::string_view text) {
     std::vector<std::string_view> words;

@@ -6,20 +6,16 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <string_view>
 
 #include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/formats/internal/volume_import.h>
+#include <palpate/volume/printable.h>
 
 namespace palpate::internal {
 namespace {
 
 constexpr std::uint64_t kMaxHeaderBytes = 1 << 24; // thousands of segments' names do not come near
-
-std::string trimmed(const std::string& text) {
-    const auto from = text.find_first_not_of(" \t\r");
-    if (from == std::string::npos) return {};
-    return text.substr(from, text.find_last_not_of(" \t\r") - from + 1);
-}
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
@@ -48,7 +44,7 @@ void add_line(NrrdText& text, const std::string& line) {
     }
     std::string name = lower_case(line.substr(0, colon));
     std::erase(name, ' ');
-    text.fields[name] = trimmed(line.substr(colon + 1));
+    text.fields[name] = trimmed(std::string_view(line).substr(colon + 1));
 }
 
 bool announces_list(const NrrdText& text) {
