@@ -4,12 +4,13 @@
 #   scripts/check_includes.sh [ROOT]      ROOT: a checkout, by default this one
 # Prints FILE:LINE: what is wrong, for each violation; exit status 1 when there is one, 2 when ROOT is not a checkout.
 #
-#   geometry <- volume <- haptics <- engine <- python, geometry <- drivers <- engine     (docs/architecture.md)
+#   geometry <- volume <- haptics <- engine <- { c, python }, geometry <- drivers <- engine     (docs/architecture.md)
 # The rooms of a folder stand on floors, in the order of `floors` below: a room includes what is below it.
 # Rooms belong to libraries, as CMakeLists.txt lists them: the run time includes nothing of palpate::files or palpate::report,
 # palpate::files nothing of palpate::report.
 # Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
-# sources named below. haptics does its work in the loop: nothing there may wait, print or open files.
+# sources named below. c/ and python/ include public headers alone, as a program does that embeds palpate.
+# haptics does its work in the loop: nothing there may wait, print or open files.
 set -euo pipefail
 
 root=${1:-$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/..}
@@ -34,7 +35,7 @@ report_rooms=$(rooms_of report)
 
 library_sources() {
     local folder folders=()
-    for folder in geometry volume haptics drivers engine python; do
+    for folder in geometry volume haptics drivers engine c python; do
         if [ -d "$folder" ]; then folders+=("$folder"); fi
     done
     find "${folders[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | sort
@@ -82,25 +83,25 @@ check_includes() {
         return 0
     }
 
-    # 0 of what is in the run time, else the place in `libraries`; command, Python and tests may include all of them.
+    # 0 of what is in the run time, else the place in `library`; the command, C and Python may include all of them.
     function library_of(path,    i) {
-        if (path ~ /^(engine\/command|python)\//) return 9
+        if (path ~ /^(engine\/command|c|python)\//) return 9
         for (i = 2; i >= 1; --i) if (path ~ rooms_of[i]) return i
         return 0
     }
 
     function check_own(header,    target, parts) {
-        if (header == "palpate/version.h" || header == "palpate/palpate.h") return
+        if (header ~ /^palpate\/(version|palpate|palpate_c|palpate_c_extraction)\.h$/) return
         split(header, parts, "/")
         target = parts[2]
         sub(/^palpate\//, "", header)
-        if (target == folder && floor_of(header) > floor_of(FILENAME))
+        if (index(may_include[folder], " " target " ") == 0)
+            complain(folder " must not include " target ": <palpate/" header ">")
+        else if (target == folder && floor_of(header) > floor_of(FILENAME))
             complain(room_of(FILENAME) " must not include what stands above it: <palpate/" header ">")
         else if (library_of(header) > library_of(FILENAME))
             complain(library[library_of(FILENAME)] " must not include " library[library_of(header)] ": <palpate/" header ">")
-        if (index(may_include[folder], " " target " ") == 0)
-            complain(folder " must not include " target ": <palpate/" header ">")
-        if ((is_public || folder == "python") && header ~ /\/(internal|command)\//)
+        if ((is_public || (is_outside && target != folder)) && header ~ /\/(internal|command)\//)
             complain("a public header must not include a private one: <palpate/" header ">")
     }
 
@@ -129,6 +130,7 @@ check_includes() {
         may_include["haptics"] = " haptics volume geometry "
         may_include["drivers"] = " drivers geometry "
         may_include["engine"] = " engine drivers haptics volume geometry "
+        may_include["c"] = " c engine drivers haptics volume geometry "
         may_include["python"] = " engine drivers haptics volume geometry "
         floors["geometry"] = "formats"
         floors["volume"] = "internal fields filters formats"
@@ -145,7 +147,8 @@ check_includes() {
     FNR == 1 {
         folder = FILENAME
         sub(/\/.*/, "", folder)
-        is_public = FILENAME ~ /\.h$/ && FILENAME !~ /\/(internal|command|bindings)\//
+        is_outside = folder ~ /^(c|python)$/
+        is_public = FILENAME ~ /\.h$/ && !is_outside && FILENAME !~ /\/(internal|command|bindings)\//
     }
     /^[ \t]*#[ \t]*include[ \t]*"/ {
         complain("write <palpate/folder/header.h>, not quotes")

@@ -59,6 +59,8 @@ expect_violation(geometry/a.cpp "#include <palpate/geometry/formats/mesh_file.h>
 expect_violation(engine/a.cpp "#include \"frame_report.h\"" "not quotes")
 expect_violation(engine/scene/a.h "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
 expect_violation(python/bindings/a.cpp "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
+expect_violation(c/a.cpp "#include <palpate/engine/scene/internal/toml_reader.h>" "private")
+expect_violation(engine/a.cpp "#include <palpate/c/a.h>" "engine must not include c")
 expect_violation(engine/run/a.cpp "#include <pybind11/numpy.h>" "belongs to ^python/bindings/ alone")
 expect_violation(engine/scene/effects/a.h "#include <palpate/engine/scene/internal/effect_room.h>" "private")
 
