@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Checks the sources of the library and of the command, and their headers, by clang-tidy; .clang-tidy says for what. Clang's own
+# Checks the sources of the libraries and of the command, and their headers, by clang-tidy; .clang-tidy says for what. Clang's own
 # warnings are among it.
 #   scripts/check_tidy.sh BUILD [ROOT]      BUILD: a build folder that was configured; ROOT: a checkout, by default this one
 # Prints FILE:LINE: what is wrong, for each; exit status 1 when there is one, 2 when it cannot run.
@@ -32,7 +32,7 @@ trap 'rm -rf "$work"' EXIT
 python3 - "$build/compile_commands.json" "$root" >"$work/flags" <<'EOF'
 import json, os, re, shlex, sys
 database, root = sys.argv[1:]
-ours = re.compile(r"(geometry|volume|haptics|drivers|engine)/")
+ours = re.compile(r"(geometry|volume|haptics|drivers|engine|c)/")
 flags = {}
 for entry in json.load(open(database)):
     source = os.path.relpath(entry["file"], root)
@@ -55,7 +55,7 @@ if [ ! -s "$work/flags" ]; then
 fi
 
 # SOURCE <tab> KEY of each source: a hash of all that what is found depends on.
-find geometry volume haptics drivers engine \( -name '*.h' -o -name '*.cpp' \) 2>/dev/null | sort >"$work/files" || true
+find geometry volume haptics drivers engine c \( -name '*.h' -o -name '*.cpp' \) 2>/dev/null | sort >"$work/files" || true
 mapfile -t files <"$work/files"
 sha256sum "${files[@]}" >"$work/hashes"
 version=$build/include/palpate/version.h
@@ -74,6 +74,7 @@ FILENAME ~ /\/flags$/ {
     sub(/^[^<]*<palpate\//, "", header)
     sub(/>.*/, "", header)
     if (header == "palpate.h") header = "engine/loop/palpate.h"
+    if (header ~ /^palpate_c/) header = "c/" header
     includes[FILENAME] = includes[FILENAME] " " header
 }
 function reach(file,    list, n, i) {
@@ -207,7 +208,7 @@ look() {
     shift
     eval "words=($flags)"
     clang-tidy --quiet --config-file="$root/.clang-tidy" "$@" \
-        --header-filter="^($root|$build/include/palpate)/(geometry|volume|haptics|drivers|engine)/" "$file" -- "${words[@]}" \
+        --header-filter="^($root|$build/include/palpate)/((geometry|volume|haptics|drivers|engine|c)/|palpate_c)" "$file" -- "${words[@]}" \
         2>/dev/null
 }
 # check_sources FIRST COUNT: stamps those of the bundle's sources that are clean, and prints what is wrong with the others.
