@@ -14,6 +14,7 @@ import argparse
 import collections
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 
@@ -111,6 +112,7 @@ def report(build, most):
 
 
 def main():
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # as when head has read enough
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("builds", metavar="BUILD", nargs="+", type=pathlib.Path)
     parser.add_argument("--most", metavar="N", type=int, default=40, help="how many of the dearest (40)")

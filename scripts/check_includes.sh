@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Checks which folder includes what, and that every source and script names its licence.
+# Checks which folder includes what, that a header may be included twice, and that every source and script names its licence.
 #   scripts/check_includes.sh [ROOT]      ROOT: a checkout, by default this one
 # Prints FILE:LINE: what is wrong, for each violation; exit status 1 when there is one, 2 when ROOT is not a checkout.
 #
@@ -165,6 +165,14 @@ check_includes() {
     ' "${sources[@]}"
 }
 
+# c/ has a guard that every compiler of C knows.
+check_guards() {
+    local headers
+    mapfile -t headers < <(library_sources | grep '\.h$' | grep -v '^c/')
+    [ ${#headers[@]} -gt 0 ] || return 0
+    ! grep -L '^#pragma once$' "${headers[@]}" | sed 's/$/:1: no line #pragma once/' | grep .
+}
+
 check_licences() {
     local file status=0
     while read -r file; do
@@ -178,5 +186,6 @@ check_licences() {
 
 status=0
 check_includes || status=1
+check_guards || status=1
 check_licences || status=1
 exit $status
