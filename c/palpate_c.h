@@ -462,6 +462,43 @@ typedef struct palpate_nearest {
 palpate_code palpate_distance_nearest(const palpate_distance *distance, const double point_m[3],
                                       palpate_nearest *nearest);
 
+/* ---- bodies that move, a scene that changes ------------------------------------------------- */
+
+/* Where a rigid body is: how the frame in which the scene gives its surface lies in the scene. */
+typedef struct palpate_pose {
+    size_t size;
+    double position_m[3];  /* of the body's origin, m, within 1e6 m */
+    double orientation[4]; /* quaternion w, x, y, z, of any length; all 0: not turned */
+} palpate_pose;
+
+/* Moves the body of a surface with `moves = true`, palpate_scene_surface(surface), from the next
+   frame on. The proxy goes along with a body that it touches, and is pushed by one that comes onto
+   it; where it has no room left, the body waits (flag body_held_back). PALPATE_BAD_CALL: there is
+   no such surface, it does not move, or the pose is out of range; nothing has changed. From any
+   thread, but for each surface from one at a time. [any] */
+palpate_code palpate_loop_set_pose(palpate_loop *loop, size_t surface, const palpate_pose *pose);
+/* Where the body was in the last frame; not turned, at the origin, where it does not move. [loop] */
+palpate_code palpate_loop_pose(const palpate_loop *loop, size_t surface, palpate_pose *pose);
+
+/* What the hand puts on a body. */
+typedef struct palpate_wrench {
+    size_t size;
+    double force_n[3];    /* N, scene frame */
+    double torque_n_m[3]; /* N m about the body's origin, scene frame */
+} palpate_wrench;
+
+/* The opposite of the last frame's touches of a surface, without its magnet; 0 where there are
+   none. [loop] */
+palpate_code palpate_loop_wrench(const palpate_loop *loop, size_t surface, palpate_wrench *wrench);
+
+/* Goes on with another scene, from the next frame on. The proxy stays where it is on each surface
+   that is still there: of the same name, data, level and contact. What is new, and holds the proxy
+   inside, is not felt until the proxy has left it. The force follows within the slew limit. Gains
+   are 1. PALPATE_BAD_INPUT: coupling or limits differ from the loop's. A recording ends. From any
+   thread but that of palpate_loop_frame(), also while it runs. [setup] */
+palpate_code palpate_loop_adopt(palpate_loop *loop, const palpate_scene *scene,
+                                palpate_error *error);
+
 /* ---- recordings ----------------------------------------------------------------------------- */
 
 /* A loop that is made with palpate_loop_options.recorded_frames keeps what it was given and what it

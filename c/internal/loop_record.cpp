@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include <palpate/haptics/stepping/frame_flags.h>
 #include <palpate/haptics/stepping/stepping.h>
 
 namespace palpate::c {
@@ -40,6 +41,7 @@ LoopRecord::LoopRecord(std::size_t frames, const DeviceProperties& device, Stepp
 
 void LoopRecord::add(const DeviceState& input, const FrameReport& frame,
                      const HapticLoop& loop) noexcept {
+    if ((frame.flags & kSceneAdopted) != 0) end();
     if (has_ended_) return;
     const std::span<const Touch> touches = loop.touches();
     // A frame without an evaluation leaves those of an earlier one standing.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <python/bindings/frames.h>
 
+#include <array>
+
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/loop/haptic_loop.h>
@@ -70,6 +72,7 @@ public:
     }
 
     Report frame(const Vec3& position, std::optional<double> time_s, bool new_trial) {
+        if (adopted_) be_of(std::exchange(adopted_, std::nullopt).value());
         if (new_trial) probe_.begin_trial();
         DeviceState state = probe_.next(position);
         if (time_s) state.time_s = *time_s;
@@ -132,8 +135,51 @@ public:
                               "); change the scene where it is to be felt"));
     }
 
+    void set_pose(std::size_t surface, const Vec3& position, const Quaternion& orientation) {
+        if (loop_->set_pose(surface, {position, orientation})) return;
+        throw ArgumentProblem("surface = " + std::to_string(surface) +
+                              ": does not move, or the pose is out of range; give a surface with "
+                              "moves = true, a position within 1e6 m, and an orientation w, x, y, "
+                              "z that is not 0");
+    }
+    std::pair<py::array_t<double>, py::array_t<double>> pose(std::size_t surface) const {
+        const RigidPose pose = loop_->pose(surface);
+        py::array_t<double> orientation(4);
+        auto cell = orientation.mutable_unchecked<1>();
+        cell(0) = pose.orientation.w;
+        cell(1) = pose.orientation.x;
+        cell(2) = pose.orientation.y;
+        cell(3) = pose.orientation.z;
+        return {array_of(pose.position), orientation};
+    }
+    std::pair<py::array_t<double>, py::array_t<double>> wrench(std::size_t surface) const {
+        const Wrench wrench = loop_->wrench(surface);
+        return {array_of(wrench.force), array_of(wrench.torque)};
+    }
+    /// The next frame is of that scene; what describes the last one stays until then.
+    void adopt(const PyScene& scene) {
+        about<ArgumentProblem>([&] {
+            loop_->adopt(scene.scene);
+            return true;
+        });
+        adopted_ = scene;
+    }
+    /// Surfaces as set_pose() counts them: those of the scene that was adopted last.
+    std::vector<std::string> surfaces_to_move() const {
+        return adopted_ ? surface_names(*adopted_->scene) : surfaces_;
+    }
+    std::vector<std::string> surfaces() const { return surfaces_; }
+
 private:
+    void be_of(const PyScene& scene) {
+        scene_ = scene.scene;
+        labels_ = scene.labels;
+        surfaces_ = surface_names(*scene_);
+        felt_names_ = std::make_shared<const std::vector<std::string>>(felt_names(*scene_));
+    }
+
     std::shared_ptr<const Scene> scene_;
+    std::optional<PyScene> adopted_; // from the next frame on
     std::shared_ptr<TouchedLabels> labels_;
     std::vector<std::string> surfaces_;
     std::shared_ptr<const std::vector<std::string>> felt_names_;
@@ -243,6 +289,18 @@ void add_loop(py::module_& module) {
         .def("save", &Loop::save)
         .def("restore", &Loop::restore, py::arg("state"))
         .def("set_gain", &Loop::set_gain, py::arg("effect"), py::arg("gain"))
+        .def(
+            "set_pose",
+            [](Loop& loop, std::size_t surface, const std::array<double, 3>& p,
+               const std::array<double, 4>& q) {
+                loop.set_pose(surface, {p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]});
+            },
+            py::arg("surface"), py::arg("position"), py::arg("orientation"))
+        .def("pose", &Loop::pose, py::arg("surface"))
+        .def("wrench", &Loop::wrench, py::arg("surface"))
+        .def("adopt", &Loop::adopt, py::arg("scene"))
+        .def_property_readonly("surfaces_to_move", &Loop::surfaces_to_move)
+        .def_property_readonly("surfaces", &Loop::surfaces)
         .def_property_readonly("path", &Loop::path)
         .def_property_readonly("steps_left", &Loop::steps_left)
         .def_property_readonly("touches", &Loop::touches)

@@ -22,6 +22,16 @@ def flag_names(flags: int) -> list[str]:
     return _palpate.flag_names(int(flags))
 
 
+def _numbers(name: str, values: Sequence[float] | np.ndarray, count: int) -> list[float]:
+    try:
+        numbers = [float(value) for value in values]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != count:
+        raise ArgumentError(f"{name} = {values!r}; give {count} numbers")
+    return numbers
+
+
 class Loop:
     """A loop over a scene: a position in, a force out, as often as you ask.
 
@@ -90,6 +100,59 @@ class Loop:
                 "from 0; give one of them"
             )
         self._native.set_gain(index, gain)
+
+    def set_pose(
+        self,
+        surface: str | int,
+        position: Sequence[float] | np.ndarray,
+        orientation: Sequence[float] | np.ndarray = (1.0, 0.0, 0.0, 0.0),
+    ) -> None:
+        """Moves the body of a surface with ``moves = true``, from the next frame on.
+
+        ``surface``: its name, or its number in `Scene.surfaces`. ``position``: of the body's
+        origin, (3,), m, scene frame. ``orientation``: the quaternion w, x, y, z, of any length.
+        The proxy goes along with a body that it touches, and is pushed by one that comes onto it.
+        Where it has no room left, the body waits (flag "body_held_back"). Raises ArgumentError
+        where the surface does not move, or the pose is out of range.
+        """
+        place = _numbers("position", position, 3)
+        turn = _numbers("orientation", orientation, 4)
+        self._native.set_pose(self._number(surface, self._native.surfaces_to_move), place, turn)
+
+    def pose(self, surface: str | int) -> tuple[np.ndarray, np.ndarray]:
+        """Where the body was in the last frame: position (3,), m, and orientation (4,)."""
+        return self._native.pose(self._number(surface, self._native.surfaces))
+
+    def wrench(self, surface: str | int) -> tuple[np.ndarray, np.ndarray]:
+        """What the hand puts on the body: force (3,), N, and torque about its origin (3,), N m.
+
+        The opposite of `touches` of the last frame, without a magnet's part.
+        """
+        return self._native.wrench(self._number(surface, self._native.surfaces))
+
+    def adopt(self, scene: Scene) -> None:
+        """Goes on with another scene, from the next frame on.
+
+        The proxy stays where it is on each surface that is still there: of the same name, data,
+        level and contact. What is new, and holds the proxy inside, is not felt until the proxy has
+        left it. The force follows within the slew limit. Gains are 1. Raises ArgumentError where
+        coupling or limits differ from the loop's.
+        """
+        self._native.adopt(native(scene))
+
+    @staticmethod
+    def _number(surface: str | int, names: list[str]) -> int:
+        if isinstance(surface, str):
+            if surface not in names:
+                raise ArgumentError(f"surface = {surface!r}: give one of {', '.join(names)}")
+            return names.index(surface)
+        number = operator.index(surface)
+        if not 0 <= number < len(names):
+            raise ArgumentError(
+                f"surface = {number}: the scene has {len(names)} surfaces, counted from 0; give "
+                "one of them"
+            )
+        return number
 
     def save(self) -> LoopState:
         """The whole state between two frames, as a value."""

@@ -22,7 +22,11 @@ PAGE = (ROOT / "docs" / "python.md").read_text()
 BEFORE = {"files.md": ["palpate trace examples/cavity.toml --out t"]}
 AFTER = {"files.md": ["palpate trace examples/cavity.toml --device path:path.csv --out mine"]}
 # Blocks need these besides numpy; a machine need not have them.
-OPTIONAL = {"h5py": r"h5py|\bframes\[", "pandas": "dataframe"}
+OPTIONAL = {
+    "h5py": r"h5py|\bframes\[",
+    "pandas": "dataframe",
+    "distributed": "distributed",
+}
 
 
 def blocks_of(text):

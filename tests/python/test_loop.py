@@ -75,6 +75,50 @@ class Loops(unittest.TestCase):
         self.assertAlmostEqual(off.force_n[0], 0.0, places=9)
         self.assertIn("live_gain", palpate.flag_names(off.flags))
 
+    def test_a_body_pushes_a_held_hand(self):
+        moving = cavity()
+        name = next(iter(moving["surface"]))
+        moving["surface"][name]["moves"] = True
+        loop = palpate.Loop(palpate.Scene(moving))
+        loop.frame([0.0, 0.0, 0.0])
+        for step in range(1, 521):  # the wall of the cavity comes from the left, by 52 mm
+            loop.set_pose(name, [1e-4 * step, 0.0, 0.0])
+            report = loop.frame([0.0, 0.0, 0.0])
+        self.assertAlmostEqual(report.force_n[0], 500.0 * 0.002, places=3)
+        position, orientation = loop.pose(0)
+        np.testing.assert_array_equal(position, [1e-4 * 520, 0.0, 0.0])
+        np.testing.assert_array_equal(orientation, [1.0, 0.0, 0.0, 0.0])
+        force, torque = loop.wrench(name)
+        np.testing.assert_allclose(force, -report.force_n, atol=1e-3)
+        self.assertEqual(torque.shape, (3,))
+        self.assertIn("body_moved", palpate.flag_names(report.flags))
+        for wrong in (("nobody", [0, 0, 0]), (1, [0, 0, 0]), (0, [0, 0]), (0, [np.nan, 0, 0])):
+            with self.assertRaises(palpate.ArgumentError):
+                loop.set_pose(*wrong)
+        with self.assertRaises(palpate.ArgumentError):
+            palpate.Loop(self.scene).set_pose(0, [0, 0, 0])
+
+    def test_another_scene_is_adopted(self):
+        loop = palpate.Loop(self.scene)
+        loop.frame([0.049, 0.0, 0.0])
+        for _ in range(5):
+            before = loop.frame([0.052, 0.0, 0.0])
+        weaker = cavity()
+        name = next(iter(weaker["surface"]))
+        weaker["surface"][name]["strength_n"] = 0.5
+        loop.adopt(palpate.Scene(weaker))
+        first = loop.frame([0.052, 0.0, 0.0])
+        self.assertEqual(first.frame, before.frame + 1)
+        self.assertIn("scene_adopted", palpate.flag_names(first.flags))
+        for _ in range(20):
+            after = loop.frame([0.052, 0.0, 0.0])
+        self.assertAlmostEqual(np.linalg.norm(after.force_n), 0.5, places=2)
+        self.assertEqual(loop.touches[0].surface, name)
+        other = cavity()
+        other["limits"] = {"force_n": 3.0}
+        with self.assertRaisesRegex(palpate.ArgumentError, "limits.force_n"):
+            loop.adopt(palpate.Scene(other))
+
     def test_a_run_is_led_to_zero(self):
         loop = palpate.Loop(self.scene)
         loop.frame([0.049, 0.0, 0.0])
