@@ -18,7 +18,7 @@ ln -s /usr/include/glm "$WORK/glm"  # and nothing else of this machine's
 # OK, LIBRARY where a header of one is missing, or what the compiler says.
 compile() {
     local errors
-    if errors=$("$COMPILER" -std=c++20 -O1 -ffp-contract=off -I"$INCLUDE" -I"$WORK" -DPALPATE_EMBREE=3 -c "$1" -o /dev/null 2>&1); then
+    if errors=$("$COMPILER" -std=c++20 -fsyntax-only -I"$INCLUDE" -I"$WORK" -DPALPATE_EMBREE=3 "$1" 2>&1); then
         echo OK
     elif grep -q 'fatal error: [^p].*: No such file' <<<"$errors" && ! grep -q 'intrin\.h' <<<"$errors"; then
         echo LIBRARY

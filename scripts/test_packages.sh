@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian packages in a bare Debian 12, uses them, and removes them.
-#   scripts/test_packages.sh [BUILD]      BUILD: a build folder, by default build/release; all of it is built
+#   scripts/test_packages.sh [BUILD]      BUILD: a build folder, by default build/release; all of its targets are built
 # Makes the packages (cpack) and the bare system (debootstrap, which takes a minute) in BUILD/test-packages; the latter stays there
 # for the next time. Needs root, debootstrap, and Debian's packages from the mirror that this machine uses. What is needed
 # and not there is named, with exit status 77.
@@ -17,13 +17,6 @@ command -v debootstrap >/dev/null || skip "needs debootstrap: apt-get install de
 command -v dpkg-shlibdeps >/dev/null || skip "needs dpkg-shlibdeps: apt-get install dpkg-dev"
 [ -e "$build/CPackConfig.cmake" ] || { say "$build: no build folder with packages"; exit 2; }
 
-unmount() {
-    local folder
-    for folder in dev proc sys; do
-        if mountpoint -q "$run/$folder"; then umount -l "$run/$folder"; fi
-    done
-}
-trap unmount EXIT
 mkdir -p "$work"
 
 say "making the packages"
@@ -38,7 +31,6 @@ if [ ! -e "$base/.ready" ]; then
         >"$work/debootstrap.log" 2>&1 || { tail "$work/debootstrap.log" >&2; exit 1; }
     touch "$base/.ready"
 fi
-unmount
 rm -rf --one-file-system "$run"
 cp -a "$base" "$run"
 # How this machine reaches its packages.
@@ -46,7 +38,6 @@ for file in /etc/resolv.conf /etc/hosts /etc/ssl/certs/ca-certificates.crt; do
     [ ! -e "$file" ] || cp -L "$file" "$run$file"
 done
 cp -r /etc/apt/apt.conf.d/. "$run/etc/apt/apt.conf.d/"
-for folder in dev proc sys; do mount --bind "/$folder" "$run/$folder"; done
 
 mkdir "$run/root/test"
 cp "$work"/debs/*.deb examples/custom_effect/main.cpp examples/embed_c/main.c tests/consume/felt.py "$run/root/test/"
@@ -93,16 +84,18 @@ say "extraction with its package: found"
 python3 -c 'import palpate._extraction'
 
 # All of them gone; then, over the same other packages, in and out again: every file that is there was there.
-quietly apt-get purge -y "${packages[@]}"
+quietly dpkg --purge "${packages[@]}"
 files >before
 quietly dpkg -i ./*.deb
 python3 felt.py >/dev/null
 files >with
-quietly apt-get purge -y "${packages[@]}"
+quietly dpkg --purge "${packages[@]}"
 files >after
 if ! diff before after; then echo "not removed cleanly"; exit 1; fi
 say "removed: of $(comm -13 before with | wc -l) files none is left"
 INSIDE
 say "in a bare Debian:"
-chroot "$run" /usr/bin/env -i HOME=/root LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin bash /root/test/use.sh </dev/null
+# What is mounted there is seen by nobody else, and gone with the process, however it ends.
+unshare --mount bash -c 'for folder in dev proc sys; do mount --bind "/$folder" "$0/$folder"; done; exec chroot "$0" "$@"' \
+    "$run" /usr/bin/env -i HOME=/root LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin bash /root/test/use.sh </dev/null
 say "passed"
