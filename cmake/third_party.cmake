@@ -67,7 +67,12 @@ target_include_directories(palpate_hidapi SYSTEM INTERFACE ${PALPATE_HIDAPI_INCL
 target_link_libraries(palpate_hidapi INTERFACE ${PALPATE_HIDAPI_LIBRARY})
 
 if(PALPATE_WITH_CGAL)
+  # It makes a cache entry BUILD_TESTING=OFF where there is none: it would turn off the tests of a host.
+  set(palpate_build_testing_before "${BUILD_TESTING}")
   find_package(CGAL REQUIRED)
+  if(palpate_build_testing_before STREQUAL "")
+    unset(BUILD_TESTING CACHE)
+  endif()
   add_library(palpate_cgal INTERFACE IMPORTED)
   target_link_libraries(palpate_cgal INTERFACE CGAL::CGAL)
 endif()
