@@ -4,10 +4,14 @@
 add_library(palpate_options INTERFACE)
 target_compile_options(palpate_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-restrict
-  -ffp-contract=off -march=${PALPATE_ARCH})
-# What is ours and no test: no number changes its type unseen. What changes its sign does: indices are int here and there.
+  -ffp-contract=off $<$<BOOL:${PALPATE_ARCH}>:-march=${PALPATE_ARCH}>)
+# What is ours and no test: no number changes its type unseen. What changes its sign does: indices are int here and there. A host's
+# compiler may warn of more than ours does: there it is no error.
 add_library(palpate_strict INTERFACE)
-target_compile_options(palpate_strict INTERFACE -Wconversion -Werror=conversion -Werror=float-conversion)
+target_compile_options(palpate_strict INTERFACE -Wconversion)
+if(PROJECT_IS_TOP_LEVEL)
+  target_compile_options(palpate_strict INTERFACE -Werror=conversion -Werror=float-conversion)
+endif()
 # Sanitizers watch the library and the command. The tests' own objects stay as in a release build, so that ccache has them
 # already: they call what is watched, and -Bsymbolic-functions keeps the library's own copies of inline functions in use. Threads
 # are watched everywhere: what one does unseen looks like a race.
@@ -21,12 +25,14 @@ if(PALPATE_SANITIZE)
   endif()
   add_link_options(-fsanitize=${PALPATE_SANITIZE} -Wl,-Bsymbolic-functions)
 endif()
-find_program(CCACHE ccache)
+if(PROJECT_IS_TOP_LEVEL)
+  find_program(CCACHE ccache)
+endif()
 if(CCACHE)
   # A source that uses a precompiled header is kept only if ccache may look away from the header's own macros; and paths are
   # taken as from the build folder, so that one build has the objects of another.
   set(launcher ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
-    CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
+    CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
   set(CMAKE_C_COMPILER_LAUNCHER ${launcher})
   set(CMAKE_CXX_COMPILER_LAUNCHER ${launcher})
 endif()

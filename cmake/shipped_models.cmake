@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Device models are data files, drivers/models/*.json; they are compiled in, so that a program finds them wherever it was moved to.
-file(GLOB model_files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/drivers/models/*.json)
+file(GLOB model_files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/drivers/models/*.json)
 set(SHIPPED_MODELS "")
 foreach(file IN LISTS model_files)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
@@ -8,7 +8,7 @@ foreach(file IN LISTS model_files)
   file(READ ${file} text)
   string(APPEND SHIPPED_MODELS "    {\"${name}\", R\"model(${text})model\"},\n")
 endforeach()
-set(palpate_shipped_models ${CMAKE_BINARY_DIR}/shipped_models.cpp)
+set(palpate_shipped_models ${PROJECT_BINARY_DIR}/shipped_models.cpp)
 file(CONFIGURE OUTPUT ${palpate_shipped_models} CONTENT "#include <palpate/engine/devices/internal/shipped_models.h>
 namespace palpate::internal {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <embree3/rtcore.h>
+#include <palpate/geometry/internal/embree.h>
 
 namespace palpate {
 namespace {
@@ -164,7 +164,7 @@ struct SurfaceScene::Embree {
 
     /// One segment on its way through Embree, which hands on its first member.
     struct SegmentQuery {
-        RTCIntersectContext context;
+        internal::RayContext context;
         const Embree* surface;
         Segment segment;
         SegmentOptions options;
@@ -404,10 +404,9 @@ std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& 
         kRoundings * kEpsilon *
         std::max({embree_->largest, largest_coordinate(from), largest_coordinate(to)});
     query.start = first * length;
-    rtcInitIntersectContext(&query.context);
     RTCRayHit ray = embree_->ray(from + first * along, query.segment.direction,
                                  (last - first) * length + embree_->box_room);
-    rtcIntersect1(embree_->scene, &query.context, &ray);
+    internal::intersect(embree_->scene, query.context, ray);
 
     if (!query.found) return std::nullopt;
     return embree_->hit(query.triangle, query.best.point, query.best.distance);

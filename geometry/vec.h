@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <type_traits>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -18,6 +20,24 @@ namespace palpate {
 using Vec3 = glm::dvec3;       ///< column vector; metres when a position
 using Mat3 = glm::dmat3;       ///< column-major: m[column][row]
 using Quaternion = glm::dquat; ///< a rotation, of length 1; constructed as (w, x, y, z)
+
+// GLM's macros may give a program other types under these names than Palpate's libraries were
+// compiled with, and calls between them would crash, or read other numbers.
+static_assert(sizeof(Vec3) == 24 && alignof(Vec3) == 8 && sizeof(Mat3) == 72 &&
+                  alignof(Mat3) == 8 && sizeof(Quaternion) == 32 && alignof(Quaternion) == 8,
+              "Palpate needs GLM's packed types: define GLM_FORCE_DEFAULT_ALIGNED_GENTYPES nowhere "
+              "in this program's sources that include Palpate; glm::aligned_dvec3 stays usable");
+static_assert(std::is_trivially_copyable_v<Vec3> && std::is_trivially_copyable_v<Mat3> &&
+                  std::is_trivially_copyable_v<Quaternion>,
+              "Palpate passes GLM's types as plain numbers: define GLM_FORCE_CTOR_INIT nowhere in "
+              "this program's sources that include Palpate");
+static_assert(
+    offsetof(Quaternion, x) == 0 && offsetof(Quaternion, w) == 24,
+    "Palpate stores quaternions as x, y, z, w: define GLM_FORCE_QUAT_DATA_WXYZ nowhere in "
+    "this program's sources that include Palpate");
+#ifdef GLM_FORCE_QUAT_CTOR_XYZW
+#error "Palpate builds quaternions from w, x, y, z: do not define GLM_FORCE_QUAT_CTOR_XYZW"
+#endif
 
 /// True when no component is NaN or infinite.                                           [any]
 inline bool is_finite(const Vec3& v) noexcept {

@@ -64,14 +64,14 @@ public:
     void add(const PlanePrimitive& plane) noexcept {
         if (!has_room()) return;
         if (!usable(plane.anchor, plane.normal, plane.strength_n))
-            return planes_.push_back({Vec3{0.0}, kAnyDirection, 0.0}); // keeps its number
+            return planes_.push_back({Vec3{0.0}, any_direction(), 0.0}); // keeps its number
         planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n)});
     }
     /// Adds a line, as add() does.                                                         [loop]
     void add_line(const LinePrimitive& line) noexcept {
         if (!has_room()) return;
         if (!usable(line.anchor, line.axis, line.strength_n))
-            return lines_.push_back({Vec3{0.0}, kAnyDirection, 0.0});
+            return lines_.push_back({Vec3{0.0}, any_direction(), 0.0});
         lines_.push_back({line.anchor, line.axis, scaled_n(line.strength_n)});
     }
     /// Strength of a line that is there, N, >= 0, whatever the gain.                      [loop]
@@ -128,7 +128,8 @@ public:
     std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
 
 private:
-    static constexpr Vec3 kAnyDirection{0.0, 0.0, 1.0};
+    // No constant: where a host sets GLM_FORCE_INTRINSICS, GLM's constructors are not constexpr.
+    static Vec3 any_direction() noexcept { return {0.0, 0.0, 1.0}; }
 
     /// Written so that what is no number is none.
     bool usable(const Vec3& at, const Vec3& along, double strength_n) noexcept {

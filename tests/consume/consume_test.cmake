@@ -1,23 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DBUILD=... -DWORK=... -DGENERATOR=... -DCOMPILER=... -DVERSION=... -P consume_test.cmake
 # Installs the build tree BUILD to a prefix of its own in WORK; the project beside this script then has nothing but that prefix.
-cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 set(prefix ${WORK}/prefix)
-file(REMOVE_RECURSE ${WORK})
-file(MAKE_DIRECTORY ${WORK})
-unset(ENV{DESTDIR})  # a packager's setting: it would move the prefix
-
-# Runs a command, stops with its output when it fails, else leaves its output in `output`.
-macro(run what)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
-  string(APPEND output "${errors}")
-  if(NOT status EQUAL 0)
-    message(FATAL_ERROR "${what} failed (${status}):\n${output}")
-  endif()
-  message(STATUS "${what}: done")
-endmacro()
-
-run("install" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
+install_to(${prefix})
 
 # Were one of these packages asked for by the package's configuration, it could not be found.
 set(disabled "")
@@ -52,15 +38,30 @@ if(output MATCHES "lib(palpate_|ITK|itk|gdcm|hdf5|crypto|png)[^ ]*")
   message(FATAL_ERROR "the run time links ${CMAKE_MATCH_0}:\n${output}")
 endif()
 
-# A component that there is not.
-file(WRITE ${WORK}/missing/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
-project(missing LANGUAGES CXX)
-find_package(palpate REQUIRED COMPONENTS wood)\n")
-execute_process(COMMAND ${CMAKE_COMMAND} -S ${WORK}/missing -B ${WORK}/missing/build ${settings}
-  RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE errors)
-if(status EQUAL 0 OR NOT errors MATCHES "wood")
-  message(FATAL_ERROR "a component that there is not was accepted:\n${errors}")
+# What is asked for and is not there is refused by its name: what there never was, and what is not installed, beside what is.
+file(WRITE ${WORK}/asking/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(asking LANGUAGES CXX)
+string(REPLACE , \";\" COMPONENTS \${COMPONENTS})
+find_package(palpate REQUIRED COMPONENTS \${COMPONENTS})
+foreach(component IN LISTS COMPONENTS)
+  if(NOT TARGET palpate::\${component} OR NOT palpate_\${component}_FOUND)
+    message(FATAL_ERROR \"\${component} is found and not there\")
+  endif()
+endforeach()\n")
+set(ask ${CMAKE_COMMAND} -S ${WORK}/asking -B ${WORK}/asking/build ${settings})
+run_refused("an unknown component" "palpate has no component wood; it has palpate, files, report, c, extraction, c_extraction"
+  ${ask} -DCOMPONENTS=files,wood)
+set(components palpate,files,report,c)
+if(EXISTS ${prefix}/lib/cmake/palpate/palpate_extraction_targets.cmake)
+  string(APPEND components ,extraction,c_extraction)
 endif()
+run("all components" ${ask} -DCOMPONENTS=${components})
+install_to(${WORK}/apache run_time development)
+set(ask ${ask} -DCMAKE_PREFIX_PATH=${WORK}/apache -Dpalpate_DIR=)
+run("components without what is under the GPL" ${ask} -DCOMPONENTS=palpate,files,report,c)
+run_refused("a component that is not installed"
+  "the component extraction is not installed in ${WORK}/apache, which has: palpate files report c."
+  ${ask} -DCOMPONENTS=files,extraction)
 
 set(example ${CMAKE_CURRENT_LIST_DIR}/../../examples/custom_effect)
 run("configure the example" ${CMAKE_COMMAND} -S ${example} -B ${WORK}/example ${settings})
