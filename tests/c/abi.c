@@ -118,6 +118,12 @@ int main(void) {
     MEMBER(palpate_frame, field_samples);
     MEMBER(palpate_frame, surface_queries);
     MEMBER(palpate_frame, root_queries);
+    STRUCT(palpate_pose);
+    MEMBER(palpate_pose, position_m);
+    MEMBER(palpate_pose, orientation);
+    STRUCT(palpate_wrench);
+    MEMBER(palpate_wrench, force_n);
+    MEMBER(palpate_wrench, torque_n_m);
     NUMBER(PALPATE_BEGAN);
     NUMBER(PALPATE_GOES_ON);
     NUMBER(PALPATE_ENDED);
