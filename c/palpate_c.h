@@ -119,7 +119,7 @@ typedef struct palpate_labels {
     const int32_t *values;       /* layer after layer, each as palpate_voxels.values */
     double index_to_scene[3][4]; /* as that of palpate_voxels */
     const palpate_label *labels; /* values that occur and are not in it are named by their digits */
-    size_t label_count;
+    size_t label_count;          /* of `labels`; 0: none */
 } palpate_labels;
 
 /* What is at each voxel of palpate_vectors. */
@@ -142,9 +142,9 @@ typedef struct palpate_vectors {
 typedef struct palpate_mesh {
     size_t size;
     const double *vertices_m; /* 3 numbers each: m, scene frame */
-    size_t vertex_count;
+    size_t vertex_count;      /* the numbers of vertices_m are 3 times as many */
     const uint32_t *triangles; /* 3 vertices each, from 0; counter-clockwise seen from free space */
-    size_t triangle_count;
+    size_t triangle_count;     /* the same of triangles */
 } palpate_mesh;
 
 /* Adds a copy of voxels: you may free yours when it returns. `name`: of the text's table
@@ -176,8 +176,8 @@ typedef struct palpate_scalar_field {
     /* Called once, when the last data, scene, loop and state that may call `sample` is freed, by
        the thread that frees it. May be NULL. Not called where adding the field fails. */
     void (*release)(void *user);
-    double lower_m[3]; /* the corners of where it can have a surface: m, scene frame */
-    double upper_m[3];
+    double lower_m[3]; /* where it can have a surface: the lower corner, m, scene frame */
+    double upper_m[3]; /* and the upper one */
     /* Two bounds, which prove that a movement passes no wall. Where they do not hold, or where the
        field begins and ends to have a value, it may pass one.
        No gradient is longer than steepest_per_m, > 0. The gradient changes by at most
@@ -193,11 +193,11 @@ typedef struct palpate_vector_field {
     size_t size;
     /* As palpate_scalar_field.sample; `value` takes 3 numbers, scene axes. */
     int32_t (*sample)(const double *point_m, double *value, void *user);
-    void *user;
+    void *user;                  /* for `sample` and `release` */
     void (*release)(void *user); /* as palpate_scalar_field.release */
-    double lower_m[3];           /* the corners of where it has something to show */
-    double upper_m[3];
-    double feature_size_m; /* the smallest length on which it turns, m, > 0 */
+    double lower_m[3];           /* where it has something to show: the lower corner, m */
+    double upper_m[3];           /* and the upper one */
+    double feature_size_m;       /* the smallest length on which it turns, m, > 0 */
 } palpate_vector_field;
 
 /* Adds a field. Its function and `user` are borrowed until `release`. The function is called at
@@ -487,7 +487,7 @@ typedef struct palpate_pose {
    no such surface, it does not move, or the pose is out of range; nothing has changed. From any
    thread, but for each surface from one at a time. [any] */
 palpate_code palpate_loop_set_pose(palpate_loop *loop, size_t surface, const palpate_pose *pose);
-/* Where the body was in the last frame; not turned, at the origin, where it does not move. [loop] */
+/* Where the body was in the last frame; not turned and at the origin if it does not move. [loop] */
 palpate_code palpate_loop_pose(const palpate_loop *loop, size_t surface, palpate_pose *pose);
 
 /* What the hand puts on a body. */
@@ -513,8 +513,8 @@ palpate_code palpate_loop_adopt(palpate_loop *loop, const palpate_scene *scene,
 
 /* How many frames are kept so far. A loop that is made with palpate_loop_options.recorded_frames
    keeps what it was given and what it felt, from its first frame on. It stops when it has kept that
-   many frames, or four touches for each of them, and at palpate_loop_release() and
-   palpate_loop_restore(). [loop] */
+   many frames, or four touches for each of them, and at palpate_loop_release(),
+   palpate_loop_restore() and palpate_loop_adopt(). [loop] */
 uint64_t palpate_loop_recorded_frames(const palpate_loop *loop);
 
 /* Writes what was kept as recording.h5 (docs/files.md), whole or not at all. A file that Palpate
@@ -532,8 +532,8 @@ typedef struct palpate_check {
 
 /* Computes the frames of a recording again. `scene`: the one that was recorded, or another one of
    the same text and data. Data is not in a recording, its SHA-256 is: other data is refused with
-   its name, and so is a recording in which a gain was changed. Bakes and meshes the scene again,
-   unless it has a cache. [setup] */
+   its name, and so is a recording in which a gain was changed or a body moved. Bakes and meshes the
+   scene again, unless it has a cache. [setup] */
 palpate_code palpate_recording_check(const char *recording, const palpate_scene *scene,
                                      palpate_check *check, palpate_error *error);
 
