@@ -85,7 +85,7 @@ typedef struct palpate_data palpate_data;
 
 /* Empty data; free it with palpate_data_free(). [setup] */
 palpate_code palpate_data_make(palpate_data **data, palpate_error *error);
-/* Scenes that were made with it keep what they need. NULL is allowed. [setup] */
+/* Frees it. Scenes that were made with it keep what they need. NULL is allowed. [setup] */
 void palpate_data_free(palpate_data *data);
 
 /* Numbers at the points of a grid: a scan. */
@@ -119,7 +119,7 @@ typedef struct palpate_labels {
     const int32_t *values;       /* layer after layer, each as palpate_voxels.values */
     double index_to_scene[3][4]; /* as that of palpate_voxels */
     const palpate_label *labels; /* values that occur and are not in it are named by their digits */
-    size_t label_count;
+    size_t label_count;          /* of `labels`; 0: none */
 } palpate_labels;
 
 /* What is at each voxel of palpate_vectors. */
@@ -142,19 +142,23 @@ typedef struct palpate_vectors {
 typedef struct palpate_mesh {
     size_t size;
     const double *vertices_m; /* 3 numbers each: m, scene frame */
-    size_t vertex_count;
+    size_t vertex_count;      /* the numbers of vertices_m are 3 times as many */
     const uint32_t *triangles; /* 3 vertices each, from 0; counter-clockwise seen from free space */
-    size_t triangle_count;
+    size_t triangle_count;     /* the same of triangles */
 } palpate_mesh;
 
-/* These copy the data: when they return you may free yours. `name` as the scene's text has it; data
-   of a name that is there already is refused. [setup] */
+/* Adds a copy of voxels: you may free yours when it returns. `name`: of the text's table
+   [volume.NAME]; one that has data already is refused. [setup] */
 palpate_code palpate_data_add_voxels(palpate_data *data, const char *name,
                                      const palpate_voxels *voxels, palpate_error *error);
+/* The same for labels. [setup] */
 palpate_code palpate_data_add_labels(palpate_data *data, const char *name,
                                      const palpate_labels *labels, palpate_error *error);
+/* The same for vectors and tensors. [setup] */
 palpate_code palpate_data_add_vectors(palpate_data *data, const char *name,
                                       const palpate_vectors *vectors, palpate_error *error);
+/* The same for a mesh. `surface`: of the text's table [surface.NAME], which names no mesh file.
+   [setup] */
 palpate_code palpate_data_add_mesh(palpate_data *data, const char *surface,
                                    const palpate_mesh *mesh, palpate_error *error);
 
@@ -172,8 +176,8 @@ typedef struct palpate_scalar_field {
     /* Called once, when the last data, scene, loop and state that may call `sample` is freed, by
        the thread that frees it. May be NULL. Not called where adding the field fails. */
     void (*release)(void *user);
-    double lower_m[3]; /* the corners of where it can have a surface: m, scene frame */
-    double upper_m[3];
+    double lower_m[3]; /* where it can have a surface: the lower corner, m, scene frame */
+    double upper_m[3]; /* and the upper one */
     /* Two bounds, which prove that a movement passes no wall. Where they do not hold, or where the
        field begins and ends to have a value, it may pass one.
        No gradient is longer than steepest_per_m, > 0. The gradient changes by at most
@@ -189,24 +193,27 @@ typedef struct palpate_vector_field {
     size_t size;
     /* As palpate_scalar_field.sample; `value` takes 3 numbers, scene axes. */
     int32_t (*sample)(const double *point_m, double *value, void *user);
-    void *user;
+    void *user;                  /* for `sample` and `release` */
     void (*release)(void *user); /* as palpate_scalar_field.release */
-    double lower_m[3];           /* the corners of where it has something to show */
-    double upper_m[3];
-    double feature_size_m; /* the smallest length on which it turns, m, > 0 */
+    double lower_m[3];           /* where it has something to show: the lower corner, m */
+    double upper_m[3];           /* and the upper one */
+    double feature_size_m;       /* the smallest length on which it turns, m, > 0 */
 } palpate_vector_field;
 
-/* The function and its `user` are borrowed until `release`. The function is called at once, some
-   100,000 times: where it is not finite, or not what the struct says, it is refused. [setup] */
+/* Adds a field. Its function and `user` are borrowed until `release`. The function is called at
+   once, some 100,000 times: where it is not finite, or not what the struct says, it is refused.
+   [setup] */
 palpate_code palpate_data_add_scalar_field(palpate_data *data, const char *name,
                                            const palpate_scalar_field *field,
                                            palpate_error *error);
+/* The same for a vector field. [setup] */
 palpate_code palpate_data_add_vector_field(palpate_data *data, const char *name,
                                            const palpate_vector_field *field,
                                            palpate_error *error);
 
 /* How often the function of field `name` gave a number that is not finite since it was added. Such
-   a point has no value: nothing is felt there. 0 where there is no such field. [any] */
+   a point has no value: nothing is felt there. 0 where there is no such field. [any], but not while
+   something is added. */
 uint64_t palpate_data_failures(const palpate_data *data, const char *name);
 
 /* ---- scenes --------------------------------------------------------------------------------- */
@@ -400,7 +407,7 @@ typedef struct palpate_touch {
 palpate_code palpate_loop_touches(const palpate_loop *loop, palpate_touch *touches,
                                   size_t capacity, size_t *count);
 
-/* How the proxy stands with a surface. */
+/* In words, how the proxy stands with a surface. */
 typedef enum palpate_standing {
     PALPATE_OUT = 0,          /* the surface does not push */
     PALPATE_TOUCHED = 1,      /* it pushes, and holds at its own level */
@@ -410,6 +417,7 @@ typedef enum palpate_standing {
     PALPATE_OFF = 5           /* not felt: its gain is 0 */
 } palpate_standing;
 
+/* How the proxy stands with one surface. */
 typedef struct palpate_surface_state {
     size_t size;
     int32_t standing;   /* a palpate_standing */
@@ -431,20 +439,22 @@ typedef struct palpate_label_probe palpate_label_probe;
    palpate_label_probe_free(). [setup] */
 palpate_code palpate_label_probe_make(const palpate_scene *scene, palpate_label_probe **probe,
                                       palpate_error *error);
-/* NULL is allowed. [setup] */
+/* Frees it. NULL is allowed. [setup] */
 void palpate_label_probe_free(palpate_label_probe *probe);
-/* Name of the label behind a contact, or of the voxel around a point (3 numbers, m, scene frame).
-   NULL: there is none. Valid as long as `probe`. [any] */
+/* Name of the label behind a contact. NULL: there is none. Valid as long as `probe`. [any] */
 const char *palpate_touched_label(const palpate_label_probe *probe, const palpate_touch *touch);
+/* Name of the label of the voxel around a point, m, scene frame. NULL: there is none. Valid as long
+   as `probe`. [any] */
 const char *palpate_label_at(const palpate_label_probe *probe, const double point_m[3]);
 
 /* Distances from one surface: for planning and display, not for the loop. */
 typedef struct palpate_distance palpate_distance;
 
-/* `surface`: a name of palpate_scene_surface(). Free it with palpate_distance_free(). [setup] */
+/* Makes one for `surface`, a name of palpate_scene_surface(). Free it with palpate_distance_free().
+   [setup] */
 palpate_code palpate_distance_make(const palpate_scene *scene, const char *surface,
                                    palpate_distance **distance, palpate_error *error);
-/* NULL is allowed. [setup] */
+/* Frees it. NULL is allowed. [setup] */
 void palpate_distance_free(palpate_distance *distance);
 
 /* The point of a surface that is nearest to another one, scene frame. */
@@ -457,8 +467,8 @@ typedef struct palpate_nearest {
     int32_t is_sign_known; /* 0: a mesh with a border, which has no inside */
 } palpate_nearest;
 
-/* Not by two threads at once. PALPATE_BAD_CALL: a pointer is NULL, or a size is too small. [setup]
- */
+/* The point of the surface that is nearest to point_m, m, scene frame. Not by two threads at once.
+   PALPATE_BAD_CALL: a pointer is NULL, or a size is too small. [setup] */
 palpate_code palpate_distance_nearest(const palpate_distance *distance, const double point_m[3],
                                       palpate_nearest *nearest);
 
@@ -477,7 +487,7 @@ typedef struct palpate_pose {
    no such surface, it does not move, or the pose is out of range; nothing has changed. From any
    thread, but for each surface from one at a time. [any] */
 palpate_code palpate_loop_set_pose(palpate_loop *loop, size_t surface, const palpate_pose *pose);
-/* Where the body was in the last frame; not turned, at the origin, where it does not move. [loop] */
+/* Where the body was in the last frame; not turned and at the origin if it does not move. [loop] */
 palpate_code palpate_loop_pose(const palpate_loop *loop, size_t surface, palpate_pose *pose);
 
 /* What the hand puts on a body. */
@@ -501,11 +511,10 @@ palpate_code palpate_loop_adopt(palpate_loop *loop, const palpate_scene *scene,
 
 /* ---- recordings ----------------------------------------------------------------------------- */
 
-/* A loop that is made with palpate_loop_options.recorded_frames keeps what it was given and what it
-   felt, from its first frame on. It stops when it has kept that many frames, or four touches for each of
-   them, and at palpate_loop_release() and palpate_loop_restore(). */
-
-/* How many frames are kept so far. [loop] */
+/* How many frames are kept so far. A loop that is made with palpate_loop_options.recorded_frames
+   keeps what it was given and what it felt, from its first frame on. It stops when it has kept that
+   many frames, or four touches for each of them, and at palpate_loop_release(),
+   palpate_loop_restore() and palpate_loop_adopt(). [loop] */
 uint64_t palpate_loop_recorded_frames(const palpate_loop *loop);
 
 /* Writes what was kept as recording.h5 (docs/files.md), whole or not at all. A file that Palpate
@@ -523,8 +532,8 @@ typedef struct palpate_check {
 
 /* Computes the frames of a recording again. `scene`: the one that was recorded, or another one of
    the same text and data. Data is not in a recording, its SHA-256 is: other data is refused with
-   its name, and so is a recording in which a gain was changed. Bakes and meshes the scene again,
-   unless it has a cache. [setup] */
+   its name, and so is a recording in which a gain was changed or a body moved. Bakes and meshes the
+   scene again, unless it has a cache. [setup] */
 palpate_code palpate_recording_check(const char *recording, const palpate_scene *scene,
                                      palpate_check *check, palpate_error *error);
 

@@ -262,8 +262,8 @@ palpate_code palpate_data_add_voxels(palpate_data* data, const char* name,
     return guarded(error, [&] {
         require_all(data, name, voxels, "palpate_data_add_voxels");
         require_fresh(data->data.volumes, name);
-        auto made = voxels_of(known(voxels, kFirstVoxels, "palpate_voxels"),
-                              volume_named(name, "voxels"));
+        auto made =
+            voxels_of(known(voxels, kFirstVoxels, "palpate_voxels"), volume_named(name, "voxels"));
         data->data.volumes[name].voxels = std::move(made);
     });
 }
@@ -309,8 +309,8 @@ palpate_code palpate_data_add_scalar_field(palpate_data* data, const char* name,
         require_fresh(data->data.volumes, name);
         const auto given = known(field, kFirstScalarField, "palpate_scalar_field");
         const auto user = std::make_shared<Borrowed>(given.user, given.release);
-        auto made = scalars_of(given, volume_named(name, "scalar_field"), user,
-                               data->failures[name]);
+        auto made =
+            scalars_of(given, volume_named(name, "scalar_field"), user, data->failures[name]);
         data->data.volumes[name].scalar_field = std::move(made);
         user->keep();
     });
@@ -324,8 +324,8 @@ palpate_code palpate_data_add_vector_field(palpate_data* data, const char* name,
         require_fresh(data->data.volumes, name);
         const auto given = known(field, kFirstVectorField, "palpate_vector_field");
         const auto user = std::make_shared<Borrowed>(given.user, given.release);
-        auto made = vectors_of(given, volume_named(name, "vector_field"), user,
-                               data->failures[name]);
+        auto made =
+            vectors_of(given, volume_named(name, "vector_field"), user, data->failures[name]);
         data->data.volumes[name].vector_field = std::move(made);
         user->keep();
     });
@@ -333,8 +333,9 @@ palpate_code palpate_data_add_vector_field(palpate_data* data, const char* name,
 
 uint64_t palpate_data_failures(const palpate_data* data, const char* name) {
     if (data == nullptr || name == nullptr) return 0;
-    const auto found =
-        std::find_if(data->failures.begin(), data->failures.end(),
-                     [&](const auto& named) { return named.first == name; });
-    return found == data->failures.end() || !found->second ? 0 : found->second->load(std::memory_order_relaxed);
+    const auto found = std::find_if(data->failures.begin(), data->failures.end(),
+                                    [&](const auto& named) { return named.first == name; });
+    return found == data->failures.end() || !found->second
+               ? 0
+               : found->second->load(std::memory_order_relaxed);
 }

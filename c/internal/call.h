@@ -116,8 +116,7 @@ Struct& entry(Struct* array, std::size_t stride, std::size_t i) noexcept {
 template <class Struct, class List, class Convert>
 palpate_code tell_list(const List& list, Struct* to, std::size_t capacity, std::size_t* count,
                        std::size_t first, const Convert& convert) noexcept {
-    if (count == nullptr || (capacity > 0 && !is_array(to, first)))
-        return PALPATE_BAD_CALL;
+    if (count == nullptr || (capacity > 0 && !is_array(to, first))) return PALPATE_BAD_CALL;
     *count = list.size();
     const std::size_t stride = capacity > 0 ? to->size : 0;
     for (std::size_t i = 0; i < std::min(capacity, list.size()); ++i) {

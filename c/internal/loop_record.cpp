@@ -49,7 +49,8 @@ void LoopRecord::add(const DeviceState& input, const FrameReport& frame,
                                                      ? loop.steps_left()
                                                      : std::span<const std::uint32_t>();
     has_ended_ = !has_room(run_.inputs, 1) || !has_room(run_.frames, 1) ||
-                 !has_room(run_.touches, touches.size()) || !has_room(run_.steps_left, steps.size());
+                 !has_room(run_.touches, touches.size()) ||
+                 !has_room(run_.steps_left, steps.size());
     if (has_ended_) return;
     run_.inputs.push_back(input);
     run_.frames.push_back(frame);

@@ -35,8 +35,7 @@ inline palpate_voxels in_c(const VoxelVolume& volume) {
 inline palpate_vectors in_c(const VectorVolume& volume) {
     auto given = sized<palpate_vectors>();
     put_grid(volume, given);
-    given.kind =
-        volume.kind == VectorVolume::Kind::vector ? PALPATE_VECTORS : PALPATE_TENSORS;
+    given.kind = volume.kind == VectorVolume::Kind::vector ? PALPATE_VECTORS : PALPATE_TENSORS;
     given.values = volume.values.data();
     given.value_count = volume.values.size();
     return given;

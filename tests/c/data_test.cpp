@@ -12,6 +12,7 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -163,8 +164,8 @@ TEST(DataInC, AMeshAloneAndAMeshBesideVoxelsAreFeltAsThoseOfCpp) {
     expected.volumes.clear();
     expected.surfaces["ball"].volume.clear();
     expected.surfaces["ball"].iso_value = 0.0;
-    const test::ScenePtr scene = test::parsed(
-        "[surface.ball]\n[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n", alone);
+    const test::ScenePtr scene =
+        test::parsed("[surface.ball]\n[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n", alone);
     EXPECT_GT(expect_same_frames(test::made(scene), expected), 200);
 }
 
@@ -187,10 +188,10 @@ TEST(DataInC, LabelsAreFeltAsThoseOfCppAndTheUnnamedAreNamedByTheirDigits) {
     palpate_error error = no_error();
     ASSERT_EQ(palpate_data_add_labels(data.get(), "ct", &given, &error), PALPATE_OK)
         << error.message;
-    const test::ScenePtr scene = test::parsed(
-        "[volume.ct]\n[surface.ball]\nvolume = \"ct\"\nlabel = [\"left half\", 2]\n"
-        "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n",
-        data);
+    const test::ScenePtr scene =
+        test::parsed("[volume.ct]\n[surface.ball]\nvolume = \"ct\"\nlabel = [\"left half\", 2]\n"
+                     "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n",
+                     data);
     EXPECT_GT(expect_same_frames(test::made(scene), expected), 200);
 }
 
@@ -212,8 +213,8 @@ TEST(DataInC, LayersLieOneBehindTheOther) {
     const test::DataPtr data = test::no_data();
     ASSERT_EQ(palpate_data_add_labels(data.get(), "ct", &given, nullptr), PALPATE_OK);
     palpate_label_probe* made = nullptr;
-    const test::ScenePtr scene = test::parsed(
-        "[volume.ct]\n[surface.ball]\nvolume = \"ct\"\nlabel = \"first\"\n", data);
+    const test::ScenePtr scene =
+        test::parsed("[volume.ct]\n[surface.ball]\nvolume = \"ct\"\nlabel = \"first\"\n", data);
     ASSERT_EQ(palpate_label_probe_make(scene.get(), &made, nullptr), PALPATE_OK);
     const test::LabelProbePtr probe(made);
     const double first[3] = {-11.5e-3, -11.5e-3, -11.5e-3};
@@ -241,10 +242,10 @@ TEST(DataInC, VectorsAndTensorsReachTheEffects) {
     given.value_count = tensors.size();
     ASSERT_EQ(palpate_data_add_vectors(data.get(), "fibres", &given, &error), PALPATE_OK)
         << error.message;
-    const test::LoopPtr loop = test::made(test::parsed(
-        "[volume.flow]\n[volume.fibres]\n"
-        "[[effect]]\ntype = \"vector_force\"\nvolume = \"flow\"\nstrength_n = 0.5\n",
-        data));
+    const test::LoopPtr loop = test::made(
+        test::parsed("[volume.flow]\n[volume.fibres]\n"
+                     "[[effect]]\ntype = \"vector_force\"\nvolume = \"flow\"\nstrength_n = 0.5\n",
+                     data));
     Vec3 force(0.0);
     for (int i = 0; i < 300; ++i) {
         DeviceState hand;
@@ -357,6 +358,27 @@ TEST(DataInC, AFunctionThatFailsInTheLoopIsCountedAndNothingIsFeltThere) {
         EXPECT_EQ(palpate_data_failures(data.get(), "own") > 0, !says_so);
         EXPECT_EQ(palpate_data_failures(data.get(), "other"), 0u);
     }
+}
+
+TEST(DataInC, LoopsOfSeveralThreadsAskOneFunctionAtOnce) {
+    Ball ball;
+    const palpate_scalar_field given = field_of(ball);
+    const test::DataPtr data = test::no_data();
+    ASSERT_EQ(palpate_data_add_scalar_field(data.get(), "own", &given, nullptr), PALPATE_OK);
+    const test::ScenePtr scene = test::parsed(kFieldBall, data);
+    std::array<std::vector<Vec3>, 3> proxies;
+    std::vector<std::thread> threads;
+    for (std::vector<Vec3>& list : proxies)
+        threads.emplace_back([&] {
+            const test::LoopPtr loop = test::made(scene);
+            for (const DeviceState& hand : test::around_ball())
+                list.push_back(test::vec(test::frame_of(loop.get(), test::probe_of(hand)).proxy_m));
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(proxies[0].size(), 400u);
+    EXPECT_EQ(proxies[0], proxies[1]);
+    EXPECT_EQ(proxies[0], proxies[2]);
 }
 
 // ---- what is refused ---------------------------------------------------------------------------
@@ -482,13 +504,13 @@ TEST(DataInC, NullPointersAndEmptyOrTakenNamesAreBadCalls) {
 
     expect(of_voxels([](palpate_voxels& v) { v.values = nullptr; }), PALPATE_BAD_CALL,
            "values is NULL");
-    expect(of_labels([](palpate_labels&, palpate_label& l) { l.name = nullptr; }),
-           PALPATE_BAD_CALL, "labels[0].name is NULL");
+    expect(of_labels([](palpate_labels&, palpate_label& l) { l.name = nullptr; }), PALPATE_BAD_CALL,
+           "labels[0].name is NULL");
     expect(of_labels([](palpate_labels& l, palpate_label&) { l.labels = nullptr; }),
            PALPATE_BAD_CALL, "labels is NULL");
     expect(of_mesh([](palpate_mesh& m) { m.vertices_m = nullptr; }), PALPATE_BAD_CALL, "NULL");
-    expect(of_field([](palpate_scalar_field& f, Ball&) { f.sample = nullptr; }),
-           PALPATE_BAD_CALL, "sample is NULL");
+    expect(of_field([](palpate_scalar_field& f, Ball&) { f.sample = nullptr; }), PALPATE_BAD_CALL,
+           "sample is NULL");
     expect(of_vector_field([](palpate_vector_field& f, Ball&) { f.sample = nullptr; }),
            PALPATE_BAD_CALL, "sample is NULL");
 }
@@ -496,47 +518,46 @@ TEST(DataInC, NullPointersAndEmptyOrTakenNamesAreBadCalls) {
 TEST(DataInC, NumbersThatCannotBeNameTheirField) {
     expect(of_voxels([](palpate_voxels& v) { --v.value_count; }), PALPATE_BAD_CALL,
            "value_count = 26999, and its voxels take 27000");
-    expect(of_voxels([](palpate_voxels& v) {
-               v.value_count = std::numeric_limits<std::size_t>::max();
-           }),
+    expect(of_voxels(
+               [](palpate_voxels& v) { v.value_count = std::numeric_limits<std::size_t>::max(); }),
            PALPATE_BAD_CALL, "value_count = 18446744073709551615");
     expect(of_voxels([](palpate_voxels& v) { v.voxels[1] = -30; }), PALPATE_BAD_INPUT,
            "volumes[\"v\"].voxels.size = 30 x -30 x 30 is out of range");
     expect(of_voxels([](palpate_voxels& v) { v.voxels[0] = v.voxels[1] = 2000000000; }),
            PALPATE_BAD_INPUT, "volumes[\"v\"].voxels.size");
-    expect(of_voxels([](palpate_voxels& v) { v.index_to_scene[1][1] = 0.0; }),
-           PALPATE_BAD_INPUT, "volumes[\"v\"].voxels.index_to_scene is singular");
-    expect(of_voxels([](palpate_voxels& v) { v.index_to_scene[2][3] = kNan; }),
-           PALPATE_BAD_INPUT, "volumes[\"v\"].voxels.index_to_scene is not finite");
+    expect(of_voxels([](palpate_voxels& v) { v.index_to_scene[1][1] = 0.0; }), PALPATE_BAD_INPUT,
+           "volumes[\"v\"].voxels.index_to_scene is singular");
+    expect(of_voxels([](palpate_voxels& v) { v.index_to_scene[2][3] = kNan; }), PALPATE_BAD_INPUT,
+           "volumes[\"v\"].voxels.index_to_scene is not finite");
     expect(of_labels([](palpate_labels& l, palpate_label&) { l.layer_count = -1; }),
            PALPATE_BAD_CALL, "layer_count = -1 is out of range");
     expect(of_labels([](palpate_labels& l, palpate_label&) { l.layer_count = 2; }),
            PALPATE_BAD_CALL, "value_count = 13824");
-    expect(of_labels([](palpate_labels& l, palpate_label&) { l.voxels[2] = 0; }),
-           PALPATE_BAD_INPUT, "volumes[\"v\"].label_volume.size");
-    expect(of_labels([](palpate_labels&, palpate_label& l) { l.value = 0; }),
-           PALPATE_BAD_INPUT, "volumes[\"v\"].label_volume.labels[0].value = 0 is the background");
-    expect(of_labels([](palpate_labels&, palpate_label& l) { l.layer = 7; }),
-           PALPATE_BAD_INPUT, "labels[0].layer = 7");
-    expect(of_labels([](palpate_labels&, palpate_label& l) { l.layer = -1; }),
-           PALPATE_BAD_CALL, "labels[0].layer");
+    expect(of_labels([](palpate_labels& l, palpate_label&) { l.voxels[2] = 0; }), PALPATE_BAD_INPUT,
+           "volumes[\"v\"].label_volume.size");
+    expect(of_labels([](palpate_labels&, palpate_label& l) { l.value = 0; }), PALPATE_BAD_INPUT,
+           "volumes[\"v\"].label_volume.labels[0].value = 0 is the background");
+    expect(of_labels([](palpate_labels&, palpate_label& l) { l.layer = 7; }), PALPATE_BAD_INPUT,
+           "labels[0].layer = 7");
+    expect(of_labels([](palpate_labels&, palpate_label& l) { l.layer = -1; }), PALPATE_BAD_CALL,
+           "labels[0].layer");
     expect(of_mesh([](palpate_mesh& m) { m.triangle_count = 0; }), PALPATE_BAD_INPUT,
            "surfaces[\"bone\"].triangle_mesh.triangles is empty");
     expect(of_mesh([](palpate_mesh& m) { m.vertex_count = 10; }), PALPATE_BAD_INPUT,
            "surfaces[\"bone\"].triangle_mesh.triangles[");
-    expect(of_mesh([](palpate_mesh& m) {
-               m.vertex_count = std::numeric_limits<std::size_t>::max();
-           }),
-           PALPATE_NO_MEMORY, "memory");
+    expect(
+        of_mesh([](palpate_mesh& m) { m.vertex_count = std::numeric_limits<std::size_t>::max(); }),
+        PALPATE_NO_MEMORY, "memory");
 }
 
 TEST(DataInC, FunctionsThatAreNotWhatTheySayAreRefused) {
-    expect(of_field([](palpate_scalar_field&, Ball& b) { b.has_failed = true; }),
-           PALPATE_BAD_INPUT, "volumes[\"v\"].scalar_field: its function is not finite at (");
-    expect(of_field([](palpate_scalar_field&, Ball& b) { b.has_ended = true; }),
-           PALPATE_BAD_INPUT, "volumes[\"v\"].scalar_field: its function has no value anywhere");
+    expect(of_field([](palpate_scalar_field&, Ball& b) { b.has_failed = true; }), PALPATE_BAD_INPUT,
+           "volumes[\"v\"].scalar_field: its function is not finite at (");
+    expect(of_field([](palpate_scalar_field&, Ball& b) { b.has_ended = true; }), PALPATE_BAD_INPUT,
+           "volumes[\"v\"].scalar_field: its function has no value anywhere");
     expect(of_field([](palpate_scalar_field& f, Ball&) { f.steepest_per_m = 0.9; }),
-           PALPATE_BAD_INPUT, "volumes[\"v\"].scalar_field: steepest_per_m = 0.9, and the gradient");
+           PALPATE_BAD_INPUT,
+           "volumes[\"v\"].scalar_field: steepest_per_m = 0.9, and the gradient");
     expect(of_field([](palpate_scalar_field&, Ball& b) { b.scale = 1e-3; }), PALPATE_BAD_INPUT,
            "volumes[\"v\"].scalar_field.sample() has a slope of ");
     for (const double absurd : {0.0, -1.0, kNan, std::numeric_limits<double>::infinity()}) {
@@ -587,10 +608,10 @@ TEST(DataInC, AbsurdNumbersAreNeverReadBeyondWhatTheyCount) {
     const auto one_of = [&](const auto& list) {
         return list[std::uniform_int_distribution<std::size_t>(0, list.size() - 1)(random)];
     };
-    const std::vector<std::int32_t> sizes{-2147483647 - 1, -1, 0, 1, 2, 7, 8, 8, 8, 65536,
-                                          2147483647};
-    const std::vector<std::size_t> counts{0, 1, 511, 512, 512, 512, std::size_t{1} << 40,
-                                          std::numeric_limits<std::size_t>::max()};
+    const std::vector<std::int32_t> sizes{-2147483647 - 1, -1,        0, 1, 2, 7, 8, 8, 8,
+                                          65536,           2147483647};
+    const std::vector<std::size_t> counts{
+        0, 1, 511, 512, 512, 512, std::size_t{1} << 40, std::numeric_limits<std::size_t>::max()};
     const std::vector<double> places{0.0, 1e-3, 1e-3, 1e-3, -1e-3, 1e300, -1e-300, kNan};
     const std::vector<float> values(512, 1.0F); // what is behind it, a sanitizer watches
     int taken = 0;

@@ -300,6 +300,20 @@ TEST(PalpateC, AProgramOfALaterVersionGivesMoreAndKeepsWhatIsBehind) {
     EXPECT_EQ(later.more, 42.0);
 }
 
+TEST(PalpateC, AProgramOfAnEarlierVersionIsServedAsItWas) {
+    // What is behind the members that its header had is none of its struct.
+    palpate_scene_options scene_options{};
+    scene_options.size = offsetof(palpate_scene_options, data);
+    scene_options.data = reinterpret_cast<const palpate_data*>(std::uintptr_t{1});
+    const ScenePtr scene = parsed(kBall, &scene_options);
+    palpate_loop_options options{};
+    options.size = offsetof(palpate_loop_options, recorded_frames);
+    options.recorded_frames = ~std::uint64_t{0};
+    const LoopPtr loop = made(scene, &options);
+    frame_of(loop.get(), probe_at(0));
+    EXPECT_EQ(palpate_loop_recorded_frames(loop.get()), 0u);
+}
+
 TEST(PalpateC, AStaleOrAbsurdProbeLetsTheForceGoToZero) {
     const ScenePtr scene = parsed(kBall);
     const LoopPtr loop = made(scene);

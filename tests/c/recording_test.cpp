@@ -115,7 +115,8 @@ TEST_F(RecordingInC, OfATextIsReadByTheCppInterface) {
         const Recording recording = read_recording(file_);
         EXPECT_EQ(recording.steps_left.empty(), method != PALPATE_PAPER);
         EXPECT_GT(recording.touches.size(), 200u);
-        const Trace again = run_again(recorded_scene(recording, file_, SceneResources{}), recording);
+        const Trace again =
+            run_again(recorded_scene(recording, file_, SceneResources{}), recording);
         EXPECT_EQ(difference(recording, again).frames, 0u);
     }
 }

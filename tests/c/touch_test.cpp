@@ -179,19 +179,19 @@ TEST(TouchInC, BadCallsAreRefusedAndWriteNothing) {
 }
 
 TEST(TouchInC, LabelsOfContactsAreThoseOfTheCppInterface) {
-    LabelVolume halves = test::made_labels({24, 24, 24}, {Mat3(1e-3), Vec3(-11.5e-3)}, 2,
-                                           [](const Vec3& index) {
-                                               if (glm::length(index - 11.5) > 9.0) return 0;
-                                               return index.z < 14.0 ? 1 : 2;
-                                           });
+    LabelVolume halves =
+        test::made_labels({24, 24, 24}, {Mat3(1e-3), Vec3(-11.5e-3)}, 2, [](const Vec3& index) {
+            if (glm::length(index - 11.5) > 9.0) return 0;
+            return index.z < 14.0 ? 1 : 2;
+        });
     const std::vector<std::int32_t> values(halves.layers[0].begin(), halves.layers[0].end());
     const palpate_labels given = test::in_c(halves, values);
     const test::DataPtr data = test::no_data();
     ASSERT_EQ(palpate_data_add_labels(data.get(), "ct", &given, nullptr), PALPATE_OK);
-    const test::ScenePtr scene = test::parsed(
-        "[volume.ct]\n[surface.ball]\nvolume = \"ct\"\nlabel = [1, 2]\n"
-        "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n",
-        data);
+    const test::ScenePtr scene =
+        test::parsed("[volume.ct]\n[surface.ball]\nvolume = \"ct\"\nlabel = [1, 2]\n"
+                     "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n",
+                     data);
     const test::LoopPtr loop = test::made(scene);
     palpate_label_probe* made = nullptr;
     palpate_error error = test::no_error();

@@ -17,11 +17,11 @@
 namespace palpate {
 namespace {
 
-constexpr int kCells = 32;       // of the lattice, along each axis
-constexpr double kStep = 1e-3;   // of the feature size: half of a central difference
-constexpr double kSame = 1e-9;   // share by which a bound may be passed: rounding
+constexpr int kCells = 32;        // of the lattice, along each axis
+constexpr double kStep = 1e-3;    // of the feature size: half of a central difference
+constexpr double kSame = 1e-9;    // share by which a bound may be passed: rounding
 constexpr double kAtLevel = 1e-6; // share of the field's reach within which a value is the level
-constexpr int kNewtonSteps = 8;  // towards the level; of a distance one is enough
+constexpr int kNewtonSteps = 8;   // towards the level; of a distance one is enough
 
 std::string in_words(const Vec3& p) {
     return "(" + in_digits(p.x) + ", " + in_digits(p.y) + ", " + in_digits(p.z) + ") m";
@@ -133,12 +133,12 @@ public:
         result.value = said->value;
         result.slope = result.gradient = said->gradient;
         result.valid = true;
-        result.hessian = derivative(
-            p, kStep * settings_.feature_size_m, [this](const Vec3& q) -> std::optional<Vec3> {
-                const std::optional<FunctionSample> near = at(q);
-                if (!near) return std::nullopt;
-                return near->gradient;
-            });
+        result.hessian = derivative(p, kStep * settings_.feature_size_m,
+                                    [this](const Vec3& q) -> std::optional<Vec3> {
+                                        const std::optional<FunctionSample> near = at(q);
+                                        if (!near) return std::nullopt;
+                                        return near->gradient;
+                                    });
         return result;
     }
 

@@ -25,11 +25,13 @@ struct FunctionSample {
 /// Called in the loop, by several loops at once: it neither allocates, waits, throws nor calls the
 /// system, ends in bounded time, and says the same for the same point.
 using ScalarFunction = std::function<std::optional<FunctionSample>(const Vec3&)>;
+/// The same of vectors, U.
 using VectorFunction = std::function<std::optional<Vec3>(const Vec3&)>;
 
 /// Counts what a function says that is not finite: such a point has no value. [any]
 using FailureCount = std::shared_ptr<std::atomic<std::uint64_t>>;
 
+/// What a function promises beside its values.
 struct FunctionFieldSettings {
     Box bounds;                  ///< m, scene frame: where the field can have a surface
     double steepest_per_m = 0.0; ///< of scalars: no gradient is longer, U/m, > 0
