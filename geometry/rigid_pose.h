@@ -16,17 +16,17 @@ struct RigidPose {
 /// A pose as a map of points and directions: p -> rotation p + position. [any]
 class RigidMap {
 public:
-    RigidMap() noexcept = default;
-    explicit RigidMap(const RigidPose& pose) noexcept
+    RigidMap() noexcept = default; ///< leaves all where it is
+    explicit RigidMap(const RigidPose& pose) noexcept ///< of a body that is there
         : rotation_(glm::mat3_cast(pose.orientation)), position_(pose.position) {}
 
     /// From the body's frame to the scene's, m.
     Vec3 point(const Vec3& body) const noexcept { return rotation_ * body + position_; }
-    Vec3 direction(const Vec3& body) const noexcept { return rotation_ * body; }
+    Vec3 direction(const Vec3& body) const noexcept { return rotation_ * body; } ///< the same
     /// From the scene's frame to the body's, m: v R is the transpose of R times v.
     Vec3 point_back(const Vec3& scene) const noexcept { return (scene - position_) * rotation_; }
-    Vec3 direction_back(const Vec3& scene) const noexcept { return scene * rotation_; }
-    const Mat3& rotation() const noexcept { return rotation_; }
+    Vec3 direction_back(const Vec3& scene) const noexcept { return scene * rotation_; } ///< the same
+    const Mat3& rotation() const noexcept { return rotation_; } ///< body -> scene
 
 private:
     Mat3 rotation_{1.0};
