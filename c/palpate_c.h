@@ -441,7 +441,8 @@ palpate_code palpate_label_probe_make(const palpate_scene *scene, palpate_label_
                                       palpate_error *error);
 /* Frees it. NULL is allowed. [setup] */
 void palpate_label_probe_free(palpate_label_probe *probe);
-/* Name of the label behind a contact. NULL: there is none. Valid as long as `probe`. [any] */
+/* Name of the label behind a contact, where the scene has it: of a body that moves, give point and
+   normal in the body's frame. NULL: there is none. Valid as long as `probe`. [any] */
 const char *palpate_touched_label(const palpate_label_probe *probe, const palpate_touch *touch);
 /* Name of the label of the voxel around a point, m, scene frame. NULL: there is none. Valid as long
    as `probe`. [any] */
@@ -504,8 +505,9 @@ palpate_code palpate_loop_wrench(const palpate_loop *loop, size_t surface, palpa
 /* Goes on with another scene, from the next frame on. The proxy stays where it is on each surface
    that is still there: of the same name, data, level and contact. What is new, and holds the proxy
    inside, is not felt until the proxy has left it. The force follows within the slew limit. Gains
-   are 1. PALPATE_BAD_INPUT: coupling or limits differ from the loop's. A recording ends. From any
-   thread but that of palpate_loop_frame(), also while it runs. [setup] */
+   are 1. PALPATE_BAD_INPUT: coupling or limits differ from the loop's. A recording ends, and
+   palpate_loop_warning() stays about the first scene. From any thread but that of
+   palpate_loop_frame(), also while it runs. [setup] */
 palpate_code palpate_loop_adopt(palpate_loop *loop, const palpate_scene *scene,
                                 palpate_error *error);
 

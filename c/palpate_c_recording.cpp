@@ -24,7 +24,8 @@ void write(const palpate_loop& loop, const std::filesystem::path& file) {
             "palpate_loop_write_recording: the loop keeps no frames; make it with "
             "palpate_loop_options.recorded_frames");
     require(!loop.record->run().frames.empty(),
-            "palpate_loop_write_recording: no frame has been computed; call palpate_loop_frame()");
+            "palpate_loop_write_recording: no frame is kept: none has been computed, or another scene "
+            "was adopted before; call palpate_loop_frame() first");
     const palpate::Scene& scene = *loop.scene;
     const std::vector<std::filesystem::path> outputs{file};
     palpate::check_outputs(outputs, palpate::input_files(scene.description()),

@@ -122,8 +122,8 @@ public:
     void take_gains_of_custom(const Parts& of) noexcept;
     internal::LoopMake make() const;
 
-    FrameReport frame(const DeviceState& device,
-                      std::span<const std::uint32_t> steps_left) noexcept;
+    FrameReport frame(const DeviceState& device, std::span<const std::uint32_t> steps_left,
+                      double began_us) noexcept;
     Vec3 release() noexcept;
     std::vector<std::string> warnings() const;
     bool set_gain(std::size_t effect, double gain) noexcept;
@@ -233,9 +233,8 @@ void HapticLoop::Parts::go_on_from(Parts& before) noexcept {
     trial_ = before.trial_;
     proxy_ = before.proxy_;
     flags_of_adoption_ = before.flags_of_adoption_ | kSceneAdopted;
-    if (started_)
-        flags_of_adoption_ |= subdivision_->go_on_from(*before.subdivision_,
-                                                       {surfaces_after_, effects_after_}, proxy_);
+    flags_of_adoption_ |= subdivision_->go_on_from(*before.subdivision_,
+                                                   {surfaces_after_, effects_after_}, proxy_);
 }
 
 /// Of custom effects in another scene's loop: where they were set to go.
@@ -339,9 +338,9 @@ std::vector<std::string> HapticLoop::Parts::warnings() const {
 }
 
 FrameReport HapticLoop::Parts::frame(const DeviceState& device,
-                                     std::span<const std::uint32_t> steps_left) noexcept {
+                                     std::span<const std::uint32_t> steps_left,
+                                     double began_us) noexcept {
     const FlushDenormals flush_denormals;
-    const double began_us = clock_.now_us();
 
     FrameReport report;
     report.frame = frames_++;
@@ -413,6 +412,7 @@ void HapticLoop::Parts::move_proxy(const DeviceState& device,
         started_ = true;
         trial_ = device.trial;
         proxy_ = device.position;
+        report.flags &= ~std::uint32_t{kInsideAtStart}; // where an adopted scene found the proxy
         report.flags |= subdivision_->restart(proxy_);
     }
     const FrameContext context{device.position,     proxy_,
@@ -459,7 +459,7 @@ internal::LoopMake HapticLoop::Parts::make() const {
 LoopState HapticLoop::Parts::save() const {
     return LoopState(std::make_shared<const internal::LoopStateParts>(internal::LoopStateParts{
         make(), subdivision_->save_state(), felt_.fields.save_state(), safety_, velocity_estimator_,
-        frames_, queries() - counted_, started_, silent_, trial_, proxy_}));
+        frames_, queries() - counted_, started_, silent_, trial_, proxy_, flags_of_adoption_}));
 }
 
 void HapticLoop::Parts::restore(const LoopState& state) {
@@ -476,6 +476,7 @@ void HapticLoop::Parts::restore(const LoopState& state) {
     silent_ = from.silent;
     trial_ = from.trial;
     proxy_ = from.proxy;
+    flags_of_adoption_ = from.flags_of_adoption;
     moved_ = false;
 }
 
@@ -510,6 +511,11 @@ public:
         });
         require_same_hand(next->make(), make_);
         parts_.hand_in(std::move(next));
+    }
+    FrameReport frame(const DeviceState& device,
+                      std::span<const std::uint32_t> steps_left) noexcept {
+        const double began_us = clock_.now_us(); // to take over a scene is a part of the frame
+        return next_frames().frame(device, steps_left, began_us);
     }
     /// With what was adopted since the last frame.
     Parts& next_frames() noexcept {
@@ -556,12 +562,12 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
 HapticLoop::~HapticLoop() = default;
 
 FrameReport HapticLoop::frame(const DeviceState& device) noexcept {
-    return going_->next_frames().frame(device, {});
+    return going_->frame(device, {});
 }
 
 FrameReport HapticLoop::frame(const DeviceState& device,
                               std::span<const std::uint32_t> steps_left) noexcept {
-    return going_->next_frames().frame(device, steps_left);
+    return going_->frame(device, steps_left);
 }
 
 Vec3 HapticLoop::release() noexcept { return going_->last_frames().release(); }

@@ -164,7 +164,9 @@ double felt_in_front_m(const SceneDescription& scene, const EffectPlan& plan,
 /// Whether an effect that never yields keeps the proxy away from all of a surface.
 bool is_out_of_reach(const SceneDescription& scene, const EffectPlan& plan,
                      const SceneSurface& surface) {
-    if (scene.surfaces.at(surface.name).moves) return false; // it may come there
+    // It may come there, or take the proxy out to what stands: a body that moves asks no workspace.
+    for (const auto& [name, other] : scene.surfaces)
+        if (other.moves && plan.uses_surface(scene, name)) return false;
     const std::optional<Box> extent = extent_of(scene, surface);
     if (!extent) return false;
     const double in_front_m = felt_in_front_m(scene, plan, surface);

@@ -15,6 +15,7 @@ PlanePrimitive placed(const PlanePrimitive& plane, const RigidMap& map) noexcept
 /// What is felt in the body's frame, as the scene has it.
 ContactPlane placed(ContactPlane contact, const RigidMap& map) noexcept {
     contact.plane = placed(contact.plane, map);
+    if (contact.slope == Vec3{0.0}) return contact; // a facet: it is flat
     contact.slope = map.direction(contact.slope);
     contact.depth_hessian = map.rotation() * contact.depth_hessian * glm::transpose(map.rotation());
     return contact;
@@ -123,6 +124,7 @@ std::optional<Vec3> MovingContact::obstructed(const Vec3& from, const Vec3& to,
 }
 
 std::any MovingContact::save_state() const {
+    take_goal();
     return State{contact_->save_state(), pose_, goal_, proxy_};
 }
 
@@ -154,7 +156,7 @@ bool MovingContact::begin_motion() noexcept {
     return goal_ != pose_;
 }
 
-void MovingContact::take_goal() noexcept {
+void MovingContact::take_goal() const noexcept {
     if (asked_.take(goal_)) was_set_ = true;
 }
 

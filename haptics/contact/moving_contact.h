@@ -92,13 +92,15 @@ private:
     Vec3 place_in_scene(const Vec3& body) noexcept;
     Vec3 relative_end(const Vec3& from, const Vec3& to) noexcept;
     void remember(const Place& place) noexcept;
-    void take_goal() noexcept;
+    void take_goal() const noexcept;
     void be_at(const RigidPose& pose) noexcept;
 
     std::unique_ptr<SurfaceContact> contact_;
-    Latest<RigidPose> asked_;
-    RigidPose goal_, pose_, tried_;
-    bool was_set_ = false; // the goal, by set_pose()
+    // A pose that was set is the goal, whether or not the loop has taken it yet.
+    mutable Latest<RigidPose> asked_;
+    mutable RigidPose goal_;
+    mutable bool was_set_ = false; // the goal, by set_pose()
+    RigidPose pose_, tried_;
     RigidMap map_, tried_map_;
 
     Place proxy_;

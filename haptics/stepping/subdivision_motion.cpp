@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 // In a longer turn the straight way that is certified in the body's frame would be too far from the
-// arc: by r angle^2 / 8, here 0.13 % of the distance r from the body's origin.
+// curve: by r angle^2 / 8 + d angle / 4, with r the distance from the body's origin, whose way is d.
 constexpr double kLongestTurn = 0.1; // rad
 // Pieces of the way to the poses that were set: a turn of pi takes 32 of them.
 constexpr int kMostPieces = 64;

@@ -16,11 +16,12 @@ struct Report {
     std::shared_ptr<const std::vector<std::string>> felt_names;
 };
 
-/// A contact with the name of its surface.
+/// A contact with the name of its surface, and as the surface's body sees it: there the labels are.
 struct PyTouch {
     Touch touch;
     std::string surface;
     std::shared_ptr<TouchedLabels> labels;
+    Touch in_body;
 };
 
 /// How the proxy stands with a surface, with its name.
@@ -28,6 +29,12 @@ struct PyStatus {
     SurfaceStatus status;
     std::string surface;
 };
+
+Touch in_body(Touch touch, const RigidMap& map) noexcept {
+    touch.point = map.point_back(touch.point);
+    touch.normal = map.direction_back(touch.normal);
+    return touch;
+}
 
 const char* standing_name(SurfaceStatus::Standing standing) noexcept {
     using Standing = SurfaceStatus::Standing;
@@ -72,7 +79,7 @@ public:
     }
 
     Report frame(const Vec3& position, std::optional<double> time_s, bool new_trial) {
-        if (adopted_) be_of(std::exchange(adopted_, std::nullopt).value());
+        be_of_adopted();
         if (new_trial) probe_.begin_trial();
         DeviceState state = probe_.next(position);
         if (time_s) state.time_s = *time_s;
@@ -80,8 +87,12 @@ public:
     }
 
     py::array_t<double> release() { return array_of(loop_->release()); }
-    State save() const { return {loop_->save(), probe_}; }
+    State save() {
+        be_of_adopted();
+        return {loop_->save(), probe_};
+    }
     void restore(const State& state) {
+        be_of_adopted();
         about<ArgumentProblem>([&] {
             loop_->restore(state.loop);
             return true;
@@ -105,7 +116,8 @@ public:
     std::vector<PyTouch> touches() const {
         std::vector<PyTouch> result;
         for (const Touch& touch : loop_->touches())
-            result.push_back({touch, surfaces_.at(touch.surface), labels_});
+            result.push_back({touch, surfaces_.at(touch.surface), labels_,
+                              in_body(touch, RigidMap(loop_->pose(touch.surface)))});
         return result;
     }
     std::vector<PyStatus> surface_states() const {
@@ -114,7 +126,10 @@ public:
             result.push_back({status, surfaces_.at(result.size())});
         return result;
     }
-    std::vector<std::string> warnings() const { return loop_->warnings(); }
+    std::vector<std::string> warnings() {
+        be_of_adopted();
+        return loop_->warnings();
+    }
     std::size_t effect_count() const { return loop_->effect_count(); }
 
     void set_gain(std::size_t effect, double gain) {
@@ -126,7 +141,8 @@ public:
         if (!(gain >= 0.0 && gain <= 10.0))
             throw ArgumentProblem("gain = " + std::to_string(gain) +
                                   " is out of range; give a number in [0, 10]");
-        const PlannedEffect& planned = scene_->plan().effects[effect];
+        const Scene& scene = adopted_ ? *adopted_->scene : *scene_;
+        const PlannedEffect& planned = scene.plan().effects[effect];
         throw ArgumentProblem(
             "effect = " + std::to_string(effect) +
             (planned.on ? ": is a workspace that keeps the proxy from what was left out; keep its "
@@ -171,11 +187,14 @@ public:
     std::vector<std::string> surfaces() const { return surfaces_; }
 
 private:
-    void be_of(const PyScene& scene) {
-        scene_ = scene.scene;
-        labels_ = scene.labels;
+    /// What takes the adopted scene over in the loop does so here.
+    void be_of_adopted() {
+        if (!adopted_) return;
+        scene_ = adopted_->scene;
+        labels_ = adopted_->labels;
         surfaces_ = surface_names(*scene_);
         felt_names_ = std::make_shared<const std::vector<std::string>>(felt_names(*scene_));
+        adopted_.reset();
     }
 
     std::shared_ptr<const Scene> scene_;
@@ -246,7 +265,7 @@ void add_touch(py::module_& module) {
         .def_property_readonly(
             "label",
             [](const PyTouch& t) {
-                return about_long<FileProblem>([&] { return t.labels->of(t.touch); });
+                return about_long<FileProblem>([&] { return t.labels->of(t.in_body); });
             },
             "Name of the label that is touched, \"\" where there is none: of the first labelled "
             "voxel behind the contact, at most 3 mm deep. Label files are read when it is first "

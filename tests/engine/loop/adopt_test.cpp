@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,7 @@
 #include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/scripted_clock.h"
+#include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
@@ -71,6 +73,106 @@ TEST(Adopt, TheProxyStaysOnASurfaceThatIsStillThere) {
         hand.to(before.probe);
         EXPECT_EQ(hand.report.flags & kSceneAdopted, 0u);
     }
+}
+
+/// The ball of 20 mm with any contact: its mesh, and its formula.
+SceneDescription ball_of(ContactKind contact, double strength_n, bool moves = false) {
+    SceneDescription scene;
+    static const auto mesh = std::make_shared<const TriangleMesh>(test::icosphere(0.02, 4));
+    SurfaceDescription& surface = scene.surfaces["ball"];
+    surface.contact = contact;
+    surface.triangle_mesh = contact == ContactKind::volume ? nullptr : mesh;
+    surface.strength_n = strength_n;
+    surface.moves = moves;
+    if (contact != ContactKind::mesh) {
+        surface.volume = "v";
+        scene.volumes["v"].analytic = "solid_sphere";
+        scene.volumes["v"].parameters["radius_mm"] = 20.0;
+    }
+    scene.effects.push_back(effects::Surface{.surface = "ball"});
+    return scene;
+}
+
+TEST(Adopt, EveryContactGoesOnAsItIs) {
+    const double hard = std::numeric_limits<double>::infinity();
+    for (const ContactKind contact :
+         {ContactKind::mesh, ContactKind::volume, ContactKind::guarded, ContactKind::direct})
+        for (const bool moves : {false, true}) {
+            test::ScriptedClock clock;
+            HapticLoop loop(std::make_shared<const Scene>(ball_of(contact, hard, moves)), clock);
+            const auto to = [&](const Vec3& probe) {
+                DeviceState state;
+                state.position = probe;
+                return loop.frame(state);
+            };
+            to({0, 0, 0.021});
+            FrameReport report;
+            for (int i = 0; i < 10; ++i)
+                report = to({0.0003, 0.0002, 0.018});
+            const FrameReport before = report;
+            ASSERT_GT(before.force.z, 0.9);
+            loop.adopt(std::make_shared<const Scene>(ball_of(contact, hard, moves)));
+            for (int i = 0; i < 10; ++i) {
+                report = to({0.0003, 0.0002, 0.018});
+                EXPECT_FALSE(report.flags & kInsideAtStart);
+                EXPECT_LT(glm::length(report.proxy - before.proxy), 1e-7)
+                    << name(contact) << (moves ? " moves" : "");
+            }
+        }
+}
+
+TEST(Adopt, WhatYieldedGoesOnWhereItHolds) {
+    for (const ContactKind contact : {ContactKind::mesh, ContactKind::volume}) {
+        test::ScriptedClock clock;
+        HapticLoop loop(std::make_shared<const Scene>(ball_of(contact, 0.5)), clock);
+        const auto to = [&](double height_m) {
+            DeviceState state;
+            state.position = {0, 0, height_m};
+            return loop.frame(state);
+        };
+        to(0.021);
+        FrameReport report;
+        for (int i = 0; i < 40; ++i)
+            report = to(0.02 - 1e-4 * i); // pushed in by some 3 mm
+        const FrameReport before = report;
+        ASSERT_NEAR(before.force.z, 0.5, 0.02);
+        loop.adopt(std::make_shared<const Scene>(ball_of(contact, 0.5)));
+        for (int i = 0; i < 10; ++i)
+            report = to(0.02 - 1e-4 * 39);
+        EXPECT_LT(glm::length(report.proxy - before.proxy), 1e-7) << name(contact);
+        EXPECT_NEAR(report.force.z, before.force.z, 1e-4);
+    }
+}
+
+TEST(Adopt, APoseThatWasSetBeforeTheFirstFrameGoesOn) {
+    Hand hand(ball("ball", 20, "moves = true"));
+    hand.loop.set_pose(0, {{0.1, 0, 0}, {1, 0, 0, 0}});
+    hand.loop.adopt(scene_of(ball("ball", 20, "moves = true")));
+    EXPECT_FALSE(hand.to({0, 0, 0}).flags & kInsideAtStart);
+    EXPECT_EQ(hand.loop.pose(0).position, Vec3(0.1, 0, 0));
+}
+
+TEST(Adopt, ANewTrialSaysForItselfWhetherItBeginsInside) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.002);
+    hand.loop.adopt(scene_of(ball("big", 30)));
+    DeviceState state;
+    state.trial = 1;
+    state.position = {0, 0, 0.05};
+    const FrameReport report = hand.loop.frame(state);
+    EXPECT_EQ(report.flags, kSceneAdopted);
+}
+
+TEST(Adopt, ItsFlagIsAPartOfTheState) {
+    Hand hand(ball("ball", 20));
+    hand.press(0.002);
+    hand.loop.adopt(scene_of(ball("ball", 20, "strength_n = 100")));
+    const LoopState then = hand.loop.save();
+    const FrameReport first = hand.to({0, 0, 0.018});
+    hand.loop.restore(then);
+    const FrameReport again = hand.to({0, 0, 0.018});
+    EXPECT_EQ(first.flags, again.flags);
+    EXPECT_EQ(first.proxy, again.proxy);
 }
 
 TEST(Adopt, AnotherStrengthOfTheSameSurfaceHoldsFromNowOn) {
@@ -244,7 +346,15 @@ TEST(Adopt, WhileFramesRunInAnotherThread) {
         std::this_thread::yield();
     stop = true;
     servo.join();
-    EXPECT_TRUE(is_finite(hand.report.force));
+    // What was set last for the last scene holds.
+    for (int i = 0; i < 60; ++i)
+        hand.to({0, 0, 0.025});
+    EXPECT_EQ(hand.loop.pose(0).position, Vec3(9e-4, 0, 0));
+    hand.to({0, 0, 0.017});
+    for (int i = 0; i < 5; ++i)
+        hand.to({9e-4, 0, 0.017});
+    // At gain 0.9 and 5 N at most, what is hard holds 45 N: all of 3 mm.
+    EXPECT_NEAR(hand.report.force.z, kStiffness * 0.003, kForceError);
 }
 
 } // namespace

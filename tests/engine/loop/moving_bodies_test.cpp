@@ -137,6 +137,33 @@ TEST(SetPose, ASavedLoopGoesOnToTheSameBits) {
     }
 }
 
+TEST(SetPose, APoseThatWasSetIsAPartOfTheState) {
+    Hand hand;
+    hand.to({0, 0, 0.03});
+    hand.loop.set_pose(0, at({0, 0, 0.015}));
+    const LoopState then = hand.loop.save();
+    const FrameReport first = hand.to({0, 0, 0.03});
+    EXPECT_GT(first.force.z, 1.0);
+    hand.loop.restore(then);
+    const FrameReport again = hand.to({0, 0, 0.03});
+    EXPECT_EQ(again.proxy, first.proxy);
+    EXPECT_EQ(again.flags, first.flags);
+}
+
+TEST(SetPose, NothingIsLeftOutBehindAWorkspaceFromWhichABodyCouldPush) {
+    const auto scene = [](const std::string& moves) {
+        return Scene(parse_scene(
+            ball_text(moves,
+                      "[volume.far]\nanalytic = \"solid_sphere\"\nradius_mm = 5\n[surface.far]\n"
+                      "volume = \"far\"\n[[effect]]\ntype = \"surface\"\nsurface = \"far\"\n"
+                      "[[effect]]\ntype = \"workspace\"\n"
+                      "box_mm = [[50, 50, 50], [90, 90, 90]]\n"),
+            "workspace.toml"));
+    };
+    EXPECT_EQ(scene("").surfaces().size(), 0u);
+    EXPECT_EQ(scene("moves = true").surfaces().size(), 2u);
+}
+
 TEST(SetPose, AStrengthByPlaceMovesAlong) {
     // 1 N on the ball's own surface; 0.3 m away from the ball, where it was, it would be 0.5 N.
     Hand hand(ball_text("moves = true\nstrength_volume = \"ball\"\nstrength_n = [[-0.25, 0.5], "
