@@ -127,6 +127,7 @@ TEST(CodeBlocks, ScenesAreRead) {
 /// What a whole program on a page says.
 const std::map<std::string, std::string> kSaid{
     // Own voxels to the first force: at 40 mm/s it comes to the surface, 10 mm away, after 250 ms.
+    {"README.md", "^25[0-9] ms: 0[.]0[0-9]+ N\n$"},
     {"embedding.md", "^25[0-9] ms: 0[.]0[0-9]+ N\n$"}};
 
 // All of it is one source, which takes the compiler some seconds; each page's code has a namespace

@@ -11,6 +11,7 @@
 
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/scripted_clock.h"
