@@ -71,11 +71,6 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
     return began_inside_;
 }
 
-void LoopSurface::begin(const FrameContext& frame) noexcept {
-    pushed_before_ = pushes_back_;
-    magnet_.begin(as_it_lies(frame));
-}
-
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
     unsigned moved = 0; // a bit for each part
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
@@ -86,7 +81,8 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
     };
     if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) {
         Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
-        if (strength_.depends_on_place()) now.strength_here_n = strength_.at(as_it_lies(frame));
+        if (strength_.depends_on_place())
+            now.strength_here_n = strength_.at(moving_ ? in_body(frame) : frame);
         contact_->set_gain(now);
     }
     if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
@@ -96,10 +92,10 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
 }
 
 /// With the proxy as the surface's own body sees it: fields that it depends on move along with it.
-FrameContext LoopSurface::as_it_lies(const FrameContext& frame) const noexcept {
-    FrameContext in_body = frame;
-    if (moving_) in_body.start = moving_->to_body(frame.start);
-    return in_body;
+FrameContext LoopSurface::in_body(const FrameContext& frame) const noexcept {
+    FrameContext seen = frame;
+    seen.start = moving_->to_body(frame.start);
+    return seen;
 }
 
 bool LoopSurface::all_gains_are_one() const noexcept {

@@ -90,7 +90,13 @@ public:
     /// say. Whether any gain moved.                                                      [loop]
     bool follow_gains(const FrameContext& frame) noexcept;
     /// Its own part and the magnet begin the frame, where everything else has.            [loop]
-    void begin(const FrameContext& frame) noexcept;
+    void begin(const FrameContext& frame) noexcept {
+        pushed_before_ = pushes_back_;
+        if (moving_)
+            magnet_.begin(in_body(frame));
+        else
+            magnet_.begin(frame);
+    }
     /// Adds the planes felt at `proxy`, and finds the magnet's. `pull`: where the forces draw it.
     /// [loop]
     void offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept;
@@ -151,7 +157,7 @@ public:
 
 private:
     bool all_gains_are_one() const noexcept;
-    FrameContext as_it_lies(const FrameContext& frame) const noexcept;
+    FrameContext in_body(const FrameContext& frame) const noexcept;
 
     SurfaceContact* contact_;
     MovingSurface* moving_;

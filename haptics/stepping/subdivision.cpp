@@ -50,8 +50,10 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
       calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
     finish.resize(std::max(finish.size(), surfaces.size()));
-    for (std::size_t i = 0; i < surfaces.size(); ++i)
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
         surfaces_.emplace_back(*surfaces[i], finish[i]);
+        has_bodies_ = has_bodies_ || surfaces_.back().moving();
+    }
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     steps_left_.reserve(most_evaluations(surfaces.size()));
@@ -159,7 +161,7 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     steps_left_.clear();
     budget_ = {0, all_work(), kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
-    frame_.start = follow_bodies(frame_.start);
+    if (has_bodies_) frame_.start = follow_bodies(frame_.start);
     path_.begin(frame_.start);
     follow_gains();
     if (is_driven()) {

@@ -233,6 +233,7 @@ private:
     std::vector<std::uint32_t> steps_left_;
     SubdivisionResult result_;
     bool led_ = false; // the last move was the leading surface's own
+    bool has_bodies_ = false; // surfaces that may move
 };
 
 } // namespace palpate

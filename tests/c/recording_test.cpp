@@ -228,7 +228,7 @@ TEST_F(RecordingInC, BadCallsSayWhatTheyAre) {
     EXPECT_THAT(unwritten(nullptr, file_.c_str()), HasSubstr("NULL"));
     EXPECT_THAT(unwritten(loop.get(), nullptr), HasSubstr("NULL"));
     EXPECT_THAT(unwritten(plain.get(), file_.c_str()), HasSubstr("recorded_frames"));
-    EXPECT_THAT(unwritten(loop.get(), file_.c_str()), HasSubstr("no frame has been computed"));
+    EXPECT_THAT(unwritten(loop.get(), file_.c_str()), HasSubstr("no frame is kept"));
     run(loop);
     const std::filesystem::path foreign = folder_ / "thesis.txt";
     test::make_file(foreign, "three years of work\n");
