@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # How our own sources are compiled. Never -ffast-math; no contraction, so that the same source gives the same bits.
+# -fno-math-errno: nobody reads errno after a square root, and without it a root is one instruction with the same bits.
 # -Wno-restrict: GCC 12 warns of its own string headers (its bug 105329).
 add_library(palpate_options INTERFACE)
 target_compile_options(palpate_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-restrict
-  -ffp-contract=off $<$<BOOL:${PALPATE_ARCH}>:-march=${PALPATE_ARCH}>)
+  -ffp-contract=off -fno-math-errno $<$<BOOL:${PALPATE_ARCH}>:-march=${PALPATE_ARCH}>)
 # What is ours and no test: no number changes its type unseen. What changes its sign does: indices are int here and there. A host's
 # compiler may warn of more than ours does: there it is no error.
 add_library(palpate_strict INTERFACE)

@@ -1,96 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/loop/haptic_loop.h>
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <limits>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
-#if defined(__x86_64__)
-#include <xmmintrin.h>
-#endif
-
-#include <palpate/engine/loop/device_safety.h>
 #include <palpate/engine/loop/internal/handover.h>
-#include <palpate/engine/loop/internal/loop_state_parts.h>
-#include <palpate/engine/loop/internal/surface_identity.h>
-#include <palpate/engine/loop/internal/surface_statuses.h>
-#include <palpate/engine/scene/internal/effect_questions.h>
-#include <palpate/engine/scene/internal/plan_warnings.h>
-#include <palpate/engine/scene/loop_parts.h>
-#include <palpate/engine/scene/scene_surface.h>
-#include <palpate/engine/scene/validation.h>
+#include <palpate/engine/loop/internal/scene_loop.h>
 #include <palpate/geometry/range.h>
-#include <palpate/geometry/surface_scene.h>
-#include <palpate/haptics/hand/safety_chain.h>
-#include <palpate/haptics/hand/velocity_estimator.h>
-#include <palpate/haptics/stepping/stepping_settings.h>
-#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {
+using internal::CustomEffects;
+using internal::SceneLoop;
+
 namespace {
-
-// Beyond this no scene reaches, and Embree's float32 would overflow.
-constexpr double kProbeRange = SurfaceScene::kQueryRange;
-
-/// Denormal numbers cost hundreds of cycles each: flushed to zero within a frame, the caller's mode
-/// restored after it.
-class FlushDenormals {
-public:
-#if defined(__x86_64__)
-    FlushDenormals() noexcept : saved_(_mm_getcsr()) {
-        _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
-    }
-    ~FlushDenormals() { _mm_setcsr(saved_); }
-
-private:
-    static constexpr unsigned kFlushToZero = 0x8000;
-    static constexpr unsigned kDenormalsAreZero = 0x0040;
-    unsigned saved_;
-#else
-    FlushDenormals() noexcept {}
-#endif
-};
-
-SteppingSettings stepping(const LoopDescription& loop) {
-    SteppingSettings settings;
-    settings.method = loop.method;
-    settings.sub_steps = loop.sub_steps;
-    settings.budget_us = budget_of(loop);
-    // The smallest numbers there are would come to 0 m.
-    settings.tolerance_m = std::max(1e-6 * loop.tolerance_um, std::numeric_limits<double>::min());
-    settings.evaluation_cap = loop.evaluation_cap;
-    return settings;
-}
-
-template <class Owners>
-auto pointers(const Owners& owners) {
-    std::vector<typename Owners::value_type::element_type*> result;
-    result.reserve(owners.size());
-    for (const auto& owner : owners)
-        result.push_back(owner.get());
-    return result;
-}
-
-using CustomEffects = std::vector<std::shared_ptr<Effect>>;
-
-/// The scene, once all that the loop is made of has been checked.
-std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
-                                     const LoopDescription& loop, const DeviceProperties& device,
-                                     const CustomEffects& custom) {
-    validate(loop);
-    validate(device);
-    for (std::size_t i = 0; i < custom.size(); ++i)
-        if (!custom[i])
-            throw std::invalid_argument("custom[" + std::to_string(i) +
-                                        "] is null; give an effect, or leave it out");
-    return required("scene", std::move(scene));
-}
 
 /// What belongs to the hand and its device does not change with the scene.
 void require_same_hand(const internal::LoopMake& scene, const internal::LoopMake& loop) {
@@ -107,410 +32,26 @@ void require_same_hand(const internal::LoopMake& scene, const internal::LoopMake
     require_same("limits.slew_n_per_s", scene.safety.slew_n_per_s, loop.safety.slew_n_per_s);
 }
 
-bool in_range(const Vec3& p) noexcept {
-    return is_finite(p) && squared_length(p) < kProbeRange * kProbeRange;
-}
-
 } // namespace
 
-class HapticLoop::Parts {
+class HapticLoop::Loops {
 public:
-    Parts(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
-          const DeviceProperties& device, const CustomEffects& custom);
-
-    void go_on_from(Parts& before) noexcept;
-    void take_gains_of_custom(const Parts& of) noexcept;
-    internal::LoopMake make() const;
-
-    FrameReport frame(const DeviceState& device, std::span<const std::uint32_t> steps_left,
-                      double began_us) noexcept;
-    Vec3 release() noexcept;
-    std::vector<std::string> warnings() const;
-    bool set_gain(std::size_t effect, double gain) noexcept;
-    bool set_pose(std::size_t surface, const RigidPose& pose) noexcept;
-    RigidPose pose(std::size_t surface) const noexcept;
-    Wrench wrench(std::size_t surface) const noexcept;
-    LoopState save() const;
-    void restore(const LoopState& state);
-
-    const VirtualCoupling& coupling() const noexcept { return coupling_; }
-    const Subdivision& subdivision() const noexcept { return *subdivision_; }
-    std::span<const Touch> touches() noexcept;
-    std::span<const SurfaceStatus> surface_states() noexcept;
-    std::size_t effect_count() const noexcept { return gains_.size(); }
-
-private:
-    MovingSurface* body_of(std::size_t surface) const noexcept;
-    std::size_t effects_before_limits() const;
-    bool keeps_from_surfaces(std::size_t effect) const noexcept;
-    std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
-    void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
-                    FrameReport& report) noexcept;
-    Vec3 release(std::uint32_t& flags) noexcept;
-    Vec3 wanted_force(const DeviceState& device, const Vec3& velocity,
-                      std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
-    Vec3 velocity(const DeviceState& device) noexcept;
-    QueryCount queries() const noexcept;
-
-    std::shared_ptr<const Scene> scene_;
-    LoopDescription loop_;
-    Clock& clock_;
-    LoopParts felt_;
-    CustomEffects custom_;
-    std::vector<Effect*> effects_; // all, in the order in which they are gathered
-    std::unique_ptr<Subdivision> subdivision_;
-    std::vector<GainRamp*> gains_; // of each effect of the scene, then of the custom ones; null:
-                                   // the plan left it out
-    VirtualCoupling coupling_;
-    SafetyChain safety_;
-    bool has_motors_;
-    bool estimates_velocity_;
-    VelocityEstimator velocity_estimator_;
-    double period_s_;
-
-    std::uint64_t frames_ = 0;
-    QueryCount counted_; // up to the last frame's end
-    bool started_ = false;
-    bool silent_ = false; // since the last frame that the device had a place for
-    std::uint32_t trial_ = 0;
-    Vec3 proxy_{0.0};
-
-    bool moved_ = false; // in the last frame: subdivision_ has its touches
-    TouchList touches_;  // as they were asked for last
-    internal::SurfaceStatuses statuses_;
-
-    // Of a scene that takes another's place.
-    std::vector<std::string> identities_;     // of the surfaces
-    std::vector<std::size_t> surfaces_after_; // room for Subdivision::Heritage
-    std::vector<std::size_t> effects_after_;
-    std::uint32_t flags_of_adoption_ = 0; // for the next report
-};
-
-HapticLoop::Parts::Parts(std::shared_ptr<const Scene> scene, Clock& clock,
-                         const LoopDescription& loop, const DeviceProperties& device,
-                         const CustomEffects& custom)
-    : scene_(checked(std::move(scene), loop, device, custom)), loop_(loop), clock_(clock),
-      felt_(scene_->make_parts()), custom_(custom), effects_(pointers(felt_.effects)),
-      coupling_(safe_coupling(scene_->description().coupling, loop.rate_hz, device).coupling),
-      safety_(
-          safety_settings(scene_->description().limits, loop.rate_hz, coupling_.stiffness, device)),
-      has_motors_(device.force_n > 0.0),
-      estimates_velocity_(device.force_n > 0.0 &&
-                          device.velocity_source == VelocitySource::positions),
-      velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz),
-      statuses_(*scene_), identities_(internal::surface_identities(*scene_)),
-      surfaces_after_(felt_.contacts.size()) {
-    const std::vector<Effect*> customs = pointers(custom_);
-    effects_.insert(effects_.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
-                    customs.begin(), customs.end());
-    effects_after_.resize(effects_.size());
-    subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts), effects_,
-                                                 clock_, std::move(felt_.finish));
-    gains_ = gains_of_effects(custom_.size());
-}
-
-/// Takes the place of `before` between two frames.
-void HapticLoop::Parts::go_on_from(Parts& before) noexcept {
-    const FlushDenormals flush_denormals;
-    constexpr std::size_t kNew = Subdivision::Heritage::kNew;
-    for (std::size_t i = 0; i < identities_.size(); ++i) {
-        const auto& theirs = before.identities_;
-        const auto found = std::find(theirs.begin(), theirs.end(), identities_[i]);
-        surfaces_after_[i] =
-            found == theirs.end() ? kNew : static_cast<std::size_t>(found - theirs.begin());
-    }
-    const std::size_t first = effects_before_limits(), theirs = before.effects_before_limits();
-    for (std::size_t i = 0; i < effects_.size(); ++i) {
-        const bool custom = i >= first && i < first + custom_.size();
-        effects_after_[i] = custom ? theirs + (i - first) : kNew;
-    }
-    safety_ = before.safety_;
-    velocity_estimator_ = before.velocity_estimator_;
-    frames_ = before.frames_;
-    counted_ = queries();
-    started_ = before.started_;
-    silent_ = before.silent_;
-    trial_ = before.trial_;
-    proxy_ = before.proxy_;
-    flags_of_adoption_ = before.flags_of_adoption_ | kSceneAdopted;
-    flags_of_adoption_ |= subdivision_->go_on_from(*before.subdivision_,
-                                                   {surfaces_after_, effects_after_}, proxy_);
-}
-
-/// Of custom effects in another scene's loop: where they were set to go.
-void HapticLoop::Parts::take_gains_of_custom(const Parts& of) noexcept {
-    const std::size_t first = gains_.size() - custom_.size();
-    const std::size_t theirs = of.gains_.size() - custom_.size();
-    for (std::size_t i = 0; i < custom_.size(); ++i)
-        gains_[first + i]->set(of.gains_[theirs + i]->wanted());
-}
-
-std::vector<GainRamp*> HapticLoop::Parts::gains_of_effects(std::size_t custom_count) const {
-    const std::vector<EffectDescription>& effects = scene_->description().effects;
-    std::vector<GainRamp*> gains(effects.size());
-    for (const PlannedEffect& planned : scene_->plan().effects) {
-        const EffectDescription& effect = effects[planned.effect];
-        const std::optional<SurfacePart> part = internal::traits_of(effect).part;
-        if (!planned.on || !part) continue;
-        for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
-            if (scene_->surfaces()[i].name == surface_of(effect))
-                gains[planned.effect] = &subdivision_->gain(i, *part);
-    }
-    const std::size_t before = effects_before_limits();
-    for (std::size_t i = 0; i < scene_->effect_order().size(); ++i)
-        gains[scene_->effect_order()[i]] = &subdivision_->gain(i < before ? i : i + custom_count);
-    for (std::size_t i = 0; i < custom_count; ++i)
-        gains.push_back(&subdivision_->gain(before + i));
-    return gains;
-}
-
-/// Of the scene's effects in their order: limits come last, as they go by what all others draw.
-std::size_t HapticLoop::Parts::effects_before_limits() const {
-    const std::vector<std::size_t>& order = scene_->effect_order();
-    const auto is_limit = [&](std::size_t effect) {
-        return internal::traits_of(scene_->description().effects[effect]).turn ==
-               internal::EffectTurn::limits;
-    };
-    return static_cast<std::size_t>(std::find_if(order.begin(), order.end(), is_limit) -
-                                    order.begin());
-}
-
-/// Whether it is a workspace without which the proxy could come to what the plan left out.
-bool HapticLoop::Parts::keeps_from_surfaces(std::size_t effect) const noexcept {
-    const std::vector<EffectDescription>& effects = scene_->description().effects;
-    return scene_->plan().relies_on_workspace && effect < effects.size() &&
-           internal::traits_of(effects[effect]).turn == internal::EffectTurn::limits;
-}
-
-bool HapticLoop::Parts::set_gain(std::size_t effect, double gain) noexcept {
-    if (effect >= gains_.size() || !gains_[effect] || !GainRamp::in_range(gain)) return false;
-    if (gain < 1.0 && keeps_from_surfaces(effect)) return false;
-    gains_[effect]->set(gain);
-    return true;
-}
-
-bool HapticLoop::Parts::set_pose(std::size_t surface, const RigidPose& pose) noexcept {
-    MovingSurface* body = body_of(surface);
-    const double length = glm::length(pose.orientation);
-    if (!body || !in_range(pose.position) || !(length > 0.0) || !std::isfinite(length))
-        return false;
-    body->set_pose({pose.position, pose.orientation / length});
-    return true;
-}
-
-RigidPose HapticLoop::Parts::pose(std::size_t surface) const noexcept {
-    const MovingSurface* body = body_of(surface);
-    return body ? body->pose() : RigidPose{};
-}
-
-MovingSurface* HapticLoop::Parts::body_of(std::size_t surface) const noexcept {
-    const bool known = surface < felt_.contacts.size();
-    return known ? subdivision_->surface(surface).moving() : nullptr;
-}
-
-Wrench HapticLoop::Parts::wrench(std::size_t surface) const noexcept {
-    Wrench wrench;
-    if (!moved_) return wrench;
-    TouchList touches;
-    subdivision_->find_touches(touches);
-    const Vec3 origin = pose(surface).position;
-    for (const Touch& touch : touches) {
-        if (touch.surface != surface) continue;
-        wrench.force -= touch.force;
-        wrench.torque -= glm::cross(touch.point - origin, touch.force);
-    }
-    return wrench;
-}
-
-std::vector<std::string> HapticLoop::Parts::warnings() const {
-    std::vector<internal::FeltEffect> effects;
-    const std::vector<std::size_t>& order = scene_->effect_order();
-    const std::size_t scene_count = order.size(), before = effects_before_limits();
-    const std::size_t custom_count = effects_.size() - scene_count;
-    for (std::size_t i = 0; i < effects_.size(); ++i) {
-        const bool custom = i >= before && i < before + custom_count;
-        const std::size_t number = custom ? i - before : order[i < before ? i : i - custom_count];
-        effects.push_back({custom ? "custom effect " + std::to_string(number + 1)
-                                  : internal::effect_name(*scene_, number),
-                           effects_[i]});
-    }
-    return internal::warnings_of(*scene_, effects);
-}
-
-FrameReport HapticLoop::Parts::frame(const DeviceState& device,
-                                     std::span<const std::uint32_t> steps_left,
-                                     double began_us) noexcept {
-    const FlushDenormals flush_denormals;
-
-    FrameReport report;
-    report.frame = frames_++;
-    report.trial = device.trial;
-    report.time_s = device.time_s;
-    report.probe = device.position;
-    report.flags = std::exchange(flags_of_adoption_, 0);
-    moved_ = false;
-
-    if (!in_range(device.position)) {
-        report.flags |= kProbeNotFinite;
-        report.force = release(report.flags);
-    } else if (device.freshness == Freshness::stale) {
-        report.flags |= kDeviceStale;
-        report.force = release(report.flags);
-    } else {
-        const Vec3 probe_velocity = velocity(device);
-        const Vec3 wanted = wanted_force(device, probe_velocity, steps_left, report);
-        if (has_motors_)
-            safety_.expect(subdivision_->unasked_force_n(safety_.force_n()),
-                           subdivision_->is_active());
-        report.force = report.flags & kForceNotFinite
-                           ? safety_.fade(report.flags)
-                           : safety_.send(wanted, device.position, probe_velocity, report.flags);
-    }
-    report.proxy = proxy_;
-
-    const QueryCount before = std::exchange(counted_, queries());
-    const QueryCount made = counted_ - before;
-    report.field_samples = static_cast<std::uint32_t>(made.field_samples);
-    report.root_queries = static_cast<std::uint32_t>(made.roots);
-    report.surface_queries = static_cast<std::uint32_t>(made.surface_queries);
-    report.estimate_us = subdivision_->estimate_us();
-    report.spent_us = clock_.now_us() - began_us;
-    return report;
-}
-
-Vec3 HapticLoop::Parts::release() noexcept {
-    std::uint32_t flags = 0;
-    return release(flags);
-}
-
-Vec3 HapticLoop::Parts::release(std::uint32_t& flags) noexcept {
-    silent_ = true;
-    velocity_estimator_.restart();
-    return safety_.fade(flags);
-}
-
-Vec3 HapticLoop::Parts::velocity(const DeviceState& device) noexcept {
-    return estimates_velocity_ ? velocity_estimator_.update(device.time_s, device.position)
-                               : device.velocity;
-}
-
-Vec3 HapticLoop::Parts::wanted_force(const DeviceState& device, const Vec3& velocity,
-                                     std::span<const std::uint32_t> steps_left,
-                                     FrameReport& report) noexcept {
-    const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
-    move_proxy(device, steps_left, report);
-    const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
-    const Vec3 force =
-        coupling_force(coupling_, device.position, proxy_, velocity, proxy_velocity); // (3)
-    return subdivision_->with_device_forces(force);
-}
-
-void HapticLoop::Parts::move_proxy(const DeviceState& device,
-                                   std::span<const std::uint32_t> steps_left,
-                                   FrameReport& report) noexcept {
-    if (!started_ || device.trial != trial_) {
-        started_ = true;
-        trial_ = device.trial;
-        proxy_ = device.position;
-        report.flags &= ~std::uint32_t{kInsideAtStart}; // where an adopted scene found the proxy
-        report.flags |= subdivision_->restart(proxy_);
-    }
-    const FrameContext context{device.position,     proxy_,
-                               coupling_.stiffness, period_s_,
-                               safety_.force_n(),   std::exchange(silent_, false)};
-    const SubdivisionResult result = steps_left.empty()
-                                         ? subdivision_->advance(context)
-                                         : subdivision_->advance(context, steps_left);
-    moved_ = in_range(result.proxy);
-    if (moved_) {
-        proxy_ = result.proxy;
-    } else { // held, and felt from there as at a trial's beginning
-        report.flags |= kForceNotFinite | subdivision_->restart(proxy_);
-    }
-    report.sub_steps = result.sub_steps;
-    report.evaluations = result.evaluations;
-    report.contacts = result.contacts;
-    report.residual_m = result.residual_m;
-    report.surfaces_felt = result.felt;
-    report.surfaces_open = result.open;
-    report.surfaces_guarded = result.guarded;
-    report.flags |= result.flags;
-}
-
-QueryCount HapticLoop::Parts::queries() const noexcept {
-    QueryCount total;
-    for (const auto& contact : felt_.contacts)
-        total += contact->queries();
-    for (const Effect* effect : effects_)
-        total += effect->queries();
-    return total += subdivision_->queries();
-}
-
-internal::LoopMake HapticLoop::Parts::make() const {
-    return {scene_,
-            loop_,
-            coupling_,
-            safety_.settings(),
-            velocity_estimator_.settings(),
-            has_motors_,
-            estimates_velocity_};
-}
-
-LoopState HapticLoop::Parts::save() const {
-    return LoopState(std::make_shared<const internal::LoopStateParts>(internal::LoopStateParts{
-        make(), subdivision_->save_state(), felt_.fields.save_state(), safety_, velocity_estimator_,
-        frames_, queries() - counted_, started_, silent_, trial_, proxy_, flags_of_adoption_}));
-}
-
-void HapticLoop::Parts::restore(const LoopState& state) {
-    if (!state.parts()) throw std::invalid_argument("restore: the state was moved elsewhere");
-    const internal::LoopStateParts& from = *state.parts();
-    internal::require_same_make(from.make, make());
-    subdivision_->restore_state(from.subdivision);
-    felt_.fields.restore_state(from.fields);
-    safety_ = from.safety;
-    velocity_estimator_ = from.velocity_estimator;
-    frames_ = from.frames;
-    counted_ = queries() - from.uncounted; // counters go on: a report tells differences
-    started_ = from.started;
-    silent_ = from.silent;
-    trial_ = from.trial;
-    proxy_ = from.proxy;
-    flags_of_adoption_ = from.flags_of_adoption;
-    moved_ = false;
-}
-
-std::span<const Touch> HapticLoop::Parts::touches() noexcept {
-    touches_.clear();
-    if (moved_) subdivision_->find_touches(touches_);
-    return {touches_.begin(), touches_.size()};
-}
-
-std::span<const SurfaceStatus> HapticLoop::Parts::surface_states() noexcept {
-    if (!started_) return {};
-    return statuses_.of(*subdivision_, proxy_);
-}
-
-// ---- the loop: its parts, asked from outside ---------------------------------------------------
-
-class HapticLoop::Going {
-public:
-    Going(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
+    Loops(std::shared_ptr<const Scene> scene, Clock& clock, const LoopDescription& loop,
           const DeviceProperties& device, CustomEffects custom)
         : clock_(clock), loop_(loop), device_(device), custom_(std::move(custom)),
-          parts_(make_parts(std::move(scene))), coupling_(parts_.running().coupling()),
-          make_(parts_.running().make()) {
+          scenes_(make_loop(std::move(scene))), coupling_(scenes_.running().coupling()),
+          make_(scenes_.running().make()) {
         make_.scene.reset(); // scenes come and go
     }
 
     void adopt(std::shared_ptr<const Scene> scene) {
-        std::unique_ptr<Parts> next = make_parts(std::move(scene));
-        parts_.with_newest([&](const Parts& newest) {
+        std::unique_ptr<SceneLoop> next = make_loop(std::move(scene));
+        scenes_.with_newest([&](const SceneLoop& newest) {
             next->take_gains_of_custom(newest);
             return 0;
         });
         require_same_hand(next->make(), make_);
-        parts_.hand_in(std::move(next));
+        scenes_.hand_in(std::move(next));
     }
     FrameReport frame(const DeviceState& device,
                       std::span<const std::uint32_t> steps_left) noexcept {
@@ -518,28 +59,28 @@ public:
         return next_frames().frame(device, steps_left, began_us);
     }
     /// With what was adopted since the last frame.
-    Parts& next_frames() noexcept {
-        parts_.advance([](Parts& next, Parts& before) { next.go_on_from(before); });
-        return parts_.running();
+    SceneLoop& next_frames() noexcept {
+        scenes_.advance([](SceneLoop& next, SceneLoop& before) { next.go_on_from(before); });
+        return scenes_.running();
     }
     /// Of the last frame.
-    Parts& last_frames() const noexcept { return parts_.running(); }
+    SceneLoop& last_frames() const noexcept { return scenes_.running(); }
     template <class Use>
     auto with_newest(const Use& use) const noexcept {
-        return parts_.with_newest(use);
+        return scenes_.with_newest(use);
     }
     const VirtualCoupling& coupling() const noexcept { return coupling_; }
 
 private:
-    std::unique_ptr<Parts> make_parts(std::shared_ptr<const Scene> scene) const {
-        return std::make_unique<Parts>(std::move(scene), clock_, loop_, device_, custom_);
+    std::unique_ptr<SceneLoop> make_loop(std::shared_ptr<const Scene> scene) const {
+        return std::make_unique<SceneLoop>(std::move(scene), clock_, loop_, device_, custom_);
     }
 
     Clock& clock_;
     LoopDescription loop_;
     DeviceProperties device_;
     CustomEffects custom_; // of every scene
-    internal::Handover<Parts> parts_;
+    internal::Handover<SceneLoop> scenes_;
     VirtualCoupling coupling_;
     internal::LoopMake make_; // without a scene
 };
@@ -555,67 +96,67 @@ HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
 HapticLoop::HapticLoop(std::shared_ptr<const Scene> scene, Clock& clock,
                        const LoopDescription& loop, const DeviceProperties& device,
                        std::vector<std::unique_ptr<Effect>> custom)
-    : going_(std::make_unique<Going>(std::move(scene), clock, loop, device,
+    : loops_(std::make_unique<Loops>(std::move(scene), clock, loop, device,
                                      CustomEffects(std::make_move_iterator(custom.begin()),
                                                    std::make_move_iterator(custom.end())))) {}
 
 HapticLoop::~HapticLoop() = default;
 
 FrameReport HapticLoop::frame(const DeviceState& device) noexcept {
-    return going_->frame(device, {});
+    return loops_->frame(device, {});
 }
 
 FrameReport HapticLoop::frame(const DeviceState& device,
                               std::span<const std::uint32_t> steps_left) noexcept {
-    return going_->frame(device, steps_left);
+    return loops_->frame(device, steps_left);
 }
 
-Vec3 HapticLoop::release() noexcept { return going_->last_frames().release(); }
+Vec3 HapticLoop::release() noexcept { return loops_->last_frames().release(); }
 
-void HapticLoop::adopt(std::shared_ptr<const Scene> scene) { going_->adopt(std::move(scene)); }
+void HapticLoop::adopt(std::shared_ptr<const Scene> scene) { loops_->adopt(std::move(scene)); }
 
-LoopState HapticLoop::save() const { return going_->next_frames().save(); }
+LoopState HapticLoop::save() const { return loops_->next_frames().save(); }
 
-void HapticLoop::restore(const LoopState& state) { going_->next_frames().restore(state); }
+void HapticLoop::restore(const LoopState& state) { loops_->next_frames().restore(state); }
 
-std::vector<std::string> HapticLoop::warnings() const { return going_->next_frames().warnings(); }
+std::vector<std::string> HapticLoop::warnings() const { return loops_->next_frames().warnings(); }
 
-const VirtualCoupling& HapticLoop::coupling() const noexcept { return going_->coupling(); }
+const VirtualCoupling& HapticLoop::coupling() const noexcept { return loops_->coupling(); }
 
 std::span<const Vec3> HapticLoop::path() const noexcept {
-    return going_->last_frames().subdivision().path();
+    return loops_->last_frames().subdivision().path();
 }
 
 std::span<const std::uint32_t> HapticLoop::steps_left() const noexcept {
-    return going_->last_frames().subdivision().steps_left();
+    return loops_->last_frames().subdivision().steps_left();
 }
 
 std::span<const Touch> HapticLoop::touches() const noexcept {
-    return going_->last_frames().touches();
+    return loops_->last_frames().touches();
 }
 
 std::span<const SurfaceStatus> HapticLoop::surface_states() const noexcept {
-    return going_->last_frames().surface_states();
+    return loops_->last_frames().surface_states();
 }
 
 std::size_t HapticLoop::effect_count() const noexcept {
-    return going_->with_newest([](const Parts& parts) { return parts.effect_count(); });
+    return loops_->with_newest([](const SceneLoop& parts) { return parts.effect_count(); });
 }
 
 bool HapticLoop::set_gain(std::size_t effect, double gain) noexcept {
-    return going_->with_newest([&](Parts& parts) { return parts.set_gain(effect, gain); });
+    return loops_->with_newest([&](SceneLoop& parts) { return parts.set_gain(effect, gain); });
 }
 
 bool HapticLoop::set_pose(std::size_t surface, const RigidPose& pose) noexcept {
-    return going_->with_newest([&](Parts& parts) { return parts.set_pose(surface, pose); });
+    return loops_->with_newest([&](SceneLoop& parts) { return parts.set_pose(surface, pose); });
 }
 
 RigidPose HapticLoop::pose(std::size_t surface) const noexcept {
-    return going_->last_frames().pose(surface);
+    return loops_->last_frames().pose(surface);
 }
 
 Wrench HapticLoop::wrench(std::size_t surface) const noexcept {
-    return going_->last_frames().wrench(surface);
+    return loops_->last_frames().wrench(surface);
 }
 
 } // namespace palpate

@@ -158,9 +158,8 @@ public:
     Wrench wrench(std::size_t surface) const noexcept;
 
 private:
-    class Parts; // contacts, effects, subdivision, safety, and what moves between frames
-    class Going; // the parts that run, and those that are to follow
-    std::unique_ptr<Going> going_;
+    class Loops; // the one over the scene that runs, and the one over the scene that is to follow
+    std::unique_ptr<Loops> loops_;
 };
 
 } // namespace palpate

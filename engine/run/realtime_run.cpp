@@ -62,6 +62,45 @@ private:
     std::future<void> ended_; // last: its thread uses the others
 };
 
+/// What the loop's thread writes and the recorder reads.
+struct Rings {
+    Rings(double rate_hz, bool with_steps)
+        : reserve(static_cast<std::size_t>(kReserve_s * rate_hz) + 1), keeps_steps(with_steps) {}
+
+    /// Moves the next frame, with its decisions and touches, to the end of `trace`.
+    bool pop_into(Trace& trace, RunFrame& run) {
+        if (!frames.pop(run)) return false;
+        trace.inputs.push_back(run.input);
+        trace.frames.push_back(run.frame);
+        for (std::uint32_t i = 0, steps = 0; keeps_steps && i < run.frame.evaluations; ++i) {
+            decisions.pop(steps);
+            trace.steps_left.push_back(steps);
+        }
+        RecordedTouch touch;
+        for (std::uint32_t i = 0; i < run.touches; ++i) {
+            touches.pop(touch);
+            trace.touches.push_back(touch);
+        }
+        return true;
+    }
+
+    std::size_t reserve; // frames
+    bool keeps_steps;
+    internal::SpscRing<RunFrame> frames{reserve};
+    internal::SpscRing<RecordedTouch> touches{kMostTouches * reserve};
+    internal::SpscRing<std::uint32_t> decisions{keeps_steps ? kMostDecisions : 1};
+};
+
+internal::ServoSettings servo_settings(const RealtimeSettings& run, double rate_hz,
+                                       const DeviceProperties& device) {
+    internal::ServoSettings servo;
+    servo.period_us = 1e6 / rate_hz;
+    servo.most_frames = run.most_frames;
+    servo.longest_us = 1e6 * run.longest_s;
+    servo.takes_force = device.force_n > 0.0;
+    return servo;
+}
+
 void count(const RunFrame& run, RealtimeCounts& counts) {
     counts.own_work += run.overrun == Overrun::own_work ? 1 : 0;
     counts.woken_late += run.overrun == Overrun::woken_late ? 1 : 0;
@@ -85,7 +124,6 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
                    const RealtimeSettings& settings, const RunWatch& watch) {
     const LoopDescription& description = scene->description().loop;
     check_duty(description);
-    const bool keeps_steps = description.method == SteppingMethod::paper;
 
     // Everything that the loop needs, before there is one.
     SteadyPacedClock clock;
@@ -97,33 +135,15 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     trace.device = placed.placement.to_scene(placed.device.properties());
     warn_of_coupling(*scene, trace.device, watch);
     HapticLoop loop(scene, clock, description, trace.device);
-    const std::size_t reserve = static_cast<std::size_t>(kReserve_s * description.rate_hz) + 1;
-    internal::SpscRing<RunFrame> frames(reserve);
-    internal::SpscRing<RecordedTouch> touches(kMostTouches * reserve);
-    internal::SpscRing<std::uint32_t> decisions(keeps_steps ? kMostDecisions : 1);
-    internal::ServoSettings servo_settings;
-    servo_settings.period_us = 1e6 / description.rate_hz;
-    servo_settings.most_frames = settings.most_frames;
-    servo_settings.longest_us = 1e6 * settings.longest_s;
-    servo_settings.takes_force = trace.device.force_n > 0.0;
-    ServoLoop servo(loop, placed.device, placed.placement, clock, servo_settings, frames,
-                    keeps_steps ? &decisions : nullptr, &touches);
+    Rings rings(description.rate_hz, description.method == SteppingMethod::paper);
+    ServoLoop servo(loop, placed.device, placed.placement, clock,
+                    servo_settings(settings, description.rate_hz, trace.device), rings.frames,
+                    rings.keeps_steps ? &rings.decisions : nullptr, &rings.touches);
     RealtimeCounts counts;
 
     const auto record = [&] {
         RunFrame run;
-        while (frames.pop(run)) {
-            trace.inputs.push_back(run.input);
-            trace.frames.push_back(run.frame);
-            for (std::uint32_t i = 0, steps = 0; keeps_steps && i < run.frame.evaluations; ++i) {
-                decisions.pop(steps);
-                trace.steps_left.push_back(steps);
-            }
-            RecordedTouch touch;
-            for (std::uint32_t i = 0; i < run.touches; ++i) {
-                touches.pop(touch);
-                trace.touches.push_back(touch);
-            }
+        while (rings.pop_into(trace, run)) {
             count(run, counts);
             if (watch.frame) watch.frame(run);
         }

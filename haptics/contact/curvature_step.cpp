@@ -106,7 +106,9 @@ std::array<double, 2> newton_in_plane(double m00, double m01, double m10, double
     const double off = 0.5 * (m01 + m10);
     const double mean = 0.5 * (m00 + m11);
     const double half = 0.5 * (m00 - m11);
-    const double radius = std::hypot(half, off);
+    // No eigenvalue is below `mean` less the sum, which costs less than the root.
+    const bool far_from_sliding = mean - (std::abs(half) + std::abs(off)) > kSmallestEigenvalue;
+    const double radius = far_from_sliding ? 0.0 : std::hypot(half, off);
     if (mean - radius > kSmallestEigenvalue) {
         const double det =
             m00 * m11 - m01 * m10; // >= product of the symmetric part's eigenvalues > 0

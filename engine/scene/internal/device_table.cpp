@@ -111,27 +111,45 @@ void read_press(const TomlTable& table, const SceneDescription& scene, DeviceDes
     device.duration_s = table.number("duration_s", kPressDurationS, device.duration_s);
 }
 
+constexpr std::array<std::string_view, 5> kPlacedKeys{"type", "right", "up", "origin_mm", "scale"};
+constexpr std::array<std::string_view, 16> kHandKeys{"type",
+                                                     "surface",
+                                                     "from",
+                                                     "depth_mm",
+                                                     "duration_s",
+                                                     "right",
+                                                     "up",
+                                                     "origin_mm",
+                                                     "scale",
+                                                     "file",
+                                                     "seed",
+                                                     "step_um",
+                                                     "delay_ms",
+                                                     "tremor_um",
+                                                     "damping_n_s_per_m",
+                                                     "arm_stiffness_n_per_m"};
+
+/// A simulated hand: along a file's path, or pressing on a surface.
+void read_hand_device(const TomlTable& table, const SceneDescription& scene,
+                      DeviceDescription& device) {
+    table.allow_only(kHandKeys, "with type = \"hand\"");
+    device.hand = read_hand(table);
+    if (table.has("file")) {
+        for (const std::string_view key : {"surface", "from", "depth_mm", "duration_s"})
+            if (table.has(key))
+                table.fail(table.line_of(key),
+                           fmt::format("{} and file {} exclude each other", key, table.where()),
+                           "keep one of them");
+        device.file = existing_file(table, "file", scene.file);
+    } else {
+        read_press(table, scene, device);
+    }
+    device.placement = read_placement(table);
+}
+
 } // namespace
 
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
-    constexpr std::array<std::string_view, 5> placed_keys{"type", "right", "up", "origin_mm",
-                                                          "scale"};
-    constexpr std::array<std::string_view, 16> hand_keys{"type",
-                                                         "surface",
-                                                         "from",
-                                                         "depth_mm",
-                                                         "duration_s",
-                                                         "right",
-                                                         "up",
-                                                         "origin_mm",
-                                                         "scale",
-                                                         "file",
-                                                         "seed",
-                                                         "step_um",
-                                                         "delay_ms",
-                                                         "tremor_um",
-                                                         "damping_n_s_per_m",
-                                                         "arm_stiffness_n_per_m"};
     DeviceDescription device;
     device.line = table.line();
     table.require("type", fmt::format("give one of {}, hid:ADDRESS", joined(kNames)));
@@ -143,7 +161,7 @@ DeviceDescription read_device_table(const TomlTable& table, const SceneDescripti
             table.fail(table.line_of("type"),
                        fmt::format("type = \"hid:\" {} names no device", table.where()),
                        "add what `palpate devices` lists");
-        table.allow_only(placed_keys, "with type = \"hid:...\"");
+        table.allow_only(kPlacedKeys, "with type = \"hid:...\"");
         device.placement = read_placement(table);
         return device;
     }
@@ -162,19 +180,7 @@ DeviceDescription read_device_table(const TomlTable& table, const SceneDescripti
         read_file(table, scene, "name a recording.h5 of `palpate trace`", device);
         break;
     default:
-        table.allow_only(hand_keys, "with type = \"hand\"");
-        device.hand = read_hand(table);
-        if (table.has("file")) {
-            for (const std::string_view key : {"surface", "from", "depth_mm", "duration_s"})
-                if (table.has(key))
-                    table.fail(table.line_of(key),
-                               fmt::format("{} and file {} exclude each other", key, table.where()),
-                               "keep one of them");
-            device.file = existing_file(table, "file", scene.file);
-        } else {
-            read_press(table, scene, device);
-        }
-        device.placement = read_placement(table);
+        read_hand_device(table, scene, device);
     }
     return device;
 }
