@@ -7,7 +7,7 @@ namespace palpate {
 
 /// Where a rigid body is: how its own frame lies in the scene. The pose {} leaves it where it is.
 struct RigidPose {
-    Vec3 position{0.0}; ///< of the body's origin, m, scene frame
+    Vec3 position{0.0};                         ///< of the body's origin, m, scene frame
     Quaternion orientation{1.0, 0.0, 0.0, 0.0}; ///< body -> scene, of length 1, as (w, x, y, z)
 
     friend bool operator==(const RigidPose&, const RigidPose&) = default;
@@ -16,7 +16,7 @@ struct RigidPose {
 /// A pose as a map of points and directions: p -> rotation p + position. [any]
 class RigidMap {
 public:
-    RigidMap() noexcept = default; ///< leaves all where it is
+    RigidMap() noexcept = default;                    ///< leaves all where it is
     explicit RigidMap(const RigidPose& pose) noexcept ///< of a body that is there
         : rotation_(glm::mat3_cast(pose.orientation)), position_(pose.position) {}
 
@@ -25,8 +25,11 @@ public:
     Vec3 direction(const Vec3& body) const noexcept { return rotation_ * body; } ///< the same
     /// From the scene's frame to the body's, m: v R is the transpose of R times v.
     Vec3 point_back(const Vec3& scene) const noexcept { return (scene - position_) * rotation_; }
-    Vec3 direction_back(const Vec3& scene) const noexcept { return scene * rotation_; } ///< the same
+    Vec3 direction_back(const Vec3& scene) const noexcept {
+        return scene * rotation_;
+    }                                                           ///< the same
     const Mat3& rotation() const noexcept { return rotation_; } ///< body -> scene
+    const Vec3& position() const noexcept { return position_; } ///< of the body's origin, m
 
 private:
     Mat3 rotation_{1.0};

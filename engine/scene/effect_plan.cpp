@@ -26,9 +26,9 @@ public:
 
     void settle() {
         for (PlannedEffect& planned : effects_)
-            if (planned.on && needs_[planned.effect].at_proxy) at_proxy(planned);
+            if (takes_part(planned) && needs_[planned.effect].at_proxy) at_proxy(planned);
         for (PlannedEffect& planned : effects_)
-            if (planned.on && needs_[planned.effect].at_start) at_start(planned);
+            if (takes_part(planned) && needs_[planned.effect].at_start) at_start(planned);
         for (PlannedEffect& planned : effects_)
             note_baked(planned);
     }
@@ -36,6 +36,11 @@ public:
 private:
     const EffectDescription& effect_of(const PlannedEffect& planned) const {
         return scene_.effects[planned.effect];
+    }
+
+    /// What moves along with a body samples elsewhere than what stands still.
+    bool takes_part(const PlannedEffect& planned) const {
+        return planned.on && internal::body_of(scene_, effect_of(planned)).empty();
     }
 
     void note(PlannedEffect& planned, const std::string& words) const {
@@ -122,6 +127,9 @@ void turn_off_what_has_no_surface(const SceneDescription& scene,
             turn_off(planned, "no surface is felt");
         if (planned.on && !surface.empty() && !plan.uses_surface(scene, surface))
             turn_off(planned, "surface " + surface + " is not felt");
+        const std::string& body = scene.effects[planned.effect].moves_with;
+        if (planned.on && !body.empty() && !plan.uses_surface(scene, body))
+            turn_off(planned, "surface " + body + " that it moves with is not felt");
     }
 }
 
@@ -174,6 +182,10 @@ EffectPlan plan_effects(const SceneDescription& scene, Extraction extraction,
         plan.effects.back().effect = plan.effects.size() - 1;
     }
     turn_off_what_has_no_surface(scene, needs, plan, out_of_reach);
+    for (PlannedEffect& planned : plan.effects)
+        if (const std::string& body = scene.effects[planned.effect].moves_with;
+            planned.on && !body.empty())
+            planned.reason += "; it moves with surface " + body;
     for (const PlannedEffect& planned : plan.effects)
         if (planned.on) used_volumes.insert(volume_of(scene.effects[planned.effect]));
     Sharing(scene, needs, plan.effects).settle();

@@ -22,6 +22,7 @@
 #include <palpate/haptics/contact/guarded_contact.h>
 #include <palpate/haptics/contact/mesh_contact.h>
 #include <palpate/haptics/contact/moving_contact.h>
+#include <palpate/haptics/effects/moving_effect.h>
 #include <palpate/volume/fields/analytic_fields.h>
 
 namespace palpate {
@@ -283,6 +284,15 @@ std::vector<SurfaceFinish> Scene::finish_with(const internal::EffectFields& fiel
     return finish;
 }
 
+/// The body with which an effect moves, among the contacts of surfaces(); null: it stands still.
+const MovingSurface* Scene::body_among(const std::vector<std::unique_ptr<SurfaceContact>>& contacts,
+                                       const EffectDescription& effect) const {
+    const std::string& body = internal::body_of(description_, effect);
+    for (std::size_t i = 0; i < surfaces_.size() && !body.empty(); ++i)
+        if (surfaces_[i].name == body) return contacts[i]->moving();
+    return nullptr;
+}
+
 LoopParts Scene::make_parts() const {
     LoopParts parts;
     const auto shared = [&](const auto& field) { return parts.fields.share(field); };
@@ -310,7 +320,10 @@ LoopParts Scene::make_parts() const {
             of.surface_field = shared(surfaces_[i].baked.field);
             of.surface_bit = i < 64 ? std::uint64_t{1} << i : 0;
         }
-        parts.effects.push_back(internal::make_effect(effect, of));
+        std::unique_ptr<Effect> made = internal::make_effect(effect, of);
+        if (const MovingSurface* body = body_among(parts.contacts, effect))
+            made = std::make_unique<MovingEffect>(std::move(made), *body);
+        parts.effects.push_back(std::move(made));
     }
     return parts;
 }

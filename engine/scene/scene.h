@@ -18,6 +18,7 @@ struct EffectFields;
 }
 
 class ScalarField;
+class MovingSurface;
 class SurfaceContact;
 struct LoopParts;
 struct SceneSurface;
@@ -62,6 +63,8 @@ public:
 
 private:
     void shape_surfaces();
+    const MovingSurface* body_among(const std::vector<std::unique_ptr<SurfaceContact>>& contacts,
+                                    const EffectDescription& effect) const;
     std::vector<SurfaceFinish> finish_with(const internal::EffectFields& fields) const;
 
     SceneDescription description_;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <span>
 
+#include <palpate/geometry/rigid_pose.h>
 #include <palpate/geometry/vec.h>
 #include <palpate/haptics/solver/fixed_vector.h>
 #include <palpate/haptics/solver/gain.h>
@@ -98,6 +99,39 @@ public:
         const double scaled = gain_.value * stiffness_n_per_m;
         spring_ += scaled;
         spring_moment_ += scaled * anchor;
+    }
+
+    /// What was in it when a body's frame was entered.
+    struct Before {
+        std::size_t planes = 0, lines = 0, points = 0; // how many
+        Vec3 force{0.0}, spring_moment{0.0};           // in the scene's frame
+        Vec3 force_in_body{0.0}, spring_moment_in_body{0.0};
+        double spring = 0.0;
+    };
+    /// From here on, until leave(), forces and springs are those of a body's frame: what is added,
+    /// and pull().                                                                       [loop]
+    Before enter(const RigidMap& body) noexcept {
+        Before before{planes_.size(), lines_.size(), points_.size(), force_, spring_moment_};
+        before.spring = spring_;
+        force_ = before.force_in_body = body.direction_back(force_);
+        spring_moment_ = before.spring_moment_in_body =
+            body.direction_back(spring_moment_ - spring_ * body.position());
+        return before;
+    }
+    /// What was added in the body's frame is now in the scene's; the rest keeps its bits.  [loop]
+    void leave(const RigidMap& body, const Before& before) noexcept {
+        for (std::size_t i = before.planes; i < planes_.size(); ++i)
+            planes_[i] = {body.point(planes_[i].anchor), body.direction(planes_[i].normal),
+                          planes_[i].strength_n};
+        for (std::size_t i = before.lines; i < lines_.size(); ++i)
+            lines_[i] = {body.point(lines_[i].anchor), body.direction(lines_[i].axis),
+                         lines_[i].strength_n};
+        for (std::size_t i = before.points; i < points_.size(); ++i)
+            points_[i].anchor = body.point(points_[i].anchor);
+        force_ = before.force + body.direction(force_ - before.force_in_body);
+        spring_moment_ = before.spring_moment +
+                         body.direction(spring_moment_ - before.spring_moment_in_body) +
+                         (spring_ - before.spring) * body.position();
     }
 
     /// As they were added, with their gains; valid until the next change.                 [loop]

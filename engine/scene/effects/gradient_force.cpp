@@ -14,7 +14,8 @@ using Settings = effects::GradientForce;
 
 constexpr std::array kKeys{kScalarsKey,
                            SceneKey{"strength_n", "N", kStrengthN, "required",
-                                    "The force: a number, or a function of the volume's value."}};
+                                    "The force: a number, or a function of the volume's value."},
+                           kMovesWithKey};
 
 EffectNeeds plan(const PlanContext&, const Settings& effect) {
     if (effect.strength.is_zero()) return off(kNoStrength);

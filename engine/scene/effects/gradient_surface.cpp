@@ -15,7 +15,8 @@ using Settings = effects::GradientSurface;
 constexpr std::array kKeys{
     kScalarsKey,
     SceneKey{"strength_n", "N", kHoldingN, "required",
-             "The force above which it yields: a number, or a function of the volume's value."}};
+             "The force above which it yields: a number, or a function of the volume's value."},
+    kMovesWithKey};
 
 EffectNeeds plan(const PlanContext&, const Settings& effect) {
     if (effect.strength.is_zero()) return off(kNoStrength);

@@ -31,7 +31,8 @@ constexpr std::array kKeys{
              {},
              "open",
              "What a polyline does at its ends: \"open\", \"closed\", \"endless\"."},
-    kPlaceVolumeKey};
+    kPlaceVolumeKey,
+    kMovesWithKey};
 
 // In the order of PolylineEnds.
 constexpr std::array<std::string_view, 3> kEndsNames{"open", "closed", "endless"};

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene/effects/list.h>
 
+#include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/scene_surface.h>
 
@@ -60,11 +62,30 @@ const std::filesystem::path& file_of(const EffectDescription& effect) noexcept {
         effect.settings);
 }
 
+bool can_move(const EffectDescription& effect) noexcept {
+    return internal::can_move(internal::traits_of(effect));
+}
+
 bool makes_surface_felt(const EffectDescription& effect) noexcept {
     return internal::traits_of(effect).part == SurfacePart::strength;
 }
 
 namespace internal {
+
+bool can_move(const EffectTraits& traits) noexcept {
+    return std::any_of(traits.keys.begin(), traits.keys.end(),
+                       [](const SceneKey& key) { return key.name == kMovesWithKey.name; });
+}
+
+const std::string& body_of(const SceneDescription& scene, const EffectDescription& effect) {
+    static const std::string none;
+    if (!effect.moves_with.empty()) return effect.moves_with;
+    const std::string& surface = surface_of(effect);
+    const bool goes_along =
+        !surface.empty() && can_move(traits_of(effect)) && scene.surfaces.at(surface).moves;
+    return goes_along ? surface : none;
+}
+
 namespace {
 
 /// What a kind answers to a question that `pick` picks from its room; `none` where it has nothing
@@ -101,6 +122,7 @@ void check_effect(const SceneDescription& scene, std::size_t effect) {
     const EffectCheck check{fields, scene, effect};
     std::visit([&](const auto& settings) { settings.room.check(check, settings); },
                scene.effects[effect].settings);
+    check_moves_with(check);
 }
 
 EffectNeeds needs_of(const EffectDescription& effect, const PlanContext& context) {
@@ -111,7 +133,8 @@ EffectNeeds needs_of(const EffectDescription& effect, const PlanContext& context
 OrderKey order_key(const EffectDescription& effect) {
     return {traits_of(effect).turn, effect.settings.index(),
             std::visit([](const auto& settings) { return settings.room.own.order(settings); },
-                       effect.settings)};
+                       effect.settings) +
+                effect.moves_with};
 }
 
 std::unique_ptr<Effect> make_effect(const EffectDescription& effect, const EffectParts& parts) {

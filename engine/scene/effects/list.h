@@ -48,8 +48,10 @@ inline constexpr bool kIsOneOf<Kind, std::variant<Kinds...>> = (std::is_same_v<K
 /// One effect of a scene: scene.effects.push_back(effects::Friction{.surface = "bone",
 /// .static_mu = 0.3, .dynamic_mu = 0.2}).
 struct EffectDescription {
-    EffectSettings settings; ///< which kind it is, and that kind's own settings
-    int line = 0;            ///< of the scene file, for messages; 0: made in code
+    EffectSettings settings;     ///< which kind it is, and that kind's own settings
+    int line = 0;                ///< of the scene file, for messages; 0: made in code
+    std::string moves_with = {}; ///< surface whose body it goes along with: one that `moves`, key
+                                 ///< of SceneDescription::surfaces; empty: it stands still
 
     EffectDescription() = default;
     /// Of the settings of a kind, as effects::Surface; `of_line` as `line`.                 [setup]
@@ -67,6 +69,8 @@ const std::string& surface_of(const EffectDescription& effect) noexcept;
 const std::string& volume_of(const EffectDescription& effect) noexcept;
 /// The file that some of its settings were read from; empty where there is none.        [any]
 const std::filesystem::path& file_of(const EffectDescription& effect) noexcept;
+/// Whether effects of its kind can go along with a body (moves_with).                   [any]
+bool can_move(const EffectDescription& effect) noexcept;
 /// Whether it is what makes surface_of() felt at all; other effects are felt on or beside
 /// surfaces.                                                                            [any]
 bool makes_surface_felt(const EffectDescription& effect) noexcept;

@@ -15,10 +15,10 @@ constexpr SceneKey kStrengthKey{"strength_n", "N", kHoldingN, "required",
                                 "function of the vector's length."};
 constexpr SceneKey kGuideKey{
     "guide", "", {}, "streamline", "What is followed: \"tangent\", \"midpoint\", \"streamline\"."};
-constexpr std::array kVectorKeys{kVectorsKey, kStrengthKey, kGuideKey};
+constexpr std::array kVectorKeys{kVectorsKey, kStrengthKey, kGuideKey, kMovesWithKey};
 constexpr std::array kFibreKeys{
     SceneKey{"volume", "", {}, "required", "The volume of vectors or tensors that is sampled."},
-    kStrengthKey, kGuideKey};
+    kStrengthKey, kGuideKey, kMovesWithKey};
 
 // In the order of FollowGuide.
 constexpr std::array<std::string_view, 3> kGuideNames{"tangent", "midpoint", "streamline"};

@@ -14,7 +14,8 @@ using Settings = effects::VectorForce;
 
 constexpr std::array kKeys{kVectorsKey,
                            SceneKey{"strength_n", "N", kStrengthN, "required",
-                                    "The force: a number, or a function of the vector's length."}};
+                                    "The force: a number, or a function of the vector's length."},
+                           kMovesWithKey};
 
 EffectNeeds plan(const PlanContext&, const Settings& effect) {
     if (effect.strength.is_zero()) return off(kNoStrength);

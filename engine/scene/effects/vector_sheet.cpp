@@ -14,7 +14,8 @@ constexpr std::array kKeys{
     kVectorsKey,
     SceneKey{"strength_n", "N", kHoldingN, "required",
              "The force above which the proxy slips: a number, or a function of the vector's "
-             "length."}};
+             "length."},
+    kMovesWithKey};
 
 constexpr double kFurtherSamples = 1.0; // per evaluation: halfway to the frame's end
 constexpr double kStartSamples = 2.0;   // at most, to guess that end

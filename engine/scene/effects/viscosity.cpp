@@ -21,7 +21,8 @@ constexpr std::array kKeys{
     SceneKey{"volume", "", {}, "none", "The volume of scalars whose value the damping is over."},
     SceneKey{"surface", "", {}, "none", "The surface that it is inside of, or several of them."},
     SceneKey{kKey, "N s/m", kDamping, "as the surface's material; else required",
-             "The damping: a number, or with a volume a function of its value."}};
+             "The damping: a number, or with a volume a function of its value."},
+    kMovesWithKey};
 
 /// A mesh alone has no inside.
 constexpr const char* kNoInside = "is a mesh alone, which has no inside to be viscous";

@@ -5,6 +5,32 @@
 
 namespace palpate::internal {
 
+std::string read_moves_with(const EffectTable& from) {
+    if (!from.table.has("moves_with")) return {};
+    return name_in(from.table, "moves_with", from.scene.surfaces, "surfaces");
+}
+
+void check_moves_with(const EffectCheck& check) {
+    const EffectDescription& effect = check.scene.effects[check.effect];
+    const std::string& body = effect.moves_with;
+    if (body.empty()) return;
+    const std::string what = fmt::format("= \"{}\"", body);
+    if (!can_move(effect))
+        check.fields.fail("moves_with", fmt::format("{} is of no use to {}", what, name(effect)),
+                          surface_of(effect).empty()
+                              ? "leave it out: it is felt wherever the proxy is, or stands still"
+                              : "leave it out: what is of a surface moves with that");
+    if (!surface_of(effect).empty())
+        check.fields.fail("moves_with",
+                          fmt::format("{} stands beside surface = \"{}\", with which it moves",
+                                      what, surface_of(effect)),
+                          "leave it out");
+    check.fields.name("moves_with", body, check.scene.surfaces, "surfaces");
+    if (!check.scene.surfaces.at(body).moves)
+        check.fields.fail("moves_with", what + " is a surface that stands still",
+                          "give that surface moves = true, or leave moves_with out");
+}
+
 std::string read_effect_volume(const EffectTable& from, FieldNeed need) {
     const TomlTable& table = from.table;
     std::string volume = name_in(table, "volume", from.scene.volumes, "volumes");

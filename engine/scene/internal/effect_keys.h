@@ -26,6 +26,18 @@ inline constexpr SceneKey kPlaceVolumeKey{"volume",
                                           "The volume of scalars whose value the strength depends "
                                           "on, as strength_n = [[value, N], ...]."};
 
+inline constexpr SceneKey kMovesWithKey{"moves_with",
+                                        "",
+                                        {},
+                                        "none: it stands still",
+                                        "A surface with moves = true: the effect, with its volume "
+                                        "and points, goes along with the surface's body."};
+
+/// The surface under the key `moves_with`; empty where there is no such key.
+std::string read_moves_with(const EffectTable& from);
+/// That it is a surface that moves, and of an effect that can go along.
+void check_moves_with(const EffectCheck& check);
+
 /// The volume under the key `volume`: of the kind that is needed, as far as that is known before it
 /// is read.
 std::string read_effect_volume(const EffectTable& from, FieldNeed need);

@@ -11,6 +11,11 @@ namespace palpate::internal {
 const EffectTraits& traits_of(const EffectDescription& effect) noexcept;
 /// Of all kinds, in the order of EffectSettings: an index into these is a variant's.
 std::span<const EffectTraits* const> all_traits() noexcept;
+/// Whether the kind has the key moves_with.
+bool can_move(const EffectTraits& traits) noexcept;
+/// The surface with whose body an effect moves: the one that it names, or the one that it is of;
+/// empty where it stands still, or is a part of its surface.
+const std::string& body_of(const SceneDescription& scene, const EffectDescription& effect);
 
 /// Settings of a kind, as an effect's table says them; throws as TomlTable does.
 EffectSettings read_settings(std::size_t kind, const EffectTable& table);

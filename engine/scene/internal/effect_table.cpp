@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 
 namespace palpate::internal {
@@ -66,8 +67,10 @@ std::vector<EffectDescription> read_effect_table(const TomlTable& table,
 
     std::vector<EffectDescription> effects;
     for (const std::string& surface : surfaces_of(table, scene, traits)) {
-        effects.emplace_back().settings = read_settings(kind, {table, scene, surface});
+        const EffectTable from{table, scene, surface};
+        effects.emplace_back().settings = read_settings(kind, from);
         effects.back().line = table.line();
+        effects.back().moves_with = read_moves_with(from);
     }
     return effects;
 }

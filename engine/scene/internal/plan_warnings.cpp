@@ -60,6 +60,26 @@ void warn_of_grooves(const SceneDescription& scene, std::vector<std::string>& wa
                 name));
 }
 
+/// What samples a volume stays where the scene has it, also where a surface of the volume moves.
+void warn_of_what_stays(const Scene& scene, std::vector<std::string>& warnings) {
+    const SceneDescription& description = scene.description();
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const EffectDescription& effect = description.effects[planned.effect];
+        const std::string& volume = volume_of(effect);
+        if (!planned.on || volume.empty() || !can_move(effect)) continue;
+        if (!body_of(description, effect).empty()) continue;
+        for (const SceneSurface& surface : scene.surfaces()) {
+            const SurfaceDescription& felt = description.surfaces.at(surface.name);
+            if (!felt.moves || felt.volume != volume) continue;
+            warnings.push_back(fmt::format(
+                "{} stays where it is when surface {} of its volume {} moves: say moves_with = "
+                "\"{}\", and it goes along",
+                effect_name(scene, planned.effect), surface.name, volume, surface.name));
+            break;
+        }
+    }
+}
+
 } // namespace
 
 std::size_t most_planes(const SceneSurface& surface) {
@@ -111,6 +131,7 @@ std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEff
                             "is sent: make it weaker or raise the limit",
                             felt.name, force_n, limit_n));
     warn_of_grooves(scene.description(), warnings);
+    warn_of_what_stays(scene, warnings);
     return warnings;
 }
 

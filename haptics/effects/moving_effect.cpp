@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/haptics/effects/moving_effect.h>
+
+#include <utility>
+
+#include <palpate/geometry/range.h>
+
+namespace palpate {
+
+MovingEffect::MovingEffect(std::unique_ptr<Effect> effect, const MovingSurface& body)
+    : effect_(required("moving effect: effect", std::move(effect))), body_(&body),
+      map_(body.pose()) {}
+
+void MovingEffect::restart(const Vec3& proxy) noexcept {
+    map_ = RigidMap(body_->pose());
+    effect_->restart(map_.point_back(proxy));
+}
+
+void MovingEffect::begin(const FrameContext& frame) noexcept {
+    map_ = RigidMap(body_->pose());
+    FrameContext seen = frame;
+    seen.probe = map_.point_back(frame.probe);
+    seen.start = map_.point_back(frame.start);
+    effect_->begin(seen);
+}
+
+void MovingEffect::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
+    const PrimitiveSet::Before before = primitives.enter(map_);
+    effect_->gather(map_.point_back(proxy), primitives);
+    primitives.leave(map_, before);
+}
+
+Vec3 MovingEffect::within(const Vec3& wanted) const noexcept {
+    const Vec3 seen = map_.point_back(wanted);
+    const Vec3 allowed = effect_->within(seen);
+    return allowed == seen ? wanted : map_.point(allowed); // what is allowed keeps its bits
+}
+
+void MovingEffect::commit(const FrameOutcome& outcome) noexcept {
+    effect_->commit({map_.point_back(outcome.proxy), outcome.felt});
+}
+
+void MovingEffect::restore_state(const std::any& state) {
+    effect_->restore_state(state);
+    map_ = RigidMap(body_->pose());
+}
+
+} // namespace palpate

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include <palpate/geometry/rigid_pose.h>
+#include <palpate/haptics/contact/surface_contact.h>
+#include <palpate/haptics/effects/effect.h>
+
+namespace palpate {
+
+/// An effect that moves along with a rigid body: an effect of any kind, which stays in the body's
+/// own frame and knows nothing of the pose, seen from the scene. As for the surface of the body
+/// (MovingContact), each frame begins with the body at its new place and the proxy beside it: what
+/// the effect remembers of its path is a place in the body. [loop] but for its constructor.
+class MovingEffect final : public Effect {
+public:
+    /// `effect`: in the body's frame, which is the scene's as long as no pose is set. `body` has
+    /// the pose, and must outlive this. Throws std::invalid_argument where there is no effect.
+    /// [setup]
+    MovingEffect(std::unique_ptr<Effect> effect, const MovingSurface& body);
+
+    void restart(const Vec3& proxy) noexcept override;
+    void begin(const FrameContext& frame) noexcept override;
+    void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
+    void solved(const Vec3& end) noexcept override { effect_->solved(map_.point_back(end)); }
+    Vec3 within(const Vec3& wanted) const noexcept override;
+    void commit(const FrameOutcome& outcome) noexcept override;
+    Vec3 device_force_n() const noexcept override {
+        return map_.direction(effect_->device_force_n());
+    }
+    double unasked_force_n() const noexcept override { return effect_->unasked_force_n(); }
+    bool is_active() const noexcept override { return effect_->is_active(); }
+    std::size_t most_primitives() const noexcept override { return effect_->most_primitives(); }
+    QueryCount queries() const noexcept override { return effect_->queries(); }
+    std::any save_state() const override { return effect_->save_state(); }
+    void restore_state(const std::any& state) override;
+
+private:
+    std::unique_ptr<Effect> effect_;
+    const MovingSurface* body_;
+    RigidMap map_; // of the body, in this frame
+};
+
+} // namespace palpate
