@@ -40,7 +40,10 @@ private:
 inline double angle_between(const Quaternion& a, const Quaternion& b) noexcept {
     // By the sine of half of it, which keeps its digits where the angle is small.
     const Quaternion turn = glm::conjugate(a) * b;
-    return 2.0 * std::atan2(glm::length(Vec3(turn.x, turn.y, turn.z)), std::abs(turn.w));
+    const double sine = glm::length(Vec3(turn.x, turn.y, turn.z)), square = sine * sine;
+    if (sine < 0.02) // from one frame to the next: the arcsine's series, to 3e-12 of it
+        return 2.0 * sine * (1.0 + square * (1.0 / 6.0 + square * (3.0 / 40.0)));
+    return 2.0 * std::atan2(sine, std::abs(turn.w));
 }
 
 /// The pose at `share` of the way, [0, 1]: the origin goes straight, and the body turns about it by

@@ -50,8 +50,8 @@ public:
         contacts_[i].plane.anchor -= by_m * contacts_[i].plane.normal;
         contacts_[i].level_gap += by_m * contacts_[i].gradient_length;
     }
-    /// Puts another plane in place of one that is there.                                [loop]
-    void replace(std::size_t i, const ContactPlane& contact) noexcept { contacts_[i] = contact; }
+    /// A plane that is there, to be changed.                                            [loop]
+    ContactPlane& edit(std::size_t i) noexcept { return contacts_[i]; }
     std::size_t size() const noexcept { return contacts_.size(); } ///< [loop]
     bool overflowed() const noexcept { return overflowed_; }       ///< [loop]
     /// Whether there are planes, and all of them are facets.                             [loop]

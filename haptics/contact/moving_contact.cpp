@@ -12,13 +12,12 @@ PlanePrimitive placed(const PlanePrimitive& plane, const RigidMap& map) noexcept
     return {map.point(plane.anchor), map.direction(plane.normal), plane.strength_n};
 }
 
-/// What is felt in the body's frame, as the scene has it.
-ContactPlane placed(ContactPlane contact, const RigidMap& map) noexcept {
+/// What is felt in the body's frame becomes what the scene has.
+void place(ContactPlane& contact, const RigidMap& map) noexcept {
     contact.plane = placed(contact.plane, map);
-    if (contact.slope == Vec3{0.0}) return contact; // a facet: it is flat
+    if (contact.slope == Vec3{0.0}) return; // a facet: it is flat
     contact.slope = map.direction(contact.slope);
     contact.depth_hessian = map.rotation() * contact.depth_hessian * glm::transpose(map.rotation());
-    return contact;
 }
 
 } // namespace
@@ -58,11 +57,13 @@ Vec3 MovingContact::place_in_scene(const Vec3& body) noexcept {
     return place.scene;
 }
 
-void MovingContact::be_at(const RigidPose& pose) noexcept {
+void MovingContact::be_at(const RigidPose& pose, const RigidMap& map) noexcept {
     pose_ = pose;
-    map_ = RigidMap(pose);
+    map_ = map;
     count_ = next_ = 0;
 }
+
+void MovingContact::be_at(const RigidPose& pose) noexcept { be_at(pose, RigidMap(pose)); }
 
 // ---- the contact, seen from the scene ----------------------------------------------------------
 
@@ -78,12 +79,13 @@ void MovingContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane*
     if (nearest) {
         NearestPlane in_body{map_.point_back(nearest->pull), nearest->reach_m};
         contact_->offer(proxy_in_body(proxy), contacts, &in_body);
-        if (in_body.found) nearest->found = placed(*in_body.found, map_);
+        if (in_body.found) place(*in_body.found, map_);
+        nearest->found = in_body.found;
     } else {
         contact_->offer(proxy_in_body(proxy), contacts);
     }
     for (std::size_t i = first; i < contacts.size(); ++i)
-        contacts.replace(i, placed(contacts[i], map_));
+        place(contacts.edit(i), map_);
 }
 
 Chord MovingContact::carry(const Vec3& from, const Vec3& to) noexcept {
@@ -167,10 +169,12 @@ double MovingContact::turn_left() const noexcept {
 void MovingContact::try_pose(double share) noexcept {
     tried_ = pose_between(pose_, goal_, share);
     tried_map_ = RigidMap(tried_);
+    gone_along_ = {proxy_.scene, tried_map_.point(proxy_.body)};
 }
 
 Vec3 MovingContact::along(const Vec3& proxy) noexcept {
-    return tried_map_.point(proxy_in_body(proxy));
+    if (proxy != gone_along_.from) gone_along_ = {proxy, tried_map_.point(proxy_in_body(proxy))};
+    return gone_along_.to;
 }
 
 PlanePrimitive MovingContact::along(const PlanePrimitive& plane) const noexcept {
@@ -195,7 +199,7 @@ Chord MovingContact::carry_relative(const Vec3& from, const Vec3& to) noexcept {
 
 void MovingContact::take_pose(const Vec3& proxy) noexcept {
     const Vec3 end = relative_end(proxy_.scene, proxy);
-    be_at(tried_);
+    be_at(tried_, tried_map_);
     proxy_ = {proxy, end};
 }
 

@@ -94,6 +94,7 @@ private:
     void remember(const Place& place) noexcept;
     void take_goal() const noexcept;
     void be_at(const RigidPose& pose) noexcept;
+    void be_at(const RigidPose& pose, const RigidMap& map) noexcept;
 
     std::unique_ptr<SurfaceContact> contact_;
     // A pose that was set is the goal, whether or not the loop has taken it yet.
@@ -104,6 +105,7 @@ private:
     RigidMap map_, tried_map_;
 
     Place proxy_;
+    Vec3 along_{0.0};               // where the tried pose takes it, m, scene frame
     std::array<Place, 3> places_{}; // others of this frame, the newest at next_ - 1
     std::size_t count_ = 0, next_ = 0;
 };

@@ -178,7 +178,8 @@ private:
     Vec3 follow_bodies(Vec3 proxy) noexcept;
     Passage place_beside_bodies(const Vec3& proxy, int& looks) noexcept;
     Passage between_bodies(const Vec3& proxy, int& looks) noexcept;
-    Passage relative_way(const Vec3& from, const Vec3& to, int& looks) noexcept;
+    Passage relative_way(const Vec3& from, const Vec3& to, const LoopSurface* along_with,
+                         int& looks) noexcept;
     void look(std::size_t surface, const Vec3& proxy) noexcept;
     void follow_gains() noexcept;
     bool is_driven() const noexcept;
@@ -232,7 +233,7 @@ private:
     ProxyPath path_;
     std::vector<std::uint32_t> steps_left_;
     SubdivisionResult result_;
-    bool led_ = false; // the last move was the leading surface's own
+    bool led_ = false;        // the last move was the leading surface's own
     bool has_bodies_ = false; // surfaces that may move
 };
 

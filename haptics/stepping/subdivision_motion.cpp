@@ -12,7 +12,8 @@ namespace palpate {
 namespace {
 
 // In a longer turn the straight way that is certified in the body's frame would be too far from the
-// curve: by r angle^2 / 8 + d angle / 4, with r the distance from the body's origin, whose way is d.
+// curve: by r angle^2 / 8 + d angle / 4, with r the distance from the body's origin, whose way is
+// d.
 constexpr double kLongestTurn = 0.1; // rad
 // Pieces of the way to the poses that were set: a turn of pi takes 32 of them.
 constexpr int kMostPieces = 64;
@@ -73,15 +74,15 @@ Vec3 Subdivision::follow_bodies(Vec3 proxy) noexcept {
 /// the best of these ways is free.
 Subdivision::Passage Subdivision::place_beside_bodies(const Vec3& proxy, int& looks) noexcept {
     Passage best;
-    const auto is_free = [&](const Vec3& to) {
-        const Passage passage = relative_way(proxy, to, looks);
+    const auto is_free = [&](const Vec3& to, const LoopSurface* along_with = nullptr) {
+        const Passage passage = relative_way(proxy, to, along_with, looks);
         if (passage.share > best.share) best = passage;
         return best.share >= 1.0;
     };
     for (const bool touched : {true, false}) {
         for (const LoopSurface& surface : surfaces_)
             if (surface.moving() && surface.pushes_back() == touched &&
-                is_free(surface.moving()->along(proxy)))
+                is_free(surface.moving()->along(proxy), &surface))
                 return best;
         if (touched && is_free(proxy)) return best;
     }
@@ -104,14 +105,16 @@ Subdivision::Passage Subdivision::between_bodies(const Vec3& proxy, int& looks) 
         const MovingSurface* body = surfaces_[contacts_[c].surface].moving();
         planes.add(body ? body->along(plane) : plane);
     }
-    return relative_way(proxy, solve_proxy(planes, drawn_to, kAnyStiffness).proxy, looks);
+    return relative_way(proxy, solve_proxy(planes, drawn_to, kAnyStiffness).proxy, nullptr, looks);
 }
 
-/// How much of the proxy's way to `to` all surfaces certify, each as its own body sees it.
+/// How much of the proxy's way to `to` all surfaces certify, each as its own body sees it. Nothing
+/// is to be certified of the one with whose body it goes along, if any.
 Subdivision::Passage Subdivision::relative_way(const Vec3& from, const Vec3& to,
-                                               int& looks) noexcept {
+                                               const LoopSurface* along_with, int& looks) noexcept {
     Passage passage{to, is_a_place(to) ? 1.0 : 0.0};
     for (std::size_t i = 0; i < surfaces_.size() && passage.share > 0.0; ++i) {
+        if (&surfaces_[i] == along_with) continue;
         MovingSurface* body = surfaces_[i].moving();
         if (body ? body->goes_along(from, to) : to == from) continue;
         if (--looks < 0) return {to, 0.0};
