@@ -210,7 +210,9 @@ TEST_P(MovingBodies, NonePassesTheProxy) {
     EXPECT_GT(counts.in_contact, frames / 50);
     EXPECT_GT(counts.moved, frames / 2);
     // A body alone has nothing to press the proxy against.
-    if (GetParam().bodies.size() == 1) EXPECT_EQ(counts.held_back, 0);
+    if (GetParam().bodies.size() == 1) {
+        EXPECT_EQ(counts.held_back, 0);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, MovingBodies, testing::ValuesIn(cases()),

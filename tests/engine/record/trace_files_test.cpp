@@ -98,7 +98,9 @@ TEST_F(TraceFiles, FramesCsvGivesEveryBitBack) {
         const std::vector<std::string>& row = rows[i + 1];
         // A cell at the end of a line that is empty is none for cells_of().
         ASSERT_EQ(row.size(), f.surfaces_felt == 0 ? 17u : 18u);
-        if (f.surfaces_felt != 0) EXPECT_EQ(row[17], felt_in_words(f.surfaces_felt, kFelt));
+        if (f.surfaces_felt != 0) {
+            EXPECT_EQ(row[17], felt_in_words(f.surfaces_felt, kFelt));
+        }
         const double numbers[] = {f.time_s,  f.probe.x, f.probe.y, f.probe.z, f.proxy.x,
                                   f.proxy.y, f.proxy.z, f.force.x, f.force.y, f.force.z};
         for (std::size_t k = 0; k < std::size(numbers); ++k)

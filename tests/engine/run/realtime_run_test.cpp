@@ -57,7 +57,9 @@ TEST(RealtimeRun, MakesProgressHereAndEndsWithAStoppedDevice) {
     for (const FrameReport& frame : trace.frames)
         largest_n = std::max(largest_n, glm::length(frame.force));
     // A machine that is so busy that the loop was late must not push: then no force is right, too.
-    if (trace.realtime->silent_loop == 0) EXPECT_GT(largest_n, 0.5);
+    if (trace.realtime->silent_loop == 0) {
+        EXPECT_GT(largest_n, 0.5);
+    }
     EXPECT_EQ(trace.device.name, "scripted");
     EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
     EXPECT_EQ(device.forces.back(), Vec3(0.0));
