@@ -13,14 +13,17 @@ MovingEffect::MovingEffect(std::unique_ptr<Effect> effect, const MovingSurface& 
 
 void MovingEffect::restart(const Vec3& proxy) noexcept {
     map_ = RigidMap(body_->pose());
-    effect_->restart(map_.point_back(proxy));
+    proxy_ = map_.point_back(proxy);
+    effect_->restart(proxy_);
 }
 
 void MovingEffect::begin(const FrameContext& frame) noexcept {
     map_ = RigidMap(body_->pose());
     FrameContext seen = frame;
     seen.probe = map_.point_back(frame.probe);
-    seen.start = map_.point_back(frame.start);
+    // Where the body has gone in silence, nobody was carried.
+    if (frame.after_silence) proxy_ = map_.point_back(frame.start);
+    seen.start = proxy_;
     effect_->begin(seen);
 }
 
@@ -37,11 +40,16 @@ Vec3 MovingEffect::within(const Vec3& wanted) const noexcept {
 }
 
 void MovingEffect::commit(const FrameOutcome& outcome) noexcept {
-    effect_->commit({map_.point_back(outcome.proxy), outcome.felt});
+    proxy_ = map_.point_back(outcome.proxy);
+    effect_->commit({proxy_, outcome.felt});
 }
 
+std::any MovingEffect::save_state() const { return State{effect_->save_state(), proxy_}; }
+
 void MovingEffect::restore_state(const std::any& state) {
-    effect_->restore_state(state);
+    const auto& from = std::any_cast<const State&>(state);
+    effect_->restore_state(from.effect);
+    proxy_ = from.proxy;
     map_ = RigidMap(body_->pose());
 }
 

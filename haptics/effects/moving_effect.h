@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <any>
 #include <memory>
 
 #include <palpate/geometry/rigid_pose.h>
@@ -10,9 +11,9 @@
 namespace palpate {
 
 /// An effect that moves along with a rigid body: an effect of any kind, which stays in the body's
-/// own frame and knows nothing of the pose, seen from the scene. As for the surface of the body
-/// (MovingContact), each frame begins with the body at its new place and the proxy beside it: what
-/// the effect remembers of its path is a place in the body. [loop] but for its constructor.
+/// own frame and knows nothing of the pose, seen from the scene. What it remembers of its path is a
+/// place in the body, and a frame starts where the body has carried the last one's proxy to: so a
+/// medium that moves carries a hand along. [loop] but for its constructor.
 class MovingEffect final : public Effect {
 public:
     /// `effect`: in the body's frame, which is the scene's as long as no pose is set. `body` has
@@ -33,13 +34,20 @@ public:
     bool is_active() const noexcept override { return effect_->is_active(); }
     std::size_t most_primitives() const noexcept override { return effect_->most_primitives(); }
     QueryCount queries() const noexcept override { return effect_->queries(); }
-    std::any save_state() const override { return effect_->save_state(); }
+    std::any save_state() const override;
     void restore_state(const std::any& state) override;
 
 private:
+    /// What it remembers from frame to frame.
+    struct State {
+        std::any effect;
+        Vec3 proxy{0.0};
+    };
+
     std::unique_ptr<Effect> effect_;
     const MovingSurface* body_;
-    RigidMap map_; // of the body, in this frame
+    RigidMap map_;    // of the body, in this frame
+    Vec3 proxy_{0.0}; // at the end of the last frame, m, body's frame
 };
 
 } // namespace palpate
