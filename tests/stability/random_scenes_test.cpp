@@ -143,11 +143,24 @@ std::string wrong_with(const Vec3& now, const Vec3& before, const Made& made) {
     return fades ? "" : "a force beyond the slew limit";
 }
 
+/// A pose that a program may set, as good as any, or none at all.
+RigidPose any_pose(Random& random) {
+    if (chance(random, 0.1)) return {absurd_vector(random), {absurd(random), 0.0, 1.0, 0.0}};
+    const Vec3 turn = any_vector(random, of_any_size(random, 1e-4, 3.0));
+    return {any_vector(random, of_any_size(random, 1e-5, 0.1)),
+            Quaternion(1.0, turn.x, turn.y, turn.z)};
+}
+
 /// Runs a loop; what is wrong with it, or nothing.
-std::string run(HapticLoop& loop, const Made& made, Random& random) {
+std::string run(HapticLoop& loop, const std::shared_ptr<const Scene>& scene, const Made& made,
+                Random& random) {
     Hand hand(random);
     Vec3 before{0.0};
     for (int frame = 0; frame < kFrames; ++frame) {
+        if (chance(random, 0.2))
+            loop.set_pose(static_cast<std::size_t>(pick(random, 3)), any_pose(random));
+        if (chance(random, 0.01)) loop.adopt(scene);
+        if (chance(random, 0.01)) loop.restore(loop.save());
         if (chance(random, 0.02) && loop.effect_count() > 0)
             loop.set_gain(
                 static_cast<std::size_t>(pick(random, static_cast<int>(loop.effect_count()))),
@@ -192,7 +205,7 @@ std::string try_scene(std::uint64_t seed, const std::filesystem::path& mesh, Tal
         test::ScriptedClock clock(30.0);
         HapticLoop loop(scene, clock, made->loop, made->device, wild_effects(random));
         ++tally.ran;
-        return run(loop, *made, random);
+        return run(loop, scene, *made, random);
     } catch (const std::out_of_range& error) {
         return std::string("out_of_range: ") + error.what();
     } catch (const std::exception& error) {

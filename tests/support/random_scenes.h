@@ -194,6 +194,7 @@ private:
             if (chance(random_, 0.4)) surface.strength_n = of_any_size(random_, 1e-3, 100.0);
             if (chance(random_, 0.3)) surface.yielding = Yielding::opens;
             if (chance(random_, 0.3)) surface.leash_mm = 1.0;
+            surface.moves = chance(random_, 0.3);
             made_->text("volume", surface.volume);
             made_->text("material", surface.material);
             made_->number("iso_value", surface.iso_value);
@@ -240,6 +241,10 @@ private:
             effect.settings = effects::Surface{};
         surface_ = chance(random_, 0.5) ? "s" : "t";
         std::visit([&](auto& settings) { fill(settings); }, effect.settings);
+        if (!can_move(effect) || !chance(random_, 0.5)) return;
+        for (const auto& [name, surface] : made_->scene.surfaces)
+            if (surface.moves) effect.moves_with = name;
+        made_->text("moves_with", effect.moves_with);
     }
 
     void fill(effects::Surface& effect) { on_surface(effect); }
