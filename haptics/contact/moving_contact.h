@@ -105,7 +105,9 @@ private:
     RigidMap map_, tried_map_;
 
     Place proxy_;
-    Vec3 along_{0.0};               // where the tried pose takes it, m, scene frame
+    struct {
+        Vec3 from{0.0}, to{0.0};    // m, scene frame
+    } gone_along_;                  // where the tried pose takes the proxy
     std::array<Place, 3> places_{}; // others of this frame, the newest at next_ - 1
     std::size_t count_ = 0, next_ = 0;
 };

@@ -216,7 +216,7 @@ TEST_P(MovingBodies, NonePassesTheProxy) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, MovingBodies, testing::ValuesIn(cases()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& of) { return of.param.name; });
 
 /// A hand that holds still between a wall and a box that comes, step by step.
 TEST(MovingBodies, ABoxThatPressesTheProxyAgainstAWallWaits) {
