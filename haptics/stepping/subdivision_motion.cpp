@@ -35,8 +35,10 @@ Vec3 Subdivision::follow_bodies(Vec3 proxy) noexcept {
     bool moves = false;
     for (LoopSurface& surface : surfaces_) {
         if (!surface.moving()) continue;
-        if (surface.moving()->begin_motion()) moves = true;
-        if (surface.moving()->pose() != RigidPose{}) result_.flags |= kBodyMoved;
+        if (surface.moving()->begin_motion())
+            moves = true;
+        else if (surface.moving()->pose() != RigidPose{})
+            result_.flags |= kBodyMoved;
     }
     if (!moves) return proxy;
     result_.flags |= kBodyMoved;
