@@ -28,22 +28,22 @@ namespace {
 // Beyond this no scene reaches, and Embree's float32 would overflow.
 constexpr double kProbeRange = SurfaceScene::kQueryRange;
 
-/// Denormal numbers cost hundreds of cycles each: flushed to zero within a frame, the caller's mode
-/// restored after it.
-class FlushDenormals {
+/// How a frame computes, whatever the caller's mode: rounds to nearest and traps nothing, so that
+/// it has the same bits everywhere; denormal numbers, which cost hundreds of cycles each, are zero.
+/// The caller's mode is restored after it.
+class FrameArithmetic {
 public:
 #if defined(__x86_64__)
-    FlushDenormals() noexcept : saved_(_mm_getcsr()) {
-        _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
-    }
-    ~FlushDenormals() { _mm_setcsr(saved_); }
+    FrameArithmetic() noexcept : callers_(_mm_getcsr()) { _mm_setcsr(kOfFrames); }
+    ~FrameArithmetic() { _mm_setcsr(callers_); }
 
 private:
-    static constexpr unsigned kFlushToZero = 0x8000;
-    static constexpr unsigned kDenormalsAreZero = 0x0040;
-    unsigned saved_;
+    static constexpr unsigned kAllTrapsMasked = 0x1f80;
+    static constexpr unsigned kFlushToZero = 0x8000, kDenormalsAreZero = 0x0040;
+    static constexpr unsigned kOfFrames = kAllTrapsMasked | kFlushToZero | kDenormalsAreZero;
+    unsigned callers_;
 #else
-    FlushDenormals() noexcept {}
+    FrameArithmetic() noexcept {}
 #endif
 };
 
@@ -109,7 +109,7 @@ SceneLoop::SceneLoop(std::shared_ptr<const Scene> scene, Clock& clock, const Loo
 }
 
 void SceneLoop::go_on_from(SceneLoop& before) noexcept {
-    const FlushDenormals flush_denormals;
+    const FrameArithmetic arithmetic;
     constexpr std::size_t kNew = Subdivision::Heritage::kNew;
     for (std::size_t i = 0; i < identities_.size(); ++i) {
         const auto& theirs = before.identities_;
@@ -235,7 +235,7 @@ std::vector<std::string> SceneLoop::warnings() const {
 
 FrameReport SceneLoop::frame(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                              double began_us) noexcept {
-    const FlushDenormals flush_denormals;
+    const FrameArithmetic arithmetic;
 
     FrameReport report;
     report.frame = frames_++;
