@@ -21,8 +21,10 @@ const SceneSurface& surface_named(const Scene& scene, std::string_view name) {
         if (surface.name == name) return surface;
         names += (names.empty() ? "" : ", ") + surface.name;
     }
-    throw std::invalid_argument("surface \"" + std::string(name) +
-                                "\" is none that the scene lets one feel; give one of: " + names);
+    throw std::invalid_argument(
+        "surface \"" + std::string(name) + "\" is none that the scene lets one feel; " +
+        (names.empty() ? "there are none: add an effect with type = \"surface\""
+                       : "give one of: " + names));
 }
 
 /// A mesh near the level, where there is one or one can be had quickly.

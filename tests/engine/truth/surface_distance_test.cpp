@@ -123,12 +123,18 @@ TEST(SurfaceDistance, OfAMeshIsTheNearestOfAllItsTriangles) {
 
 TEST(SurfaceDistance, RefusesASurfaceThatIsNotThereAndPointsThatAreNone) {
     const auto scene = formula("analytic = \"solid_sphere\"\nradius_mm = 30");
-    try {
-        SurfaceDistance(scene, "bone");
-        ADD_FAILURE() << "nothing was thrown";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("give one of: s"), std::string::npos);
-    }
+    const auto complaint = [](const std::shared_ptr<const Scene>& of) -> std::string {
+        try {
+            SurfaceDistance(of, "bone");
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "nothing was thrown";
+    };
+    const std::string none = "surface \"bone\" is none that the scene lets one feel; ";
+    EXPECT_EQ(complaint(scene), none + "give one of: s");
+    EXPECT_EQ(complaint(std::make_shared<const Scene>(SceneDescription{})),
+              none + "there are none: add an effect with type = \"surface\"");
     EXPECT_FALSE(SurfaceDistance(scene, "s").nearest({NAN, 0, 0}));
 }
 
