@@ -6,6 +6,7 @@
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate::python {
 namespace {
@@ -132,17 +133,13 @@ public:
     }
     std::size_t effect_count() const { return loop_->effect_count(); }
 
+    /// `effect` is below effect_count().
     void set_gain(std::size_t effect, double gain) {
         if (loop_->set_gain(effect, gain)) return;
-        if (effect >= loop_->effect_count())
-            throw ArgumentProblem("effect = " + std::to_string(effect) + ": the scene has " +
-                                  std::to_string(loop_->effect_count()) +
-                                  " effects, counted from 0; give one of them");
         if (!(gain >= 0.0 && gain <= 10.0))
             throw ArgumentProblem("gain = " + std::to_string(gain) +
                                   " is out of range; give a number in [0, 10]");
-        const Scene& scene = adopted_ ? *adopted_->scene : *scene_;
-        const PlannedEffect& planned = scene.plan().effects[effect];
+        const PlannedEffect& planned = newest_scene().plan().effects[effect];
         throw ArgumentProblem(
             "effect = " + std::to_string(effect) +
             (planned.on ? ": is a workspace that keeps the proxy from what was left out; keep its "
@@ -151,12 +148,8 @@ public:
                               "); change the scene where it is to be felt"));
     }
 
-    void set_pose(std::size_t surface, const Vec3& position, const Quaternion& orientation) {
-        if (loop_->set_pose(surface, {position, orientation})) return;
-        throw ArgumentProblem("surface = " + std::to_string(surface) +
-                              ": does not move, or the pose is out of range; give a surface with "
-                              "moves = true, a position within 1e6 m, and an orientation w, x, y, "
-                              "z that is not 0");
+    bool set_pose(std::size_t surface, const Vec3& position, const Quaternion& orientation) {
+        return loop_->set_pose(surface, {position, orientation});
     }
     std::pair<py::array_t<double>, py::array_t<double>> pose(std::size_t surface) const {
         const RigidPose pose = loop_->pose(surface);
@@ -181,12 +174,19 @@ public:
         adopted_ = scene;
     }
     /// Surfaces as set_pose() counts them: those of the scene that was adopted last.
-    std::vector<std::string> surfaces_to_move() const {
-        return adopted_ ? surface_names(*adopted_->scene) : surfaces_;
+    std::vector<std::string> surfaces_to_move() const { return surface_names(newest_scene()); }
+    /// Those of them that have `moves = true`.
+    std::vector<std::string> surfaces_that_move() const {
+        std::vector<std::string> names = surfaces_to_move();
+        const auto& described = newest_scene().description().surfaces;
+        std::erase_if(names, [&](const std::string& name) { return !described.at(name).moves; });
+        return names;
     }
     std::vector<std::string> surfaces() const { return surfaces_; }
 
 private:
+    const Scene& newest_scene() const { return adopted_ ? *adopted_->scene : *scene_; }
+
     /// What takes the adopted scene over in the loop does so here.
     void be_of_adopted() {
         if (!adopted_) return;
@@ -291,6 +291,7 @@ void add_touch(py::module_& module) {
 void add_loop(py::module_& module) {
     add_report(module);
     add_touch(module);
+    module.attr("most_sub_steps") = Subdivision::kMostEvaluations;
     py::class_<State>(module, "LoopState", "The whole state of a loop between two frames.");
     py::class_<Loop>(module, "Loop", "a loop over a scene, frame by frame")
         .def(py::init<const PyScene&, const std::optional<std::string>&, std::optional<int>,
@@ -312,13 +313,15 @@ void add_loop(py::module_& module) {
             "set_pose",
             [](Loop& loop, std::size_t surface, const std::array<double, 3>& p,
                const std::array<double, 4>& q) {
-                loop.set_pose(surface, {p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]});
+                return loop.set_pose(surface, {p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]});
             },
-            py::arg("surface"), py::arg("position"), py::arg("orientation"))
+            py::arg("surface"), py::arg("position"), py::arg("orientation"),
+            "False, and nothing is changed, where the surface does not move or cannot be there")
         .def("pose", &Loop::pose, py::arg("surface"))
         .def("wrench", &Loop::wrench, py::arg("surface"))
         .def("adopt", &Loop::adopt, py::arg("scene"))
         .def_property_readonly("surfaces_to_move", &Loop::surfaces_to_move)
+        .def_property_readonly("surfaces_that_move", &Loop::surfaces_that_move)
         .def_property_readonly("surfaces", &Loop::surfaces)
         .def_property_readonly("path", &Loop::path)
         .def_property_readonly("steps_left", &Loop::steps_left)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # What the package has in C++; users take the package.
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 version: str
 column_names: tuple[str, ...]
 phases: tuple[str, str, str]
+most_sub_steps: int
 
 class VolumeData:
     @staticmethod
@@ -178,12 +180,14 @@ class Loop:
         surface: int,
         position: Sequence[float] | np.ndarray,
         orientation: Sequence[float] | np.ndarray,
-    ) -> None: ...
+    ) -> bool: ...
     def pose(self, surface: int) -> tuple[np.ndarray, np.ndarray]: ...
     def wrench(self, surface: int) -> tuple[np.ndarray, np.ndarray]: ...
     def adopt(self, scene: Scene) -> None: ...
     @property
     def surfaces_to_move(self) -> list[str]: ...
+    @property
+    def surfaces_that_move(self) -> list[str]: ...
     @property
     def surfaces(self) -> list[str]: ...
     @property

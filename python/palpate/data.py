@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _palpate
+from palpate._arguments import float64, require_unmasked, shown, text
 from palpate.errors import ArgumentError
 
 _FLOAT, _LABEL = np.dtype(np.float32), np.dtype(np.int32)
@@ -23,10 +24,7 @@ def _array(name: str, values: Any, wanted: np.dtype, axes: str) -> np.ndarray:
             f"{name}: is of type {type(values).__name__}; give a numpy array: "
             f'np.asarray({name}, dtype={kind}, order="F")'
         )
-    if isinstance(values, np.ma.MaskedArray):
-        raise ArgumentError(
-            f"{name}: is masked; give {name}.filled(value) with the value of the background"
-        )
+    require_unmasked(name, values)
     if values.ndim != axes.count(",") + 1 or 0 in values.shape:
         raise ArgumentError(f"{name}: is of shape {values.shape}; give an array {axes}")
     if values.dtype != wanted:
@@ -45,10 +43,7 @@ def _array(name: str, values: Any, wanted: np.dtype, axes: str) -> np.ndarray:
 
 def _affine(name: str, affine: npt.ArrayLike) -> np.ndarray:
     """(4, 4) of float64, finite, its last row 0 0 0 1; a copy."""
-    try:
-        matrix = np.array(affine, dtype=np.float64)
-    except (TypeError, ValueError):
-        matrix = np.empty(0)
+    matrix = np.array(float64(name, affine))
     if matrix.shape != (4, 4):
         raise ArgumentError(
             f"{name}: is no matrix (4, 4) of numbers; give one that leads from i, j, k, 1 to "
@@ -118,6 +113,7 @@ class Labels(VolumeData):
     ``values``: (I, J, K) of int32, as `Voxels` has them, 0 for the background; or a list of such
     arrays of one shape, layers, where structures overlap. ``names``: of values, ``{7: "Liver"}``;
     with layers a list of such dicts, one for each. What has no name is called by its number.
+    Several values may have one name, as in files: ``label`` then takes them as one surface.
     ``index_to_scene`` is that of `Voxels`. Raises ArgumentError that says what to give.
     """
 
@@ -132,7 +128,7 @@ class Labels(VolumeData):
                 _array(f"values[{i}]", layer, _LABEL, "(I, J, K)") for i, layer in enumerate(values)
             ]
             tables = [{}] * len(layers) if names is None else names
-            if not layers or isinstance(tables, Mapping) or len(tables) != len(layers):
+            if not layers or not isinstance(tables, (list, tuple)) or len(tables) != len(layers):
                 raise ArgumentError(
                     f"names: is not one for each of {len(layers)} layers; give a list with a dict "
                     "for each"
@@ -143,23 +139,34 @@ class Labels(VolumeData):
             layers = [_array("values", values, _LABEL, "(I, J, K)")]
             tables = [{} if names is None else names]
         self.values: list[np.ndarray] = layers
-        self.names: list[dict[int, str]] = [_names(table) for table in tables]
+        self.names: list[dict[int, str]] = [
+            _names(f"names[{i}]" if len(tables) > 1 else "names", table)
+            for i, table in enumerate(tables)
+        ]
         self.index_to_scene: np.ndarray = _affine("index_to_scene", index_to_scene)
         self._words = _words("labels", layers[0].shape)
         self._native = _palpate.VolumeData.labels(layers, self.index_to_scene, self.names)
 
 
-def _names(table: Any) -> dict[int, str]:
-    try:
-        names = {int(value): name for value, name in table.items() if int(value) == value}
-    except (AttributeError, TypeError, ValueError):
-        names = None
-    if names is None or len(names) != len(table) or not all(
-        isinstance(name, str) and name for name in names.values()
-    ):
+def _names(place: str, table: Any) -> dict[int, str]:
+    if not isinstance(table, Mapping):
         raise ArgumentError(
-            f'names = {table!r}; give a dict of whole numbers and texts: {{7: "Liver"}}'
+            f'{place} = {shown(table)}; give a dict of whole numbers and texts: {{7: "Liver"}}'
         )
+    names: dict[int, str] = {}
+    for value, name in table.items():
+        array = float64(f"{place}: key", value)
+        if array.shape != () or not -(2.0**31) <= array < 2.0**31 or array != np.floor(array):
+            raise ArgumentError(
+                f"{place}: key {shown(value)} is no value of a voxel; give a whole number in "
+                "[-2147483648, 2147483647]"
+            )
+        if not isinstance(name, str) or not name:
+            raise ArgumentError(
+                f"{place}: key {shown(value)} has the name {shown(name)}; give a text, "
+                'as {7: "Liver"}'
+            )
+        names[int(array)] = text(f"{place}: name", name, "a text")
     return names
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _palpate
+from palpate._arguments import float64, shown, text
 from palpate.errors import ArgumentError
 from palpate.scene import Scene, native
 
@@ -35,7 +36,8 @@ class SurfaceDistance:
     """
 
     def __init__(self, scene: Scene, surface: str) -> None:
-        self._native = _palpate.SurfaceDistance(native(scene), surface)
+        name = text("surface", surface, "the name of one that is felt")
+        self._native = _palpate.SurfaceDistance(native(scene), name)
 
     def nearest(self, points: npt.ArrayLike) -> Nearest:
         """The nearest point for each of ``points``, (N, 3), m, scene frame.
@@ -43,10 +45,9 @@ class SurfaceDistance:
         NaN where the point is not finite, or nothing is found within 1 m. Other threads of Python
         run meanwhile, and Ctrl-C ends it. Raises ArgumentError where ``points`` is no (N, 3).
         """
-        try:
-            rows = np.asarray(points, dtype=np.float64)
-        except (TypeError, ValueError):
-            rows = np.empty(0)
+        rows = float64("points", points)
         if rows.ndim != 2 or rows.shape[1] != 3:
-            raise ArgumentError("points: are no rows of three numbers; give (N, 3) in m")
+            raise ArgumentError(
+                f"points = {shown(points)}: are no rows of three numbers; give (N, 3) in m"
+            )
         return Nearest(*self._native.nearest(rows))

@@ -3,33 +3,41 @@
 
 from __future__ import annotations
 
-import operator
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from palpate import _palpate
+from palpate._arguments import choice, integer, number, shown, vector, wrong_type
 from palpate._palpate import LoopState, Report, SurfaceState, Touch
 from palpate.errors import ArgumentError
-from palpate.runs import _options_as_arguments
+from palpate.runs import _options, _options_as_arguments
 from palpate.scene import Scene, native
 
 __all__ = ["Loop", "LoopState", "Report", "SurfaceState", "Touch", "flag_names"]
 
 
 def flag_names(flags: int) -> list[str]:
-    """Names of the bits of a frame's ``flags``, as "force_clamped"."""
-    return _palpate.flag_names(int(flags))
+    """Names of the bits of a frame's ``flags``, 32 of them, as "force_clamped"."""
+    return _palpate.flag_names(integer("flags", flags, 0, 2**32 - 1))
 
 
-def _numbers(name: str, values: Sequence[float] | np.ndarray, count: int) -> list[float]:
-    try:
-        numbers = [float(value) for value in values]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) != count:
-        raise ArgumentError(f"{name} = {values!r}; give {count} numbers")
-    return numbers
+def _surface(surface: str | int, names: list[str]) -> int:
+    """The number of a surface that is felt."""
+    if not names:
+        raise ArgumentError(
+            f"surface = {shown(surface)}: the scene lets none be felt; add an effect with type = "
+            '"surface"'
+        )
+    remedy = f"one of {', '.join(names)}"
+    if isinstance(surface, (int, np.integer)):
+        return integer("surface", surface, 0, len(names) - 1)
+    if not isinstance(surface, str):
+        raise wrong_type("surface", surface, remedy)
+    if surface not in names:
+        raise ArgumentError(f"surface = {shown(surface)} is none that is felt; give {remedy}")
+    return names.index(surface)
 
 
 class Loop:
@@ -57,7 +65,7 @@ class Loop:
     ) -> None:
         with _options_as_arguments():
             self._native = _palpate.Loop(
-                native(scene), method, sub_steps, tolerance_um, budget_us
+                native(scene), *_options(method, sub_steps, tolerance_um, budget_us)
             )
 
     def frame(
@@ -74,14 +82,10 @@ class Loop:
         finite are held: see the report's flags. Never raises for a value; ArgumentError where
         ``position`` is not three numbers.
         """
-        try:
-            x_m, y_m, z_m = position
-            return self._native.frame(x_m, y_m, z_m, time_s, new_trial)
-        except (TypeError, ValueError):
-            raise ArgumentError(
-                f"position = {position!r}, time_s = {time_s!r}; give three numbers in m, and a "
-                "number in s or None"
-            ) from None
+        x_m, y_m, z_m = vector("position", position, 3, "three numbers in m")
+        if time_s is not None:
+            time_s = number("time_s", time_s, "a number in s, or None")
+        return self._native.frame(x_m, y_m, z_m, time_s, choice("new_trial", new_trial))
 
     def release(self) -> np.ndarray:
         """The next force on its way to zero, (3,), N: call it frame by frame when a run ends."""
@@ -93,13 +97,11 @@ class Loop:
         ``effect`` counts `Scene.effects` from 0. A gain moves by 1 in 50 ms of frames. Raises
         ArgumentError where the effect is left out, or a number is out of range.
         """
-        index = operator.index(effect)
-        if not 0 <= index < self._native.effect_count:
-            raise ArgumentError(
-                f"effect = {index}: the scene has {self._native.effect_count} effects, counted "
-                "from 0; give one of them"
-            )
-        self._native.set_gain(index, gain)
+        count = self._native.effect_count
+        if count == 0:
+            raise ArgumentError(f"effect = {shown(effect)}: the scene has none; add one to it")
+        index = integer("effect", effect, 0, count - 1)
+        self._native.set_gain(index, number("gain", gain, "a number in [0, 10]"))
 
     def set_pose(
         self,
@@ -115,20 +117,39 @@ class Loop:
         Where it has no room left, the body waits (flag "body_held_back"). Raises ArgumentError
         where the surface does not move, or the pose is out of range.
         """
-        place = _numbers("position", position, 3)
-        turn = _numbers("orientation", orientation, 4)
-        self._native.set_pose(self._number(surface, self._native.surfaces_to_move), place, turn)
+        names = self._native.surfaces_to_move
+        index = _surface(surface, names)
+        place = vector("position", position, 3, "three numbers in m")
+        turn = vector("orientation", orientation, 4, "four numbers: a quaternion w, x, y, z")
+        if self._native.set_pose(index, place, turn):
+            return
+        moving = self._native.surfaces_that_move
+        if names[index] not in moving:
+            others = f", or one that does: {', '.join(moving)}" if moving else ""
+            raise ArgumentError(
+                f"surface = {surface!r} does not move; give it moves = true in the scene, "
+                f"[surface.{names[index]}]{others}"
+            )
+        if not math.hypot(*place) < 1e6:
+            raise ArgumentError(
+                f"position = {shown(position)} is out of range; give three finite numbers in m, "
+                "less than 1e6 m from the scene's origin"
+            )
+        raise ArgumentError(
+            f"orientation = {shown(orientation)} has no direction; give a quaternion w, x, y, z "
+            "of finite length > 0, as 1, 0, 0, 0"
+        )
 
     def pose(self, surface: str | int) -> tuple[np.ndarray, np.ndarray]:
         """Where the body was in the last frame: position (3,), m, and orientation (4,)."""
-        return self._native.pose(self._number(surface, self._native.surfaces))
+        return self._native.pose(_surface(surface, self._native.surfaces))
 
     def wrench(self, surface: str | int) -> tuple[np.ndarray, np.ndarray]:
         """What the hand puts on the body: force (3,), N, and torque about its origin (3,), N m.
 
         The opposite of `touches` of the last frame, without a magnet's part.
         """
-        return self._native.wrench(self._number(surface, self._native.surfaces))
+        return self._native.wrench(_surface(surface, self._native.surfaces))
 
     def adopt(self, scene: Scene) -> None:
         """Goes on with another scene, from the next frame on.
@@ -140,20 +161,6 @@ class Loop:
         """
         self._native.adopt(native(scene))
 
-    @staticmethod
-    def _number(surface: str | int, names: list[str]) -> int:
-        if isinstance(surface, str):
-            if surface not in names:
-                raise ArgumentError(f"surface = {surface!r}: give one of {', '.join(names)}")
-            return names.index(surface)
-        number = operator.index(surface)
-        if not 0 <= number < len(names):
-            raise ArgumentError(
-                f"surface = {number}: the scene has {len(names)} surfaces, counted from 0; give "
-                "one of them"
-            )
-        return number
-
     def save(self) -> LoopState:
         """The whole state between two frames, as a value."""
         return self._native.save()
@@ -163,6 +170,8 @@ class Loop:
 
         The state may be another loop's over the same scene, made alike; else ArgumentError.
         """
+        if not isinstance(state, LoopState):
+            raise wrong_type("state", state, "what save() returned")
         self._native.restore(state)
 
     @property

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 
 from palpate import _palpate, _toml
+from palpate._arguments import file_name, integer
 from palpate.errors import ArgumentError, Error, FileError
 from palpate.runs import PathLike
 from palpate.scene import Scene
@@ -255,8 +256,12 @@ def _require_client(client: Any) -> None:
         )
 
 
+def _absolute(name: str, folder: PathLike) -> str:
+    return os.path.abspath(os.fsdecode(file_name(name, folder, "a folder's name")))
+
+
 def _folder(out: PathLike) -> Path:
-    folder = Path(out).absolute()
+    folder = Path(_absolute("out", out))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -296,7 +301,8 @@ def study_many(
     if client is not None:
         _require_client(client)
     plain, folder = _units(units), _folder(out)
-    arguments = (str(folder), None if cache is None else os.path.abspath(cache), extraction)
+    kept = None if cache is None else _absolute("cache", cache)
+    arguments = (str(folder), kept, extraction)
     if client is None:
         outcomes = _serially(plain, arguments)
     else:
@@ -318,10 +324,9 @@ def study_unit(
     `merge_studies` makes the table when all are there. Raises as `study_many`.
     """
     plain = _units(units)
-    if not 0 <= unit < len(plain):
-        raise ArgumentError(f"unit = {unit}: there are {len(plain)} units, counted from 0")
+    unit = integer("unit", unit, 0, len(plain) - 1)
     folder = _folder(out)
-    kept = None if cache is None else os.path.abspath(cache)
+    kept = None if cache is None else _absolute("cache", cache)
     _require_all([plain[unit]], [_run(plain[unit], str(folder), kept, extraction)])
 
 
@@ -341,7 +346,7 @@ def merge_studies(
     The same results give the same bytes. Raises Error where a unit's result is missing or is of
     other settings; FileError where a file in ``out`` is somebody else's.
     """
-    return _merged(_units(units), Path(out).absolute())
+    return _merged(_units(units), Path(_absolute("out", out)))
 
 
 def _merged(units: list[_Unit], folder: Path) -> Studies:

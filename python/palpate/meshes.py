@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate import _palpate
+from palpate._arguments import file_name, require_unmasked
 from palpate.errors import ArgumentError
 
 
@@ -30,6 +31,7 @@ def _arrays(mesh: Mesh, place: str) -> tuple[np.ndarray, np.ndarray]:
     """A mesh's arrays as C++ takes them; ArgumentError where they are of another kind."""
     for name, wanted in (("vertices_m", np.float64), ("triangles", np.uint32)):
         array = getattr(mesh, name)
+        require_unmasked(name, array)
         given = f"{place}: {name} is"
         if not isinstance(array, np.ndarray) or array.ndim != 2 or array.shape[1] != 3:
             shape = np.shape(array) if isinstance(array, np.ndarray) else type(array).__name__
@@ -50,5 +52,5 @@ def read_mesh(file: str | os.PathLike[str]) -> Mesh:
 
     Raises FileError.
     """
-    arrays, _ = _palpate.read_mesh(os.fsencode(file))
+    arrays, _ = _palpate.read_mesh(file_name("file", file))
     return Mesh(*arrays)

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _palpate
+from palpate._arguments import choice, file_name, integer, number, require_unmasked, text
 from palpate.errors import ArgumentError
 from palpate.scene import Scene, _extractor, _folder, native
 from palpate.table import Table
@@ -168,7 +169,7 @@ class Trace(Frames):
         Raises FileError where that cannot be written, is an input of the scene, or, without
         ``force``, is a file that Palpate did not write.
         """
-        self._native.save(os.fsencode(file), force)
+        self._native.save(file_name("file", file), choice("force", force))
 
 
 class Recording(Frames):
@@ -201,6 +202,7 @@ def _rows(path: Any, rate_hz: float) -> np.ndarray:
                 f"path: has no column {missing[0]}; give columns {', '.join(_ROW)}"
             )
         path = path[list(_ROW)].to_numpy()
+    require_unmasked("path", path)
     try:
         rows = np.asarray(path)
     except ValueError:
@@ -216,16 +218,29 @@ def _rows(path: Any, rate_hz: float) -> np.ndarray:
     return np.column_stack([np.arange(len(rows)) / rate_hz, rows])
 
 
-def _source(scene: Scene, path: Any, rate_hz: float | None, every: int) -> Any:
-    if every < 1:
-        raise ArgumentError(f"every = {every} is out of range; give an integer >= 1")
-    if rate_hz is not None and not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise ArgumentError(f"rate_hz = {rate_hz} is out of range; give a finite number > 0, Hz")
+def _source(scene: Scene, path: Any, rate_hz: float | None) -> Any:
+    if rate_hz is not None:
+        rate_hz = number("rate_hz", rate_hz, "a finite number > 0, Hz, or None")
+        if not (np.isfinite(rate_hz) and rate_hz > 0):
+            raise ArgumentError(
+                f"rate_hz = {rate_hz} is out of range; give a finite number > 0, Hz"
+            )
     if path is None or isinstance(path, (str, os.PathLike)):
         if rate_hz is not None:
             raise ArgumentError("rate_hz: goes with an array of positions; leave it out")
-        return None if path is None else os.fsencode(path)
+        return None if path is None else file_name("path", path)
     return _rows(path, scene.rate_hz if rate_hz is None else rate_hz)
+
+
+def _options(method: Any, sub_steps: Any, tolerance_um: Any, budget_us: Any) -> tuple[Any, ...]:
+    """What changes a run, of its types; the library says what its range is."""
+    most = _palpate.most_sub_steps
+    return (
+        None if method is None else text("method", method, 'the name of one, as "adaptive"'),
+        None if sub_steps is None else integer("sub_steps", sub_steps, 1, most),
+        None if tolerance_um is None else number("tolerance_um", tolerance_um, "a number or None"),
+        None if budget_us is None else number("budget_us", budget_us, "a number or None"),
+    )
 
 
 @contextmanager
@@ -262,11 +277,10 @@ def trace(
     of its own, FileError where a file cannot be read.
     """
     felt = native(scene)
-    source = _source(scene, path, rate_hz, every)
+    source, step = _source(scene, path, rate_hz), integer("every", every, 1)
+    options = _options(method, sub_steps, tolerance_um, budget_us)
     with _options_as_arguments():
-        return Trace(
-            _palpate.trace(felt, source, every, method, sub_steps, tolerance_um, budget_us)
-        )
+        return Trace(_palpate.trace(felt, source, step, *options))
 
 
 def read_recording(file: PathLike) -> Recording:
@@ -274,7 +288,7 @@ def read_recording(file: PathLike) -> Recording:
 
     Raises FileError.
     """
-    return Recording(_palpate.read_recording(os.fsencode(file)))
+    return Recording(_palpate.read_recording(file_name("file", file)))
 
 
 def replay(
@@ -293,7 +307,8 @@ def replay(
     be replayed; ArgumentError where ``scene`` is missing.
     """
     if not isinstance(recording, Recording):
-        recording = read_recording(recording)
+        remedy = "a palpate.Recording or a file's name"
+        recording = read_recording(os.fsdecode(file_name("recording", recording, remedy)))
     if scene is None and not recording.scene_text:
         raise ArgumentError(
             "scene: is None, and the recording is of data in memory, which it does not keep; give "

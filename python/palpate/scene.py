@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from palpate import _palpate, _toml
+from palpate._arguments import choice, file_name, integer, shown
+from palpate._arguments import text as _text
 from palpate.data import VolumeData
-from palpate.errors import ArgumentError, SceneError
+from palpate.errors import SceneError
 from palpate.meshes import Mesh, _arrays
 
 
@@ -24,7 +26,7 @@ def usual_cache_folder() -> str:
 
 def _extractor(extraction: bool | None) -> Any:
     """What makes meshes of volumes, where it is wanted and there; it is under the GPL."""
-    if extraction is False:
+    if extraction is not None and not choice("extraction", extraction):
         return None
     try:
         from palpate import _extraction
@@ -39,7 +41,7 @@ def _extractor(extraction: bool | None) -> Any:
 
 
 def _folder(cache: str | os.PathLike[str] | None) -> bytes:
-    return b"" if cache is None else os.fsencode(cache)
+    return b"" if cache is None else file_name("cache", cache, "a folder's name or None")
 
 
 def _table(tables: Mapping[str, Any], key: str) -> Mapping[str, Any]:
@@ -47,11 +49,32 @@ def _table(tables: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return table if isinstance(table, Mapping) else {}
 
 
+def _require_wrapped(source: Mapping[str, Any]) -> None:
+    """Refuses arrays as they are, which would become text that the reader cannot make sense of."""
+
+    def require(place: str, value: Any, kinds: tuple[type, ...], remedy: str) -> None:
+        if not isinstance(value, kinds):
+            raise SceneError(f"dict: {place} is of type {type(value).__name__}; give {remedy}")
+
+    memory = "palpate.Voxels(array, index_to_scene), Labels or Vectors"
+    for name, table in _table(source, "volume").items():
+        place = f"volume.{name}"
+        require(place, table, (Mapping, VolumeData), f"a dict, or {memory}")
+        if isinstance(table, Mapping) and "file" in table:
+            remedy = f"its name, or {memory} as {place}"
+            require(f"{place}.file", table["file"], (str, os.PathLike), remedy)
+    for name, table in _table(source, "surface").items():
+        if isinstance(table, Mapping) and "mesh" in table:
+            remedy = "a file's name, or palpate.Mesh(vertices_m, triangles)"
+            require(f"surface.{name}.mesh", table["mesh"], (str, os.PathLike, Mesh), remedy)
+
+
 def _split(
     source: Mapping[str, Any],
 ) -> tuple[dict[str, Any], dict[str, VolumeData], dict[str, Mesh]]:
     """A scene's tables without what is in memory, and that by the names of its tables."""
     tables = dict(source)
+    _require_wrapped(source)
     volumes = {
         name: data
         for name, data in _table(source, "volume").items()
@@ -121,7 +144,7 @@ class Scene:
             except SceneError as error:
                 raise SceneError(_toml.without_lines(str(error), text)) from None
         elif isinstance(source, (str, os.PathLike)):
-            file = os.fsencode(source)
+            file = file_name("source", source)
             self._volumes, self._meshes = {}, {}
             self._native = _palpate.Scene.from_file(file, folder, extractor)
         else:
@@ -142,10 +165,11 @@ class Scene:
 
         Raises SceneError.
         """
+        toml = _text("text", text, "the TOML of a scene")
         scene = cls.__new__(cls)
         scene._volumes, scene._meshes = {}, {}
         scene._native = _palpate.Scene.from_text(
-            text, os.fsencode(file), _folder(cache), _extractor(extraction), {}, {}
+            toml, file_name("file", file), _folder(cache), _extractor(extraction), {}, {}
         )
         return scene
 
@@ -212,6 +236,9 @@ class Scene:
 
         Raises KeyError where no such surface is felt.
         """
+        if not isinstance(surface, str) or surface not in self.surfaces:
+            felt = ", ".join(self.surfaces) or "none"
+            raise KeyError(f"no surface {shown(surface)} is felt; there are {felt}")
         arrays = self._native.mesh(surface)
         return None if arrays is None else Mesh(*arrays)
 
@@ -221,9 +248,7 @@ class Scene:
         Of a path, an orbit, a tour or a recording; ``every`` = K takes each K-th row. Raises
         SceneError where the device is another one.
         """
-        if every < 1:
-            raise ArgumentError(f"every = {every} is out of range; give an integer >= 1")
-        return self._native.path(every)
+        return self._native.path(integer("every", every, 1))
 
     def __repr__(self) -> str:
         return f"<palpate.Scene {self.name}: {', '.join(self.surfaces) or 'no surface'}>"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate import _palpate
+from palpate._arguments import choice, integer
 from palpate.runs import Path, _source
 from palpate.scene import Scene, native
 from palpate.table import Table
@@ -58,5 +59,5 @@ def study(
     meanwhile, and Ctrl-C ends it. Raises as `trace`, and SceneError where nothing is felt.
     """
     felt = native(scene)
-    source = _source(scene, path, rate_hz, every)
-    return Study(_palpate.study(felt, source, every, baselines))
+    source, step = _source(scene, path, rate_hz), integer("every", every, 1)
+    return Study(_palpate.study(felt, source, step, choice("baselines", baselines)))

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate._arguments import shown
+
 if TYPE_CHECKING:
     import pandas
 
@@ -25,15 +27,15 @@ class Table:
 
     def __getitem__(self, column: str) -> np.ndarray:
         """A column, (N,). Raises KeyError that names all there are."""
-        if column not in self.columns:
-            raise KeyError(f"no column {column!r}; there are {', '.join(self.columns)}")
+        if column not in self:
+            raise KeyError(f"no column {shown(column)}; there are {', '.join(self.columns)}")
         return self._column(column)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)
 
     def __contains__(self, column: object) -> bool:
-        return column in self.columns
+        return isinstance(column, str) and column in self.columns
 
     def __len__(self) -> int:
         """The number of rows."""

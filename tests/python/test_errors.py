@@ -22,12 +22,24 @@ def changed(table, key, value):
     return scene
 
 
+# What no argument of any function is, but for a few.
+ABSURD = (
+    *(None, True, "x", "123", b"123", "a\0b", "\ud800", object(), {}, {1: 1, 2: 2, 3: 3}, {"x"}),
+    *(0, -1, 2**40, 2**70, 1.5, 1e300, float("nan"), float("inf"), 1j, 2**2000),
+    *([], [1, 2], [1, 2, 3], [[1, 2, 3]], [1, [2], 3], [None] * 3, ["1", "2", "3"], [1j, 1, 1]),
+    *(np.empty(0), np.zeros((3, 3)), np.arange(3) + 1j, np.array(["1", "2", "3"])),
+    *(np.array([1, "a", None], dtype=object), np.array([["1", "2", "3"]])),
+    *(np.ma.masked_equal([1.0, 2.0, 3.0], 2.0), np.ma.masked_equal([[1.0, 2.0, 3.0]], 2.0)),
+)
+
+
 class Errors(unittest.TestCase):
     def line_of(self, kind, call, *parts):
         """The one line of an exception of this kind, which has these parts."""
         with self.assertRaises(kind) as caught:
             call()
-        self.assertIsInstance(caught.exception, palpate.Error)
+        if kind is not TypeError:
+            self.assertIsInstance(caught.exception, palpate.Error)
         line = str(caught.exception)
         self.assertNotIn("\n", line)
         for part in parts:
@@ -166,12 +178,12 @@ class Errors(unittest.TestCase):
             (lambda: palpate.trace(scene, np.empty((0, 3))), "no rows", "a row per frame"),
             (lambda: palpate.trace(scene, path, rate_hz=0), "rate_hz = 0", "> 0"),
             (lambda: palpate.trace(scene, path, rate_hz=500), "path[1]", "resample"),
-            (lambda: palpate.trace(scene, path, every=0), "every = 0", ">= 1"),
+            (lambda: palpate.trace(scene, path, every=0), "every = 0", "[1, 2147483647]"),
             (lambda: palpate.trace(scene, "x.csv", rate_hz=1000), "rate_hz", "leave it out"),
             (lambda: palpate.trace(scene, path, method="best"), "method best", "adaptive"),
             (lambda: palpate.trace(scene, path, sub_steps=4), "sub_steps", "method fixed"),
             (lambda: palpate.Loop(scene, tolerance_um=-1), "tolerance_um -1", "between"),
-            (lambda: palpate.Loop(scene).set_gain(2, 1), "effect = 2", "2 effects"),
+            (lambda: palpate.Loop(scene).set_gain(2, 1), "effect = 2", "[0, 1]"),
             (lambda: palpate.Loop(scene).set_gain(-1, 1), "effect = -1"),
             (lambda: palpate.Loop(scene).set_gain(0, 11), "gain = 11", "[0, 10]"),
             (lambda: palpate.Loop(scene).set_gain(0, float("nan")), "gain = nan"),
@@ -181,6 +193,178 @@ class Errors(unittest.TestCase):
         ):
             line = self.line_of(palpate.ArgumentError, call, *parts)
             self.assertNotIn("--", line)
+
+    def test_texts_and_masked_numbers_are_no_vectors(self):
+        loop = palpate.Loop(palpate.Scene(changed(("surface", "wall"), "moves", True)))
+        distance = palpate.SurfaceDistance(palpate.Scene(cavity()), "wall")
+        for wrong in ("123", b"123", ["1", "2", "3"], np.array(["1", "2", "3"]), [1j, 2, 3]):
+            for name, call in (
+                ("position", lambda w=wrong: loop.frame(w)),
+                ("position", lambda w=wrong: loop.set_pose("wall", w)),
+            ):
+                self.line_of(palpate.ArgumentError, call, f"{name} = ", "; give ")
+            self.line_of(palpate.ArgumentError, lambda w=wrong: distance.nearest([w]), "points")
+        for wrong in ("1234", b"1234", ["1", "2", "3", "4"]):
+            self.line_of(
+                palpate.ArgumentError,
+                lambda w=wrong: loop.set_pose("wall", [0, 0, 0], w),
+                "orientation = ",
+                "; give four numbers",
+            )
+        matrix = np.eye(4).astype(str)
+        self.line_of(palpate.ArgumentError, lambda: palpate.affine_from_ras_mm(matrix), "affine: ")
+        masked = np.ma.masked_equal([1.0, 2.0, 3.0], 2.0)
+        for call in (
+            lambda: loop.frame(masked),
+            lambda: distance.nearest(np.ma.vstack([masked])),
+            lambda: palpate.trace(palpate.Scene(cavity()), np.ma.vstack([masked])),
+        ):
+            self.line_of(palpate.ArgumentError, call, "is masked; give ", ".filled(")
+        for right in ((0, 0, 0), np.zeros(3, np.float32), np.array([0, 0, 0], dtype=object)):
+            self.assertEqual(loop.frame(right).probe_m.tolist(), [0.0, 0.0, 0.0])
+
+    def test_a_pose_is_refused_for_one_reason(self):
+        two = changed(("surface", "wall"), "moves", True)
+        two["surface"]["rest"] = {"volume": "cavity"}
+        two["effect"].append({"type": "surface", "surface": "rest"})
+        loop = palpate.Loop(palpate.Scene(two))
+        still = palpate.Loop(palpate.Scene(cavity()))
+        empty = palpate.Loop(palpate.Scene({}))
+        here, most = [0, 0, 0], "less than 1e6 m"
+        for call, *parts in (
+            (lambda: loop.set_pose("wal", here), "surface = 'wal'", "give one of rest, wall"),
+            (lambda: loop.set_pose(2, here), "surface = 2", "give an integer in [0, 1]"),
+            (lambda: loop.pose(-1), "surface = -1", "give an integer in [0, 1]"),
+            (lambda: loop.wrench("wal"), "surface = 'wal'", "give one of rest, wall"),
+            (
+                lambda: loop.set_pose("rest", here),
+                "surface = 'rest' does not move; ",
+                "moves = true",
+                "[surface.rest], or one that does: wall",
+            ),
+            (lambda: loop.set_pose(0, here), "surface = 0 does not move", "[surface.rest]"),
+            (lambda: still.set_pose("wall", here), "'wall' does not move", "[surface.wall]"),
+            (lambda: loop.set_pose("wall", [np.nan, 0, 0]), "position = [nan, 0, 0] is out", most),
+            (lambda: loop.set_pose("wall", [0, np.inf, 0]), "position = [0, inf, 0] is out", most),
+            (lambda: loop.set_pose("wall", [0, 0, 2e6]), "position = [0, 0, 2000000.0] is", most),
+            (lambda: loop.set_pose("wall", [0, 0]), "position = [0, 0]", "three numbers in m"),
+            (lambda: loop.set_pose("wall", here, [0] * 4), "orientation = [0, 0, 0, 0] has no"),
+            (lambda: loop.set_pose("wall", here, [np.nan] * 4), "orientation = [nan, nan, "),
+            (lambda: loop.set_pose("wall", here, here), "orientation = [0, 0, 0]", "four numbers"),
+            (lambda: empty.set_pose("wall", here), "surface = 'wall': the scene lets none"),
+            (lambda: empty.set_pose(0, here), "surface = 0: the scene lets none be felt; add an"),
+            (lambda: empty.set_gain(0, 1), "effect = 0: the scene has none; add one"),
+        ):
+            line = self.line_of(palpate.ArgumentError, call, *parts)
+            self.assertEqual(line.count("; "), 1, line)
+        for wrong in (None, 1.5, b"wall"):
+            self.line_of(TypeError, lambda w=wrong: loop.pose(w), f"surface = {wrong!r} is", "wall")
+        loop.set_pose("wall", [0, 0, 0.9e6], [0, 0, 0, 1e-9])
+
+    def test_a_surface_that_is_not_felt_is_told_with_those_that_are(self):
+        scene, empty = palpate.Scene(cavity()), palpate.Scene({})
+        distance = palpate.SurfaceDistance
+        self.line_of(palpate.ArgumentError, lambda: distance(scene, "x"), "give one of: wall")
+        self.line_of(
+            palpate.ArgumentError, lambda: distance(empty, "x"), "; there are none: add an effect"
+        )
+        self.line_of(TypeError, lambda: distance(scene, 0), "surface = 0 is of type int; give")
+        with self.assertRaisesRegex(KeyError, "no surface 'x' is felt; there are wall"):
+            scene.mesh("x")
+        with self.assertRaisesRegex(KeyError, "no surface None is felt; there are none"):
+            empty.mesh(None)
+
+    def test_flags_are_32_bits(self):
+        self.assertEqual(palpate.flag_names(0), [])
+        self.assertEqual(palpate.flag_names(np.uint32(1)), palpate.flag_names(1))
+        palpate.flag_names(2**32 - 1)
+        for wrong in (-1, 2**32, 2**40):
+            parts = f"flags = {wrong} is out of range", "give an integer in [0, 4294967295]"
+            self.line_of(palpate.ArgumentError, lambda w=wrong: palpate.flag_names(w), *parts)
+        for wrong in (1.5, "1", None, [1]):
+            parts = f"flags = {wrong!r} is of type", "give an integer in [0, 4294967295]"
+            self.line_of(TypeError, lambda w=wrong: palpate.flag_names(w), *parts)
+
+    def test_absurd_arguments_are_refused_with_a_line(self):
+        scene = palpate.Scene(changed(("surface", "wall"), "moves", True))
+        loop, distance = palpate.Loop(scene), palpate.SurfaceDistance(scene, "wall")
+        path, zero = strokes(3), [0, 0, 0]
+        trace, labels = palpate.trace(scene, path), np.ones((2, 2, 2), np.int32, "F")
+        unit = {"scan": "a", "structure": "b", "scene": cavity()}
+        calls = {
+            "flag_names": palpate.flag_names,
+            "frame": loop.frame,
+            "frame, time_s": lambda a: loop.frame(zero, a),
+            "frame, new_trial": lambda a: loop.frame(zero, new_trial=a),
+            "set_pose": lambda a: loop.set_pose(a, zero),
+            "set_pose, position": lambda a: loop.set_pose(0, a),
+            "set_pose, orientation": lambda a: loop.set_pose(0, zero, a),
+            "pose": loop.pose,
+            "wrench": loop.wrench,
+            "set_gain": lambda a: loop.set_gain(a, 1),
+            "set_gain, gain": lambda a: loop.set_gain(0, a),
+            "adopt": loop.adopt,
+            "restore": loop.restore,
+            "Loop": palpate.Loop,
+            "Loop, method": lambda a: palpate.Loop(scene, method=a),
+            "Loop, sub_steps": lambda a: palpate.Loop(scene, method="fixed", sub_steps=a),
+            "Loop, tolerance_um": lambda a: palpate.Loop(scene, tolerance_um=a),
+            "Loop, budget_us": lambda a: palpate.Loop(scene, method="paper", budget_us=a),
+            "SurfaceDistance": lambda a: palpate.SurfaceDistance(scene, a),
+            "nearest": distance.nearest,
+            "Scene": palpate.Scene,
+            "Scene, cache": lambda a: palpate.Scene(cavity(), cache=a),
+            "Scene, extraction": lambda a: palpate.Scene(cavity(), extraction=a),
+            "from_text": palpate.Scene.from_text,
+            "from_text, file": lambda a: palpate.Scene.from_text("", file=a),
+            "mesh": scene.mesh,
+            "path": lambda a: scene.path(every=a),
+            "trace": lambda a: palpate.trace(a, path),
+            "trace, path": lambda a: palpate.trace(scene, a),
+            "trace, rate_hz": lambda a: palpate.trace(scene, path, rate_hz=a),
+            "trace, every": lambda a: palpate.trace(scene, path, every=a),
+            "trace, method": lambda a: palpate.trace(scene, path, method=a),
+            "study": lambda a: palpate.study(a, path),
+            "replay": palpate.replay,
+            "replay, scene": lambda a: palpate.replay("none.h5", a),
+            "read_recording": palpate.read_recording,
+            "read_mesh": palpate.read_mesh,
+            "save": trace.save,
+            "save, force": lambda a: trace.save("none/none.h5", force=a),
+            "column": trace.__getitem__,
+            "affine_from_ras_mm": palpate.affine_from_ras_mm,
+            "Voxels": lambda a: palpate.Voxels(a, np.eye(4)),
+            "Vectors": lambda a: palpate.Vectors(a, np.eye(4)),
+            "Labels": lambda a: palpate.Labels(a, np.eye(4)),
+            "Labels, names": lambda a: palpate.Labels(labels, 1e-3 * np.eye(4), a),
+            "Labels, names of layers": lambda a: palpate.Labels([labels] * 2, np.eye(4), a),
+            "Labels, name": lambda a: palpate.Labels(labels, np.eye(4), {1: a}),
+            "volume": lambda a: palpate.Scene(changed(("volume",), "cavity", a)),
+            "file": lambda a: palpate.Scene({"volume": {"scan": {"file": a}}}),
+            "mesh of a surface": lambda a: palpate.Scene({"surface": {"gem": {"mesh": a}}}),
+            "Mesh": lambda a: palpate.Scene({"surface": {"a": {"mesh": palpate.Mesh(a, a)}}}),
+            "study_many": lambda a: palpate.study_many(a, out="none"),
+            "study_many, client": lambda a: palpate.study_many([unit], a, out="none"),
+            "study_unit": lambda a: palpate.study_unit([unit], a, out="none"),
+            "merge_studies": lambda a: palpate.merge_studies(a, out="none"),
+            "merge_studies, out": lambda a: palpate.merge_studies([unit], out=a),
+        }
+        before, refused = os.getcwd(), 0
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            self.addCleanup(os.chdir, before)
+            for name, call in calls.items():
+                for absurd in ABSURD:
+                    with self.subTest(name, value=repr(absurd)[:40]):
+                        try:
+                            call(absurd)
+                        except (palpate.Error, TypeError, KeyError) as error:
+                            refused += 1
+                            line = str(error)
+                            self.assertNotIn("\n", line)
+                            self.assertRegex(line, "; |must be")
+                            self.assertLess(len(line), 1000)
+        self.assertGreater(refused, 0.8 * len(calls) * len(ABSURD))
 
     def test_a_scene_without_a_path_says_so(self):
         scene = palpate.Scene(cavity())

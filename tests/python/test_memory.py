@@ -200,6 +200,15 @@ print(peak_mb() - before)
         trace = palpate.trace(scene, over_the_top())
         self.assertEqual(set(trace.touches["surface"]), {"3"})
 
+    def test_values_of_one_name_are_one_surface_and_may_be_negative(self):
+        values = np.where(radius_mm() < 20.0, -1, 0).astype(np.int32, order="F")
+        values[32:][values[32:] == -1] = 2
+        labels = palpate.Labels(values, AFFINE, {-1: "ball", 2.0: "ball", 0: "air"})
+        trace = palpate.trace(palpate.Scene(scene_of(labels, label="ball")), over_the_top())
+        self.assertEqual(set(trace.touches.labels()), {"ball"})
+        whole = palpate.trace(palpate.Scene(scene_of(halves(), label=["1", "2"])), over_the_top())
+        np.testing.assert_array_equal(trace.force_n, whole.force_n)
+
     def test_vectors_push_along_their_own_axes(self):
         values = np.zeros((3, 4, 5, 6), dtype=np.float32, order="F")
         values[1] = 1.0  # to the back, wherever the hand is
@@ -333,8 +342,15 @@ class Refusals(unittest.TestCase):
             (lambda: voxels(good, np.diag([1, 0, 1, 1])), "index_to_scene is singular"),
             (lambda: voxels(good, np.diag([20, 20, 20, 1])), "mm"),
             (lambda: make_labels(good, AFFINE), "values: is of type <f4", "np.int32"),
-            (lambda: make_labels(labels, AFFINE, {1.5: "a"}), "names = {1.5: 'a'}"),
-            (lambda: make_labels(labels, AFFINE, {1: ""}), "names = {1: ''}"),
+            (lambda: make_labels(labels, AFFINE, {1.5: "a"}), "names: key 1.5 is", "[-2147483648"),
+            (lambda: make_labels(labels, AFFINE, {np.nan: "a"}), "names: key nan is", "whole"),
+            (lambda: make_labels(labels, AFFINE, {np.inf: "a"}), "names: key inf is", "[-2147"),
+            (lambda: make_labels(labels, AFFINE, {2**40: "a"}), f"names: key {2**40} is"),
+            (lambda: make_labels(labels, AFFINE, {-(2.0**40): "a"}), "names: key -1099511627776.0"),
+            (lambda: make_labels(labels, AFFINE, {"1": "a"}), "names: key '1' is", "whole number"),
+            (lambda: make_labels(labels, AFFINE, {1: ""}), "names: key 1 has the name ''", "Liver"),
+            (lambda: make_labels([labels] * 2, AFFINE, [{}, {0.5: "a"}]), "names[1]: key 0.5 is"),
+            (lambda: make_labels([labels] * 2, AFFINE, 7), "names: ", "2 layers"),
             (lambda: make_labels(labels, AFFINE, ["a"]), "names = ['a']"),
             (lambda: make_labels([labels, labels], AFFINE, {1: "a"}), "names: ", "2 layers"),
             (lambda: make_labels([labels, labels[:2].copy("F")], AFFINE), "several shapes"),
@@ -370,6 +386,20 @@ class Refusals(unittest.TestCase):
             (lambda: palpate.Scene(scene_of(labels, label="liver")), "liver", "left half"),
             (lambda: palpate.Scene({"volume": voxels}), "volume"),
             (lambda: palpate.Scene(scene_of({"file": voxels})), "volume.scan.file", "Voxels"),
+            (
+                lambda: palpate.Scene(scene_of({"file": voxels.values})),
+                "volume.scan.file is of type ndarray; give ",
+                "palpate.Voxels(",
+                "as volume.scan",
+            ),
+            (
+                lambda: palpate.Scene(scene_of(voxels.values)),
+                "volume.scan is of type ndarray; give ",
+                "palpate.Voxels(array, index_to_scene), Labels or Vectors",
+            ),
+            (lambda: felt(tuple(mesh)), "surface.gem.mesh is of type tuple; give", "palpate.Mesh("),
+            (lambda: felt(mesh.vertices_m), "surface.gem.mesh is of type ndarray", "palpate.Mesh("),
+            (lambda: felt(mesh._asdict()), "surface.gem.mesh is of type dict", "palpate.Mesh("),
             (lambda: felt(mesh._replace(vertices_m=mesh.vertices_m.tolist())), "gem", "vertices_m"),
             (
                 lambda: felt(mesh._replace(triangles=mesh.triangles.astype(np.int64))),
