@@ -103,10 +103,10 @@ public:
 
     /// What was in it when a body's frame was entered.
     struct Before {
-        std::size_t planes = 0, lines = 0, points = 0; // how many
-        Vec3 force{0.0}, spring_moment{0.0};           // in the scene's frame
-        Vec3 force_in_body{0.0}, spring_moment_in_body{0.0};
-        double spring = 0.0;
+        std::size_t planes = 0, lines = 0, points = 0;       ///< how many
+        Vec3 force{0.0}, spring_moment{0.0};                 ///< scene's frame
+        Vec3 force_in_body{0.0}, spring_moment_in_body{0.0}; ///< the same
+        double spring = 0.0;                                 ///< N/m
     };
     /// From here on, until leave(), forces and springs are those of a body's frame: what is added,
     /// and pull().                                                                       [loop]
