@@ -12,7 +12,7 @@ namespace {
 /// Points by the squares of a grid over x and y, about as many squares as points.
 class PointGrid {
 public:
-    explicit PointGrid(const std::vector<Vec3>& points) : points_(points) {
+    explicit PointGrid(const std::vector<Vec3>& points) {
         for (const Vec3& p : points)
             bounds_.add(p);
         side_ = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(points.size()))));
@@ -48,7 +48,6 @@ private:
                static_cast<std::size_t>(x);
     }
 
-    const std::vector<Vec3>& points_;
     Box bounds_;
     int side_ = 1;
     std::vector<std::vector<std::uint32_t>> points_in_;
