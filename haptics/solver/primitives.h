@@ -103,10 +103,14 @@ public:
 
     /// What was in it when a body's frame was entered.
     struct Before {
-        std::size_t planes = 0, lines = 0, points = 0;       ///< how many
-        Vec3 force{0.0}, spring_moment{0.0};                 ///< scene's frame
-        Vec3 force_in_body{0.0}, spring_moment_in_body{0.0}; ///< the same
-        double spring = 0.0;                                 ///< N/m
+        std::size_t planes = 0;          ///< how many
+        std::size_t lines = 0;           ///< how many
+        std::size_t points = 0;          ///< how many
+        Vec3 force{0.0};                 ///< N, scene frame
+        Vec3 spring_moment{0.0};         ///< N, scene frame
+        Vec3 force_in_body{0.0};         ///< N, the same in the body's frame
+        Vec3 spring_moment_in_body{0.0}; ///< N, the same in the body's frame
+        double spring = 0.0;             ///< N/m
     };
     /// From here on, until leave(), forces and springs are those of a body's frame: what is added,
     /// and pull().                                                                       [loop]
