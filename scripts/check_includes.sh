@@ -58,7 +58,7 @@ check_includes() {
     # In which sources a library may be included; "" for a library that nobody knows.
     function home_of(header) {
         if (header ~ /^embree/) return "^geometry/internal/embree\\.h$"
-        if (header ~ /intrin\.h$|^arm_/) return "^engine/loop/internal/scene_loop\\.cpp$"  # of one processor
+        if (header ~ /intrin\.h$|^arm_/) return "^engine/loop/internal/frame_arithmetic\\.h$"  # of one processor
         if (header ~ /^CGAL\//) return "^geometry/(isosurface|mesh_intersections)\\.cpp$"
         if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
         if (header ~ /^itk/) return "^volume/(filters|formats)/.*\\.cpp$"

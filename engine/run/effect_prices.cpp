@@ -34,7 +34,7 @@ std::vector<double> measure_prices(const Scene& scene) {
         const std::vector<Vec3> points = internal::places_where_felt(scene, effect, built);
         prices[planned.effect] = internal::median_us(points, [&](const Vec3& from, const Vec3& to) {
             PrimitiveSet primitives;
-            built.begin({to, from});
+            built.begin(internal::frame_from(from, to));
             built.gather(from, primitives);
         });
     }

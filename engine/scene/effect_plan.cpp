@@ -38,9 +38,13 @@ private:
         return scene_.effects[planned.effect];
     }
 
-    /// What moves along with a body samples elsewhere than what stands still.
+    /// What moves with a body samples elsewhere than what stands still.
     bool takes_part(const PlannedEffect& planned) const {
-        return planned.on && internal::body_of(scene_, effect_of(planned)).empty();
+        const EffectDescription& effect = effect_of(planned);
+        const std::string& surface = surface_of(effect);
+        const bool moves =
+            !effect.moves_with.empty() || (!surface.empty() && scene_.surfaces.at(surface).moves);
+        return planned.on && !moves;
     }
 
     void note(PlannedEffect& planned, const std::string& words) const {

@@ -50,7 +50,6 @@ void MovingEffect::restore_state(const std::any& state) {
     const auto& from = std::any_cast<const State&>(state);
     effect_->restore_state(from.effect);
     proxy_ = from.proxy;
-    map_ = RigidMap(body_->pose());
 }
 
 } // namespace palpate

@@ -135,7 +135,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame,
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. `replayed` has the
 /// N_steps of an earlier run; if it is empty, the clock decides.
 SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
-    begin(replayed); // t_0; effects that depend on the path note where the frame starts
+    begin(replayed); // t_0; bodies move, and with them the proxy; effects note where it starts
     Vec3 proxy = frame_.start;
     Vec3 before = proxy;
     Move move;
@@ -149,7 +149,7 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
             move = next_move(proxy);     // (9) a share of the way; adaptive: a Newton step
             proxy = follow(move, proxy); // as far as every certificate holds
         } while (goes_on(move, before, proxy));
-    } while (open_a_membrane() || let_friction_slip()); // if so, less holds the proxy: once more
+    } while (open_a_membrane() || let_friction_slip()); // something gave way: less holds the proxy
     led_ = move.kind == Move::Kind::slide;
     return commit(final_proxy(proxy));
 }

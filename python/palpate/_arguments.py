@@ -58,7 +58,9 @@ def vector(name: str, values: Any, count: int, remedy: str) -> list[float]:
 
 
 def number(name: str, value: Any, remedy: str) -> float:
-    """A number, finite or not."""
+    """A number, finite or not; True is 1, as in the gain of what is on."""
+    if isinstance(value, (bool, np.bool_)):
+        return float(value)
     array = float64(name, value)
     if array.shape != ():
         raise wrong_type(name, value, remedy)
@@ -79,7 +81,8 @@ def integer(name: str, value: Any, least: int, most: int = _MOST_INTEGER) -> int
 
 def choice(name: str, value: Any) -> bool:
     """True or False; anything else, as "no", is a mistake, even where Python takes it for true."""
-    if not isinstance(value, (bool, np.bool_)):
+    is_boolean_array = isinstance(value, np.ndarray) and value.shape == () and value.dtype == bool
+    if not isinstance(value, (bool, np.bool_)) and not is_boolean_array:
         raise wrong_type(name, value, "True or False")
     return bool(value)
 

@@ -149,7 +149,7 @@ class Labels(VolumeData):
 
 
 def _names(place: str, table: Any) -> dict[int, str]:
-    if not isinstance(table, Mapping):
+    if not isinstance(table, Mapping) and not callable(getattr(table, "items", None)):
         raise ArgumentError(
             f'{place} = {shown(table)}; give a dict of whole numbers and texts: {{7: "Liver"}}'
         )

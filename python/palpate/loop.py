@@ -20,6 +20,8 @@ __all__ = ["Loop", "LoopState", "Report", "SurfaceState", "Touch", "flag_names"]
 
 def flag_names(flags: int) -> list[str]:
     """Names of the bits of a frame's ``flags``, 32 of them, as "force_clamped"."""
+    if isinstance(flags, (float, np.floating)) and float(flags).is_integer():
+        flags = int(flags)  # as rows of a DataFrame have them beside columns of floats
     return _palpate.flag_names(integer("flags", flags, 0, 2**32 - 1))
 
 

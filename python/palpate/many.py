@@ -257,7 +257,7 @@ def _require_client(client: Any) -> None:
 
 
 def _absolute(name: str, folder: PathLike) -> str:
-    return os.path.abspath(os.fsdecode(file_name(name, folder, "a folder's name")))
+    return str(Path(os.fsdecode(file_name(name, folder, "a folder's name"))).absolute())
 
 
 def _folder(out: PathLike) -> Path:

@@ -274,10 +274,18 @@ class Errors(unittest.TestCase):
         with self.assertRaisesRegex(KeyError, "no surface None is felt; there are none"):
             empty.mesh(None)
 
+    def test_what_is_as_good_is_taken(self):
+        scene = palpate.Scene(cavity())
+        loop = palpate.Loop(scene)
+        loop.set_gain(0, np.bool_(True))
+        loop.frame([0, 0, 0], new_trial=np.array(True))
+        loop.frame(np.zeros(3, np.float32), np.float64(1.0))
+
     def test_flags_are_32_bits(self):
         self.assertEqual(palpate.flag_names(0), [])
         self.assertEqual(palpate.flag_names(np.uint32(1)), palpate.flag_names(1))
         palpate.flag_names(2**32 - 1)
+        self.assertEqual(palpate.flag_names(np.float64(1.0)), palpate.flag_names(1))
         for wrong in (-1, 2**32, 2**40):
             parts = f"flags = {wrong} is out of range", "give an integer in [0, 4294967295]"
             self.line_of(palpate.ArgumentError, lambda w=wrong: palpate.flag_names(w), *parts)

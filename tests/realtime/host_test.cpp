@@ -160,6 +160,11 @@ TEST(Host, KeepsItsFloatingPointModeAndTheFramesKeepTheirBits) {
         const HostsMode mode;
         for (const DeviceState& hand : hands) {
             forces.push_back(loop.frame(hand).force);
+            EXPECT_FALSE(loop.set_gain(0, std::nan("")));
+            EXPECT_FALSE(loop.set_pose(0, {Vec3{std::nan("")}, {1, 0, 0, 0}}));
+            loop.surface_states();
+            loop.touches();
+            loop.wrench(0);
             kept = kept && std::fegetround() == FE_UPWARD && fegetexcept() == kTrapped &&
                    std::fetestexcept(kTrapped) == 0;
         }

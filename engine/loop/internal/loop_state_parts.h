@@ -44,7 +44,7 @@ struct LoopStateParts {
     bool started = false;
     bool silent = false;
     std::uint32_t trial = 0;
-    Vec3 proxy{0.0}; ///< m, scene frame
+    Vec3 proxy{0.0};                     ///< m, scene frame
     std::uint32_t flags_of_adoption = 0; ///< for the next report
 };
 

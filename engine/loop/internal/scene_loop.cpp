@@ -8,11 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
-#if defined(__x86_64__)
-#include <xmmintrin.h>
-#endif
-
 #include <palpate/engine/loop/device_safety.h>
+#include <palpate/engine/loop/internal/frame_arithmetic.h>
 #include <palpate/engine/loop/internal/surface_identity.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
@@ -27,25 +24,6 @@ namespace {
 
 // Beyond this no scene reaches, and Embree's float32 would overflow.
 constexpr double kProbeRange = SurfaceScene::kQueryRange;
-
-/// How a frame computes, whatever the caller's mode: rounds to nearest and traps nothing, so that
-/// it has the same bits everywhere; denormal numbers, which cost hundreds of cycles each, are zero.
-/// The caller's mode is restored after it.
-class FrameArithmetic {
-public:
-#if defined(__x86_64__)
-    FrameArithmetic() noexcept : callers_(_mm_getcsr()) { _mm_setcsr(kOfFrames); }
-    ~FrameArithmetic() { _mm_setcsr(callers_); }
-
-private:
-    static constexpr unsigned kAllTrapsMasked = 0x1f80;
-    static constexpr unsigned kFlushToZero = 0x8000, kDenormalsAreZero = 0x0040;
-    static constexpr unsigned kOfFrames = kAllTrapsMasked | kFlushToZero | kDenormalsAreZero;
-    unsigned callers_;
-#else
-    FrameArithmetic() noexcept {}
-#endif
-};
 
 SteppingSettings stepping(const LoopDescription& loop) {
     SteppingSettings settings;
@@ -179,6 +157,7 @@ bool SceneLoop::keeps_from_surfaces(std::size_t effect) const noexcept {
 }
 
 bool SceneLoop::set_gain(std::size_t effect, double gain) noexcept {
+    const FrameArithmetic arithmetic;
     if (effect >= gains_.size() || !gains_[effect] || !GainRamp::in_range(gain)) return false;
     if (gain < 1.0 && keeps_from_surfaces(effect)) return false;
     gains_[effect]->set(gain);
@@ -186,6 +165,7 @@ bool SceneLoop::set_gain(std::size_t effect, double gain) noexcept {
 }
 
 bool SceneLoop::set_pose(std::size_t surface, const RigidPose& pose) noexcept {
+    const FrameArithmetic arithmetic;
     MovingSurface* body = body_of(surface);
     const double length = glm::length(pose.orientation);
     if (!body || !in_range(pose.position) || !(length > 0.0) || !std::isfinite(length))
@@ -205,6 +185,7 @@ MovingSurface* SceneLoop::body_of(std::size_t surface) const noexcept {
 }
 
 Wrench SceneLoop::wrench(std::size_t surface) const noexcept {
+    const FrameArithmetic arithmetic;
     Wrench wrench;
     if (!moved_) return wrench;
     TouchList touches;
@@ -274,6 +255,7 @@ FrameReport SceneLoop::frame(const DeviceState& device, std::span<const std::uin
 }
 
 Vec3 SceneLoop::release() noexcept {
+    const FrameArithmetic arithmetic;
     std::uint32_t flags = 0;
     return release(flags);
 }
@@ -357,6 +339,7 @@ LoopState SceneLoop::save() const {
 }
 
 void SceneLoop::restore(const LoopState& state) {
+    const FrameArithmetic arithmetic;
     if (!state.parts()) throw std::invalid_argument("restore: the state was moved elsewhere");
     const LoopStateParts& from = *state.parts();
     require_same_make(from.make, make());
@@ -375,12 +358,14 @@ void SceneLoop::restore(const LoopState& state) {
 }
 
 std::span<const Touch> SceneLoop::touches() noexcept {
+    const FrameArithmetic arithmetic;
     touches_.clear();
     if (moved_) subdivision_->find_touches(touches_);
     return {touches_.begin(), touches_.size()};
 }
 
 std::span<const SurfaceStatus> SceneLoop::surface_states() noexcept {
+    const FrameArithmetic arithmetic;
     if (!started_) return {};
     return statuses_.of(*subdivision_, proxy_);
 }

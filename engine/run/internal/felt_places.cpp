@@ -21,11 +21,21 @@ constexpr double kDepthInside_mm = 1.0; // behind a surface's certificate
 
 bool is_felt(Effect& effect, const Vec3& from) {
     PrimitiveSet primitives;
-    effect.begin({from + Vec3{kStep, 0.0, 0.0}, from});
+    effect.begin(frame_from(from, from + Vec3{kStep, 0.0, 0.0}));
     effect.gather(from, primitives);
     return !primitives.is_free() || primitives.force() != Vec3{0.0} ||
            primitives.total_stiffness(0.0) > 0.0;
 }
+
+} // namespace
+
+FrameContext frame_from(const Vec3& from, const Vec3& to) noexcept {
+    FrameContext frame{to, from};
+    frame.after_silence = true; // else an effect that goes along begins where the last one ended
+    return frame;
+}
+
+namespace {
 
 /// To and fro about a place, along x.
 std::vector<Vec3> places_about(const Vec3& place) {

@@ -18,4 +18,8 @@ std::vector<Vec3> places_on(const SceneSurface& surface, double depth_mm);
 std::vector<Vec3> places_where_felt(const Scene& scene, const EffectDescription& effect,
                                     Effect& built);
 
+/// A frame in which a hand goes from one place to another, m, for an effect alone, which may be of
+/// a body that stands still.                                                              [setup]
+FrameContext frame_from(const Vec3& from, const Vec3& to) noexcept;
+
 } // namespace palpate::internal

@@ -31,7 +31,7 @@ double share_felt(const std::string& text) {
     int felt = 0;
     for (const Vec3& place : places) {
         PrimitiveSet primitives;
-        built.begin({place + Vec3{2e-4, 0, 0}, place});
+        built.begin(internal::frame_from(place, place + Vec3{2e-4, 0, 0}));
         built.gather(place, primitives);
         felt += !primitives.is_free() || glm::length(primitives.force()) > 0.0 ||
                 primitives.total_stiffness(0.0) > 0.0;
@@ -54,6 +54,20 @@ TEST(EffectPrices, AreMeasuredWhereTheEffectIsFelt) {
              "type = \"workspace\"\nradius_mm = 80\ncenter_mm = [0, 10, 0]\n",
              "type = \"workspace\"\nbox_mm = [[-90, -90, -90], [90, 90, 90]]\nstrength_n = 2\n"})
         EXPECT_EQ(share_felt(kBall + ("[[effect]]\n" + effect)), 1.0) << effect;
+}
+
+// Seen: what goes along with a body was priced at the origin.
+TEST(EffectPrices, AreMeasuredWhereAnEffectOfABodyIsFelt) {
+    const std::string body = "[volume.ball]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n"
+                             "[surface.s]\nvolume = \"ball\"\nmoves = true\n"
+                             "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n[[effect]]\n";
+    for (const std::string& effect : std::vector<std::string>{
+             "type = \"viscosity\"\nsurface = \"s\"\ndamping_n_s_per_m = 3\n",
+             "type = \"gradient_force\"\nvolume = \"ball\"\nmoves_with = \"s\"\n"
+             "strength_n = [[-1e-3, 0], [0, 1], [0.03, 1], [0.031, 0]]\n",
+             "type = \"guide\"\npoints_mm = [[200, 0, 0]]\ncapture_mm = 2\nstrength_n = 1\n"
+             "moves_with = \"s\"\n"})
+        EXPECT_EQ(share_felt(body + effect), 1.0) << effect;
 }
 
 TEST(EffectPrices, PlacesInASurfaceAreBehindItsLevel) {
