@@ -132,8 +132,10 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame,
     return run(steps_left);
 }
 
-/// One frame: section 4.1 of the paper. Numbers in brackets are its equations. `replayed` has the
-/// N_steps of an earlier run; if it is empty, the clock decides.
+/// One frame: section 4.1 of the paper. Numbers in brackets are its equations. A step of the paper
+/// is an evaluation and the move after it. An approach is a whole search for the balance of forces:
+/// the paper has one, here a second follows where something gave way. `replayed` has the N_steps of
+/// an earlier run; if it is empty, the clock decides.
 SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
     begin(replayed); // t_0; bodies move, and with them the proxy; effects note where it starts
     Vec3 proxy = frame_.start;
@@ -283,8 +285,9 @@ void Subdivision::count_steps_left() noexcept {
     steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
 }
 
-/// Whether another evaluation follows the one that moved the proxy from `before` to `proxy`. Sets
-/// the flag kEvaluationCap if the frame has to end unfinished.
+/// Whether another evaluation follows the one that moved the proxy from `before` to `proxy`: in the
+/// paper, while N_steps is not zero; its last move goes all the way to the candidate (candidate()).
+/// Sets the flag kEvaluationCap if the frame has to end unfinished.
 bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept {
     if (move.kind == Move::Kind::none || has_given_up()) return false;
     if (move.kind == Move::Kind::look) return true;
