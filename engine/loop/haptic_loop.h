@@ -109,7 +109,7 @@ public:
     /// What couples probe and proxy.                                                      [any]
     const VirtualCoupling& coupling() const noexcept;
 
-    /// The proxy's corners in the last frame.                                            [loop]
+    /// The proxy's corners in the last frame, from where bodies have carried it to, m.    [loop]
     std::span<const Vec3> path() const noexcept;
     /// N_steps of eq. (8) after each evaluation of the last frame.                        [loop]
     std::span<const std::uint32_t> steps_left() const noexcept;

@@ -21,8 +21,11 @@ void MovingEffect::begin(const FrameContext& frame) noexcept {
     map_ = RigidMap(body_->pose());
     FrameContext seen = frame;
     seen.probe = map_.point_back(frame.probe);
-    // Where the body has gone in silence, nobody was carried.
-    if (frame.after_silence) proxy_ = map_.point_back(frame.start);
+    // Nobody was carried where the body has gone in silence, nor farther than the longest force
+    // stretches the coupling: else what never yields would lead the proxy away from the hand.
+    const double reach_m = frame.force_limit_n / frame.stiffness;
+    const double carried_m = glm::length(map_.point(proxy_) - frame.probe);
+    if (frame.after_silence || !(carried_m <= reach_m)) proxy_ = map_.point_back(frame.start);
     seen.start = proxy_;
     effect_->begin(seen);
 }

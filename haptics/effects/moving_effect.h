@@ -13,7 +13,8 @@ namespace palpate {
 /// An effect that moves along with a rigid body: an effect of any kind, which stays in the body's
 /// own frame and knows nothing of the pose, seen from the scene. What it remembers of its path is a
 /// place in the body, and a frame starts where the body has carried the last one's proxy to: so a
-/// medium that moves carries a hand along. [loop] but for its constructor.
+/// medium that moves carries a hand along, as far as the longest force stretches the coupling.
+/// [loop] but for its constructor.
 class MovingEffect final : public Effect {
 public:
     /// `effect`: in the body's frame, which is the scene's as long as no pose is set. `body` has

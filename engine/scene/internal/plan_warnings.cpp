@@ -66,6 +66,12 @@ void warn_of_what_stays(const Scene& scene, std::vector<std::string>& warnings) 
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = description.effects[planned.effect];
         const std::string& volume = volume_of(effect);
+        if (!effect.moves_with.empty() &&
+            !scene.plan().uses_surface(description, effect.moves_with))
+            warnings.push_back(fmt::format(
+                "{} is left out: surface {} that it moves with is not felt; add an effect with "
+                "type = \"surface\" and surface = \"{}\"",
+                effect_name(scene, planned.effect), effect.moves_with, effect.moves_with));
         if (!planned.on || volume.empty() || !can_move(effect)) continue;
         if (!body_of(description, effect).empty()) continue;
         for (const SceneSurface& surface : scene.surfaces()) {

@@ -167,6 +167,31 @@ TEST(MovingEffectsAsValues, GoOnFromASavedStateWithTheSameBits) {
     }
 }
 
+// Seen: an endless line and a medium on a body that spins led the proxy away, kilometres in the
+// end.
+TEST(MovingEffectsWithoutABound, LeadTheProxyNoFartherThanTheLongestForceReaches) {
+    const std::string body = "moves_with = \"ball\"\n";
+    const std::string line = "type = \"vector_follow\"\nvolume = \"stream\"\nstrength_n = inf\n";
+    const std::string medium = "type = \"viscosity\"\ndamping_n_s_per_m = 1000\n";
+    constexpr double kReach_m = 5.0 / kStiffness; // limits.force_n by default
+    for (const double turn_rad : {0.01, 0.3, 2.0})
+        for (const std::string& effect : {line, line + body + "[[effect]]\n" + medium}) {
+            test::ScriptedClock clock;
+            HapticLoop loop(scene_with(effect, true, true), clock);
+            double farthest_m = 0.0;
+            for (int frame = 0; frame < 3000; ++frame) {
+                const double angle = std::remainder(turn_rad * frame, 6.283185307179586);
+                loop.set_pose(0, {Vec3{0.0}, glm::angleAxis(angle, Vec3{0, 0, 1})});
+                DeviceState hand;
+                hand.position = {0.03, 0.0, 0.01};
+                const FrameReport report = loop.frame(hand);
+                farthest_m = std::max(farthest_m, glm::length(report.proxy - report.probe));
+            }
+            // Each anchor is within reach, and a frame ends no farther than from there.
+            EXPECT_LT(farthest_m, 1.001 * kReach_m) << turn_rad << " " << effect;
+        }
+}
+
 std::string complaint(const std::string& text) {
     try {
         const Scene scene(parse_scene(text, "scene.toml"));
@@ -222,6 +247,8 @@ TEST(MovesWith, IsOffWhereItsBodyIsNotFelt) {
     ASSERT_EQ(scene.plan().effects.size(), 1u);
     EXPECT_FALSE(scene.plan().effects[0].on);
     EXPECT_THAT(scene.plan().effects[0].reason, HasSubstr("surface ball that it moves with"));
+    ASSERT_EQ(scene.plan().warnings.size(), 1u);
+    EXPECT_THAT(scene.plan().warnings[0], HasSubstr("effect 1 (vector_force) is left out"));
 }
 
 } // namespace
