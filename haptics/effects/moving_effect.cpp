@@ -23,7 +23,8 @@ void MovingEffect::begin(const FrameContext& frame) noexcept {
     seen.probe = map_.point_back(frame.probe);
     // Nobody was carried where the body has gone in silence, nor farther than the longest force
     // stretches the coupling: else what never yields would lead the proxy away from the hand.
-    const double reach_m = frame.force_limit_n / frame.stiffness;
+    most_n_ = frame.force_limit_n;
+    const double reach_m = most_n_ / frame.stiffness;
     const double carried_m = glm::length(map_.point(proxy_) - frame.probe);
     if (frame.after_silence || !(carried_m <= reach_m)) proxy_ = map_.point_back(frame.start);
     seen.start = proxy_;
@@ -33,7 +34,7 @@ void MovingEffect::begin(const FrameContext& frame) noexcept {
 void MovingEffect::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
     const PrimitiveSet::Before before = primitives.enter(map_);
     effect_->gather(map_.point_back(proxy), primitives);
-    primitives.leave(map_, before);
+    primitives.leave(map_, before, most_n_);
 }
 
 Vec3 MovingEffect::within(const Vec3& wanted) const noexcept {

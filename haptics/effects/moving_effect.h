@@ -13,8 +13,9 @@ namespace palpate {
 /// An effect that moves along with a rigid body: an effect of any kind, which stays in the body's
 /// own frame and knows nothing of the pose, seen from the scene. What it remembers of its path is a
 /// place in the body, and a frame starts where the body has carried the last one's proxy to: so a
-/// medium that moves carries a hand along, as far as the longest force stretches the coupling.
-/// [loop] but for its constructor.
+/// medium that moves carries a hand along, as far as the longest force stretches the coupling. What
+/// it adds yields at that force: things of several bodies that never yield could contradict each
+/// other, and meet nowhere near the hand. [loop] but for its constructor.
 class MovingEffect final : public Effect {
 public:
     /// `effect`: in the body's frame, which is the scene's as long as no pose is set. `body` has
@@ -47,8 +48,9 @@ private:
 
     std::unique_ptr<Effect> effect_;
     const MovingSurface* body_;
-    RigidMap map_;    // of the body, in this frame
-    Vec3 proxy_{0.0}; // at the end of the last frame, m, body's frame
+    RigidMap map_;        // of the body, in this frame
+    Vec3 proxy_{0.0};     // at the end of the last frame, m, body's frame
+    double most_n_ = 0.0; // FrameContext::force_limit_n
 };
 
 } // namespace palpate

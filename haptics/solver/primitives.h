@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 
@@ -122,16 +123,17 @@ public:
             body.direction_back(spring_moment_ - spring_ * body.position());
         return before;
     }
-    /// What was added in the body's frame is now in the scene's; the rest keeps its bits.  [loop]
-    void leave(const RigidMap& body, const Before& before) noexcept {
+    /// What was added in the body's frame is now in the scene's, of a strength of at most `most_n`,
+    /// N, >= 0; the rest keeps its bits.                                                 [loop]
+    void leave(const RigidMap& body, const Before& before, double most_n) noexcept {
         for (std::size_t i = before.planes; i < planes_.size(); ++i)
             planes_[i] = {body.point(planes_[i].anchor), body.direction(planes_[i].normal),
-                          planes_[i].strength_n};
+                          std::min(planes_[i].strength_n, most_n)};
         for (std::size_t i = before.lines; i < lines_.size(); ++i)
             lines_[i] = {body.point(lines_[i].anchor), body.direction(lines_[i].axis),
-                         lines_[i].strength_n};
+                         std::min(lines_[i].strength_n, most_n)};
         for (std::size_t i = before.points; i < points_.size(); ++i)
-            points_[i].anchor = body.point(points_[i].anchor);
+            points_[i] = {body.point(points_[i].anchor), std::min(points_[i].strength_n, most_n)};
         force_ = before.force + body.direction(force_ - before.force_in_body);
         spring_moment_ = before.spring_moment +
                          body.direction(spring_moment_ - before.spring_moment_in_body) +

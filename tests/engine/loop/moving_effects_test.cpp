@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -190,6 +191,48 @@ TEST(MovingEffectsWithoutABound, LeadTheProxyNoFartherThanTheLongestForceReaches
             // Each anchor is within reach, and a frame ends no farther than from there.
             EXPECT_LT(farthest_m, 1.001 * kReach_m) << turn_rad << " " << effect;
         }
+}
+
+// Seen: what two bodies hold without a bound met nowhere near the hand, 900 km away in the end.
+TEST(MovingEffectsWithoutABound, OfTwoBodiesKeepTheProxyNearTheHand) {
+    const auto ball = [](const std::string& name) {
+        return "[volume." + name + "]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n[surface." +
+               name + "]\nvolume = \"" + name + "\"\nmoves = true\n";
+    };
+    std::string text = ball("a") + ball("b") +
+                       "[volume.stream]\nanalytic = \"helix\"\nradius_mm = 20\npitch_mm = 30\n";
+    for (const char* surface : {"a", "b"})
+        text += "[[effect]]\ntype = \"surface\"\nsurface = \"" + std::string(surface) + "\"\n";
+    const auto endless = [&](const std::string& type, const std::string& volume,
+                             const std::string& body) {
+        text += "[[effect]]\ntype = \"" + type + "\"\nvolume = \"" + volume +
+                "\"\nstrength_n = inf\nmoves_with = \"" + body + "\"\n";
+    };
+    endless("gradient_surface", "a", "a");
+    endless("vortex", "stream", "b");
+    text += "[[effect]]\ntype = \"guide\"\npoints_mm = [[30, 0, 0], [0, 30, 5], [-30, 0, 0]]\n"
+            "strength_n = inf\nmoves_with = \"b\"\n";
+    const auto scene = std::make_shared<const Scene>(parse_scene(text, "moving.toml"));
+    test::ScriptedClock clock;
+    HapticLoop loop(scene, clock);
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> any(-1.0, 1.0);
+    const auto vector = [&](double size) {
+        const double x = any(random), y = any(random), z = any(random);
+        return size * Vec3{x, y, z};
+    };
+    // Five things that yield at 5 N each, and the two balls, which may push it out by their size.
+    constexpr double kFarthest_m = 5 * 5.0 / kStiffness + 2 * 0.04;
+    DeviceState hand;
+    for (int frame = 0; frame < 20000; ++frame) {
+        for (std::size_t body = 0; body < 2; ++body)
+            loop.set_pose(body, {vector(0.05),
+                                 glm::angleAxis(3.0 * any(random), glm::normalize(vector(1.0)))});
+        if (frame % 100 == 0) hand.position = vector(0.05);
+        const FrameReport report = loop.frame(hand);
+        ASSERT_EQ(report.flags & kForceNotFinite, 0u) << frame;
+        ASSERT_LT(glm::length(report.proxy - report.probe), kFarthest_m) << frame;
+    }
 }
 
 std::string complaint(const std::string& text) {

@@ -35,10 +35,12 @@ TEST(PrimitiveSet, WhatIsAddedInABodysFrameIsAsIfAddedInTheScenes) {
     const PrimitiveSet::Before before = set.enter(kBody);
     const PrimitiveSet in_body = with_all(RigidMap{});
     set = in_body;
-    set.leave(kBody, before);
+    set.leave(kBody, before, 0.75);
+    EXPECT_EQ(set.lines()[0].strength_n, 0.75); // of 1 N
+    EXPECT_EQ(set.points()[0].strength_n, 0.5);
     EXPECT_LT(glm::length(set.planes()[0].anchor - expected.planes()[0].anchor), kRounding);
     EXPECT_LT(glm::length(set.planes()[0].normal - expected.planes()[0].normal), kRounding);
-    EXPECT_EQ(set.planes()[0].strength_n, 2.0);
+    EXPECT_EQ(set.planes()[0].strength_n, 0.75); // of 2 N
     EXPECT_LT(glm::length(set.lines()[0].anchor - expected.lines()[0].anchor), kRounding);
     EXPECT_LT(glm::length(set.lines()[0].axis - expected.lines()[0].axis), kRounding);
     EXPECT_LT(glm::length(set.points()[0].anchor - expected.points()[0].anchor), kRounding);
@@ -55,7 +57,7 @@ TEST(PrimitiveSet, InABodysFrameDrawsAsSeenFromThere) {
     const Vec3 force = set.force();
     const PrimitiveSet::Before before = set.enter(kBody);
     EXPECT_LT(glm::length(kBody.point(set.pull(kBody.point_back(probe), 500.0)) - pull), kRounding);
-    set.leave(kBody, before);
+    set.leave(kBody, before, 1.0);
     // What was there before keeps its bits, where nothing is added.
     EXPECT_EQ(set.planes()[0].anchor, anchor);
     EXPECT_EQ(set.force(), force);
