@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <palpate/geometry/range.h>
 
@@ -66,17 +67,16 @@ bool MeshContact::go_on_from(const SurfaceContact& before) noexcept {
 
 /// The loop says where the proxy is: where it was, or somewhere on the last chord.
 void MeshContact::locate(const Vec3& proxy) noexcept {
-    const bool arrived =
-        now_.leg.kind != Leg::Kind::none && glm::length(proxy - now_.leg.to) <= tolerance_m_;
-    if (proxy != now_.proxy || arrived) follow(proxy);
+    const bool arrived = now_.leg.kind != Leg::Kind::none &&
+                         (proxy == now_.leg.to || glm::length(proxy - now_.leg.to) <= tolerance_m_);
+    if (proxy != now_.proxy || arrived) follow(proxy, arrived);
     now_.leg.kind = Leg::Kind::none;
 }
 
-void MeshContact::follow(const Vec3& proxy) noexcept {
-    const Leg leg = now_.leg;
-    now_.leg.kind = Leg::Kind::none;
-    const bool arrived = glm::length(proxy - leg.to) <= tolerance_m_;
-    switch (leg.kind) {
+/// `arrived`: at the last leg's end.
+void MeshContact::follow(const Vec3& proxy, bool arrived) noexcept {
+    const Leg& leg = now_.leg;
+    switch (std::exchange(now_.leg.kind, Leg::Kind::none)) {
     case Leg::Kind::flight:
         if (now_.mode == Mode::on_surface && !arrived &&
             glm::length(proxy - leg.from) <= kStillThere * tolerance_m_)
@@ -167,12 +167,12 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
             add(now_.guards[i].anchor, now_.guards[i].normal);
         return;
     }
-    const Vec3 pull = now_.pull - now_.spot.position;
-    const Heading heading = walk_.heading(now_.spot, pull);
     if (now_.spot.feature == MeshSpot::Feature::face) {
         add(now_.spot.position, walk_.outward(now_.spot.facet, now_.spot.side));
         return;
     }
+    const Vec3 pull = now_.pull - now_.spot.position;
+    const Heading heading = walk_.heading(now_.spot, pull);
     if (now_.touch_count == 0 && heading.height_m > tolerance_m_) return;
     if (std::isfinite(now_.strength.offered_n) && heading.toward != Heading::Toward::face) {
         // What several facets do together: one plane against the pull across the way that is left.

@@ -120,7 +120,7 @@ private:
     };
 
     void locate(const Vec3& proxy) noexcept;
-    void follow(const Vec3& proxy) noexcept;
+    void follow(const Vec3& proxy, bool arrived) noexcept;
     void alight(const Vec3& proxy, const Vec3& seen_from) noexcept;
     void hover(const Vec3& proxy, double clear_m) noexcept;
     void stand(const MeshSpot& spot, const Vec3& proxy) noexcept;

@@ -53,8 +53,13 @@ SlideLeg MeshContact::slide_on_surface(const Vec3& pull) noexcept {
             if (now_.leg.to == now_.spot.position && !now_.leg.lands) return rise_above_guard(pull);
             break;
         }
-        if (now_.leg.to != now_.spot.position) return {now_.leg.to, SlideLeg::End::goes_on};
-        follow(now_.leg.to); // nowhere else, but on another facet
+        if (now_.leg.to != now_.spot.position) {
+            // In a facet a walk ends at the foot of the pull alone, and there it rests.
+            const bool settles =
+                step.end == WalkStep::End::arrives && step.spot.feature == MeshSpot::Feature::face;
+            return {now_.leg.to, SlideLeg::End::goes_on, settles};
+        }
+        follow(now_.leg.to, true); // nowhere else, but on another facet
     }
     return {now_.proxy, SlideLeg::End::stuck};
 }
@@ -139,7 +144,7 @@ bool MeshContact::gets_nearer_from(const Vec3& risen, const Vec3& pull) noexcept
     bool nearer = false;
     for (int i = 0; i < kLegsAhead && !nearer && now_.mode == Mode::airborne; ++i) {
         if (slide_above(pull).end != SlideLeg::End::goes_on) break;
-        follow(now_.leg.to);
+        follow(now_.leg.to, true);
         nearer = glm::length(now_.proxy - pull) <= distance;
     }
     stand(spot, proxy);

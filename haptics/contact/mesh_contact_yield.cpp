@@ -77,7 +77,7 @@ void MeshContact::front_follows(const Vec3& proxy) noexcept {
         const SlideLeg leg =
             now_.mode == Mode::on_surface ? slide_on_surface(proxy) : slide_above(proxy);
         if (leg.end != SlideLeg::End::goes_on) return;
-        follow(leg.corner);
+        follow(leg.corner, true);
     }
 }
 

@@ -43,6 +43,7 @@ struct SlideLeg {
     };
     Vec3 corner{0.0}; ///< m, scene frame
     End end = End::rests;
+    bool settles = false; ///< goes on: at the corner the proxy then rests, it need not be asked
 };
 
 /// Implemented by a surface that can lead the proxy by itself.

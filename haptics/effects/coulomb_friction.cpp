@@ -65,6 +65,7 @@ CoulombFriction::CoulombFriction(std::vector<FrictionCoefficients> of_surfaces)
         require("friction: static_mu", of.static_mu, {0.0, kHighestCoefficient});
         require("friction: dynamic_mu, at most static_mu,", of.dynamic_mu, {0.0, of.static_mu});
         surfaces_[i].own = surfaces_[i].of = of;
+        none_ = none_ && of.none();
     }
 }
 
@@ -89,6 +90,7 @@ void CoulombFriction::restart() noexcept {
 }
 
 void CoulombFriction::begin() noexcept {
+    if (none_) return;
     for (Surface& surface : surfaces_) {
         const bool goes_on = surface.slid && !surface.of.stick_slip;
         surface.mu = goes_on ? surface.of.dynamic_mu : surface.of.static_mu;
@@ -110,6 +112,7 @@ double CoulombFriction::remembered_n(std::size_t surface, const Vec3& normal) co
 
 void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
                              PrimitiveSet& primitives) noexcept {
+    if (none_) return;
     contacts_.clear();
     first_line_ = primitives.lines().size();
     touched_ = 0; // magnets come last
@@ -129,15 +132,16 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
     }
 }
 
-ProxySolution CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
-                                     int& work) noexcept {
+void CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                            int& work, ProxySolution& solution) noexcept {
+    solve_round(primitives, probe, stiffness, work, solution);
+    if (contacts_.empty()) return known_.clear();
     drawn_n_ = drawn_n(primitives, probe, stiffness);
-    ProxySolution solution = solve_round(primitives, probe, stiffness, work);
+    weigh(solution);
     if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, work, solution);
     for (std::size_t j = 0; j < contacts_.size(); ++j)
         contacts_[j].state = solution.lines[first_line_ + j].state;
     known_ = contacts_;
-    return solution;
 }
 
 /// Multipliers from which the solution's own come out again; `solution` is of the ones to begin
@@ -157,25 +161,25 @@ void CoulombFriction::find_fixed_point(PrimitiveSet& primitives, const Vec3& pro
         guess = fixed_point.next(guess, found);
         for (std::size_t j = 0; j < contacts_.size(); ++j)
             contacts_[j].multiplier_n = std::max(0.0, guess[j]);
-        solution = solve_round(primitives, probe, stiffness, work);
+        solve_round(primitives, probe, stiffness, work, solution);
+        weigh(solution);
         if (obeys_the_law(solution)) return;
         if (glm::length(solution.proxy - proxy_before) <= kSettled && sum_agrees()) return;
     }
     solution.status = SolveStatus::capped;
 }
 
-ProxySolution CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe,
-                                           double stiffness, int& work) noexcept {
+void CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
+                                  int& work, ProxySolution& solution) noexcept {
     for (std::size_t j = 0; j < contacts_.size(); ++j)
         primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
                                                           contacts_[j].multiplier_n);
-    const int affordable = work / std::max(1, static_cast<int>(primitives.count()));
-    ProxySolution solution = solve_proxy(primitives, probe, stiffness,
-                                         std::clamp(affordable, kLeastPasses, kLoopPasses));
+    int passes = kLoopPasses;
+    if (primitives.has_tethers()) // planes alone need no passes
+        passes = std::clamp(work / static_cast<int>(primitives.count()), kLeastPasses, kLoopPasses);
+    solve_proxy(primitives, probe, stiffness, passes, solution);
     work -= solution.work;
-    share_where_planes_coincide(primitives.planes(), solution);
-    weigh(solution);
-    return solution;
+    if (primitives.planes().size() > 1) share_where_planes_coincide(primitives.planes(), solution);
 }
 
 /// What the coupling draws the proxy away with from where it was found, N; where fewer than two
@@ -244,12 +248,13 @@ bool CoulombFriction::sum_agrees() const noexcept {
     return std::abs(found_n - guessed_n) <= kSameSum * found_n;
 }
 
-bool CoulombFriction::holds() const noexcept {
+bool CoulombFriction::any_holds() const noexcept {
     return std::any_of(contacts_.begin(), contacts_.end(),
                        [](const Contact& c) { return c.state == TetherState::held; });
 }
 
 bool CoulombFriction::breaks_away() noexcept {
+    if (contacts_.empty()) return false;
     bool any = false;
     for (std::size_t j = 0; j < contacts_.size(); ++j) {
         Surface& surface = surfaces_[contacts_[j].surface];
@@ -262,6 +267,7 @@ bool CoulombFriction::breaks_away() noexcept {
 }
 
 void CoulombFriction::commit() noexcept {
+    if (none_) return;
     for (Surface& surface : surfaces_)
         surface.slid = false;
     for (std::size_t j = 0; j < contacts_.size(); ++j)

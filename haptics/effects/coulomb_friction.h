@@ -56,8 +56,8 @@ public:
     /// solve_proxy() with the strengths of the lines that gather() added; capped where their fixed
     /// point is not found. Spends of `work`, the primitives that may be looked at: one round is
     /// made whatever is left, of kLeastPasses passes at least.  [loop]
-    ProxySolution solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
-                        int& work) noexcept;
+    void solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness, int& work,
+               ProxySolution& solution) noexcept;
     static constexpr int kLeastPasses = 8;
     /// Whether the last solution slips where the proxy was at rest: then the dynamic coefficient
     /// holds for the rest of the frame, which goes on with it.  [loop]
@@ -70,7 +70,9 @@ public:
     /// Lines that gather() added last.                                                   [loop]
     std::size_t lines() const noexcept { return contacts_.size(); }
     /// Whether friction holds the proxy, in the last solution.                           [loop]
-    bool holds() const noexcept;
+    bool holds() const noexcept { return !contacts_.empty() && any_holds(); }
+    /// Whether no surface rubs, whatever the gains.                                      [any]
+    bool none() const noexcept { return none_; }
 
 private:
     struct Surface {
@@ -91,8 +93,9 @@ private:
     };
     using Contacts = FixedVector<Contact, PrimitiveSet::kCapacity>;
 
-    ProxySolution solve_round(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
-                              int& work) noexcept;
+    bool any_holds() const noexcept;
+    void solve_round(PrimitiveSet& primitives, const Vec3& probe, double stiffness, int& work,
+                     ProxySolution& solution) noexcept;
     double drawn_n(const PrimitiveSet& primitives, const Vec3& probe,
                    double stiffness) const noexcept;
     void weigh(const ProxySolution& solution) noexcept;
@@ -103,6 +106,7 @@ private:
     double remembered_n(std::size_t surface, const Vec3& normal) const noexcept;
 
     std::vector<Surface> surfaces_;
+    bool none_ = true;
     Contacts contacts_; // of the last gather()
     std::size_t first_line_ = 0;
     std::size_t touched_ = 0; // so many first planes are surfaces' own, the next ones magnets'

@@ -12,6 +12,7 @@ namespace {
 constexpr double kUnaskedMargin = 1.2;   // over forces that act of themselves: calm is above them
 constexpr double kActivePower_w = 0.5;   // a weight of 1 N let down at 0.5 m/s
 constexpr double kRounding = 1.0 + 1e-9; // what some roundings of a length come to, and far more
+constexpr double kSurely = 1.0 - 1e-6;   // of a limit's square: no rounding bridges that
 constexpr double kBelow = 1.0 - 1e-15;   // more than two lengths' roundings, each 4 of 1.1e-16
 
 /// Throws std::invalid_argument on settings out of range.
@@ -41,6 +42,8 @@ PassivitySettings passivity_of(const SafetySettings& settings) noexcept {
 
 SafetyChain::SafetyChain(const SafetySettings& settings)
     : settings_(checked(settings)), passivity_(passivity_of(settings)),
+      surely_short_n2_(kSurely * settings.force_n * settings.force_n),
+      surely_slow_n2_(kSurely * longest_step_n() * longest_step_n()),
       small_force_n_(settings.small_force_n) {}
 
 void SafetyChain::expect(double unasked_n, bool active) noexcept {
@@ -52,6 +55,7 @@ void SafetyChain::expect(double unasked_n, bool active) noexcept {
 
 Vec3 SafetyChain::send(const Vec3& wanted, const Vec3& probe, const Vec3& velocity,
                        std::uint32_t& flags) noexcept {
+    if (settings_.feedback == ForceFeedback::none && is_well_within(wanted)) return sent_ = wanted;
     const Vec3 before = sent_;
     return confirmed(chosen(wanted, probe, velocity, flags), before, flags);
 }
@@ -61,6 +65,13 @@ Vec3 SafetyChain::fade(std::uint32_t& flags) noexcept {
     return confirmed(settings_.feedback == ForceFeedback::none ? limited(Vec3{0.0}, flags)
                                                                : after_fault(),
                      before, flags);
+}
+
+/// Whether it is so far below both limits that nothing has to be taken from it, whatever rounds.
+/// Written so that what is no number is not.
+bool SafetyChain::is_well_within(const Vec3& wanted) const noexcept {
+    return squared_length(wanted) < surely_short_n2_ &&
+           squared_length(wanted - sent_) < surely_slow_n2_;
 }
 
 /// The last word: what does not hold all that is promised is not sent.
@@ -84,7 +95,7 @@ bool SafetyChain::is_allowed(const Vec3& force, const Vec3& before) const noexce
     if (!(length <= settings_.force_n * kRounding)) return false;
     // A step that is short beside the force itself is known to the last digits of that.
     const double slack_n = (kRounding - 1.0) * settings_.force_n;
-    if (change <= settings_.slew_n_per_s * settings_.period_s + slack_n) return true;
+    if (change <= longest_step_n() + slack_n) return true;
     const bool shortens = length + change <= glm::length(before) * kRounding;
     return settings_.feedback == ForceFeedback::motors && shortens &&
            change <= fading_step_n() + slack_n;
@@ -197,7 +208,7 @@ Vec3 SafetyChain::shortened(const Vec3& wanted, std::uint32_t& flags) const noex
 Vec3 SafetyChain::slewed(const Vec3& wanted, std::uint32_t& flags) noexcept {
     const Vec3 change = wanted - sent_;
     const double change_length = glm::length(change);
-    const double longest_change = settings_.slew_n_per_s * settings_.period_s;
+    const double longest_change = longest_step_n();
     if (change_length > longest_change) {
         sent_ += change * (longest_change / change_length);
         flags |= kForceSlewed;

@@ -81,6 +81,7 @@ public:
 private:
     Vec3 chosen(const Vec3& wanted, const Vec3& probe, const Vec3& velocity,
                 std::uint32_t& flags) noexcept;
+    bool is_well_within(const Vec3& wanted) const noexcept;
     Vec3 after_fault() noexcept;
     Vec3 confirmed(const Vec3& force, const Vec3& before, std::uint32_t& flags) noexcept;
     bool is_allowed(const Vec3& force, const Vec3& before) const noexcept;
@@ -89,13 +90,16 @@ private:
     Vec3 slewed(const Vec3& wanted, std::uint32_t& flags) noexcept;
     Vec3 faded() noexcept;
     double fading_step_n() const noexcept;
+    /// Of the slew limit, N.
+    double longest_step_n() const noexcept { return settings_.slew_n_per_s * settings_.period_s; }
     bool jumped(const Vec3& probe, const Vec3& velocity) const noexcept;
     bool waits(double wanted_n) noexcept;
     double next_share(std::uint32_t& flags) noexcept;
 
     SafetySettings settings_;
     PassivityControl passivity_;
-    double small_force_n_; // with what effects push
+    double surely_short_n2_, surely_slow_n2_; // N^2: is_well_within()
+    double small_force_n_;                    // with what effects push
     Vec3 sent_{0.0};
     Vec3 probe_{0.0};
     bool placed_ = false;          // probe_ is one

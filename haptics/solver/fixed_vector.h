@@ -21,10 +21,7 @@ class FixedVector {
 public:
     FixedVector() noexcept {}
     /// `count` copies, at most Capacity.                                                    [loop]
-    FixedVector(std::size_t count, const T& value) noexcept {
-        while (size_ < count)
-            push_back(value);
-    }
+    FixedVector(std::size_t count, const T& value) noexcept { assign(count, value); }
     /// At most Capacity values.                                                             [loop]
     FixedVector(std::initializer_list<T> values) noexcept {
         for (const T& value : values)
@@ -42,6 +39,12 @@ public:
     ~FixedVector() = default;
 
     void clear() noexcept { size_ = 0; } ///< [loop]
+    /// `count` copies and nothing else, at most Capacity.                                   [loop]
+    void assign(std::size_t count, const T& value) noexcept {
+        clear();
+        while (size_ < count)
+            push_back(value);
+    }
     /// Not when full().                                                                     [loop]
     void push_back(const T& value) noexcept {
         assert(size_ < Capacity);

@@ -74,7 +74,7 @@ public:
     /// frame before.  [loop]
     bool advance(double period_s) noexcept {
         const double wanted = wanted_.load(std::memory_order_relaxed);
-        if (now_ == wanted && !moving_ && !jumped_) return false;
+        if (now_ == wanted && !(moving_ | jumped_)) return false;
         jumped_ = false;
         const double longest = period_s / kSecondsPerUnit;
         const double way = wanted - now_;

@@ -342,26 +342,33 @@ bool all_across(std::span<const PlanePrimitive> planes, const Vec3& axis) noexce
 
 } // namespace
 
-ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
-                          int pass_cap) noexcept {
+void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
+                 ProxySolution& solution) noexcept {
     const double stiffness = primitives.total_stiffness(coupling); // K
     const Vec3 target = primitives.pull(probe, coupling);          // a'
     const auto planes = primitives.planes();
     const auto lines = primitives.lines();
     const auto points = primitives.points();
+    if (!primitives.has_tethers()) {
+        solution.restart(primitives, target);
+        solution.work = static_cast<int>(planes.size());
+        if (!planes.empty()) add_planes(planes, target, stiffness, solution);
+        return;
+    }
     const bool one_point = points.size() == 1 && lines.empty() && planes.empty();
     // A line along the planes' normals, as friction on one contact makes it, with a magnet or
     // without: each answers its own part of the way.
-    const bool apart = points.empty() &&
-                       (lines.empty() || (lines.size() == 1 && all_across(planes, lines[0].axis)));
-    if (!one_point && !apart) return internal::solve_mixed(primitives, target, stiffness, pass_cap);
+    const bool apart = points.empty() && lines.size() == 1 && all_across(planes, lines[0].axis);
+    if (!one_point && !apart) {
+        solution = internal::solve_mixed(primitives, target, stiffness, pass_cap);
+        return;
+    }
 
-    ProxySolution solution(primitives, target);
+    solution.restart(primitives, target);
     solution.work = static_cast<int>(primitives.count());
     if (one_point) internal::add_one_point(points[0], target, stiffness, solution);
     if (!planes.empty()) add_planes(planes, target, stiffness, solution);
     if (!lines.empty()) internal::add_one_line(lines[0], target, stiffness, solution);
-    return solution;
 }
 
 } // namespace palpate

@@ -41,9 +41,19 @@ struct TetherOutcome {
 struct ProxySolution {
     ProxySolution() noexcept = default;
     /// Nothing felt, and the proxy where it is drawn to.
-    ProxySolution(const PrimitiveSet& primitives, const Vec3& target) noexcept
-        : proxy(target), planes(primitives.planes().size(), {}),
-          lines(primitives.lines().size(), {}), points(primitives.points().size(), {}) {}
+    ProxySolution(const PrimitiveSet& primitives, const Vec3& target) noexcept {
+        restart(primitives, target);
+    }
+    /// The same again, without a copy.                                                   [loop]
+    void restart(const PrimitiveSet& primitives, const Vec3& target) noexcept {
+        proxy = target;
+        planes.assign(primitives.planes().size(), {});
+        lines.assign(primitives.lines().size(), {});
+        points.assign(primitives.points().size(), {});
+        residual_m = error_bound_m = 0.0;
+        passes = work = 0;
+        status = SolveStatus::exact;
+    }
 
     Vec3 proxy{0.0}; ///< m, scene frame
     FixedVector<PlaneOutcome, PrimitiveSet::kCapacity> planes;
@@ -81,7 +91,14 @@ inline constexpr int kLoopPasses = 64;
 /// springs): an infeasible hard set becomes a defined compromise. No allocation. Bounded: planes
 /// alone by 40 n + 60 steps, which suffice; with lines or points by `pass_cap` passes and up to 16
 /// to end a step, after which the solution is the best one so far and its status says so.
-ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
-                          int pass_cap = kLoopPasses) noexcept;
+void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
+                 ProxySolution& solution) noexcept;
+/// The same as a value.                                                                 [loop]
+inline ProxySolution solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
+                                 int pass_cap = kLoopPasses) noexcept {
+    ProxySolution solution;
+    solve_proxy(primitives, probe, coupling, pass_cap, solution);
+    return solution;
+}
 
 } // namespace palpate

@@ -22,6 +22,11 @@ public:
     /// The level itself has moved to the proxy, by yielding.                             [loop]
     void level_moved() noexcept { depth_m_ = 0.0; }
 
+    /// Whether lift() would change nothing, and not let the proxy be lifted less than it asks: no
+    /// energy was taken, and it is `depth_m` below the level as before, on it or above.  [loop]
+    bool is_level(double depth_m) const noexcept {
+        return energy_j_ == 0.0 && depth_m == depth_m_ && depth_m <= 0.0;
+    }
     /// A frame begins with the proxy `depth_m` below the level of normal n (m, < 0: above), and
     /// `ahead` = x0 - a of the probe, m, at coupling stiffness k in N/m, > 0. Books what the frame
     /// before came to; returns how far the proxy may be lifted in this one, m, >= 0.     [loop]

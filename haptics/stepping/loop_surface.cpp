@@ -17,7 +17,8 @@ constexpr double kNoLift_m = 1e-10;
 
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
     : contact_(&contact), moving_(contact.moving()),
-      strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet) {}
+      strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet),
+      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {}
 
 LoopSurface::State LoopSurface::save_state() const {
     State state{&typeid(*contact_),
@@ -105,7 +106,10 @@ bool LoopSurface::all_gains_are_one() const noexcept {
 
 void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {
     first_ = contacts.size();
-    magnet_.offer(proxy, pull, *contact_, contacts);
+    if (has_magnet_)
+        magnet_.offer(proxy, pull, *contact_, contacts);
+    else
+        contact_->offer(proxy, contacts);
     last_ = contacts.size();
 }
 
@@ -125,6 +129,7 @@ void LoopSurface::ration_restoring(const FrameContext& frame, const ContactSet& 
         depth_m = depth_of_plane_m;
         normal = plane.normal;
     }
+    if (bank_.is_level(depth_m)) return;
     const double lift_m = bank_.lift(depth_m, normal, proxy - frame.probe, frame.stiffness);
     sunk_m_ = std::max(0.0, depth_m - lift_m);
 }

@@ -71,8 +71,9 @@ public:
     /// Of the fields that its strength and its magnet depend on.                         [any]
     std::uint64_t samples() const noexcept { return strength_.samples() + magnet_.samples(); }
 
-    /// Takes the place of `before`, of the same surface in another loop, with gains of its own; true
-    /// where the proxy is inside. Of what it cannot go on from it is as after restart().  [loop]
+    /// Takes the place of `before`, of the same surface in another loop, with gains of its own;
+    /// true where the proxy is inside. Of what it cannot go on from it is as after restart().
+    /// [loop]
     bool go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept;
     /// A new trial: the proxy is set to a new place. True when that is inside.            [loop]
     bool restart(const Vec3& proxy) noexcept;
@@ -92,6 +93,7 @@ public:
     /// Its own part and the magnet begin the frame, where everything else has.            [loop]
     void begin(const FrameContext& frame) noexcept {
         pushed_before_ = pushes_back_;
+        if (!has_magnet_) return;
         if (moving_)
             magnet_.begin(in_body(frame));
         else
@@ -106,7 +108,9 @@ public:
     /// Moves the planes of the last offer() inwards by the depth that must remain.       [loop]
     void sink(ContactSet& contacts) const noexcept;
     /// Adds the magnet's plane, if that draws the proxy.                                 [loop]
-    void offer_magnet(ContactSet& contacts) const noexcept { magnet_.gather(contacts); }
+    void offer_magnet(ContactSet& contacts) const noexcept {
+        if (has_magnet_) magnet_.gather(contacts);
+    }
     /// Told what became of its planes.                                                   [loop]
     void take(const ProxySolution& solution) noexcept;
     /// It pushes back at the frame's end: the place, m, and the normal are kept for the frame in
@@ -163,6 +167,7 @@ private:
     MovingSurface* moving_;
     LocalStrength strength_;
     LoopMagnet magnet_;
+    bool has_magnet_; // one that could draw the proxy at some gain, somewhere
     LevelBank bank_;
     std::array<GainRamp, kSurfaceParts> gains_;
     bool as_set_ = true; // all_gains_are_one(), as of the last time that one moved

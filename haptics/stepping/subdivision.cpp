@@ -48,7 +48,8 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
                          const std::vector<Effect*>& effects, Clock& clock,
                          std::vector<SurfaceFinish> finish)
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
-      calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
+      calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs),
+      all_work_(kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations()) {
     finish.resize(std::max(finish.size(), surfaces.size()));
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         surfaces_.emplace_back(*surfaces[i], finish[i]);
@@ -56,6 +57,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     }
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
+    may_need_calming_ = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
     steps_left_.reserve(most_evaluations(surfaces.size()));
 }
 
@@ -161,11 +163,22 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
 void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     result_ = {};
     steps_left_.clear();
-    budget_ = {0, all_work(), kMostLegs, 0};
+    budget_ = {0, all_work_, kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
     if (has_bodies_) frame_.start = follow_bodies(frame_.start);
     path_.begin(frame_.start);
     follow_gains();
+    if (may_need_calming_) begin_calming();
+    for (LoopEffect& effect : effects_)
+        effect.begin(frame_);
+    friction_.begin();
+    for (LoopSurface& surface : surfaces_)
+        surface.begin(frame_);
+    note_open();
+}
+
+/// Takes measures against a proxy that goes to and fro by itself.
+void Subdivision::begin_calming() noexcept {
     if (is_driven()) {
         calming_.restart();
     } else if (frames_may_contradict()) {
@@ -182,12 +195,6 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();
     frame_.rests = calming_.stopped();
     if (calming_.spring_n_per_m() > 0.0) result_.flags |= kCalmed;
-    for (LoopEffect& effect : effects_)
-        effect.begin(frame_);
-    friction_.begin();
-    for (LoopSurface& surface : surfaces_)
-        surface.begin(frame_);
-    note_open();
 }
 
 void Subdivision::follow_gains() noexcept {
@@ -218,16 +225,12 @@ bool Subdivision::is_driven() const noexcept {
 }
 
 /// Whether the balances of two frames may differ though the probe is held. With surfaces alone, and
-/// each frame solved to its end, they do not differ.
+/// each frame solved to its end, they do not differ. With nothing, the proxy is the probe.
 bool Subdivision::frames_may_contradict() const noexcept {
+    if (surfaces_.empty() && effects_.empty()) return false;
     return !stepping_.seeks_balance() || !effects_.empty() ||
            std::any_of(surfaces_.begin(), surfaces_.end(),
                        [](const LoopSurface& surface) { return surface.depends_on_place(); });
-}
-
-/// The work budget of a frame. It grows with the evaluations that the method may make.
-int Subdivision::all_work() const noexcept {
-    return kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
 }
 
 // ---- one evaluation ----------------------------------------------------------------------------
@@ -264,7 +267,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
 
 void Subdivision::solve(const Vec3& proxy) noexcept {
     budget_.work_left -= kWorkOfEvaluation;
-    solution_ = friction_.solve(primitives_, frame_.probe, frame_.stiffness, budget_.work_left);
+    friction_.solve(primitives_, frame_.probe, frame_.stiffness, budget_.work_left, solution_);
     if (!is_a_place(solution_.proxy)) {
         solution_.proxy = proxy;
         result_.flags |= kForceNotFinite;
@@ -346,9 +349,10 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     }
     note_open();
     friction_.commit();
-    calming_.end(proxy,
-                 (primitives_.total_stiffness(frame_.stiffness) - calming_.spring_n_per_m()) /
-                     frame_.stiffness);
+    if (may_need_calming_)
+        calming_.end(proxy,
+                     (primitives_.total_stiffness(frame_.stiffness) - calming_.spring_n_per_m()) /
+                         frame_.stiffness);
     for (LoopEffect& effect : effects_)
         effect.commit({proxy, result_.felt});
     for (const PlaneOutcome& plane : solution_.planes)
@@ -361,7 +365,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     result_.proxy = proxy;
     result_.evaluations = budget_.evaluations;
     result_.sub_steps = path_.sub_steps();
-    result_.work = static_cast<std::uint32_t>(all_work() - budget_.work_left);
+    result_.work = static_cast<std::uint32_t>(all_work_ - budget_.work_left);
     return result_;
 }
 

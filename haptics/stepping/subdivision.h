@@ -181,6 +181,7 @@ private:
     Passage relative_way(const Vec3& from, const Vec3& to, const LoopSurface* along_with,
                          int& looks) noexcept;
     void look(std::size_t surface, const Vec3& proxy) noexcept;
+    void begin_calming() noexcept;
     void follow_gains() noexcept;
     bool is_driven() const noexcept;
     bool frames_may_contradict() const noexcept;
@@ -198,7 +199,6 @@ private:
     void note_touch(LoopSurface& surface, const Vec3& proxy) const noexcept;
     Vec3 held_with(const Vec3& proxy) const noexcept;
     Vec3 friction_at(std::size_t contact) const noexcept;
-    int all_work() const noexcept;
     bool has_given_up() const noexcept;
 
     bool keeps_its_place() noexcept;
@@ -233,8 +233,12 @@ private:
     ProxyPath path_;
     std::vector<std::uint32_t> steps_left_;
     SubdivisionResult result_;
-    bool led_ = false;        // the last move was the leading surface's own
-    bool has_bodies_ = false; // surfaces that may move
+    bool led_ = false; // the last move was the leading surface's own
+
+    // What the scene calls for.
+    bool has_bodies_ = false;       // surfaces that may move
+    bool may_need_calming_ = false; // frames may contradict each other
+    int all_work_;                  // of a frame; grows with the evaluations of the method
 };
 
 } // namespace palpate

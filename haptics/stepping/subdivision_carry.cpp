@@ -69,8 +69,7 @@ Vec3 along_slopes(const Vec3& proxy, const Vec3& pull, const ContactSet& contact
                   std::span<const LoopSurface> surfaces, double stiffness) noexcept {
     PrimitiveSet planes;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
-        if (contacts[c].surface == ContactSet::kNoSurface ||
-            surfaces[contacts[c].surface].yields())
+        if (contacts[c].surface == ContactSet::kNoSurface || surfaces[contacts[c].surface].yields())
             continue;
         PlanePrimitive plane = across_slope(contacts[c], proxy);
         plane.anchor = proxy;
@@ -250,6 +249,10 @@ Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
             return record_move(proxy + chord.fraction * (leg.corner - proxy));
         }
         proxy = record_move(leg.corner);
+        if (leg.settles) {
+            stepping_.arrive();
+            return proxy;
+        }
     }
     // No legs are left. A method with shares goes on with its next share; else the frame ends here.
     if (stepping_.seeks_balance() || stepping_.steps_left() == 0) result_.flags |= kEvaluationCap;

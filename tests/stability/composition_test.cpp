@@ -297,7 +297,9 @@ public:
                 primitives.add(faces_[i].plane);
             friction_.gather(proxy_, faces_, primitives);
             int work = 1 << 20; // as much as it wants
-            end = friction_.solve(primitives, probe, kK, work).proxy;
+            ProxySolution solution;
+            friction_.solve(primitives, probe, kK, work, solution);
+            end = solution.proxy;
         } while (friction_.breaks_away());
         friction_.commit();
         proxy_ = end;

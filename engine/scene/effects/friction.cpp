@@ -97,7 +97,8 @@ double price_us(const Settings& effect, const PricedSurface&) {
             friction.begin();
             friction.gather(from - to, contacts, primitives);
             int work = Subdivision::kWorkOfSolvers;
-            static_cast<void>(friction.solve(primitives, to, kPricedStiffness, work));
+            ProxySolution solution;
+            friction.solve(primitives, to, kPricedStiffness, work, solution);
         });
     };
     return std::max(0.0, price(true) - price(false));

@@ -38,7 +38,9 @@ struct Groove {
         if (drawn_n > 0.0) primitives.add_force({0.0, 0.0, -drawn_n});
         friction.gather(start, contacts, primitives);
         int work = 100000;
-        const Vec3 proxy = friction.solve(primitives, probe, kStiffness, work).proxy;
+        ProxySolution solution;
+        friction.solve(primitives, probe, kStiffness, work, solution);
+        const Vec3 proxy = solution.proxy;
         friction.commit();
         return proxy;
     }
