@@ -30,7 +30,8 @@ public:
                 entries_[i - 1] = entries_[i];
             --count_;
         }
-        entries_[count_++] = {contact, sampled_at};
+        entries_[count_].contact = contact;
+        entries_[count_++].sampled_at = sampled_at;
     }
 
     /// Remembers what another does, the oldest first, and leaves that empty. [loop]
@@ -66,8 +67,11 @@ private:
     template <class Condition>
     void keep_if(const Condition& condition) noexcept {
         std::size_t kept = 0;
-        for (std::size_t i = 0; i < count_; ++i)
-            if (condition(entries_[i])) entries_[kept++] = entries_[i];
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (!condition(entries_[i])) continue;
+            if (kept != i) entries_[kept] = entries_[i];
+            ++kept;
+        }
         count_ = kept;
     }
 

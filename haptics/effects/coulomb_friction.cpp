@@ -135,7 +135,7 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
 void CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
                             int& work, ProxySolution& solution) noexcept {
     solve_round(primitives, probe, stiffness, work, solution);
-    if (contacts_.empty()) return known_.clear();
+    if (contacts_.empty()) return known_.clear(); // nothing rubs
     drawn_n_ = drawn_n(primitives, probe, stiffness);
     weigh(solution);
     if (!obeys_the_law(solution)) find_fixed_point(primitives, probe, stiffness, work, solution);

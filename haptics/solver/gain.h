@@ -70,11 +70,15 @@ public:
     /// Where it goes from the next frame on, [0, kHighest].                              [any]
     void set(double gain) noexcept { wanted_.store(gain, std::memory_order_relaxed); }
 
+    /// Whether advance() would change anything, or has since the frame before.           [loop]
+    bool moves() const noexcept {
+        return moving_ || jumped_ || now_ != wanted_.load(std::memory_order_relaxed);
+    }
     /// A frame of `period_s` > 0 begins: a step of the way. True when anything changed since the
     /// frame before.  [loop]
     bool advance(double period_s) noexcept {
+        if (!moves()) return false;
         const double wanted = wanted_.load(std::memory_order_relaxed);
-        if (now_ == wanted && !(moving_ | jumped_)) return false;
         jumped_ = false;
         const double longest = period_s / kSecondsPerUnit;
         const double way = wanted - now_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <span>
 
@@ -53,6 +54,7 @@ public:
         spring_moment_ = Vec3{0.0};
         overflowed_ = false;
         all_finite_ = true;
+        draws_ = false;
         gain_ = {};
     }
 
@@ -90,7 +92,9 @@ public:
 
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
     void add_force(const Vec3& force) noexcept {
-        if (usable(force, Vec3{0.0}, 0.0)) force_ += gain_.value * force;
+        if (!usable(force, Vec3{0.0}, 0.0)) return;
+        force_ += gain_.value * force;
+        draws_ = true;
     }
 
     /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
@@ -100,6 +104,7 @@ public:
         const double scaled = gain_.value * stiffness_n_per_m;
         spring_ += scaled;
         spring_moment_ += scaled * anchor;
+        draws_ = true;
     }
 
     /// What was in it when a body's frame was entered.
@@ -152,6 +157,7 @@ public:
     ///   a' = (k a + sum g q + sum d) / K, here a + (sum g (q - a) + sum d) / K.          [loop]
     /// With it, and K for k, they need no further mention: an exact shift and scale.
     Vec3 pull(const Vec3& probe, double coupling) const noexcept {
+        if (!draws_) return probe + 0.0; // as the sum of nothing would
         return probe + (spring_moment_ - spring_ * probe + force_) / total_stiffness(coupling);
     }
 
@@ -173,7 +179,10 @@ private:
 
     /// Written so that what is no number is none.
     bool usable(const Vec3& at, const Vec3& along, double strength_n) noexcept {
-        const bool good = is_finite(at) && is_finite(along) && strength_n >= 0.0;
+        // A sum of finite numbers that is no finite one has overflowed: then each is looked at.
+        const double sum = at.x + at.y + at.z + along.x + along.y + along.z;
+        const bool finite = std::isfinite(sum) || (is_finite(at) && is_finite(along));
+        const bool good = finite && strength_n >= 0.0;
         all_finite_ = all_finite_ && good;
         return good;
     }
@@ -191,6 +200,7 @@ private:
     Vec3 spring_moment_{0.0}; // sum g q, N
     bool overflowed_ = false;
     bool all_finite_ = true;
+    bool draws_ = false; // there are forces or springs
     Gain gain_;
 };
 

@@ -319,10 +319,9 @@ void add_one_plane(const PlanePrimitive& plane, const Vec3& target, double stiff
     solution.residual_m = std::abs(lambda - std::clamp(lambda - gap, 0.0, sigma));
 }
 
-/// Planes alone.
-void add_planes(std::span<const PlanePrimitive> planes, const Vec3& target, double stiffness,
-                ProxySolution& solution) noexcept {
-    if (planes.size() == 1) return add_one_plane(planes.front(), target, stiffness, solution);
+/// Several planes.
+void add_several_planes(std::span<const PlanePrimitive> planes, const Vec3& target,
+                        double stiffness, ProxySolution& solution) noexcept {
     DualProblem problem(planes, target, stiffness);
     solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
     solution.work += problem.steps() * static_cast<int>(planes.size());
@@ -331,6 +330,14 @@ void add_planes(std::span<const PlanePrimitive> planes, const Vec3& target, doub
     solution.proxy = target + problem.displacement();
     for (std::size_t i = 0; i < planes.size(); ++i)
         solution.planes[i] = problem.outcome(i, stiffness);
+}
+
+/// Planes alone, as many as there are.
+void add_planes(std::span<const PlanePrimitive> planes, const Vec3& target, double stiffness,
+                ProxySolution& solution) noexcept {
+    if (planes.empty()) return;
+    if (planes.size() == 1) return add_one_plane(planes.front(), target, stiffness, solution);
+    add_several_planes(planes, target, stiffness, solution);
 }
 
 /// Whether all planes are across an axis.
@@ -352,7 +359,7 @@ void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupl
     if (!primitives.has_tethers()) {
         solution.restart(primitives, target);
         solution.work = static_cast<int>(planes.size());
-        if (!planes.empty()) add_planes(planes, target, stiffness, solution);
+        add_planes(planes, target, stiffness, solution);
         return;
     }
     const bool one_point = points.size() == 1 && lines.empty() && planes.empty();
@@ -367,7 +374,7 @@ void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupl
     solution.restart(primitives, target);
     solution.work = static_cast<int>(primitives.count());
     if (one_point) internal::add_one_point(points[0], target, stiffness, solution);
-    if (!planes.empty()) add_planes(planes, target, stiffness, solution);
+    add_planes(planes, target, stiffness, solution);
     if (!lines.empty()) internal::add_one_line(lines[0], target, stiffness, solution);
 }
 

@@ -73,6 +73,10 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
+    bool any_moves = strength_.depends_on_place();
+    for (const GainRamp& gain : gains_)
+        any_moves = any_moves || gain.moves();
+    if (!any_moves) return false;
     unsigned moved = 0; // a bit for each part
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         moved |= static_cast<unsigned>(gains_[part].advance(frame.period_s)) << part;

@@ -141,6 +141,8 @@ public:
     bool yields() const noexcept { return yields_; }
     /// Whether the bank allows only a part of the way back to its level.                 [loop]
     bool is_rationed() const noexcept { return sunk_m_ > 0.0; }
+    /// Whether it has a magnet that could draw the proxy at some gain, somewhere.         [any]
+    bool has_magnet() const noexcept { return has_magnet_; }
     /// Whether its magnet could draw the proxy in this frame.                            [loop]
     bool has_magnet_on() const noexcept { return magnet_.is_on(); }
     /// What could lead a proxy that nothing else holds; null where it cannot.             [loop]
@@ -167,7 +169,7 @@ private:
     MovingSurface* moving_;
     LocalStrength strength_;
     LoopMagnet magnet_;
-    bool has_magnet_; // one that could draw the proxy at some gain, somewhere
+    bool has_magnet_;
     LevelBank bank_;
     std::array<GainRamp, kSurfaceParts> gains_;
     bool as_set_ = true; // all_gains_are_one(), as of the last time that one moved

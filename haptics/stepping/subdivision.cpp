@@ -54,6 +54,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         surfaces_.emplace_back(*surfaces[i], finish[i]);
         has_bodies_ = has_bodies_ || surfaces_.back().moving();
+        has_magnets_ = has_magnets_ || surfaces_.back().has_magnet();
     }
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
@@ -227,7 +228,7 @@ bool Subdivision::is_driven() const noexcept {
 /// Whether the balances of two frames may differ though the probe is held. With surfaces alone, and
 /// each frame solved to its end, they do not differ. With nothing, the proxy is the probe.
 bool Subdivision::frames_may_contradict() const noexcept {
-    if (surfaces_.empty() && effects_.empty()) return false;
+    if (is_empty()) return false;
     return !stepping_.seeks_balance() || !effects_.empty() ||
            std::any_of(surfaces_.begin(), surfaces_.end(),
                        [](const LoopSurface& surface) { return surface.depends_on_place(); });
@@ -242,7 +243,7 @@ void Subdivision::begin_approach() noexcept {
 }
 
 void Subdivision::gather(const Vec3& proxy) noexcept {
-    const Vec3 pulled_to = pull();
+    const Vec3 pulled_to = has_magnets_ ? pull() : Vec3{0.0}; // of the evaluation before
     contacts_.clear();
     primitives_.clear();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -252,17 +253,21 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         if (budget_.evaluations == 0) surface.ration_restoring(frame_, contacts_);
         surface.sink(contacts_);
     }
-    contacts_.begin(ContactSet::kNoSurface);
-    for (const LoopSurface& surface : surfaces_)
-        surface.offer_magnet(contacts_);
+    if (has_magnets_) {
+        contacts_.begin(ContactSet::kNoSurface);
+        for (const LoopSurface& surface : surfaces_)
+            surface.offer_magnet(contacts_);
+    }
     for (std::size_t i = 0; i < contacts_.size(); ++i)
         primitives_.add(contacts_[i].plane);
     if (calming_.spring_n_per_m() > 0.0)
         primitives_.add_spring(frame_.start, calming_.spring_n_per_m());
-    for (LoopEffect& effect : effects_)
-        effect.gather(proxy, frame_.force_limit_n, primitives_);
-    primitives_.set_gain({});
-    friction_.gather(proxy, contacts_, primitives_);
+    if (!effects_.empty()) {
+        for (LoopEffect& effect : effects_)
+            effect.gather(proxy, frame_.force_limit_n, primitives_);
+        primitives_.set_gain({});
+    }
+    if (!friction_.none()) friction_.gather(proxy, contacts_, primitives_);
 }
 
 void Subdivision::solve(const Vec3& proxy) noexcept {

@@ -183,6 +183,8 @@ private:
     void look(std::size_t surface, const Vec3& proxy) noexcept;
     void begin_calming() noexcept;
     void follow_gains() noexcept;
+    /// Whether nothing can be felt.
+    bool is_empty() const noexcept { return surfaces_.empty() && effects_.empty(); }
     bool is_driven() const noexcept;
     bool frames_may_contradict() const noexcept;
     void begin_approach() noexcept;
@@ -237,6 +239,7 @@ private:
 
     // What the scene calls for.
     bool has_bodies_ = false;       // surfaces that may move
+    bool has_magnets_ = false;      // of surfaces
     bool may_need_calming_ = false; // frames may contradict each other
     int all_work_;                  // of a frame; grows with the evaluations of the method
 };

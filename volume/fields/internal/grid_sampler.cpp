@@ -97,24 +97,36 @@ private:
     static constexpr double kNever = std::numeric_limits<double>::infinity();
 };
 
-/// The first root of the level in the cell where the walk is, as t of the whole segment.
-std::optional<double> root_in_cell(const GridNodes& nodes, const CellWalk& walk, const Vec3& along,
+/// The first root of the level on x + s along, s in [0, 1], within one cell.
+std::optional<double> root_in_cell(const Corners& corners, const Vec3& x, const Vec3& along,
                                    double level) noexcept {
-    const Corners corners = nodes.corners(walk.cell());
     const float highest =
         std::max(std::max(std::max(corners[0], corners[1]), std::max(corners[2], corners[3])),
                  std::max(std::max(corners[4], corners[5]), std::max(corners[6], corners[7])));
     if (highest < level) return std::nullopt; // a trilinear value never exceeds its corners
-    const double length = walk.leave_t() - walk.enter_t();
-    const Polynomial<3> p = on_line(corners, walk.position_in_cell(), length * along);
+    const Polynomial<3> p = on_line(corners, x, along);
     // Nor does a cubic exceed its Bezier points.
     const double b_1 = p[0] + p[1] / 3.0;
     const double b_2 = p[0] + (2.0 * p[1] + p[2]) / 3.0;
     const double b_3 = p[0] + p[1] + p[2] + p[3];
     if (p[0] < level && b_1 < level && b_2 < level && b_3 < level) return std::nullopt;
-    if (const std::optional<double> s = first_reach<3>(p, level))
-        return walk.enter_t() + *s * length;
-    return std::nullopt;
+    return first_reach<3>(p, level);
+}
+
+/// The same in the cell where the walk is, as t of the whole segment.
+std::optional<double> root_in_cell(const GridNodes& nodes, const CellWalk& walk, const Vec3& along,
+                                   double level) noexcept {
+    const double length = walk.leave_t() - walk.enter_t();
+    const std::optional<double> s =
+        root_in_cell(nodes.corners(walk.cell()), walk.position_in_cell(), length * along, level);
+    if (!s) return std::nullopt;
+    return walk.enter_t() + *s * length;
+}
+
+/// Whether a point is inside a cell, and not on a face of it.
+bool is_within(const CellIndex& cell, const Vec3& point) noexcept {
+    return point.x > cell.i && point.x < cell.i + 1 && point.y > cell.j && point.y < cell.j + 1 &&
+           point.z > cell.k && point.z < cell.k + 1;
 }
 
 } // namespace
@@ -168,6 +180,12 @@ std::optional<double> GridSampler::first_root(const Vec3& from, const Vec3& to,
     const Vec3 start = nodes_.scene_to_local.point(from);
     const Vec3 along = nodes_.scene_to_local.direction(to - from);
     if (!is_finite(start) || !is_finite(along)) return 0.0;
+    if (nodes_.inside(start)) { // most chords of sub-steps end in the cell where they begin
+        const CellIndex cell = GridNodes::cell_of(start);
+        if (is_within(cell, start + along))
+            return root_in_cell(nodes_.corners(cell), start - Vec3(cell.i, cell.j, cell.k), along,
+                                level);
+    }
     CellWalk walk(nodes_, start, along);
     if (!walk.enter()) return std::nullopt;
     const int most_cells = nodes_.size[0] + nodes_.size[1] + nodes_.size[2] + 6;
