@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 #include <palpate/haptics/solver/fixed_vector.h>
 #include <palpate/haptics/solver/primitives.h>
@@ -42,6 +43,14 @@ public:
         contacts_.push_back(contact);
         contacts_[contacts_.size() - 1].surface = surface_;
         return true;
+    }
+    /// Nothing but a flat and hard plane of surface 0: clear(), begin() and add() of it.  [loop]
+    void set_hard_plane(const Vec3& anchor, const Vec3& normal) noexcept {
+        clear();
+        ContactPlane contact;
+        contact.plane = {anchor, normal, std::numeric_limits<double>::infinity()};
+        contact.gradient_length = 1.0;
+        contacts_.push_back(contact);
     }
     /// Takes back the plane that was added last, of at least one.                      [loop]
     void drop_last() noexcept { contacts_.pop_back(); }

@@ -200,6 +200,17 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
         add(now_.spot.position, walk_.outward(now_.touches[i].facet, now_.touches[i].side));
 }
 
+std::optional<SlidingSurface::Face> MeshContact::offer_face(const Vec3& proxy) noexcept {
+    if (now_.passed || !now_.strength.is_hard()) return std::nullopt;
+    locate(proxy);
+    const bool on_face =
+        now_.mode == Mode::on_surface && now_.spot.feature == MeshSpot::Feature::face;
+    if (now_.passed || !on_face) return std::nullopt;
+    offered_ = 1;
+    now_.yielded = false;
+    return Face{now_.spot.position, walk_.outward(now_.spot.facet, now_.spot.side)};
+}
+
 std::optional<ContactPlane> MeshContact::nearest_plane(const Vec3& proxy, const Vec3& pull,
                                                        double reach_m) noexcept {
     ContactPlane contact;

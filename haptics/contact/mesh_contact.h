@@ -61,6 +61,7 @@ public:
     }
     bool go_on_from(const SurfaceContact& before) noexcept override;
     SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept override;
+    std::optional<Face> offer_face(const Vec3& proxy) noexcept override;
     SlidingSurface* sliding() noexcept override { return now_.passed ? nullptr : this; }
     Membrane* membrane() noexcept override { return now_.strength.is_membrane() ? this : nullptr; }
 

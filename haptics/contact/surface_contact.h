@@ -55,6 +55,19 @@ public:
     /// the surface, off it, back onto it. Exact, and certified as the chords of
     /// SurfaceContact::carry() are; the distance to `pull` never grows.                     [loop]
     virtual SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept = 0;
+
+    /// A point of a plane and its unit normal, m.
+    struct Face {
+        Vec3 anchor{0.0}; ///< m, scene frame
+        Vec3 normal{0.0}; ///< unit, towards free space
+    };
+    /// Where SurfaceContact::offer() would offer one hard and flat plane, and nothing else: does as
+    /// that does, and as keep_active() does of a plane that does not yield, and returns the plane.
+    /// Else nothing: offer() is to be asked.                                             [loop]
+    virtual std::optional<Face> offer_face(const Vec3& proxy) noexcept {
+        static_cast<void>(proxy);
+        return std::nullopt;
+    }
 };
 
 /// Implemented by a surface that opens where it is pressed too hard.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 
 #include <palpate/geometry/rigid_pose.h>
@@ -70,6 +71,12 @@ public:
         if (!usable(plane.anchor, plane.normal, plane.strength_n))
             return planes_.push_back({Vec3{0.0}, any_direction(), 0.0}); // keeps its number
         planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n)});
+    }
+    /// Nothing but a hard plane that is finite, at gain 1: clear() and add(), without their
+    /// questions.                                                                          [loop]
+    void set_hard_plane(const Vec3& anchor, const Vec3& normal) noexcept {
+        clear();
+        planes_.push_back({anchor, normal, std::numeric_limits<double>::infinity()});
     }
     /// Adds a line, as add() does.                                                         [loop]
     void add_line(const LinePrimitive& line) noexcept {

@@ -117,6 +117,21 @@ void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contact
     last_ = contacts.size();
 }
 
+std::optional<SlidingSurface::Face> LoopSurface::offer_face(const Vec3& proxy,
+                                                            bool begins) noexcept {
+    SlidingSurface* sliding = contact_->sliding();
+    if (!sliding || (!begins && is_rationed())) return std::nullopt;
+    const std::optional<SlidingSurface::Face> face = sliding->offer_face(proxy);
+    if (!face) return std::nullopt;
+    if (begins) {
+        if (!bank_.is_level(glm::dot(face->normal, face->anchor - proxy))) return std::nullopt;
+        sunk_m_ = 0.0;
+    }
+    first_ = 0;
+    last_ = 1;
+    return face;
+}
+
 void LoopSurface::ration_restoring(const FrameContext& frame, const ContactSet& contacts) noexcept {
     sunk_m_ = 0.0;
     if (!is_touched()) {

@@ -102,6 +102,15 @@ public:
     /// Adds the planes felt at `proxy`, and finds the magnet's. `pull`: where the forces draw it.
     /// [loop]
     void offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept;
+    /// offer(), and in the frame's first evaluation ration_restoring(), of a surface without a
+    /// magnet that holds the proxy by one hard and flat plane, at which nothing is to be rationed.
+    /// Nothing where it is not so; then these are to be called.                           [loop]
+    std::optional<SlidingSurface::Face> offer_face(const Vec3& proxy, bool begins) noexcept;
+    /// take() of that plane; `holds`: its multiplier is above 0.                          [loop]
+    void take_face(bool holds) noexcept {
+        pushes_back_ = holds;
+        yields_ = false;
+    }
     /// After the frame's first offer(): asks the energy bank how far the proxy may be lifted in
     /// this frame. A longer lift would give the hand more energy than the drift has taken. [loop]
     void ration_restoring(const FrameContext& frame, const ContactSet& contacts) noexcept;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <palpate/haptics/solver/internal/one_plane.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate {
@@ -59,7 +60,15 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     may_need_calming_ = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
+    is_empty_ = surfaces_.empty() && effects_.empty();
+    one_surface_ = surfaces_.size() == 1 && effects_.empty() && friction_.none() && !has_magnets_ &&
+                   !has_bodies_;
     steps_left_.reserve(most_evaluations(surfaces.size()));
+}
+
+void Subdivision::compute_everything() noexcept {
+    has_magnets_ = may_need_calming_ = true;
+    is_empty_ = one_surface_ = false;
 }
 
 // ---- its state as a value ----------------------------------------------------------------------
@@ -141,6 +150,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame,
 /// an earlier run; if it is empty, the clock decides.
 SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
     begin(replayed); // t_0; bodies move, and with them the proxy; effects note where it starts
+    if (is_empty_ && is_a_place(frame_.probe)) return run_free();
     Vec3 proxy = frame_.start;
     Vec3 before = proxy;
     Move move;
@@ -148,8 +158,10 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
         begin_approach();
         do { // one evaluation and its sub-step
             before = proxy;
-            gather(proxy);               // (6) the primitives at the proxy
-            solve(proxy);                // (7) the candidate, where their forces balance
+            if (!rests_on_a_face(proxy)) {
+                gather(proxy); // (6) the primitives at the proxy
+                solve(proxy);  // (7) the candidate, where their forces balance
+            }
             count_steps_left();          // (8), (10) how many evaluations may follow
             move = next_move(proxy);     // (9) a share of the way; adaptive: a Newton step
             proxy = follow(move, proxy); // as far as every certificate holds
@@ -157,6 +169,26 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
     } while (open_a_membrane() || let_friction_slip()); // something gave way: less holds the proxy
     led_ = move.kind == Move::Kind::slide;
     return commit(final_proxy(proxy));
+}
+
+/// The same where nothing can be felt: what draws the proxy is the probe, and nothing is in its
+/// way.
+SubdivisionResult Subdivision::run_free() noexcept {
+    const Vec3 target = frame_.probe + 0.0; // as pull() has it
+    Vec3 proxy = frame_.start;
+    begin_approach();
+    do {
+        budget_.work_left -= kWorkOfEvaluation;
+        ++budget_.evaluations;
+        result_.residual_m = glm::length(target - proxy);
+        steps_left_.push_back(stepping_.count_steps_left({result_.residual_m, false}, budget_));
+        if (result_.residual_m < Stepping::kNoMovement_m) break;
+        const bool whole = stepping_.seeks_balance() || stepping_.steps_left() == 0 ||
+                           path_.tries_in_vain() >= kTriesOfOneWay; // shorter shares are rounding
+        proxy = record_move(whole ? target : stepping_.share(proxy, target));
+    } while (proxy != target && !has_given_up() && stepping_.goes_on(budget_));
+    if (path_.sub_steps() == 0 && path_.stands_still()) result_.flags |= kStalled;
+    return end_frame(proxy);
 }
 
 // ---- a frame's beginning -----------------------------------------------------------------------
@@ -228,7 +260,7 @@ bool Subdivision::is_driven() const noexcept {
 /// Whether the balances of two frames may differ though the probe is held. With surfaces alone, and
 /// each frame solved to its end, they do not differ. With nothing, the proxy is the probe.
 bool Subdivision::frames_may_contradict() const noexcept {
-    if (is_empty()) return false;
+    if (surfaces_.empty() && effects_.empty()) return false;
     return !stepping_.seeks_balance() || !effects_.empty() ||
            std::any_of(surfaces_.begin(), surfaces_.end(),
                        [](const LoopSurface& surface) { return surface.depends_on_place(); });
@@ -270,9 +302,28 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
     if (!friction_.none()) friction_.gather(proxy, contacts_, primitives_);
 }
 
+/// gather() and solve() of a proxy that one hard surface alone holds, within one of its facets: by
+/// far the most of what meshes are asked. False where it is not so; then they are to be called.
+bool Subdivision::rests_on_a_face(const Vec3& proxy) noexcept {
+    if (!one_surface_ || calming_.spring_n_per_m() > 0.0) return false;
+    LoopSurface& surface = surfaces_.front();
+    const auto face = surface.offer_face(proxy, budget_.evaluations == 0);
+    if (!face) return false;
+    contacts_.set_hard_plane(face->anchor, face->normal);
+    primitives_.set_hard_plane(face->anchor, face->normal);
+    const Vec3 target = frame_.probe + 0.0; // as pull() has it
+    solution_.restart(primitives_, target);
+    solution_.work = 1;
+    internal::add_one_plane(primitives_.planes().front(), target, frame_.stiffness, solution_);
+    if (!is_a_place(solution_.proxy)) return false;
+    surface.take_face(solution_.planes[0].state != MultiplierState::released);
+    evaluated(proxy, budget_.work_left - kWorkOfEvaluation - solution_.work);
+    return true;
+}
+
 void Subdivision::solve(const Vec3& proxy) noexcept {
-    budget_.work_left -= kWorkOfEvaluation;
-    friction_.solve(primitives_, frame_.probe, frame_.stiffness, budget_.work_left, solution_);
+    int work_left = budget_.work_left - kWorkOfEvaluation;
+    friction_.solve(primitives_, frame_.probe, frame_.stiffness, work_left, solution_);
     if (!is_a_place(solution_.proxy)) {
         solution_.proxy = proxy;
         result_.flags |= kForceNotFinite;
@@ -281,11 +332,17 @@ void Subdivision::solve(const Vec3& proxy) noexcept {
         effect.solved(solution_.proxy);
     for (LoopSurface& surface : surfaces_)
         surface.take(solution_);
-    result_.residual_m = glm::length(solution_.proxy - proxy);
-    ++budget_.evaluations;
+    evaluated(proxy, work_left);
     if (solution_.status == SolveStatus::capped) result_.flags |= kSolverCap;
     if (contacts_.overflowed() || primitives_.overflowed()) result_.flags |= kPrimitivesFull;
     if (!primitives_.all_finite()) result_.flags |= kForceNotFinite;
+}
+
+/// An evaluation at `proxy` has its solution, which has left so much of the frame's work.
+void Subdivision::evaluated(const Vec3& proxy, int work_left) noexcept {
+    budget_.work_left = work_left;
+    ++budget_.evaluations;
+    result_.residual_m = glm::length(solution_.proxy - proxy);
 }
 
 void Subdivision::count_steps_left() noexcept {
@@ -367,6 +424,10 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
         if (squared_length(solution_.lines[i].force_n) > 0.0) ++result_.contacts;
     for (const TetherOutcome& point : solution_.points)
         if (squared_length(point.force_n) > 0.0) ++result_.contacts;
+    return end_frame(proxy);
+}
+
+SubdivisionResult Subdivision::end_frame(const Vec3& proxy) noexcept {
     result_.proxy = proxy;
     result_.evaluations = budget_.evaluations;
     result_.sub_steps = path_.sub_steps();

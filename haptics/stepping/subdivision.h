@@ -64,6 +64,8 @@ public:
     /// enough).
     static constexpr int kWorkOfSolvers = 8192;
     static constexpr int kWorkOfEvaluation = 64;
+    /// After so many evaluations in a row that did not move the proxy, other ways are tried.
+    static constexpr int kTriesOfOneWay = 2;
     /// The most legs (SlideLeg: straight pieces of way along a surface) in one frame, besides one
     /// for each share.
     static constexpr int kMostLegs = 1024;
@@ -74,6 +76,10 @@ public:
     Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
                 const std::vector<Effect*>& effects, Clock& clock,
                 std::vector<SurfaceFinish> finish = {});
+
+    /// From the next frame on it computes also what its surfaces and effects do not call for: the
+    /// same bits, and slower. What it leaves out is measured and tested by this.         [setup]
+    void compute_everything() noexcept;
 
     /// Gain of a part of a surface, or of an effect, by their index; 0 switches off.
     /// Any thread may call GainRamp::set() while the loop runs; its other functions are the loop's.
@@ -183,20 +189,22 @@ private:
     void look(std::size_t surface, const Vec3& proxy) noexcept;
     void begin_calming() noexcept;
     void follow_gains() noexcept;
-    /// Whether nothing can be felt.
-    bool is_empty() const noexcept { return surfaces_.empty() && effects_.empty(); }
     bool is_driven() const noexcept;
     bool frames_may_contradict() const noexcept;
     void begin_approach() noexcept;
     void gather(const Vec3& proxy) noexcept;
     void solve(const Vec3& proxy) noexcept;
+    bool rests_on_a_face(const Vec3& proxy) noexcept;
+    void evaluated(const Vec3& proxy, int work_left) noexcept;
     void count_steps_left() noexcept;
     Move next_move(const Vec3& proxy) noexcept;
     Vec3 follow(const Move& move, const Vec3& proxy) noexcept;
     bool goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept;
     bool open_a_membrane() noexcept;
     bool let_friction_slip() noexcept;
+    SubdivisionResult run_free() noexcept;
     SubdivisionResult commit(const Vec3& proxy) noexcept;
+    SubdivisionResult end_frame(const Vec3& proxy) noexcept;
     void note_open() noexcept;
     void note_touch(LoopSurface& surface, const Vec3& proxy) const noexcept;
     Vec3 held_with(const Vec3& proxy) const noexcept;
@@ -241,6 +249,8 @@ private:
     bool has_bodies_ = false;       // surfaces that may move
     bool has_magnets_ = false;      // of surfaces
     bool may_need_calming_ = false; // frames may contradict each other
+    bool is_empty_ = false;         // neither surfaces nor effects
+    bool one_surface_ = false;      // and nothing else: no effect, friction, magnet or body
     int all_work_;                  // of a frame; grows with the evaluations of the method
 };
 

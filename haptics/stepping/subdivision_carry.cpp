@@ -20,11 +20,9 @@ constexpr double kStuck = 1e-10; // m
 // A blocked chord is halved down to 1/16 before it is given up (contact.md 1.2, step 7).
 constexpr double kShortestShare = 1.0 / 16.0;
 // After one evaluation that did not move the proxy, a new plane may help. After two in a row,
-// other ways are tried. Adaptive steps: the planes' own step, then out of all bands, or along the
-// exact slopes. Shares: out of
-// all bands, or a step with curvature. After these nothing will change any more: the frame is
-// stalled.
-constexpr int kTriesOfOneWay = 2;
+// other ways are tried (Subdivision::kTriesOfOneWay). Adaptive steps: the planes' own step, then
+// out of all bands, or along the exact slopes. Shares: out of all bands, or a step with curvature.
+// After these nothing will change any more: the frame is stalled.
 constexpr int tries_before_lift(bool seeks_balance) noexcept { return seeks_balance ? 3 : 2; }
 
 /// The plane of a contact, but with the exact slope of its field as normal, where that is known.
