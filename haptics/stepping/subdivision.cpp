@@ -61,14 +61,14 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
         effects_.emplace_back(*effect);
     may_need_calming_ = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
     is_empty_ = surfaces_.empty() && effects_.empty();
-    one_surface_ = surfaces_.size() == 1 && effects_.empty() && friction_.none() && !has_magnets_ &&
-                   !has_bodies_;
+    one_slides_ = surfaces_.size() == 1 && effects_.empty() && friction_.none() && !has_magnets_ &&
+                  !has_bodies_ && surfaces_.front().contact().sliding();
     steps_left_.reserve(most_evaluations(surfaces.size()));
 }
 
 void Subdivision::compute_everything() noexcept {
     has_magnets_ = may_need_calming_ = true;
-    is_empty_ = one_surface_ = false;
+    is_empty_ = one_slides_ = false;
 }
 
 // ---- its state as a value ----------------------------------------------------------------------
@@ -305,7 +305,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
 /// gather() and solve() of a proxy that one hard surface alone holds, within one of its facets: by
 /// far the most of what meshes are asked. False where it is not so; then they are to be called.
 bool Subdivision::rests_on_a_face(const Vec3& proxy) noexcept {
-    if (!one_surface_ || calming_.spring_n_per_m() > 0.0) return false;
+    if (!one_slides_ || calming_.spring_n_per_m() > 0.0) return false;
     LoopSurface& surface = surfaces_.front();
     const auto face = surface.offer_face(proxy, budget_.evaluations == 0);
     if (!face) return false;

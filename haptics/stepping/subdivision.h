@@ -250,7 +250,8 @@ private:
     bool has_magnets_ = false;      // of surfaces
     bool may_need_calming_ = false; // frames may contradict each other
     bool is_empty_ = false;         // neither surfaces nor effects
-    bool one_surface_ = false;      // and nothing else: no effect, friction, magnet or body
+    bool one_slides_ = false;       // one surface, which can lead the proxy, and nothing else:
+                                    // no effect, friction, magnet or body
     int all_work_;                  // of a frame; grows with the evaluations of the method
 };
 
