@@ -18,7 +18,7 @@ import numpy as np
 
 import rerun
 from answers import Answer, BadInput, read_path
-from tracks import STIFFNESS_N_PER_M, TRACKS
+from tracks import STIFFNESS_N_PER_M, TRACKS, is_frozen
 from truth import truth_of
 
 INSIDE_M = 1e-4  # a proxy deeper than this has fallen into the material
@@ -27,7 +27,7 @@ NEARER = 0.9  # within this share of its distance to the probe: it has passed th
 FELT_N = 0.1  # a force that a hand can tell from none
 NO_FORCE_M = 1e-9  # the right proxy is at the probe
 
-COLUMNS = """frames frames_in_contact level_rms_um level_p99_um level_max_um position_rms_um
+COLUMNS = """frozen frames frames_in_contact level_rms_um level_p99_um level_max_um position_rms_um
 position_p99_um position_max_um deepest_um fell_through_frames lost_frames ghost_frames force_jumps
 force_jump_max_n ns_p50 ns_p99 reference_ns_p50 reference_ns_p99 time_ratio_p50
 time_ratio_p99""".split()
@@ -54,6 +54,7 @@ class Track:
 
     def __init__(self, folder):
         self.folder = folder
+        self.is_frozen = is_frozen(folder)
         self.times, self.probes = read_path(folder)
         self.begins = self.times == 0
         self.truth = truth_of(folder)
@@ -72,7 +73,8 @@ def score(track, file):
     distance = track.truth.signed_distance(answer.proxies)
     force = norms(answer.forces)
     fell = contact & (distance < -INSIDE_M)
-    result = {"frames": len(track.times), "frames_in_contact": int(contact.sum())}
+    result = {"frozen": int(track.is_frozen), "frames": len(track.times)}
+    result["frames_in_contact"] = int(contact.sum())
     result |= errors("level", np.abs(distance[contact]))
     if track.right is not None:
         error = norms(answer.proxies - track.right)
@@ -120,6 +122,9 @@ def score_all(tracks, answers):
             print(f"score.py: {name}: left out: no {answers / name}.csv", file=sys.stderr)
         else:
             scores[name] = score(Track(tracks / name), answers / f"{name}.csv")
+            if not scores[name]["frozen"]:
+                print(f"score.py: {name}: is not the frozen track, its numbers are not comparable; "
+                      f"write it with tracks.py {tracks} --track {name}", file=sys.stderr)  # fmt: skip
     if not scores:
         raise BadInput(f"{answers}: has no answer to a track of {tracks}; name it as the track, "
                        "such as plate.csv")  # fmt: skip

@@ -21,6 +21,8 @@ import numpy as np
 import shapes
 from exact import Random, combine, cosine, sine
 
+FORMAT = "palpate open benchmark 1"
+MANIFEST = pathlib.Path(__file__).resolve().parent / "manifest.json"  # of the frozen tracks
 FROZEN_SEED = 1
 PERIOD_S = 1e-3
 STIFFNESS_N_PER_M = 500
@@ -50,12 +52,13 @@ def orbit(random, radius_mm, most_mm):
 
 def strokes(random, x_from_mm, x_to_mm, high_mm, deepest_mm, speeds):
     """A trial for each speed: over x at a depth of its own. It comes down from high_mm within the
-    first 10 mm (high_mm < 0: it is at its depth at once) and sways along y."""
+    first 10 mm (high_mm < 0: it is at its depth at once) and sways along y. Where it begins is drawn:
+    a probe straight below an edge would leave it to rounding on which side of it the proxy goes."""
     trials = []
     for speed in speeds:
         length_mm = abs(x_to_mm - x_from_mm)
         n = np.arange(np.rint(length_mm / speed))  # 1 m/s is 1 mm in a frame
-        way = n * speed
+        way = (n + random.uniform(0, 1)) * speed
         forth = 1 if random.uniform(0, 1) < 0.5 else -1
         z = -random.uniform(0.3, 1.0) * deepest_mm + 0.0 * n
         if high_mm > 0:
@@ -200,9 +203,24 @@ def write_tracks(out, seed, names=None, skull_folder=None):
                   "scripts/fetch_data.sh FOLDER skull, then --skull FOLDER", file=sys.stderr)  # fmt: skip
             continue
         entries[name] = write_track(out, name, seed, skull_folder)
-    manifest = {"format": "palpate open benchmark 1", "seed": seed, "tracks": entries}
-    (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
+    file = out / "manifest.json"
+    manifest = {"format": FORMAT, "seed": seed, "tracks": {}}
+    if file.is_file():  # tracks of this seed that were written before stay in it
+        before = json.loads(file.read_text())
+        manifest = before if (before["format"], before["seed"]) == (FORMAT, seed) else manifest
+    manifest["tracks"] |= entries
+    file.write_text(json.dumps(manifest, indent=1) + "\n")
     return entries
+
+
+def is_frozen(folder):
+    """Whether a track's files are those of the manifest in the repository."""
+    frozen = json.loads(MANIFEST.read_text())["tracks"].get(folder.name)
+    return frozen is not None and all(
+        (folder / file).is_file()
+        and hashlib.sha256((folder / file).read_bytes()).hexdigest() == sha256
+        for file, sha256 in frozen["sha256"].items()
+    )
 
 
 def has_skull(folder):

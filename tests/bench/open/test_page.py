@@ -69,6 +69,7 @@ class Page(unittest.TestCase):
                     self.assertLessEqual(number[f"{name}_rms_um"], number[f"{name}_max_um"], row)
                     self.assertLessEqual(number[f"{name}_p99_um"], number[f"{name}_max_um"], row)
             self.assertEqual(row["position_rms_um"] == "", row["track"] == "skull")
+            self.assertEqual(row["frozen"], "1", row)
             self.assertLessEqual(number["frames_in_contact"], number["frames"])
             self.assertGreater(number["time_ratio_p50"], 0.02, row)
             self.assertLess(number["time_ratio_p50"] * number["reference_ns_p50"] - number["ns_p50"],

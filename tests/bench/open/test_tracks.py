@@ -18,7 +18,7 @@ import shapes
 import tracks
 from closest import load_mesh
 
-MANIFEST = OPEN / "manifest.json"
+MANIFEST = tracks.MANIFEST
 
 
 class Tracks(unittest.TestCase):
@@ -57,6 +57,17 @@ class Tracks(unittest.TestCase):
         wrong = list(tracks.differences(entries, frozen))
         files = sum(len(e["sha256"]) for e in entries.values())
         self.assertGreater(len(wrong), files - 2)  # two shapes may be the same word
+
+    def test_tracks_that_were_written_before_stay_in_the_manifest(self):
+        tracks.write_tracks(self.out, 1, ["plate"])
+        tracks.write_tracks(self.out, 1, ["wedge"])
+        written = json.loads((self.out / "manifest.json").read_text())["tracks"]
+        self.assertEqual(set(written), {"plate", "wedge"})
+        self.assertTrue(tracks.is_frozen(self.out / "plate"))
+        tracks.write_tracks(self.out, 2, ["wedge"])  # of another seed they are other tracks
+        written = json.loads((self.out / "manifest.json").read_text())["tracks"]
+        self.assertEqual(set(written), {"wedge"})
+        self.assertFalse(tracks.is_frozen(self.out / "wedge"))
 
     def test_a_changed_hash_is_told(self):
         manifest = json.loads(MANIFEST.read_text())

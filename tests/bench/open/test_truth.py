@@ -57,6 +57,13 @@ class Truth(WithTracks):
             went = np.linalg.norm(proxies[1:] - probes[1:], axis=1)
             self.assertTrue((went <= stayed + 1e-15)[~begins[1:]].all(), track)
 
+    def test_no_probe_is_straight_below_an_edge(self):
+        # There rounding would decide on which side the proxy goes: seen as proxies 3 mm apart.
+        for track in ("plate", "wedge", "grooves"):
+            _, probes, _ = self.path(track)
+            corners = truth_of(self.tracks / track).corners[:, 0]
+            self.assertGreater(np.abs(probes[:, :1] - corners).min(), 1e-8, track)
+
     def test_a_bump_is_as_far_as_the_nearest_of_many_of_its_points(self):
         truth = truth_of(self.tracks / "bumps")
         _, probes, _ = self.path("bumps")
