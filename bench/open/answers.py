@@ -55,16 +55,17 @@ class Answer:
     def __init__(self, file, times):
         rows = read_rows(file, ANSWER_COLUMNS)
         if len(rows) != len(times):
-            raise BadInput(f"{file}: {len(rows)} rows, but the path has {len(times)}; write one row "
-                           "for each row of path.csv, in its order")  # fmt: skip
+            raise BadInput(f"{file}: {len(rows)} rows, but the path has {len(times)}; write one "
+                           "row for each row of path.csv, in its order")  # fmt: skip
         for number, (own, given) in enumerate(zip(rows[:, 0], times), start=2):
             if abs(own - given) > 1e-6:
-                raise BadInput(f"{file}:{number}: t_s = {own:g}, but the path has {given:g}; write "
-                               "the rows in the order of path.csv")  # fmt: skip
+                raise BadInput(f"{file}:{number}: t_s = {own:g}, but the path has {given:g}; "
+                               "write the rows in the order of path.csv")  # fmt: skip
         for column, name, least in ((7, "ns", 0), (8, "reference_ns", 1)):
             wrong = np.flatnonzero(rows[:, column] < least)
             if len(wrong):
-                raise BadInput(f"{file}:{wrong[0] + 2}: {name} = {rows[wrong[0], column]:g} is below "
-                               f"{least}; write the measured time in ns")  # fmt: skip
+                value = rows[wrong[0], column]
+                raise BadInput(f"{file}:{wrong[0] + 2}: {name} = {value:g} is below {least}; "
+                               "write the measured time in ns")  # fmt: skip
         self.proxies, self.forces = rows[:, 1:4], rows[:, 4:7]
         self.ns, self.reference_ns = rows[:, 7], rows[:, 8]

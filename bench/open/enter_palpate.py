@@ -31,16 +31,20 @@ ENTRIES = [f"{method}:{contact}" for contact in ("mesh", "volume")
 ENTRIES += ["penalty", "god_object", "virtual_proxy", "linear", "ikits", "primitives", "subdivided"]
 
 
+def value_of(file, key, mark):
+    """What follows a key in a file of the system; nothing where there is none."""
+    file = pathlib.Path(file)
+    lines = file.read_text().splitlines() if file.is_file() else []
+    pairs = (line.partition(mark)[::2] for line in lines)
+    return next((value.strip(' "') for name, value in pairs if name.strip() == key), "")
+
+
 def machine():
     """What times depend on."""
-    cpu = [line.split(":", 1)[1].strip() for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines()
-           if line.startswith("model name")]  # fmt: skip
-    system = dict(line.split("=", 1) for line in pathlib.Path("/etc/os-release").read_text().splitlines()
-                  if "=" in line)  # fmt: skip
     return {
-        "cpu": cpu[0] if cpu else platform.machine(),
+        "cpu": value_of("/proc/cpuinfo", "model name", ":") or platform.machine(),
         "cores": os.cpu_count(),
-        "system": system.get("PRETTY_NAME", platform.system()).strip('"'),
+        "system": value_of("/etc/os-release", "PRETTY_NAME", "=") or platform.system(),
         "kernel": platform.release(),
         "load_1_min": round(os.getloadavg()[0], 2),
     }

@@ -42,8 +42,8 @@ typedef void entry_frame(void* engine, const double probe_m[3], double proxy_m[3
 int entry_run(const char* track, const char* answer, void* engine, entry_begin* begin,
               entry_frame* frame);
 
-/* The fixed piece of work to which times are compared: a point and the edges of 64 triangles. Returns
- * its distance, so that no compiler can leave it out. */
+/* The fixed piece of work to which times are compared: a point and the edges of 64 triangles.
+ * Returns its distance, so that no compiler can leave it out. */
 double reference_kernel(const double point[3]);
 
 #ifdef __cplusplus

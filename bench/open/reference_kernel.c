@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The reference kernel: how near a point is to the edges of 64 triangles. It stands for the work of a
- * frame: products, square roots and divisions that wait for each other, and branches that depend
+/* The reference kernel: how near a point is to the edges of 64 triangles. It stands for the work of
+ * a frame: products, square roots and divisions that wait for each other, and branches that depend
  * on the data. Compile it with -O2 and without -ffast-math. With -DREFERENCE_MAIN it is a program
  * that prints the median of its own time, ns. */
 #define _POSIX_C_SOURCE 199309L

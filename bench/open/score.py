@@ -87,7 +87,8 @@ def score(track, file):
         result["force_jump_max_n"] = max(0.0, jumps.max())
     result["deepest_um"] = 1e6 * max(0.0, -distance.min())
     result["fell_through_frames"] = int(fell.sum())
-    result["lost_frames"] = int((contact & (right_force > FELT_N) & (force < right_force / 10)).sum())
+    lost = contact & (right_force > FELT_N) & (force < right_force / 10)
+    result["lost_frames"] = int(lost.sum())
     return result | times_of(answer, contact)
 
 
@@ -105,7 +106,8 @@ def force_jumps(forces, track):
 def times_of(answer, contact):
     """Of the frames in contact."""
     result = {}
-    for name, values in (("ns", answer.ns[contact]), ("reference_ns", answer.reference_ns[contact])):
+    for name, every in (("ns", answer.ns), ("reference_ns", answer.reference_ns)):
+        values = every[contact]
         result |= {f"{name}_p50": percentile(values, 0.5), f"{name}_p99": percentile(values, 0.99)}
     for p in ("p50", "p99"):
         result[f"time_ratio_{p}"] = result[f"ns_{p}"] / result[f"reference_ns_{p}"]

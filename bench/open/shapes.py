@@ -103,7 +103,8 @@ def level_of(values, level):
     inside = [flat[c] > level for c in corner]
     mixed = np.logical_or.reduce(inside) & ~np.logical_and.reduce(inside)
     corner = [c[mixed] for c in corner]
-    ends = [piece for tetra in _TETRAHEDRA for piece in _cut(flat, level, [corner[t] for t in tetra])]
+    tetrahedra = ([corner[t] for t in tetra] for tetra in _TETRAHEDRA)
+    ends = [piece for tetra in tetrahedra for piece in _cut(flat, level, tetra)]
     keys, triangles = np.unique(np.concatenate(ends).reshape(-1, 2), axis=0, return_inverse=True)
     low, high = flat[keys[:, 0]].astype(float), flat[keys[:, 1]].astype(float)
     start, end = (np.stack(np.unravel_index(k, size), 1).astype(float) for k in keys.T)

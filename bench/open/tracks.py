@@ -52,8 +52,8 @@ def orbit(random, radius_mm, most_mm):
 
 def strokes(random, x_from_mm, x_to_mm, high_mm, deepest_mm, speeds):
     """A trial for each speed: over x at a depth of its own. It comes down from high_mm within the
-    first 10 mm (high_mm < 0: it is at its depth at once) and sways along y. Where it begins is drawn:
-    a probe straight below an edge would leave it to rounding on which side of it the proxy goes."""
+    first 10 mm (high_mm < 0: it is at its depth at once) and sways along y. Where it begins is
+    drawn: below an edge rounding would decide on which side of it the proxy goes."""
     trials = []
     for speed in speeds:
         length_mm = abs(x_to_mm - x_from_mm)
@@ -138,7 +138,7 @@ def skull(random, folder):
 
 
 def _over_the_front(random, bone, size_mm, middle):
-    """Strokes over the smoothed front of the bone, 0 to 2 mm deep, where it is; from 30 mm before it."""
+    """Strokes over the smoothed front of the bone, from 30 mm before it to 2 mm behind it."""
     front = np.where(bone.any(axis=1), bone.shape[1] - 1 - bone[:, ::-1].argmax(axis=1), 0.0)
     for _ in range(12):  # means of neighbours
         for axis in (0, 1):
@@ -200,7 +200,8 @@ def write_tracks(out, seed, names=None, skull_folder=None):
     for name in names or TRACKS:
         if name == "skull" and not has_skull(skull_folder):
             print("tracks.py: skull: left out: its data is not there; get it with "
-                  "scripts/fetch_data.sh FOLDER skull, then --skull FOLDER", file=sys.stderr)  # fmt: skip
+                  "scripts/fetch_data.sh FOLDER skull, then --skull FOLDER",
+                  file=sys.stderr)  # fmt: skip
             continue
         entries[name] = write_track(out, name, seed, skull_folder)
     file = out / "manifest.json"

@@ -3,10 +3,12 @@
  * for each segment: an entry that needs no library.   god_object TRACK ANSWER.csv */
 #include "../entry.h"
 #include <math.h>
+#include <stdio.h>
 
 typedef double vec[3];
 enum { kMostPlanes = 3 };
 static const double kLift_m = 1e-7; /* in front of each plane, so that rounding hides no triangle */
+static const double kSlack = 1e-9;  /* of shares: between two triangles is no gap */
 static struct entry_mesh mesh;
 static vec proxy;
 
@@ -20,7 +22,7 @@ static void cross(vec r, const vec a, const vec b) {
         r[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-/* The triangle that the way meets first from its front: its share of the way (1: none), its normal.
+/* The triangle that the way meets first from its front: at which share of it (1: none), its plane.
  */
 static double first_hit(const vec from, const vec way, vec normal, double* height) {
     double first = 1.0;
@@ -32,13 +34,13 @@ static double first_hit(const vec from, const vec way, vec normal, double* heigh
         cross(n, ab, ac);
         along(s, from, -1, a);
         const double falling = dot(n, way), share = -dot(n, s) / falling;
-        if (!(falling < 0 && share > -1e-9 && share < first)) continue;
+        if (!(falling < 0 && share > -kSlack && share < first)) continue;
         along(q, s, share, way); /* where the way meets the plane, from corner a */
         cross(m, ab, q);
         const double w = dot(m, n) / dot(n, n);
         cross(m, q, ac);
         const double v = dot(m, n) / dot(n, n);
-        if (v < -1e-9 || w < -1e-9 || v + w > 1 + 1e-9) continue;
+        if (v < -kSlack || w < -kSlack || v + w > 1 + kSlack) continue;
         first = share;
         along(normal, n, 1 / sqrt(dot(n, n)) - 1, n);
         *height = dot(normal, a) + kLift_m;
@@ -52,8 +54,7 @@ static void frame(void* engine, const vec probe, vec out, vec force) {
     vec n[kMostPlanes + 1], goal, way;
     double height[kMostPlanes + 1], push[kMostPlanes + 1] = {0};
     for (int planes = 0; planes <= kMostPlanes; ++planes) {
-        along(goal, probe, 0,
-              probe); /* nearest to the probe in front of the planes: Hildreth (1957) */
+        along(goal, probe, 0, probe); /* nearest in front of the planes: Hildreth (1957) */
         for (int i = 0; i < planes; ++i)
             along(goal, goal, push[i], n[i]);
         for (int i = 0; i < 100 * planes; ++i) {
@@ -74,6 +75,7 @@ static void frame(void* engine, const vec probe, vec out, vec force) {
 }
 
 int main(int argc, char** argv) {
-    const int loaded = argc == 3 ? entry_load_mesh(argv[1], &mesh) : ENTRY_FAILED;
+    if (argc != 3) return fputs("usage: god_object TRACK ANSWER.csv\n", stderr), ENTRY_FAILED;
+    const int loaded = entry_load_mesh(argv[1], &mesh);
     return loaded ? loaded : entry_run(argv[1], argv[2], 0, begin, frame);
 }

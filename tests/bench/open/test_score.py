@@ -152,7 +152,8 @@ class BadAnswers(WithTracks):
             return change
 
         word, nan = self.refused(cell(7, 2, "high")), self.refused(cell(9, 4, "nan"))
-        self.assertEqual(word, ':7: proxy_y_m = "high" is no finite number; write one, such as 0.001')
+        remedy = "is no finite number; write one, such as 0.001"
+        self.assertEqual(word, f':7: proxy_y_m = "high" {remedy}')
         self.assertTrue(nan.startswith(':9: force_x_n = "nan" is no finite number'))
         self.assertIn(":5: t_s = 0.9, but the path has 0.003", self.refused(cell(5, 0, "0.9")))
         self.assertIn(":6: ns = -1 is below 0; write", self.refused(cell(6, 7, "-1")))
