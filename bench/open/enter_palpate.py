@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Enters Palpate, the methods that it compares itself with, and others, into one table.
 
-    enter_palpate.py OPEN_PALPATE TRACKS TABLE.csv [--entry NAME ...] [--also NAME=COMMAND ...]
+    enter_palpate.py OPEN_PALPATE TRACKS TABLE.csv [--entry NAME ...] [--runs N]
+                     [--also NAME=COMMAND ...]
 
 OPEN_PALPATE: build/release/open_palpate. NAME: METHOD:CONTACT or a method of `palpate study`; all
-of them by default. COMMAND: another entrant, run as COMMAND TRACK ANSWER.csv. Beside the table,
+of them by default. Of N runs (3) the one counts in which the machine was the quietest. COMMAND:
+another entrant, run as COMMAND TRACK ANSWER.csv. Beside the table,
 TABLE.machine.json says on what machine the times were measured. Exit status: 0 done, 1 an entrant
 failed, 2 wrong usage or input.
 """
@@ -50,20 +52,27 @@ def machine():
     }
 
 
-def enter(name, words, tracks, folder):
-    """Rows (entry, track, scores) of one entrant. SystemExit(1) where it fails."""
+def answered(name, words, track, answer):
+    """Whether the entrant has answered, or leaves the track out. SystemExit(1) where it fails."""
+    done = subprocess.run([*words, str(track.folder), str(answer)], capture_output=True, text=True,
+                          check=False)  # fmt: skip
+    if done.returncode == LEFT_OUT:
+        return False
+    if done.returncode or not answer.is_file():
+        print(f"enter_palpate.py: {name} on {track.folder.name} ended with {done.returncode}: "
+              f"{done.stderr.strip()}", file=sys.stderr)  # fmt: skip
+        raise SystemExit(1)
+    return True
+
+
+def enter(name, words, tracks, runs, folder):
+    """Rows (entry, track, scores) of one entrant: of the run in which the machine was the quietest,
+    by the reference kernel's 99th percentile."""
+    answer = folder / "answer.csv"
     for track_name, track in tracks.items():
-        answer = folder / f"{track_name}.csv"
-        done = subprocess.run([*words, str(track.folder), str(answer)], capture_output=True,
-                              text=True, check=False)  # fmt: skip
-        if done.returncode == LEFT_OUT:
-            continue
-        if done.returncode or not answer.is_file():
-            print(f"enter_palpate.py: {name} on {track_name} ended with {done.returncode}: "
-                  f"{done.stderr.strip()}", file=sys.stderr)  # fmt: skip
-            raise SystemExit(1)
-        yield name, track_name, score(track, answer)
-        answer.unlink()
+        found = [score(track, answer) for _ in range(runs) if answered(name, words, track, answer)]
+        if found:
+            yield name, track_name, min(found, key=lambda columns: columns["reference_ns_p99"])
 
 
 def main():
@@ -72,6 +81,7 @@ def main():
     parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS")
     parser.add_argument("table", type=pathlib.Path, metavar="TABLE.csv")
     parser.add_argument("--entry", nargs="+", default=ENTRIES, metavar="NAME")
+    parser.add_argument("--runs", type=int, choices=range(1, 100), default=3, metavar="N")
     parser.add_argument("--also", nargs="+", default=[], metavar="NAME=COMMAND")
     options = parser.parse_args()
     entrants = [(name, [str(options.open_palpate.resolve()), name]) for name in options.entry]
@@ -90,7 +100,7 @@ def main():
             raise BadInput(f"{options.tracks}: has no track; write them with tracks.py")
         with tempfile.TemporaryDirectory() as folder:
             for name, words in entrants:
-                rows += enter(name, words, tracks, pathlib.Path(folder))
+                rows += enter(name, words, tracks, options.runs, pathlib.Path(folder))
                 print(f"{name}: {sum(row[0] == name for row in rows)} tracks")
     except (BadInput, OSError) as error:
         print(f"enter_palpate.py: {error}", file=sys.stderr)

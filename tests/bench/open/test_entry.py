@@ -79,7 +79,7 @@ class Entry(WithTracks):
     @unittest.skipUnless(PALPATE and GOD_OBJECT, "OPEN_PALPATE, OPEN_GOD_OBJECT are not set")
     def test_all_are_entered_into_one_table(self):
         table = self.folder / "table.csv"
-        done = run(OPEN / "enter_palpate.py", PALPATE, self.tracks, table, "--entry",
+        done = run(OPEN / "enter_palpate.py", PALPATE, self.tracks, table, "--runs", "1", "--entry",
                    "adaptive:mesh", "penalty", "--also", f"plain={GOD_OBJECT}")  # fmt: skip
         self.assertEqual(done.returncode, 0, done.stderr)
         with table.open() as file:

@@ -72,6 +72,7 @@ class Page(unittest.TestCase):
             self.assertEqual(row["frozen"], "1", row)
             self.assertLessEqual(number["frames_in_contact"], number["frames"])
             self.assertGreater(number["time_ratio_p50"], 0.02, row)
+            self.assertLessEqual(number["time_ratio_p50"], number["time_ratio_p99"], row)
             ns = number["time_ratio_p50"] * number["reference_ns_p50"]
             self.assertAlmostEqual(ns / number["ns_p50"], 1, delta=1e-4)  # six digits each
 
