@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/benchmark.md: its commands run, and its numbers are those of the committed table."""
+
+import csv
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import support
+from support import OPEN, PALPATE, ROOT
+
+from enter_palpate import ENTRIES
+from score import COLUMNS
+
+PAGE = (ROOT / "docs" / "benchmark.md").read_text()
+TABLE = OPEN / "results" / "epyc_2_cores.csv"
+SHOWN = ["level_p99_um", "position_p99_um", "position_max_um", "deepest_um", "fell_through_frames",
+         "lost_frames", "force_jumps", "time_ratio_p50", "time_ratio_p99"]  # fmt: skip
+
+
+def shown(text):
+    """As the page has a number of the table: two digits, and those before the point."""
+    return "" if not text else f"{float(text):.0f}" if float(text) >= 10 else f"{float(text):.2g}"
+
+
+class Page(unittest.TestCase):
+    @unittest.skipUnless(PALPATE, "OPEN_PALPATE is not set")
+    def test_its_commands_end_well(self):
+        blocks = re.findall(r"^```sh\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+        self.assertGreater(len(blocks), 3)
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            shutil.copytree(OPEN, folder / "bench" / "open")
+            (folder / "build").mkdir()
+            (folder / "build" / "release").symlink_to(pathlib.Path(PALPATE).parent)
+            (folder / "bin").mkdir()
+            (folder / "bin" / "python3").symlink_to(sys.executable)
+            path = f"{folder / 'bin'}:{os.environ['PATH']}"
+            for block in blocks:
+                done = subprocess.run(["bash", "-ec", block], cwd=folder, text=True, check=False,
+                                      env=dict(os.environ, PATH=path), capture_output=True)  # fmt: skip
+                self.assertEqual(done.returncode, 0, block + done.stdout + done.stderr)
+            with (folder / "build" / "one.csv").open() as file:
+                self.assertEqual([r["track"] for r in csv.DictReader(file)], ["sphere", "bumps"])
+
+    def rows(self):
+        with TABLE.open() as file:
+            return list(csv.DictReader(file))
+
+    def test_the_committed_table_has_all_entries_and_can_be_true(self):
+        rows = self.rows()
+        self.assertEqual(list(rows[0]), ["entry", "track", *COLUMNS])
+        entries = {(row["entry"], row["track"]) for row in rows}
+        self.assertEqual(len(entries), len(rows))
+        meshes = {"sphere_20k", "sphere_330k", "plate", "wedge", "grooves", "skull"}
+        wanted = {(e, t) for e in ENTRIES
+                  for t in (meshes if e.endswith(":mesh") else {"sphere", "bumps"})}  # fmt: skip
+        self.assertEqual(entries, wanted | {("plain_god_object", t) for t in meshes})
+        self.assertTrue(TABLE.with_suffix(".machine.json").is_file())
+        for row in rows:
+            number = {c: float(row[c]) for c in COLUMNS if row[c]}
+            for name in ("level", "position"):
+                if row[f"{name}_rms_um"]:
+                    self.assertLessEqual(number[f"{name}_rms_um"], number[f"{name}_max_um"], row)
+                    self.assertLessEqual(number[f"{name}_p99_um"], number[f"{name}_max_um"], row)
+            self.assertEqual(row["position_rms_um"] == "", row["track"] == "skull")
+            self.assertEqual(row["frozen"], "1", row)
+            self.assertLessEqual(number["frames_in_contact"], number["frames"])
+            self.assertGreater(number["time_ratio_p50"], 0.02, row)
+            self.assertLessEqual(number["time_ratio_p50"], number["time_ratio_p99"], row)
+            ns = number["time_ratio_p50"] * number["reference_ns_p50"]
+            self.assertAlmostEqual(ns / number["ns_p50"], 1, delta=1e-4)  # six digits each
+
+    def test_the_page_has_the_numbers_of_the_table(self):
+        of = {(row["entry"], row["track"]): row for row in self.rows()}
+        lines = re.findall(r"^\| `([\w:]+)` \| `(\w+)` \| (.*) \|$", PAGE, re.MULTILINE)
+        self.assertGreater(len(lines), 10)
+        for entry, track, cells in lines:
+            row = of[entry, track]
+            self.assertEqual([c.strip() for c in cells.split("|")], [shown(row[c]) for c in SHOWN])
+
+
+if __name__ == "__main__":
+    support.main()
