@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a large CT's file to the first frame in which it can be felt: seconds and memory, the first
-// time and from the cache. The CT has 512 x 512 x 400 voxels of int16, resampled from the volume
-// that PALPATE_BENCH_VOLUME names (else from the generated phantom) with noise of +-10 HU, since no
-// real one of that size comes with Debian.
+// From a file to the first force that is felt, in seconds: the first time, from the cache, and with
+// a preview that is felt while the mesh is extracted. Each run is a process of its own. Its phases
+// are counters: field (read, smoothed, components), mesh (extracted or read), certify, rest (all
+// else of the scene) and loop (made, and frames until there is a force); and cpu, of all threads.
+// PALPATE_BENCH_VOLUME names the volume, else it is the generated phantom; the large one has 512^3
+// voxels of int16, resampled from it with noise of +-10 HU, since no real one of that size comes
+// with Debian.
 #include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <memory>
 #include <random>
 #include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -22,6 +33,7 @@
 #include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/info/phantom.h>
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -32,36 +44,52 @@ namespace {
 
 using namespace palpate;
 
-constexpr std::array<int, 3> kSize{512, 512, 400};
+constexpr std::array<int, 3> kSize{512, 512, 512};
 constexpr double kLevel = 226.0; // HU, bone
 
+struct Seconds {
+    double field = 0.0, mesh = 0.0, certify = 0.0, rest = 0.0, loop = 0.0;
+    double whole = 0.0;   ///< until the first force
+    double adopted = 0.0; ///< until the scene itself is felt, where a preview was first
+};
+
 struct Outcome {
-    double seconds = 0.0;
+    Seconds wall;
+    double cpu_s = 0.0;
     double peak_gib = 0.0;
 };
 
-/// Runs `work` in a process of its own, so that its memory can be told from ours.
+/// Runs `work` in a process of its own, so that its memory and processor time can be told from
+/// ours.
 template <class Work>
 Outcome in_child(const Work& work) {
-    SteadyClock clock;
-    const double began = clock.now_us();
+    std::array<int, 2> pipe_ends{};
+    if (pipe(pipe_ends.data()) != 0) throw std::runtime_error("no pipe");
     const pid_t child = fork();
     if (child == 0) {
         try {
-            work();
-            _exit(0);
+            const Seconds wall = work();
+            _exit(write(pipe_ends[1], &wall, sizeof wall) == sizeof wall ? 0 : 1);
         } catch (const std::exception& error) {
             fmt::print(stderr, "{}\n", error.what());
             _exit(1);
         }
     }
+    close(pipe_ends[1]);
+    Outcome outcome;
+    const auto got = read(pipe_ends[0], &outcome.wall, sizeof outcome.wall);
+    close(pipe_ends[0]);
     int status = 0;
     rusage usage{};
     wait4(child, &status, 0, &usage);
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || got != sizeof outcome.wall)
         throw std::runtime_error("the child failed");
-    return {1e-6 * (clock.now_us() - began),
-            static_cast<double>(usage.ru_maxrss) / (1024.0 * 1024.0)};
+    const auto seconds = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    outcome.cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+    outcome.peak_gib = static_cast<double>(usage.ru_maxrss) / (1024.0 * 1024.0);
+    return outcome;
 }
 
 VoxelVolume source() {
@@ -107,54 +135,217 @@ void write_large_ct(const std::filesystem::path& folder) {
                        kSize[0], kSize[1], kSize[2], directions);
 }
 
-void first_touch(const std::filesystem::path& folder) {
-    SceneDescription description = parse_scene(
-        fmt::format("[volume.head]\nfile = \"large.nhdr\"\n[surface.bone]\nvolume = \"head\"\n"
-                    "iso_value = {}\nsmooth_voxels = 0.7\nkeep = \"largest\"\n"
-                    "contact = \"volume\"\n[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n",
-                    kLevel),
-        folder / "large.toml");
-    const auto scene = std::make_shared<const Scene>(
-        description, SceneResources{.files = scene_files(folder / "cache")});
+/// As examples/skull.toml; the large volume is felt without a mesh.
+SceneDescription bone(const std::filesystem::path& file, const std::string& more) {
+    return parse_scene(fmt::format("[volume.head]\nfile = \"{}\"\n[surface.bone]\nvolume = "
+                                   "\"head\"\niso_value = {}\nsmooth_voxels = 0.7\n"
+                                   "iso_after_smoothing = \"keep_position\"\nkeep = "
+                                   "\"largest\"\n{}[[effect]]\ntype = \"surface\"\nsurface = "
+                                   "\"bone\"\n",
+                                   file.string(), kLevel, more),
+                       "first_touch.toml");
+}
+
+/// How long each step of a scene's set-up takes, told from what it says of its progress.
+class Phases {
+public:
+    Progress progress() {
+        return [this](double, std::string_view what) {
+            enter(what == "certifying the mesh"                   ? &Seconds::certify
+                  : what == "extracting" || what == "done"        ? &Seconds::mesh
+                  : what == "field ready" || what == "mesh ready" ? after(what)
+                                                                  : now_);
+            return true;
+        };
+    }
+    void enter(double Seconds::*next) {
+        const double t_us = clock_.now_us();
+        seconds_.*now_ += 1e-6 * (t_us - since_us_);
+        since_us_ = t_us;
+        now_ = next;
+    }
+    Seconds seconds() {
+        enter(now_);
+        seconds_.whole = 1e-6 * (clock_.now_us() - began_us_);
+        return seconds_;
+    }
+    double whole() { return 1e-6 * (clock_.now_us() - began_us_); }
+
+private:
+    /// A mesh that is read from the cache says nothing before it is certified.
+    static double Seconds::*after(std::string_view what) {
+        return what == "field ready" ? &Seconds::mesh : &Seconds::rest;
+    }
+
+    SteadyClock clock_;
+    double began_us_ = clock_.now_us();
+    double since_us_ = began_us_;
+    double Seconds::*now_ = &Seconds::field;
+    Seconds seconds_;
+};
+
+/// A hand that comes from the left along the middle of the volume and goes in, 0.1 mm a frame.
+/// Returns once there is a force.
+class Hand {
+public:
+    Hand(const Scene& scene, HapticLoop& loop) : loop_(loop) {
+        const ScalarField& field = *scene.surfaces()[0].baked.field;
+        const Box box = field.bounds();
+        const Vec3 from{box.lower.x - 1e-3, box.center().y, box.center().z};
+        const Vec3 to{box.upper.x, from.y, from.z};
+        const auto root =
+            field.make_sampler()->first_root(from, to, scene.surfaces()[0].level.level);
+        if (!root) throw std::runtime_error("there is no surface along the middle of the volume");
+        at_ = from + *root * (to - from) - Vec3{5e-4, 0.0, 0.0};
+    }
+    void press() {
+        constexpr int kMostFrames = 100; // 10 mm
+        for (int i = 0; i < kMostFrames; ++i, at_.x += 1e-4)
+            if (glm::length(frame().force) > 0.0) return;
+        throw std::runtime_error("no force was felt 9 mm deep");
+    }
+    void lift() { at_.x -= 2e-3; }
+    FrameReport frame() {
+        DeviceState state;
+        state.time_s = 1e-3 * ++frames_;
+        state.position = at_;
+        return loop_.frame(state);
+    }
+
+private:
+    HapticLoop& loop_;
+    Vec3 at_{0.0};
+    int frames_ = 0;
+};
+
+SceneResources resources(const std::filesystem::path& cache, Progress progress = {}) {
+    SceneResources with{.files = scene_files(cache), .progress = std::move(progress)};
+#ifdef PALPATE_WITH_CGAL
+    with.extract = extract_isosurface;
+#endif
+    return with;
+}
+
+Seconds first_touch(const SceneDescription& description, const std::filesystem::path& cache) {
+    Phases phases;
+    const auto scene =
+        std::make_shared<const Scene>(description, resources(cache, phases.progress()));
+    phases.enter(&Seconds::loop);
     SteadyClock clock;
     HapticLoop loop(scene, clock);
-    DeviceState state;
-    state.position = scene->surfaces()[0].baked.field->bounds().center();
-    benchmark::DoNotOptimize(loop.frame(state));
+    Hand(*scene, loop).press();
+    return phases.seconds();
+}
+
+/// What docs/embedding.md shows: the volume is felt while another thread makes the scene.
+Seconds previewed_touch(const SceneDescription& description, const std::filesystem::path& cache) {
+    Phases phases;
+    const auto preview =
+        std::make_shared<const Scene>(preview_of(description), resources(cache, phases.progress()));
+    phases.enter(&Seconds::loop);
+    auto whole = std::async(std::launch::async, [&] {
+        return std::make_shared<const Scene>(description, resources(cache));
+    });
+    SteadyClock clock;
+    HapticLoop loop(preview, clock);
+    Hand hand(*preview, loop);
+    hand.press();
+    Seconds seconds = phases.seconds();
+    while (whole.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready)
+        hand.frame();
+    hand.lift(); // what is new is felt from outside
+    hand.frame();
+    loop.adopt(whole.get());
+    if ((hand.frame().flags & kSceneAdopted) == 0)
+        throw std::runtime_error("the scene was not adopted");
+    seconds.adopted = phases.whole();
+    hand.press();
+    return seconds;
 }
 
 /// The volume is made once a run, in the folder for temporary files.
-const std::filesystem::path& large_ct() {
-    static const std::filesystem::path folder = [] {
-        const std::filesystem::path made =
-            std::filesystem::temp_directory_path() / fmt::format("palpate-large-ct-{}", getpid());
-        std::filesystem::create_directories(made);
-        in_child([&] { write_large_ct(made); });
-        return made;
+const std::filesystem::path& folder() {
+    static const std::filesystem::path made = [] {
+        const std::filesystem::path path = std::filesystem::temp_directory_path() /
+                                           fmt::format("palpate-first-touch-{}", getpid());
+        std::filesystem::create_directories(path);
+        return path;
     }();
-    return folder;
+    return made;
+}
+
+SceneDescription skull() {
+    const char* named = std::getenv("PALPATE_BENCH_VOLUME");
+    const std::filesystem::path file =
+        named ? std::filesystem::absolute(named) : folder() / "phantom.nrrd";
+    if (!named && !std::filesystem::exists(file)) write_volume(make_phantom(), file);
+    return bone(file, "");
+}
+
+SceneDescription large() {
+    if (!std::filesystem::exists(folder() / "large.nhdr"))
+        in_child([] {
+            write_large_ct(folder());
+            return Seconds{};
+        });
+    return bone(folder() / "large.nhdr", "contact = \"volume\"\n");
 }
 
 void report(benchmark::State& state, const Outcome& outcome) {
-    state.SetIterationTime(outcome.seconds);
-    state.counters["peak_gib"] = outcome.peak_gib;
+    const Seconds& wall = outcome.wall;
+    state.SetIterationTime(wall.whole);
+    const auto mean = [&](const char* name, double value) {
+        state.counters[name].flags = benchmark::Counter::kAvgIterations;
+        state.counters[name].value += value;
+    };
+    mean("field_s", wall.field);
+    mean("mesh_s", wall.mesh);
+    mean("certify_s", wall.certify);
+    mean("rest_s", wall.rest);
+    mean("loop_s", wall.loop);
+    if (wall.adopted > 0.0) mean("adopted_s", wall.adopted);
+    mean("cpu_s", outcome.cpu_s);
+    state.counters["peak_gib"] = std::max(state.counters["peak_gib"].value, outcome.peak_gib);
 }
 
-void from_file(benchmark::State& state) {
+using Describe = SceneDescription (*)();
+using Touch = Seconds (*)(const SceneDescription&, const std::filesystem::path&);
+
+void empty_cache(benchmark::State& state, Describe describe, Touch touch) {
+    const SceneDescription scene = describe();
     for (auto one : state) {
-        std::filesystem::remove_all(large_ct() / "cache");
-        report(state, in_child([] { first_touch(large_ct()); }));
+        std::filesystem::remove_all(folder() / "cache");
+        report(state, in_child([&] { return touch(scene, folder() / "cache"); }));
     }
 }
 
-void from_cache(benchmark::State& state) {
-    if (!std::filesystem::exists(large_ct() / "cache")) in_child([] { first_touch(large_ct()); });
+void from_cache(benchmark::State& state, Describe describe) {
+    const SceneDescription scene = describe();
+    in_child([&] { return first_touch(scene, folder() / "cache"); });
     for (auto one : state)
-        report(state, in_child([] { first_touch(large_ct()); }));
+        report(state, in_child([&] { return first_touch(scene, folder() / "cache"); }));
 }
 
-BENCHMARK(from_file)->Unit(benchmark::kSecond)->UseManualTime()->Iterations(1);
-BENCHMARK(from_cache)->Unit(benchmark::kSecond)->UseManualTime()->Iterations(3);
+BENCHMARK_CAPTURE(empty_cache, skull, skull, first_touch)
+    ->Unit(benchmark::kSecond)
+    ->UseManualTime()
+    ->Iterations(1);
+BENCHMARK_CAPTURE(empty_cache, skull_with_preview, skull, previewed_touch)
+    ->Unit(benchmark::kSecond)
+    ->UseManualTime()
+    ->Iterations(1);
+BENCHMARK_CAPTURE(from_cache, skull, skull)
+    ->Unit(benchmark::kSecond)
+    ->UseManualTime()
+    ->Iterations(3);
+BENCHMARK_CAPTURE(empty_cache, large, large, first_touch)
+    ->Unit(benchmark::kSecond)
+    ->UseManualTime()
+    ->Iterations(1);
+BENCHMARK_CAPTURE(from_cache, large, large)
+    ->Unit(benchmark::kSecond)
+    ->UseManualTime()
+    ->Iterations(3);
 
 } // namespace
 
@@ -162,6 +353,6 @@ int main(int argc, char** argv) {
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
     benchmark::RunSpecifiedBenchmarks();
-    std::filesystem::remove_all(large_ct());
+    std::filesystem::remove_all(folder());
     return 0;
 }

@@ -12,29 +12,24 @@
 #include <stdexcept>
 #include <string>
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Labeled_mesh_domain_3.h>
-#include <CGAL/Mesh_complex_3_in_triangulation_3.h>
-#include <CGAL/Mesh_criteria_3.h>
-#include <CGAL/Mesh_triangulation_3.h>
-#include <CGAL/refine_mesh_3.h>
 #include <CGAL/spatial_sort.h>
 
 #include <palpate/geometry/internal/extraction_progress.h>
 #include <palpate/geometry/internal/isosurface_material.h>
-#include <palpate/geometry/internal/mesh_components.h>
+#include <palpate/geometry/internal/surface_refinement.h>
 #include <palpate/geometry/mesh_report.h>
 #include <palpate/geometry/triangle_grid.h>
 
 namespace palpate {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
-using Domain = CGAL::Labeled_mesh_domain_3<Kernel>;
-using Triangulation = CGAL::Mesh_triangulation_3<Domain, CGAL::Default, CGAL::Sequential_tag>::type;
-using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
-using VertexHandle = Triangulation::Vertex_handle;
+using internal::Complex;
+using internal::Criteria;
+using internal::Domain;
+using internal::Kernel;
+using internal::Point;
+using internal::Triangulation;
+using internal::VertexHandle;
 
 constexpr int kMaterial = 1; // the domain's label where the value is > 0; 0 is free space
 // Where CGAL's bisection along a segment ends, mm. Vertices are brought onto the surface
@@ -53,89 +48,6 @@ constexpr double kLeastFacing =
 
 Vec3 to_vec(const Point& p) { return {p.x(), p.y(), p.z()}; }
 Point to_point(const Vec3& v) { return Point(v.x, v.y, v.z); }
-
-/// The surface's facets in CGAL's triangulation, which answers what the manifold criteria ask:
-/// how facets meet at an edge or a vertex. Counted afresh from the facets around it, every time.
-/// CGAL's own answers are the same, but come from a map into which it enters every edge of the
-/// triangulation that it asks about: more than half of all time, in which nobody could cancel.
-class Complex : public CGAL::Mesh_complex_3_in_triangulation_3<Triangulation> {
-public:
-    using Base = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
-
-    void count_work_in(internal::ExtractionProgress& progress) { progress_ = &progress; }
-
-    Face_status face_status(const Edge& edge) const {
-        note_question();
-        auto facet = triangulation().incident_facets(edge);
-        const auto end = facet;
-        int count = 0;
-        do
-            count += is_in_complex(*facet) ? 1 : 0;
-        while (++facet != end);
-        return count == 0   ? NOT_IN_COMPLEX
-               : count == 1 ? BOUNDARY
-               : count == 2 ? REGULAR
-                            : SINGULAR;
-    }
-
-    Face_status face_status(VertexHandle vertex) const {
-        note_question();
-        const std::vector<Link> links = links_at(vertex);
-        if (links.empty()) return NOT_IN_COMPLEX;
-        internal::DisjointSets fans(links.size() / 2); // of facets
-        bool is_border = false;
-        for (std::size_t first = 0; first < links.size();) {
-            std::size_t last = first + 1;
-            for (; last < links.size() && links[last].to == links[first].to; ++last)
-                fans.join(links[first].facet, links[last].facet);
-            if (last - first > 2) return SINGULAR;
-            is_border = is_border || last - first == 1;
-            first = last;
-        }
-        for (std::uint32_t facet = 1; facet < links.size() / 2; ++facet)
-            if (fans.root(facet) != 0) return SINGULAR;
-        return is_border ? BOUNDARY : REGULAR;
-    }
-
-    bool has_incident_facets_in_complex(const VertexHandle& vertex) const {
-        return face_status(vertex) != NOT_IN_COMPLEX;
-    }
-
-private:
-    /// A facet's edge from a vertex to another one.
-    struct Link {
-        VertexHandle to;
-        std::uint32_t facet;
-    };
-
-    /// Those of the complex, the two of each facet, sorted by the vertex that they lead to.
-    std::vector<Link> links_at(VertexHandle vertex) const {
-        std::vector<Facet> facets;
-        triangulation().incident_facets(vertex, std::back_inserter(facets));
-        std::vector<Link> links;
-        std::uint32_t count = 0;
-        for (const Facet& facet : facets) {
-            if (!is_in_complex(facet)) continue;
-            for (int k = 1; k < 4; ++k) {
-                const VertexHandle to = facet.first->vertex((facet.second + k) & 3);
-                if (to != vertex) links.push_back({to, count});
-            }
-            ++count;
-        }
-        std::sort(links.begin(), links.end(),
-                  [](const Link& x, const Link& y) { return x.to < y.to; });
-        return links;
-    }
-
-    void note_question() const {
-        if (progress_) progress_->work();
-        // Where CGAL checks itself, it looks at its own counts, which its first answer sets up.
-        CGAL_assertion_code(
-            Base::has_incident_facets_in_complex(triangulation().finite_vertices_begin()));
-    }
-
-    internal::ExtractionProgress* progress_ = nullptr;
-};
 
 /// Delaunay refinement of one isosurface, in millimetres.
 class Mesher {
@@ -162,9 +74,7 @@ public:
         double expected_work = kWorkPerSeed * seeds;
         for (std::size_t round = 0;; ++round) {
             progress_.begin("refining the surface", kEndOfRound[round], expected_work);
-            CGAL::refine_mesh_3(complex_, domain_, criteria_, CGAL::parameters::no_exude(),
-                                CGAL::parameters::no_perturb(), CGAL::parameters::no_reset_c3t3(),
-                                CGAL::parameters::manifold());
+            internal::SurfaceRefinement(complex_, domain_, criteria_, no_level_).run();
             if (round == 0) expected_work = kWorkOfLaterRounds * progress_.done();
             progress_.begin("collecting vertices", kEndOfRound[round], 1.0);
             TriangleMesh mesh = collect();
@@ -222,10 +132,10 @@ private:
     /// there.)
     std::vector<VertexHandle> lost_seeds(const TriangleMesh& mesh) {
         CGAL::Unique_hash_map<VertexHandle, bool> used(false);
-        for (auto f = complex_.facets_in_complex_begin(); f != complex_.facets_in_complex_end();
-             ++f)
+        complex_.for_each_facet([&](const Complex::Facet& f) {
             for (int k = 1; k < 4; ++k)
-                used[f->first->vertex((f->second + k) & 3)] = true;
+                used[f.first->vertex((f.second + k) & 3)] = true;
+        });
         const double near = facet_size_ / internal::kMmPerM;
         const TriangleGrid grid(mesh, near);
         std::vector<VertexHandle> lost;
@@ -250,13 +160,10 @@ private:
     TriangleMesh collect() {
         TriangleMesh mesh;
         CGAL::Unique_hash_map<VertexHandle, std::uint32_t> index_of(kNoIndex);
-        for (auto f = complex_.facets_in_complex_begin(); f != complex_.facets_in_complex_end();
-             ++f) {
+        complex_.for_each_facet([&](Complex::Facet facet) {
             // CGAL's triple is counter-clockwise seen from within the cell; ours shall be from
             // outside the material.
-            Complex::Facet facet = *f;
-            if (!complex_.is_in_complex(facet.first))
-                facet = complex_.triangulation().mirror_facet(facet);
+            if (!is_material(facet.first)) facet = complex_.triangulation().mirror_facet(facet);
             std::array<std::uint32_t, 3> triangle{};
             for (int k = 0; k < 3; ++k) {
                 const VertexHandle vertex =
@@ -269,8 +176,15 @@ private:
                 triangle[k] = index;
             }
             mesh.triangles.push_back(triangle);
-        }
+        });
         return mesh;
+    }
+
+    /// What CGAL calls a cell of the complex: its dual point is in the material.
+    bool is_material(Complex::Cell_handle cell) const {
+        const Triangulation& triangulation = complex_.triangulation();
+        return !triangulation.is_infinite(cell) &&
+               domain_.is_in_domain_object()(triangulation.dual(cell)).has_value();
     }
 
     Vec3 scene_position(VertexHandle vertex) {
@@ -319,6 +233,7 @@ private:
     Domain domain_;
     Criteria criteria_;
     Complex complex_;
+    CGAL::Mesh_3::Null_mesher_level no_level_;
     std::vector<VertexHandle> seeds_;
 };
 

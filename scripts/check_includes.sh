@@ -59,7 +59,7 @@ check_includes() {
     function home_of(header) {
         if (header ~ /^embree/) return "^geometry/internal/embree\\.h$"
         if (header ~ /intrin\.h$|^arm_/) return "^engine/loop/internal/frame_arithmetic\\.h$"  # of one processor
-        if (header ~ /^CGAL\//) return "^geometry/(isosurface|mesh_intersections)\\.cpp$"
+        if (header ~ /^CGAL\//) return "^geometry/(isosurface\\.cpp|mesh_intersections\\.cpp|internal/surface_refinement\\.h)$"
         if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
         if (header ~ /^itk/) return "^volume/(filters|formats)/.*\\.cpp$"
         if (header ~ /^gdcm/) return "^volume/formats/internal/dicom_pixels\\.cpp$"

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <future>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,6 +27,7 @@
 #include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/truth/no_contact.h>
@@ -38,6 +43,7 @@ struct TraceOptions {
     std::string pace = "asap";
     std::optional<int> cpu;
     bool events = false;
+    bool preview = false;
     Replace replace = Replace::own;
     SceneOverrides overrides;
 
@@ -52,6 +58,8 @@ void check(const TraceOptions& options, const SceneDescription& scene) {
     using Kind = DeviceDescription::Kind;
     if (options.cpu && !options.is_realtime())
         throw UsageError("--cpu: goes with --pace realtime; add that or leave it out");
+    if (options.preview && !options.is_realtime())
+        throw UsageError("--preview: goes with --pace realtime; add that or leave it out");
     if (options.is_realtime()) {
         try {
             check_duty(scene.loop);
@@ -94,9 +102,51 @@ Trace run_asap(const std::shared_ptr<const Scene>& scene, const TraceOptions& op
     }
 }
 
+using SceneToFollow = std::shared_future<std::shared_ptr<const Scene>>;
+
+/// Builds a scene while something else runs. What is not ready when this goes is cancelled.
+class SceneBuilder {
+public:
+    explicit SceneBuilder(SceneDescription description)
+        : scene_(std::async(std::launch::async, [this, of = std::move(description)] {
+              SceneResources with = resources();
+              with.progress = [this](double, std::string_view) {
+                  return is_wanted_.load() && !stop_wanted();
+              };
+              return std::make_shared<const Scene>(of, with);
+          })) {}
+    ~SceneBuilder() {
+        is_wanted_ = false;
+        scene_.wait();
+    }
+    SceneBuilder(const SceneBuilder&) = delete;
+    SceneBuilder& operator=(const SceneBuilder&) = delete;
+
+    const SceneToFollow& scene() const { return scene_; }
+
+private:
+    std::atomic<bool> is_wanted_{true};
+    SceneToFollow scene_; // last: its thread uses the other
+};
+
+/// The same options for a run that begins with a preview. Refused where there is nothing to wait
+/// for.
+SceneOverrides of_preview(SceneOverrides overrides, const SceneDescription& scene) {
+    const SceneDescription preview = preview_of(scene);
+    const bool is_other =
+        std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const auto& surface) {
+            return preview.surfaces.at(surface.first).contact != surface.second.contact;
+        });
+    if (!is_other) throw UsageError("--preview: no mesh is extracted for this scene; leave it out");
+    overrides.preview = true;
+    return overrides;
+}
+
 Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const TraceOptions& options,
-                       const SceneDevice& device, RecordingJournal& journal) {
+                       const SceneDevice& device, RecordingJournal& journal,
+                       const SceneToFollow& next) {
     RealtimeSettings settings;
+    settings.next = next;
     settings.cpu = options.cpu;
     settings.most_frames = std::min(options.frames, device.states);
     settings.longest_s = options.seconds;
@@ -124,15 +174,18 @@ Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const TraceOpt
 
 int trace(const TraceOptions& options) {
     outlive_readers();
-    const SceneDescription description =
-        changed_scene(read_scene(options.scene), options.overrides);
+    const SceneDescription given = read_scene(options.scene);
+    SceneDescription whole = changed_scene(given, options.overrides);
+    const SceneOverrides overrides =
+        options.preview ? of_preview(options.overrides, whole) : options.overrides;
+    const SceneDescription description = changed_scene(given, overrides);
     check(options, description);
     // Before the work, not after it.
     check_every(description, options.overrides.every.has_value());
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
                                                : options.out);
     check_outputs(out.files(kTraceFiles), input_files(description), options.replace);
-    const auto scene = std::make_shared<const Scene>(description, resources());
+    auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
     for (const std::string& warning : scene_warnings(*scene))
@@ -143,12 +196,18 @@ int trace(const TraceOptions& options) {
 
     std::optional<RecordingJournal> journal;
     if (options.is_realtime())
-        journal.emplace(out / "recording.h5", recorded(*scene, options.overrides, {}));
-    const Trace trace = journal ? run_by_the_clock(scene, options, device, *journal)
+        journal.emplace(out / "recording.h5", recorded(*scene, overrides, {}));
+    std::optional<SceneBuilder> builder;
+    if (options.preview) builder.emplace(std::move(whole));
+    const SceneToFollow next = builder ? builder->scene() : SceneToFollow{};
+    const Trace trace = journal ? run_by_the_clock(scene, options, device, *journal, next)
                                 : run_asap(scene, options, device);
+    if (trace.before) scene = next.get();
+    if (options.preview) tell("palpate: {}\n", preview_in_words(trace));
     write_frames_csv(out / "frames.csv", trace.frames, felt_names(*scene));
     write_timing_csv(out / "timing.csv", trace.frames);
-    write_recording(out / "recording.h5", recorded(*scene, options.overrides, trace));
+    write_recording(out / "recording.h5",
+                    recorded(*scene, trace.before ? options.overrides : overrides, trace));
     if (journal) journal->remove();
     const std::string summary = summarize(*scene, trace);
     write_whole_file(out / "summary.json", summary);
@@ -201,6 +260,9 @@ void add_trace(CLI::App& app, Action& run) {
         ->check(between(1e-3, 1e6));
     command->add_option("--cpu", options->cpu, "processor for the loop of --pace realtime, from 0")
         ->check(CLI::Range(0, 1023));
+    command->add_flag("--preview", options->preview,
+                      "with --pace realtime: what needs a mesh is felt with contact volume while "
+                      "the mesh is extracted, and as the scene says from then on");
     command->add_flag("--events", options->events,
                       "what happens as lines of plain text on stdout, for screen readers, instead "
                       "of a line that is drawn over");

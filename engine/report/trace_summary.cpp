@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <set>
 #include <span>
 #include <string>
@@ -220,6 +221,14 @@ std::string contact_names(const Scene& scene) {
     return text;
 }
 
+/// How many frames were felt before another scene took over.
+std::ptrdiff_t frames_of_preview(std::span<const FrameReport> frames) {
+    const auto first = std::find_if(frames.begin(), frames.end(), [](const FrameReport& frame) {
+        return (frame.flags & kSceneAdopted) != 0;
+    });
+    return first - frames.begin();
+}
+
 } // namespace
 
 std::vector<std::string> flags_in_words(std::span<const FrameReport> frames) {
@@ -229,6 +238,16 @@ std::vector<std::string> flags_in_words(std::span<const FrameReport> frames) {
             lines.push_back(fmt::format("{} in {} of {} frames: {}", text.name, count,
                                         frames.size(), text.meaning));
     return lines;
+}
+
+std::string preview_in_words(const Trace& trace) {
+    if (!trace.before) return "all frames felt the preview: the scene itself did not take over";
+    const std::ptrdiff_t frames = frames_of_preview(trace.frames);
+    return fmt::format(
+        "the first {} frames felt the preview, with contact {}; from {:.3f} s on the "
+        "scene itself was felt",
+        frames, contact_names(*trace.before),
+        trace.frames[static_cast<std::size_t>(frames)].time_s);
 }
 
 std::string summarize(const Scene& scene, const Trace& trace) {
@@ -247,6 +266,9 @@ std::string summarize(const Scene& scene, const Trace& trace) {
     summary["machine"] = machine();
     summary["method"] = name(description.loop.method);
     summary["contact"] = contact_names(scene);
+    if (trace.before)
+        summary["preview"] = {{"contact", contact_names(*trace.before)},
+                              {"frames", frames_of_preview(frames)}};
     summary["pace"] = trace.realtime ? "realtime" : "asap";
     if (trace.realtime) summary["realtime"] = realtime_summary(trace);
     if (!is_sequence(description.device)) summary["device"] = trace.device.name;

@@ -15,6 +15,9 @@ namespace palpate {
 /// their price.   [setup]
 std::string summarize(const Scene& scene, const Trace& trace);
 
+/// Until when a run that began with a preview felt it, in a sentence.                    [setup]
+std::string preview_in_words(const Trace& trace);
+
 /// The flags of frames, a line each: in how many of them, what it means and what to do. [any]
 std::vector<std::string> flags_in_words(std::span<const FrameReport> frames);
 

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <optional>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -14,6 +16,7 @@
 #include <palpate/engine/run/internal/loop_thread.h>
 #include <palpate/engine/run/internal/servo_loop.h>
 #include <palpate/engine/run/paced_clock.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 namespace {
@@ -101,6 +104,58 @@ internal::ServoSettings servo_settings(const RealtimeSettings& run, double rate_
     return servo;
 }
 
+/// The scene that is to follow: handed to the loop once, by the thread that records.
+class NextScene {
+public:
+    NextScene(std::shared_ptr<const Scene> now, const RealtimeSettings& settings)
+        : now_(std::move(now)), next_(settings.next),
+          enough_(static_cast<std::uint64_t>(
+              std::ceil(RealtimeSettings::kFree_s * now_->description().loop.rate_hz))) {}
+
+    void see(const FrameReport& frame) noexcept {
+        free_ = frame.surfaces_felt == 0 ? free_ + 1 : 0;
+        if (handed_in_ && (frame.flags & kSceneAdopted) != 0) adopted_ = true;
+    }
+
+    void adopt_when_free(HapticLoop& loop, const RunWatch& watch) {
+        using namespace std::chrono_literals;
+        if (!next_.valid() || free_ < enough_ || next_.wait_for(0s) != std::future_status::ready)
+            return;
+        const auto next = std::exchange(next_, {});
+        try {
+            require_same_surfaces(*next.get());
+            loop.adopt(next.get());
+            handed_in_ = true;
+        } catch (const std::exception& error) {
+            if (watch.warning)
+                watch.warning(fmt::format("what is felt stays a preview: {}", error.what()));
+        }
+    }
+
+    /// What was felt first, once another one is felt.
+    std::shared_ptr<const Scene> before() const { return adopted_ ? now_ : nullptr; }
+
+private:
+    /// Frames and recordings name surfaces by their places.
+    void require_same_surfaces(const Scene& next) const {
+        const bool same =
+            std::equal(now_->surfaces().begin(), now_->surfaces().end(), next.surfaces().begin(),
+                       next.surfaces().end(), [](const SceneSurface& a, const SceneSurface& b) {
+                           return a.name == b.name;
+                       });
+        if (!same)
+            throw std::invalid_argument("the scene that is to follow feels other surfaces; give it "
+                                        "the same ones");
+    }
+
+    std::shared_ptr<const Scene> now_;
+    std::shared_future<std::shared_ptr<const Scene>> next_;
+    std::uint64_t enough_;
+    std::uint64_t free_ = 0; // frames on end that felt no surface
+    bool handed_in_ = false;
+    bool adopted_ = false;
+};
+
 void count(const RunFrame& run, RealtimeCounts& counts) {
     counts.own_work += run.overrun == Overrun::own_work ? 1 : 0;
     counts.woken_late += run.overrun == Overrun::woken_late ? 1 : 0;
@@ -140,11 +195,13 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
                     servo_settings(settings, description.rate_hz, trace.device), rings.frames,
                     rings.keeps_steps ? &rings.decisions : nullptr, &rings.touches);
     RealtimeCounts counts;
+    NextScene next(scene, settings);
 
     const auto record = [&] {
         RunFrame run;
         while (rings.pop_into(trace, run)) {
             count(run, counts);
+            next.see(run.frame);
             if (watch.frame) watch.frame(run);
         }
     };
@@ -168,6 +225,7 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
         auto kept_at = std::chrono::steady_clock::now();
         while (!thread.has_ended_within(kDrained)) {
             record();
+            next.adopt_when_free(loop, watch);
             if (watch.kept && std::chrono::steady_clock::now() - kept_at >= kKept) {
                 watch.kept(trace);
                 kept_at = std::chrono::steady_clock::now();
@@ -179,6 +237,7 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     if (watch.kept) watch.kept(trace);
     counts.dropped = servo.dropped();
     trace.realtime = counts;
+    trace.before = next.before();
     if (watch.progress) watch.progress(1.0, "in real time");
     return trace;
 }

@@ -130,6 +130,7 @@ Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progre
 
 void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress) {
     if (trace.realtime && trace.realtime->dropped > 0) return;
+    if (trace.before) return;
     trace.audits = run_again(std::move(scene), trace, progress).audits;
 }
 

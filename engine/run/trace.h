@@ -35,6 +35,9 @@ struct RealtimeCounts {
 struct Trace : Run {
     std::vector<SurfaceAudit> audits;       ///< one per surface that is felt
     std::optional<RealtimeCounts> realtime; ///< nothing at asap pace
+    /// What was felt before the first frame with the flag scene_adopted (RealtimeSettings::next);
+    /// null where one scene was felt all the time.
+    std::shared_ptr<const Scene> before;
 };
 
 /// Computes a device's frames back to back (asap pace), with the device's own time, until it has no
@@ -61,7 +64,7 @@ Trace run_trace(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
 Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress = {});
 
 /// Fills in the audits of a run that had no time for them, by computing its frames again; leaves a
-/// run of which frames are missing without.                                             [setup]
+/// run without of which frames are missing, or which felt two scenes.                   [setup]
 /// Throws std::runtime_error when cancelled.
 void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress = {});
 

@@ -43,6 +43,14 @@ bool feels_texture(ContactKind kind) noexcept {
     return kind == ContactKind::volume || kind == ContactKind::guarded;
 }
 
+SceneDescription preview_of(SceneDescription scene) {
+    for (auto& [name, surface] : scene.surfaces)
+        if (!has_mesh(surface) &&
+            needs_mesh(choose_contact(scene, surface, Extraction::possible).kind))
+            surface.contact = ContactKind::volume;
+    return scene;
+}
+
 std::optional<ContactObstacle> obstacle(const SceneDescription& scene,
                                         const SurfaceDescription& surface, ContactKind kind) {
     if (surface.volume.empty() && samples_field(kind))

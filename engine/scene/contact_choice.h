@@ -34,6 +34,11 @@ struct ContactObstacle {
     std::string what, remedy;
 };
 
+/// The scene as it can be felt before any mesh is extracted: a surface for which one would be is
+/// felt by its volume alone (ContactKind::volume). What has a mesh already, or needs none, stays.
+/// [setup]
+SceneDescription preview_of(SceneDescription scene);
+
 /// A volume where there is a mesh alone, a mesh of a formula: nothing where the contact can work.
 /// [setup]
 std::optional<ContactObstacle> obstacle(const SceneDescription& scene,

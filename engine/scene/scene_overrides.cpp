@@ -3,6 +3,7 @@
 
 #include <array>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -91,6 +92,7 @@ void apply(const SceneOverrides& overrides, SceneDescription& scene) {
     set("--sub-steps", overrides.sub_steps, 1, Subdivision::kMostEvaluations, scene.loop.sub_steps);
     set("--tolerance-um", overrides.tolerance_um, 1e-6, 1e3, scene.loop.tolerance_um);
     set("--budget-us", overrides.budget_us, 1e-3, 1e6 / scene.loop.rate_hz, scene.loop.budget_us);
+    if (overrides.preview.value_or(false)) scene = preview_of(std::move(scene));
 }
 
 void check_used(const SceneOverrides& overrides, const SceneDescription& scene) {
@@ -120,6 +122,7 @@ std::string to_json(const SceneOverrides& overrides) {
     put("tolerance_um", overrides.tolerance_um);
     put("budget_us", overrides.budget_us);
     put("every", overrides.every);
+    put("preview", overrides.preview);
     return json.dump();
 }
 
@@ -137,6 +140,7 @@ SceneOverrides overrides_from_json(const std::string& text) {
         take("tolerance_um", overrides.tolerance_um);
         take("budget_us", overrides.budget_us);
         take("every", overrides.every);
+        take("preview", overrides.preview);
     } catch (const nlohmann::json::exception& error) {
         throw std::runtime_error(
             fmt::format("recording: its overrides are damaged ({})", error.what()));

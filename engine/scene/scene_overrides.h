@@ -19,6 +19,7 @@ struct SceneOverrides {
     std::optional<double> tolerance_um; ///< as [loop] tolerance_um, um
     std::optional<double> budget_us;    ///< as [loop] budget_us, us
     std::optional<int> every;           ///< each K-th row of a path
+    std::optional<bool> preview;        ///< true: the scene's preview_of(), and no other one
 };
 
 /// Changes a scene; values are checked as scene files are.                              [setup]

@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <map>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -220,11 +222,16 @@ struct GridField::Grid {
     Grid(openvdb::FloatGrid::Ptr grid, const std::array<int, 3>& size,
          const AffineTransform& affine);
     const float* leaf_at(const openvdb::Coord& node);
+    double typical_slope(double level);
 
     openvdb::FloatGrid::Ptr vdb;
     internal::GridNodes nodes;
     std::map<std::uint32_t, std::unique_ptr<Leaf>> constants; // by the bits of their value
     std::size_t replaced = 0;
+
+private:
+    std::mutex asking_;
+    std::map<double, double> slopes_; // by level: each contact of each loop asks for it
 };
 
 GridField::Grid::Grid(openvdb::FloatGrid::Ptr grid, const std::array<int, 3>& size,
@@ -268,6 +275,13 @@ const float* GridField::Grid::leaf_at(const openvdb::Coord& node) {
     return constant->data();
 }
 
+double GridField::Grid::typical_slope(double level) {
+    const std::lock_guard lock(asking_);
+    const auto [known, is_new] = slopes_.try_emplace(level, 0.0);
+    if (is_new) known->second = internal::median_slope(nodes, level);
+    return known->second;
+}
+
 GridField::GridField(const VoxelVolume& volume, float background) {
     check_volume(volume, background);
     grid_ =
@@ -307,9 +321,7 @@ double GridField::patch_cosine() const noexcept {
                 // anatomy
 }
 
-double GridField::typical_slope(double level) const {
-    return internal::median_slope(grid_->nodes, level);
-}
+double GridField::typical_slope(double level) const { return grid_->typical_slope(level); }
 
 const AffineTransform& GridField::index_to_scene() const noexcept {
     return grid_->nodes.index_to_scene;

@@ -5,16 +5,26 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <exception>
+#include <future>
+#include <memory>
 #include <new>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <palpate/engine/record/recorded_run.h>
+#include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/scripted_device.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
@@ -140,6 +150,84 @@ TEST(RealtimeRun, ProgressEndsItAndWhatWasRecordedStays) {
     EXPECT_EQ(told, trace.frames.size());
     EXPECT_EQ(device.forces.back(), Vec3(0.0));
     EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
+}
+
+/// The ball by its formula, and with a mesh of it: what a preview is, and what follows it.
+std::shared_ptr<const Scene> ball_with(ContactKind contact) {
+    SceneDescription scene;
+    scene.volumes["v"].analytic = "solid_sphere";
+    scene.volumes["v"].parameters["radius_mm"] = 50.0;
+    SurfaceDescription& surface = scene.surfaces["s"];
+    surface.volume = "v";
+    surface.contact = contact;
+    if (contact == ContactKind::guarded)
+        surface.triangle_mesh = std::make_shared<const TriangleMesh>(test::icosphere(0.05, 4));
+    scene.effects.push_back(effects::Surface{.surface = "s"});
+    return std::make_shared<const Scene>(scene);
+}
+
+RealtimeSettings frames_before(std::uint64_t most, std::shared_ptr<const Scene> next) {
+    RealtimeSettings settings = frames(most);
+    std::promise<std::shared_ptr<const Scene>> promise;
+    promise.set_value(std::move(next));
+    settings.next = promise.get_future().share();
+    return settings;
+}
+
+TEST(RealtimeRun, AnotherSceneTakesOverWhileNothingIsFelt) {
+    test::ScriptedDevice device;
+    device.on_read = [](std::size_t read, DeviceState& state) {
+        // In contact before it has been free for long enough, then free, then again.
+        const bool out = read < 20 || (read >= 200 && read < 600);
+        state.position = {out ? 0.06 : 0.049, 0.0, 0.0};
+    };
+    const auto preview = ball_with(ContactKind::volume);
+    const auto scene = ball_with(ContactKind::guarded);
+    Trace trace = run_realtime(preview, {device, {}}, frames_before(1000, scene));
+    ASSERT_EQ(trace.before, preview);
+    std::size_t adopted = 0, at = 0;
+    for (std::size_t i = 0; i < trace.frames.size(); ++i)
+        if (trace.frames[i].flags & kSceneAdopted) {
+            ++adopted;
+            at = i;
+        }
+    ASSERT_EQ(adopted, 1u);
+    EXPECT_FALSE(trace.frames[at].flags & kInsideAtStart);
+    EXPECT_EQ(trace.frames[at].surfaces_felt, 0u);
+    for (std::size_t i = at >= 20 ? at - 20 : 0; i < at; ++i)
+        EXPECT_EQ(trace.frames[i].surfaces_felt, 0u) << i;
+    // The mesh is asked from there on, and was not before.
+    const auto asks = [](const FrameReport& frame) { return frame.surface_queries > 0; };
+    const auto from = trace.frames.begin() + static_cast<std::ptrdiff_t>(at);
+    EXPECT_TRUE(std::none_of(trace.frames.begin(), from, asks));
+    EXPECT_TRUE(std::any_of(from, trace.frames.end(), asks));
+    EXPECT_EQ(trace.frames.back().frame + 1, trace.frames.size()) << "no frame is lost";
+
+    audit(scene, trace);
+    EXPECT_TRUE(trace.audits.empty()) << "one scene's audit of two scenes' frames would be wrong";
+    const auto summary = nlohmann::json::parse(summarize(*scene, trace));
+    EXPECT_EQ(summary.at("contact"), "guarded");
+    EXPECT_EQ(summary.at("preview").at("contact"), "volume");
+    EXPECT_EQ(summary.at("preview").at("frames"), at);
+    const Recording recording = recorded(*scene, {}, trace);
+    EXPECT_THROW(recorded_scene(recording, "r.h5", scene->description(), {}), std::runtime_error);
+}
+
+TEST(RealtimeRun, ASceneThatCannotBeMadeLeavesThePreview) {
+    test::ScriptedDevice device;
+    device.on_read = [](std::size_t, DeviceState& state) { state.position = {0.06, 0.0, 0.0}; };
+    RealtimeSettings settings = frames(300);
+    std::promise<std::shared_ptr<const Scene>> promise;
+    promise.set_exception(std::make_exception_ptr(std::runtime_error("no mesh")));
+    settings.next = promise.get_future().share();
+    std::vector<std::string> warnings;
+    RunWatch watch;
+    watch.warning = [&](const std::string& warning) { warnings.push_back(warning); };
+    const Trace trace = run_realtime(ball_with(ContactKind::volume), {device, {}}, settings, watch);
+    EXPECT_EQ(trace.before, nullptr);
+    EXPECT_GE(trace.frames.size(), 300u);
+    EXPECT_EQ(std::count(warnings.begin(), warnings.end(), "what is felt stays a preview: no mesh"),
+              1);
 }
 
 TEST(RealtimeRun, AnExceptionLeavesAStoppedDeviceWithoutForce) {

@@ -246,6 +246,27 @@ TEST(GridField, TypicalSlopeIsTheSlopeAtTheLevel) {
     }
 }
 
+TEST(GridField, TypicalSlopeMissesNoCellWhereverBlocksBegin) {
+    // One voxel of 1 in nothing, at each place of two blocks: the level passes the eight cells
+    // around it. In each the slope is that of the corner, 0.25 along each axis at the middle.
+    constexpr double kSpacing_m = 1e-3;
+    const double slope = 0.25 * std::sqrt(3.0) / kSpacing_m;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int at = 1; at < 18; ++at) {
+            VoxelVolume volume;
+            volume.size = {20, 20, 20};
+            volume.values.assign(volume.voxels(), 0.0F);
+            volume.index_to_scene.linear = kSpacing_m * Mat3(1.0);
+            std::array<int, 3> voxel{8, 7, 9};
+            voxel[static_cast<std::size_t>(axis)] = at;
+            volume.values[volume.index(voxel[0], voxel[1], voxel[2])] = 1.0F;
+            const GridField field(volume, 0.0F);
+            EXPECT_NEAR(field.typical_slope(0.5), slope, 1e-12 * slope) << axis << " " << at;
+            EXPECT_EQ(field.typical_slope(0.5), field.typical_slope(0.5));
+            EXPECT_EQ(field.typical_slope(2.0), 0.0);
+        }
+}
+
 TEST(GridField, TypicalSlopeOfManyCellsIsThinnedEvenly) {
     // 96^3 cells of noise pass the level: far more than are kept; the median must be that of all,
     // whichever half is looked at.

@@ -2,10 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -21,6 +24,8 @@ constexpr double kSearchVoxels = 2.0;
 constexpr int kSearchSteps = 8; // a quarter of a voxel: no bone-to-air layer is thinner
 constexpr int kBisections = 20; // a quarter of a voxel / 2^20: below 1 nm for 4 mm voxels
 constexpr std::size_t kMaxPoints = 200000; // the mean of so many is good to sd / 400
+
+constexpr std::size_t kFewestPointsPerThread = 1000; // some 1 ms
 
 constexpr double kLevelTolerance = 1e-6; // m, mean shift that counts as none
 constexpr int kMaxLevelSteps = 60;       // every second one halves: the bracket shrinks by 2^30
@@ -173,19 +178,42 @@ std::optional<double> distance_to_level(const Trilinear& field, double level,
     return std::nullopt;
 }
 
+/// Distances to the level of all points, found on all processors; NaN where there is none.
+std::vector<double> distances_to_level(const std::vector<SurfacePoint>& points,
+                                       const VoxelVolume& smoothed, double level) {
+    const Trilinear field(smoothed);
+    std::vector<double> distances(points.size());
+    const auto find = [&](std::size_t first, std::size_t last) {
+        for (std::size_t n = first; n < last; ++n)
+            distances[n] = distance_to_level(field, level, points[n])
+                               .value_or(std::numeric_limits<double>::quiet_NaN());
+    };
+    const std::size_t threads =
+        std::min<std::size_t>(std::max(1u, std::thread::hardware_concurrency()),
+                              points.size() / kFewestPointsPerThread + 1);
+    std::vector<std::jthread> others;
+    for (std::size_t n = 1; n < threads; ++n)
+        others.emplace_back(find, n * points.size() / threads, (n + 1) * points.size() / threads);
+    find(0, points.size() / threads);
+    others.clear(); // ends them
+    return distances;
+}
+
+/// Summed in the points' order: the same bits with any number of processors.
 SurfaceShift measure(const std::vector<SurfacePoint>& points, const VoxelVolume& smoothed,
                      double level) {
-    const Trilinear field(smoothed);
+    const std::vector<double> distances = distances_to_level(points, smoothed, level);
     SurfaceShift shift;
     double weights = 0.0;
     double sum = 0.0;
     double squares = 0.0;
-    for (const SurfacePoint& point : points) {
-        const auto distance = distance_to_level(field, level, point);
-        if (!distance) continue;
-        weights += point.weight;
-        sum += point.weight * *distance;
-        squares += point.weight * *distance * *distance;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        const double distance = distances[n];
+        if (std::isnan(distance)) continue;
+        const double weight = points[n].weight;
+        weights += weight;
+        sum += weight * distance;
+        squares += weight * distance * distance;
         ++shift.points;
     }
     if (shift.points == 0) return shift;
