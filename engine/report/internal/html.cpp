@@ -102,10 +102,11 @@ std::string readable(std::optional<double> value) {
 
 std::string html_table(std::string_view caption, const std::vector<HtmlColumn>& columns,
                        const std::vector<std::vector<std::string>>& rows) {
+    constexpr std::size_t kUpright = 16; // columns that paper is wide enough for
     std::string html =
-        fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{0}\">\n"
+        fmt::format("<div class=\"scroll{1}\" role=\"region\" tabindex=\"0\" aria-label=\"{0}\">\n"
                     "<table><caption><span>{0}</span></caption>\n",
-                    escape_html(caption));
+                    escape_html(caption), columns.size() > kUpright ? " many" : "");
     html += table_head(columns) + "<tbody>\n";
     for (const std::vector<std::string>& row : rows) {
         html += "<tr>";

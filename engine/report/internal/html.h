@@ -27,7 +27,8 @@ struct HtmlColumn {
 };
 
 /// A table for eyes and screen readers: caption, scopes, first cell of a row as its heading,
-/// scrolls sideways on a phone. Cells are escaped here. [setup]
+/// scrolls sideways on a phone. With more than 16 columns it is printed on pages of its own,
+/// turned. Cells are escaped here. [setup]
 std::string html_table(std::string_view caption, const std::vector<HtmlColumn>& columns,
                        const std::vector<std::vector<std::string>>& rows);
 

@@ -2,43 +2,56 @@
 #include <palpate/engine/report/internal/label_places.h>
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace palpate::internal {
 namespace {
 
-constexpr double kBeside = 9.0; // from a point to a label that needs no leader, px
-constexpr double kFarthest = 160.0;
-constexpr double kRing = 12.0; // from one distance that is tried to the next, px
+constexpr double kBeside_px = 9.0; // from a point to a label that needs no leader
+constexpr double kRing_px = 6.0;   // from one distance that is tried to the next
+constexpr double kNear_px = 33.0;  // up to here a line is crossed rather than a label set farther
+constexpr double kApart_px = 3.0;  // from a label to a marker that is not its own
+constexpr double kFarthest_px = 160.0;
 
-/// Where a label may be seen from its point, the best first: right, left, above, below, and
-/// between.
-constexpr double kDiagonal = 0.7071067811865476;
-constexpr std::array<std::array<double, 2>, 8> kWays{{{1, 0},
-                                                      {-1, 0},
-                                                      {0, -1},
-                                                      {0, 1},
-                                                      {kDiagonal, -kDiagonal},
-                                                      {kDiagonal, kDiagonal},
-                                                      {-kDiagonal, -kDiagonal},
-                                                      {-kDiagonal, kDiagonal}}};
+/// From a point to its label, the best first: right, left, above, below, and between.
+constexpr std::array<std::array<double, 2>, 16> kWays{{{1, 0},
+                                                       {-1, 0},
+                                                       {0, -1},
+                                                       {0, 1},
+                                                       {0.71, -0.71},
+                                                       {0.71, 0.71},
+                                                       {-0.71, -0.71},
+                                                       {-0.71, 0.71},
+                                                       {0.92, -0.38},
+                                                       {0.92, 0.38},
+                                                       {-0.92, -0.38},
+                                                       {-0.92, 0.38},
+                                                       {0.38, -0.92},
+                                                       {0.38, 0.92},
+                                                       {-0.38, -0.92},
+                                                       {-0.38, 0.92}}};
 
 /// The rectangle whose nearest edge or corner is so far from the point, on that side of it.
-Patch beside(double x, double y, const std::array<double, 2>& way, double distance, double width,
-             double height) {
+Patch beside(const LabelWish& wish, const std::array<double, 2>& way, double distance) {
     const auto low = [distance](double at, double along, double size) {
         const double near = at + distance * along;
-        if (std::abs(along) < 0.1) return near - 0.5 * size;
+        if (along == 0.0) return near - 0.5 * size;
         return along > 0.0 ? near : near - size;
     };
-    const double left = low(x, way[0], width);
-    const double top = low(y, way[1], height);
-    return {left, top, left + width, top + height};
+    const double left = low(wish.x, way[0], wish.width);
+    const double top = low(wish.y, way[1], wish.height);
+    return {left, top, left + wish.width, top + wish.height};
 }
 
-Stroke leader(double x, double y, const Patch& patch) {
-    return {
-        {{x, y}, {std::clamp(x, patch.left, patch.right), std::clamp(y, patch.top, patch.bottom)}}};
+bool is_around(const LabelWish& wish, const Patch& marker) {
+    return wish.x > marker.left && wish.x < marker.right && wish.y > marker.top &&
+           wish.y < marker.bottom;
+}
+
+Stroke leader(const LabelWish& wish, const Patch& patch) {
+    return {{{wish.x, wish.y},
+             {std::clamp(wish.x, patch.left, patch.right),
+              std::clamp(wish.y, patch.top, patch.bottom)}}};
 }
 
 } // namespace
@@ -64,40 +77,83 @@ bool crosses(const Stroke& stroke, const Patch& patch) noexcept {
     return first < last;
 }
 
-bool LabelPlaces::is_free(const Place& place, bool off_lines) const {
+bool LabelPlaces::is_free(const LabelWish& wish, const LabelPlace& place, Lines lines) const {
     const Patch& patch = place.patch;
     const auto covers = [&](const Patch& other) { return patch.overlaps(other); };
     const auto is_crossed = [&](const Stroke& stroke) { return crosses(stroke, patch); };
-    const auto leads_through = [&](const Patch& label) { return crosses(*place.leader, label); };
+    const auto leads_through = [&](const Patch& other) {
+        return !is_around(wish, other) && crosses(*place.leader, other);
+    };
     if (patch.left < plot_.left || patch.right > plot_.right || patch.top < plot_.top ||
         patch.bottom > plot_.bottom)
         return false;
-    if (std::any_of(taken_.begin(), taken_.end(), covers) ||
+    const auto is_near = [&](const Patch& marker) {
+        const double off = lines == Lines::crossed || is_around(wish, marker) ? 0.0 : kApart_px;
+        return patch.overlaps(
+            {marker.left - off, marker.top - off, marker.right + off, marker.bottom + off});
+    };
+    if (std::any_of(markers_.begin(), markers_.end(), is_near) ||
         std::any_of(labels_.begin(), labels_.end(), covers) ||
         std::any_of(leaders_.begin(), leaders_.end(), is_crossed))
         return false;
-    if (place.leader && std::any_of(labels_.begin(), labels_.end(), leads_through)) return false;
-    return !off_lines || std::none_of(lines_.begin(), lines_.end(), is_crossed);
+    if (place.leader &&
+        (std::any_of(labels_.begin(), labels_.end(), leads_through) ||
+         (lines == Lines::avoided && std::any_of(markers_.begin(), markers_.end(), leads_through))))
+        return false;
+    return lines == Lines::crossed || std::none_of(lines_.begin(), lines_.end(), is_crossed);
 }
 
-std::optional<LabelPlaces::Place> LabelPlaces::place(double x, double y, double width,
-                                                     double height) {
-    const auto try_at = [&](double distance, bool off_lines) -> std::optional<Place> {
-        for (const std::array<double, 2>& way : kWays) {
-            Place place{beside(x, y, way, distance, width, height), {}};
-            if (distance > kBeside) place.leader = leader(x, y, place.patch);
-            if (is_free(place, off_lines)) return place;
+std::vector<LabelPlace> LabelPlaces::free_places(const LabelWish& wish, double distance,
+                                                 Lines lines) const {
+    std::vector<LabelPlace> places;
+    for (const std::array<double, 2>& way : kWays) {
+        LabelPlace place{beside(wish, way, distance), {}};
+        if (distance > kBeside_px) place.leader = leader(wish, place.patch);
+        if (is_free(wish, place, lines)) places.push_back(place);
+    }
+    return places;
+}
+
+void LabelPlaces::place_at(double distance, Lines lines, const std::vector<LabelWish>& wishes,
+                           std::vector<std::optional<LabelPlace>>& places) {
+    while (true) {
+        std::vector<std::vector<LabelPlace>> choices(wishes.size());
+        std::size_t next = wishes.size();
+        for (std::size_t i = 0; i < wishes.size(); ++i) {
+            if (!places[i]) choices[i] = free_places(wishes[i], distance, lines);
+            const std::size_t count = choices[i].size();
+            if (count > 0 && (next == wishes.size() || count < choices[next].size())) next = i;
         }
-        return {};
+        if (next == wishes.size()) return;
+        const std::vector<LabelPlace> own = std::exchange(choices[next], {});
+        const auto taken_from_others = [&](const LabelPlace& place) {
+            std::ptrdiff_t count = 0;
+            for (const std::vector<LabelPlace>& of_one : choices)
+                count += std::count_if(of_one.begin(), of_one.end(), [&](const LabelPlace& other) {
+                    return other.patch.overlaps(place.patch);
+                });
+            return count;
+        };
+        places[next] = *std::min_element(own.begin(), own.end(),
+                                         [&](const LabelPlace& a, const LabelPlace& b) {
+                                             return taken_from_others(a) < taken_from_others(b);
+                                         });
+        labels_.push_back(places[next]->patch);
+        if (places[next]->leader) leaders_.push_back(*places[next]->leader);
+    }
+}
+
+std::vector<std::optional<LabelPlace>> LabelPlaces::place(const std::vector<LabelWish>& wishes) {
+    std::vector<std::optional<LabelPlace>> places(wishes.size());
+    const auto from_to = [&](double first, double last, Lines lines) {
+        for (double distance = first; distance <= last; distance += kRing_px)
+            place_at(distance, lines, wishes, places);
     };
-    std::optional<Place> found;
-    for (const bool off_lines : {true, false})
-        for (double distance = kBeside; !found && distance <= kFarthest; distance += kRing)
-            found = try_at(distance, off_lines);
-    if (!found) return {};
-    labels_.push_back(found->patch);
-    if (found->leader) leaders_.push_back(*found->leader);
-    return found;
+    from_to(kBeside_px, kNear_px, Lines::avoided);
+    from_to(kBeside_px, kNear_px, Lines::crossed);
+    from_to(kNear_px + kRing_px, kFarthest_px, Lines::avoided);
+    from_to(kNear_px + kRing_px, kFarthest_px, Lines::crossed);
+    return places;
 }
 
 } // namespace palpate::internal

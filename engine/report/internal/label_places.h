@@ -21,31 +21,43 @@ using Stroke = std::array<std::array<double, 2>, 2>;
 /// True where a part of the line is within the rectangle.      [any]
 bool crosses(const Stroke& stroke, const Patch& patch) noexcept;
 
-/// Finds room for labels near their points: never over a marker, another label or its leader, and
-/// off lines where that is possible. One after the other; the first has the choice.
+/// A text that is to stand near a marker at (x, y), pixels.
+struct LabelWish {
+    double x, y;
+    double width, height; ///< of the text
+};
+
+/// Where a label came to be.
+struct LabelPlace {
+    Patch patch;                  ///< around the text
+    std::optional<Stroke> leader; ///< from its point, where it is not beside it
+};
+
+/// Finds room for labels near their points: never over a marker, another label or a leader, and off
+/// lines where that is possible.
 class LabelPlaces {
 public:
     /// `plot`: where labels may be.      [setup]
     explicit LabelPlaces(const Patch& plot) : plot_(plot) {}
 
-    void keep_off(const Patch& marker) { taken_.push_back(marker); } ///< [setup]
-    void avoid(const Stroke& line) { lines_.push_back(line); }       ///< [setup]
+    void keep_off(const Patch& marker) { markers_.push_back(marker); } ///< [setup]
+    void avoid(const Stroke& line) { lines_.push_back(line); }         ///< [setup]
 
-    /// Where a label came to be.
-    struct Place {
-        Patch patch;                  ///< around the text
-        std::optional<Stroke> leader; ///< from its point, where it is not beside it
-    };
-
-    /// Room for a text of this size beside a marker at (x, y), pixels; nothing where there is none
-    /// within 160 px.   [setup]
-    std::optional<Place> place(double x, double y, double width, double height);
+    /// A place for each, as near to its point as possible. Of those with room equally near, the one
+    /// with the fewest such places comes first, and takes the one that leaves the others most.
+    /// Nothing where there is no room within 160 px. [setup]
+    std::vector<std::optional<LabelPlace>> place(const std::vector<LabelWish>& wishes);
 
 private:
-    bool is_free(const Place& place, bool off_lines) const;
+    enum class Lines { avoided, crossed };
+
+    std::vector<LabelPlace> free_places(const LabelWish& wish, double distance, Lines lines) const;
+    bool is_free(const LabelWish& wish, const LabelPlace& place, Lines lines) const;
+    void place_at(double distance, Lines lines, const std::vector<LabelWish>& wishes,
+                  std::vector<std::optional<LabelPlace>>& places);
 
     Patch plot_;
-    std::vector<Patch> taken_;
+    std::vector<Patch> markers_;
     std::vector<Stroke> lines_;
     std::vector<Patch> labels_;
     std::vector<Stroke> leaders_;

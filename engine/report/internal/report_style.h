@@ -61,14 +61,17 @@ svg { display: block; width: 100%; height: auto; }
 footer { margin-top: 3rem; color: var(--soft); font-size: .875rem; }
 @media (max-width: 60rem) { .beside { grid-template-columns: minmax(0, 1fr); } .beside .chart { position: static; } }
 @media (max-width: 40rem) { tbody th { min-width: 6.5rem; max-width: 9rem; } }
+@page { margin: 1cm; }
+@page many { size: landscape; margin: 1cm; }
 @media print {
   main { max-width: none; padding: 0; }
   .scroll { overflow: visible; }
   .beside { display: block; }
   .beside .chart, tbody th { position: static; }
-  table { font-size: 7pt; }
-  th, td { padding: .1rem .25rem; }
+  table { font-size: 6.5pt; }
+  th, td { padding: .1rem .13rem; }
   tbody th { min-width: 0; }
+  .many { page: many; }
   thead { display: table-header-group; }
   figure, tr, dl div, svg { break-inside: avoid; }
   h2, h3, caption, thead { break-after: avoid; }

@@ -20,6 +20,7 @@ constexpr std::size_t kMarkersOfMany = 8; // of a line with more points than the
 constexpr double kTickRoom_px = 30.0;     // from one line across to the next, at least
 constexpr double kTickGap_px = 12.0;      // between labels of the axis below
 constexpr double kSample_px = 32.0;       // of a line, in the legend
+constexpr double kAbovePlot_px = 12.0;    // for labels of points at its upper edge
 constexpr double kMostSegments = 200;     // of a line that labels are kept off
 
 /// What is where, pixels.
@@ -28,8 +29,8 @@ struct Paper {
     ChartWidth width;
     Patch plot{};
     double height = 0.0; ///< of all
-    std::vector<double> x_ticks;
-    std::vector<double> y_ticks;
+    std::vector<double> x_ticks{};
+    std::vector<double> y_ticks{};
 
     double left(double value) const {
         return plot.left + (plot.right - plot.left) * x.share(value);
@@ -127,7 +128,7 @@ Paper paper_of(const SeriesChart& chart, ChartWidth width, double legend_px) {
         paper.plot.right = std::min(paper.plot.right,
                                     width_px(width) - 2.0 -
                                         0.5 * text_width_px(paper.x.label(paper.x_ticks.back())));
-    paper.plot.top = legend_px + names + 10.0;
+    paper.plot.top = legend_px + names + kAbovePlot_px + 2.0;
     paper.plot.bottom = paper.plot.top + plot_height;
     paper.height =
         paper.plot.bottom + 22.0 + 4.0 +
@@ -148,7 +149,7 @@ std::string grid(const Paper& paper, const SeriesChart& chart) {
     const std::vector<std::string> y_name = lines_of(chart.y.name, width_px(paper.width));
     const double above = kChartLine_px * static_cast<double>(y_name.size());
     return svg + chart_text(0.5 * width_px(paper.width), plot.bottom + 37.0, "middle", x_name) +
-           chart_text(2.0, plot.top - above + 3.0, "start", y_name);
+           chart_text(2.0, plot.top - kAbovePlot_px - above + kChartText_px, "start", y_name);
 }
 
 /// The points of a series that get a marker: all, or eight of a line that has more than there is
@@ -189,12 +190,15 @@ std::string drawn(const SeriesChart& chart, std::size_t series, const Paper& pap
     std::string svg = fmt::format("<g class=\"series\" data-series=\"{}\">", series);
     if (is_joined(one)) {
         svg += fmt::format("<path class=\"line s{}\" d=\"", kind);
-        bool pen_down = false;
-        for (const auto& point : one.points) {
-            if (is_finite(point))
-                svg += fmt::format("{}{:.1f} {:.1f} ", pen_down ? 'L' : 'M', paper.left(point[0]),
-                                   paper.top(point[1]));
-            pen_down = is_finite(point);
+        const auto is_there = [&](std::size_t i) {
+            return i < one.points.size() && is_finite(one.points[i]);
+        };
+        for (std::size_t i = 0; i < one.points.size(); ++i) {
+            if (!is_there(i)) continue;
+            const bool goes_on = i > 0 && is_there(i - 1);
+            svg += fmt::format("{}{:.1f} {:.1f} ", goes_on ? 'L' : 'M',
+                               paper.left(one.points[i][0]), paper.top(one.points[i][1]));
+            if (!goes_on && !is_there(i + 1)) svg += "h1 "; // else nothing would be seen of it
         }
         svg += "\"/>\n";
     }
@@ -210,7 +214,8 @@ std::string drawn(const SeriesChart& chart, std::size_t series, const Paper& pap
 
 /// Keeps labels off all that is drawn.
 LabelPlaces places_of(const SeriesChart& chart, const Paper& paper) {
-    LabelPlaces places(paper.plot);
+    LabelPlaces places(
+        {paper.plot.left, paper.plot.top - kAbovePlot_px, paper.plot.right, paper.plot.bottom});
     for (std::size_t s = 0; s < chart.series.size(); ++s) {
         const auto& points = chart.series[s].points;
         for (const std::size_t i : marked(chart, s, paper)) {
@@ -232,28 +237,31 @@ LabelPlaces places_of(const SeriesChart& chart, const Paper& paper) {
 std::string labels(const SeriesChart& chart, const Paper& paper) {
     constexpr double height = kChartText_px + 2.0;
     constexpr double below = 4.0; // the baseline
-    LabelPlaces places = places_of(chart, paper);
-    std::string leaders;
-    std::string texts;
+    std::vector<std::string> names;
+    std::vector<LabelWish> wishes;
     for (const ChartSeries& series : chart.series)
         for (std::size_t i = 0; i < std::min(series.labels.size(), series.points.size()); ++i) {
+            const auto& [x, y] = series.points[i];
             if (series.labels[i].empty() || !is_finite(series.points[i])) continue;
-            const auto place =
-                places.place(paper.left(series.points[i][0]), paper.top(series.points[i][1]),
-                             text_width_px(series.labels[i]), height);
-            if (!place) continue;
-            if (place->leader) {
-                const auto& [from, to] = *place->leader;
-                leaders +=
-                    fmt::format("<path class=\"leader\" d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}\"/>",
-                                from[0], from[1], to[0], to[1]);
-            }
-            texts += fmt::format("<text class=\"label\" text-anchor=\"middle\" x=\"{:.1f}\" "
-                                 "y=\"{:.1f}\">{}</text>\n",
-                                 0.5 * (place->patch.left + place->patch.right),
-                                 place->patch.bottom - below, escape_html(series.labels[i]));
+            names.push_back(series.labels[i]);
+            wishes.push_back({paper.left(x), paper.top(y), text_width_px(names.back()), height});
         }
-    return leaders + "\n" + texts;
+    const std::vector<std::optional<LabelPlace>> places = places_of(chart, paper).place(wishes);
+    std::string leaders;
+    std::string texts;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!places[i]) continue;
+        const auto& [patch, leader] = *places[i];
+        if (leader)
+            leaders +=
+                fmt::format("<path class=\"leader\" d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}\"/>\n",
+                            (*leader)[0][0], (*leader)[0][1], (*leader)[1][0], (*leader)[1][1]);
+        texts += fmt::format("<text class=\"label\" text-anchor=\"middle\" x=\"{:.1f}\" "
+                             "y=\"{:.1f}\">{}</text>\n",
+                             0.5 * (patch.left + patch.right), patch.bottom - below,
+                             escape_html(names[i]));
+    }
+    return leaders + texts;
 }
 
 /// Steps: the least y that is known for at most this x. To the edges of the plot.
