@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <random>
 #include <set>
@@ -12,6 +13,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <palpate/engine/report/internal/html.h>
+#include <palpate/engine/report/internal/report_style.h>
+#include <palpate/engine/text/whole_file.h>
 
 namespace palpate::internal {
 namespace {
@@ -211,6 +216,60 @@ TEST(SeriesChart, OnePointIsDrawn) {
     const std::string svg = series_chart(chart_of({{5, 5}}, ChartScale::linear), "c");
     EXPECT_THAT(svg, HasSubstr("class=\"mark s0\""));
     EXPECT_THAT(svg, Not(HasSubstr("nan")));
+}
+
+/// Errors against times as a study has them, with names at all points: nine series of `points`.
+SeriesChart crowded_scatter(int points) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    SeriesChart chart{"Error against time",
+                      {"median us per frame in contact", ChartScale::logarithmic, 1e-2},
+                      {"distance of the proxy from where an exact method would have it, um rms",
+                       ChartScale::logarithmic, 1e-6},
+                      {},
+                      "the best for their time"};
+    for (int i = 0; i < 9; ++i) {
+        ChartSeries series{"method number " + std::to_string(i + 1), {}, {}};
+        if (i % 2 == 0) series.form = SeriesForm::line;
+        for (int k = 0; k < points; ++k) {
+            const double time = std::pow(10.0, 3.0 * (k + share(random)) / points);
+            series.points.push_back({time, std::pow(10.0, -1.0 - 4.0 * share(random)) * time});
+            // The first of a line, and all points that stand alone.
+            const bool named = i % 2 == 1 || k == 0;
+            series.labels.push_back(named ? "way " + std::to_string(10 * i + k) : "");
+        }
+        chart.series.push_back(std::move(series));
+    }
+    return chart;
+}
+
+TEST(SeriesChart, EachLabelOfAScatterFindsRoomOnAPhoneToo) {
+    const std::string svg = series_chart(crowded_scatter(3), "c");
+    EXPECT_EQ(count_of(svg, "class=\"label\""), 2u * (5u + 4u * 3u));
+}
+
+/// Charts that are hard to lay out, for what pages_test.cmake measures in a browser.
+TEST(SeriesChart, HardOnesFillAPage) {
+    SeriesChart long_lines = chart_of_lines(16, 600);
+    for (ChartSeries& series : long_lines.series)
+        series.name += " with a name that is longer than most";
+    SeriesChart negative = chart_of({{-1e-7, -123456.0}, {2e-7, 98765.0}}, ChartScale::linear);
+    negative.x.name =
+        "a name of an axis that is by far too long to stand on one line of a phone, N/m";
+    std::string page = page_head("Charts") + "<h1>Charts</h1>\n";
+    int id = 0;
+    for (const SeriesChart& chart :
+         {crowded_scatter(3), long_lines, negative, chart_of({{5, 5}}, ChartScale::logarithmic),
+          chart_of({{1e-9, 1}, {1e9, 2}}, ChartScale::logarithmic)})
+        page += "<h2>Chart</h2>\n" + series_chart(chart, "chart" + std::to_string(id++));
+    page += "<h2>Table</h2>\n" +
+            html_table("A caption that is so long that it has to be broken where a phone ends",
+                       std::vector<HtmlColumn>(24, {"a group", "heading"}),
+                       std::vector(60, std::vector<std::string>(24, "1.23e-06"))) +
+            "</main>\n</body>\n</html>\n";
+    EXPECT_EQ(count_of(page, "<svg class=\"narrow\""), 5u);
+    EXPECT_THAT(page, Not(HasSubstr("nan")));
+    if (const char* file = std::getenv("PALPATE_CHART_PAGE")) write_whole_file(file, page);
 }
 
 } // namespace
