@@ -263,7 +263,7 @@ class Browser:
 def check(browser, page, shots):
     """What is wrong with one page, a line each."""
     found = []
-    title = f"{page.parent.name}-{page.stem}"
+    title = f"{page.resolve().parent.name}-{page.stem}"
     for width in WIDTHS_PX:
         for scheme in ("light", "dark"):
             browser.show(page, width, scheme)

@@ -2,6 +2,8 @@
 #include <palpate/engine/report/internal/label_places.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace palpate::internal {
@@ -11,25 +13,20 @@ constexpr double kBeside_px = 9.0; // from a point to a label that needs no lead
 constexpr double kRing_px = 6.0;   // from one distance that is tried to the next
 constexpr double kNear_px = 33.0;  // up to here a line is crossed rather than a label set farther
 constexpr double kApart_px = 3.0;  // from a label to a marker that is not its own
-constexpr double kFarthest_px = 160.0;
+constexpr double kFarthest_px = 240.0;
 
-/// From a point to its label, the best first: right, left, above, below, and between.
-constexpr std::array<std::array<double, 2>, 16> kWays{{{1, 0},
-                                                       {-1, 0},
-                                                       {0, -1},
-                                                       {0, 1},
-                                                       {0.71, -0.71},
-                                                       {0.71, 0.71},
-                                                       {-0.71, -0.71},
-                                                       {-0.71, 0.71},
-                                                       {0.92, -0.38},
-                                                       {0.92, 0.38},
-                                                       {-0.92, -0.38},
-                                                       {-0.92, 0.38},
-                                                       {0.38, -0.92},
-                                                       {0.38, 0.92},
-                                                       {-0.38, -0.92},
-                                                       {-0.38, 0.92}}};
+/// Directions from a point to its label, the best first: right, left, above, below, and then what
+/// is between them.
+std::vector<std::array<double, 2>> ways() {
+    std::vector<std::array<double, 2>> all{{1, 0}, {-1, 0}, {0, -1}, {0, 1}};
+    constexpr int kTurn = 32; // as many directions: diagonals first, then halves between
+    for (const int step : {8, 4, 2})
+        for (int i = step / 2; i < kTurn; i += step) {
+            const double angle = 2.0 * std::numbers::pi * i / kTurn;
+            all.push_back({std::cos(angle), -std::sin(angle)});
+        }
+    return all;
+}
 
 /// The rectangle whose nearest edge or corner is so far from the point, on that side of it.
 Patch beside(const LabelWish& wish, const std::array<double, 2>& way, double distance) {
@@ -105,8 +102,9 @@ bool LabelPlaces::is_free(const LabelWish& wish, const LabelPlace& place, Lines 
 
 std::vector<LabelPlace> LabelPlaces::free_places(const LabelWish& wish, double distance,
                                                  Lines lines) const {
+    static const std::vector<std::array<double, 2>> directions = ways();
     std::vector<LabelPlace> places;
-    for (const std::array<double, 2>& way : kWays) {
+    for (const std::array<double, 2>& way : directions) {
         LabelPlace place{beside(wish, way, distance), {}};
         if (distance > kBeside_px) place.leader = leader(wish, place.patch);
         if (is_free(wish, place, lines)) places.push_back(place);

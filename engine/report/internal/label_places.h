@@ -45,7 +45,7 @@ public:
 
     /// A place for each, as near to its point as possible. Of those with room equally near, the one
     /// with the fewest such places comes first, and takes the one that leaves the others most.
-    /// Nothing where there is no room within 160 px. [setup]
+    /// Nothing where there is no room within 240 px. [setup]
     std::vector<std::optional<LabelPlace>> place(const std::vector<LabelWish>& wishes);
 
 private:

@@ -48,7 +48,7 @@ TEST(LabelPlaces, NothingIsOverAnythingElse) {
             for (std::size_t j = 0; j < found.size(); ++j) {
                 if (j == i || !found[j]) continue;
                 EXPECT_FALSE(patch.overlaps(found[j]->patch));
-                if (found[j]->leader) EXPECT_FALSE(crosses(*found[j]->leader, patch));
+                EXPECT_FALSE(found[j]->leader && crosses(*found[j]->leader, patch));
             }
         }
     }
