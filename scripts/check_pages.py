@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Looks at pages as a browser lays them out, and names what a reader could not read.
 
-usage: check_pages.py [--shots FOLDER] PAGE.html...
+usage: check_pages.py [--shots FOLDER] PAGE...
+
+A page is an HTML file, or an SVG file, which is shown as a page of ours shows pictures.
 
 Each page is shown 390, 768 and 1280 px wide, light and dark, and as printed on A4. Checked are:
 the size of text, its contrast, text over text, what is beyond the page or cut off, and that a
@@ -260,19 +262,31 @@ class Browser:
         file.write_bytes(base64.b64decode(data))
 
 
-def check(browser, page, shots):
+def with_picture(svg, folder):
+    """A page with nothing but this picture, as wide as there is room."""
+    page = pathlib.Path(folder) / "picture.html"
+    page.write_text('<!DOCTYPE html><html lang="en"><meta charset="utf-8">'
+                    '<meta name="viewport" content="width=device-width">'
+                    "<style>body { margin: 16px; background: #fff } "
+                    "svg { display: block; max-width: 100%; height: auto }</style>"
+                    f"<body>{svg.read_text(encoding='utf-8')}</body></html>", encoding="utf-8")
+    return page
+
+
+def check(browser, file, shots):
     """What is wrong with one page, a line each."""
     found = []
-    title = f"{page.resolve().parent.name}-{page.stem}"
+    page = with_picture(file, browser.profile.name) if file.suffix == ".svg" else file
+    title = f"{file.resolve().parent.name}-{file.stem}"
     for width in WIDTHS_PX:
         for scheme in ("light", "dark"):
             browser.show(page, width, scheme)
-            found += [f"{page}: {width} px, {scheme}: {what}"
+            found += [f"{file}: {width} px, {scheme}: {what}"
                       for what in browser.value_of(MEASURE + "(false)")]
             if shots:
                 browser.shoot(shots / f"{title}-{width}-{scheme}.png")
     browser.show(page, PRINT_PX, media="print")
-    found += [f"{page}: printed: {what}" for what in browser.value_of(MEASURE + "(true)")]
+    found += [f"{file}: printed: {what}" for what in browser.value_of(MEASURE + "(true)")]
     if shots:
         browser.show(page, WIDTHS_PX[-1])
         browser.print_to(shots / f"{title}.pdf")
@@ -284,13 +298,13 @@ def check(browser, page, shots):
 
 
 def main():
-    parser = argparse.ArgumentParser(usage=__doc__.split("usage: ")[1].split("\n", maxsplit=1)[0])
+    parser = argparse.ArgumentParser(usage=__doc__.split("usage: ")[1].split("\n")[0])
     parser.add_argument("--shots", type=pathlib.Path)
     parser.add_argument("pages", nargs="+", type=pathlib.Path)
     arguments = parser.parse_args()
     for page in arguments.pages:
         if not page.is_file():
-            sys.exit(f"check_pages.py: {page} does not exist; give HTML files")
+            sys.exit(f"check_pages.py: {page} does not exist; give HTML or SVG files")
     names = [os.environ.get("CHROMIUM", ""), "chromium", "chromium-browser", "google-chrome"]
     program = next((found for found in map(shutil.which, filter(None, names)) if found), None)
     if not program:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DPYTHON=... -DPALPATE=... -DTEST_ENGINE=... -DWORK=... -P pages_test.cmake
-# What people look at is looked at in Chromium: the pages of palpate report and palpate study, and charts that are hard to lay
-# out, by scripts/check_pages.py. A page with each defect must have each of them named, or the script sees nothing.
+# What people look at is looked at in Chromium: the pages of palpate report and palpate study, charts that are hard to lay out,
+# and pictures of the docs, by scripts/check_pages.py. A page with each defect must have each of them named, or the script sees nothing.
 cmake_minimum_required(VERSION 3.25)
 get_filename_component(top ${CMAKE_CURRENT_LIST_DIR}/../../.. ABSOLUTE)
 set(check ${PYTHON} ${top}/scripts/check_pages.py)
@@ -44,8 +44,10 @@ run(${PALPATE} trace ${top}/examples/cavity.toml --frames 1000 --out ${WORK}/cav
 run(${PALPATE} trace ${top}/examples/cavity.toml --frames 1000 --method fixed --out ${WORK}/cavity-fixed)
 run(${PALPATE} report ${WORK}/phantom ${WORK}/cavity ${WORK}/cavity-fixed -o ${WORK}/report.html)
 run(${PALPATE} study ${top}/examples/bumpy_cavity.toml --frames 500 --out ${WORK}/study)
+run(${PYTHON} ${top}/scripts/draw_pictures.py ${WORK})
+file(GLOB pictures ${WORK}/*.svg)
 run(${TEST_ENGINE} --gtest_filter=SeriesChart.HardOnesFillAPage)
-execute_process(COMMAND ${check} ${WORK}/report.html ${WORK}/study/index.html ${WORK}/charts.html RESULT_VARIABLE status
+execute_process(COMMAND ${check} ${WORK}/report.html ${WORK}/study/index.html ${WORK}/charts.html ${pictures} RESULT_VARIABLE status
   OUTPUT_VARIABLE found ERROR_VARIABLE found)
 message("${found}")
 if(NOT status EQUAL 0)

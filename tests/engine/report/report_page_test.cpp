@@ -18,10 +18,12 @@
 #include <palpate/engine/report/internal/html.h>
 
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_count.h"
 
 namespace palpate {
 namespace {
 
+using test::count_of;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -77,13 +79,6 @@ ReportSubject drawn_subject_of(const std::string& title, const std::string& summ
     ReportSubject subject = subject_of(title, summary);
     subject.mesh = tetrahedron();
     return subject;
-}
-
-std::size_t count_of(const std::string& text, const std::string& what) {
-    std::size_t count = 0;
-    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1))
-        ++count;
-    return count;
 }
 
 /// A page without its pictures' bytes: in them anything may stand.

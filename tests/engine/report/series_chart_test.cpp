@@ -18,9 +18,12 @@
 #include <palpate/engine/report/internal/report_style.h>
 #include <palpate/engine/text/whole_file.h>
 
+#include "tests/support/text_count.h"
+
 namespace palpate::internal {
 namespace {
 
+using test::count_of;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -117,13 +120,6 @@ SeriesChart chart_of_lines(std::size_t count, std::size_t points) {
         chart.series.push_back(std::move(series));
     }
     return chart;
-}
-
-std::size_t count_of(const std::string& text, const std::string& what) {
-    std::size_t count = 0;
-    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1))
-        ++count;
-    return count;
 }
 
 TEST(SeriesChart, ALegendHasTheLineAndTheMarkerOfItsSeriesHoweverManyPointsThereAre) {
