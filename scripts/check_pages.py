@@ -55,7 +55,9 @@ function contrast(a, b) {
 }
 function behind(element) {
   for (let at = element; at; at = at.parentElement) {
-    const color = channels(getComputedStyle(at).backgroundColor);
+    const paper = at.tagName === 'svg' && at.querySelector(':scope > rect[width="100%"]');
+    const color = paper ? channels(getComputedStyle(paper).fill)
+                        : channels(getComputedStyle(at).backgroundColor);
     if (color.alpha === 1) return color.rgb;
   }
   return [255, 255, 255];
@@ -136,7 +138,7 @@ function shape(path) {
 }
 const alike = (a, b) => a.every((place, i) => Math.abs(place - b[i]) < 0.8);  // of 9 px
 for (const svg of document.querySelectorAll('svg')) {
-  if (svg.getClientRects().length === 0) continue;
+  if (svg.getClientRects().length === 0 || svg.querySelector('svg')) continue;
   const title = name(svg.querySelector('title')?.textContent || 'chart');
   const looks = [];
   for (const series of svg.querySelectorAll('.series')) {

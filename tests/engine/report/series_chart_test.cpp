@@ -266,7 +266,11 @@ TEST(SeriesChart, HardOnesFillAPage) {
             "</main>\n</body>\n</html>\n";
     EXPECT_EQ(count_of(page, "<svg class=\"narrow\""), 5u);
     EXPECT_THAT(page, Not(HasSubstr("nan")));
-    if (const char* file = std::getenv("PALPATE_CHART_PAGE")) write_whole_file(file, page);
+    const std::vector<SeriesChart> charts{crowded_scatter(2), negative};
+    if (const char* file = std::getenv("PALPATE_CHART_PAGE")) {
+        write_whole_file(file, page);
+        write_whole_file(std::string(file) + ".svg", series_picture(charts, ChartWidth::narrow));
+    }
 }
 
 } // namespace
