@@ -196,7 +196,8 @@ std::string json(const std::vector<Result>& results) {
 }
 
 /// Which share of a method's frames begins later than a time.
-std::string chart(const std::vector<Result>& results, const std::string& method, double seconds) {
+internal::SeriesChart chart(const std::vector<Result>& results, const std::string& method,
+                            double seconds) {
     internal::SeriesChart chart;
     chart.title = fmt::format("method {}: share of the frames that begin later", method);
     chart.x = {fmt::format("late, us (method {})", method), internal::ChartScale::logarithmic, 1.0};
@@ -212,23 +213,14 @@ std::string chart(const std::vector<Result>& results, const std::string& method,
             series.points.push_back({std::max(1.0, result.late.at(1.0 - later)), later});
         chart.series.push_back(std::move(series));
     }
-    return internal::series_chart(chart, method);
+    return chart;
 }
 
-/// Both charts, one above the other, with colours that stand on white and on black.
+/// Both charts, one above the other.
 std::string picture(const std::vector<Result>& results, double seconds) {
-    constexpr int kWidth = 900, kHeight = 520;
-    return fmt::format(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-        "height=\"{1}\">\n<style>text {{ fill: #7d8590; font: 12px sans-serif; }}\n"
-        ".grid {{ stroke: #7d8590; stroke-opacity: 0.3; fill: none; }}\n"
-        ".line {{ fill: none; stroke-width: 1.5; }}\n.mark {{ fill: none; stroke-width: 1.8; }}\n"
-        ".s0 {{ stroke: #2f81f7; }} .s1 {{ stroke: #d29922; }} .s2 {{ stroke: #2da44e; }} "
-        ".s3 {{ stroke: #db61a2; }}</style>\n"
-        "<svg y=\"0\" width=\"{0}\" height=\"{2}\">{3}</svg>\n"
-        "<svg y=\"{2}\" width=\"{0}\" height=\"{2}\">{4}</svg>\n</svg>\n",
-        kWidth, 2 * kHeight, kHeight, chart(results, "adaptive", seconds),
-        chart(results, "paper", seconds));
+    const std::array<internal::SeriesChart, 2> charts{chart(results, "adaptive", seconds),
+                                                      chart(results, "paper", seconds)};
+    return internal::series_picture(charts, internal::ChartWidth::narrow);
 }
 
 int main_of(int argc, char** argv) {

@@ -8,19 +8,23 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/picture/internal/force_colors.h>
+#include <palpate/engine/report/internal/chart_frame.h>
 #include <palpate/engine/report/internal/html.h>
 
 namespace palpate::internal {
 namespace {
 
-// Pixels of the drawing before the page scales it.
-constexpr double kWidth = 660.0;
-constexpr double kHeight = 190.0;
-constexpr double kLeft = 46.0;
-constexpr double kTop = 12.0;
-constexpr double kPlotWidth = 600.0;
-constexpr double kPlotHeight = 140.0;
-constexpr std::size_t kColumns = 600;
+/// Where the curve is, pixels.
+struct Plot {
+    explicit Plot(ChartWidth chart) : width(width_px(chart) - kLeft - 14.0) {}
+    static constexpr double kLeft = 46.0;
+    static constexpr double kTop = 24.0;
+    static constexpr double kHeight = 140.0;
+    double width;
+
+    /// About one for each pixel of a phone and of a desk's screen.
+    std::size_t columns() const { return static_cast<std::size_t>(width); }
+};
 
 /// Smallest and largest force of the frames in one column; empty when smallest > largest.
 struct Range {
@@ -29,8 +33,8 @@ struct Range {
     bool empty() const noexcept { return smallest > largest; }
 };
 
-std::vector<Range> ranges_of(std::span<const FrameReport> frames) {
-    const std::size_t columns = std::min(kColumns, frames.size());
+std::vector<Range> ranges_of(std::span<const FrameReport> frames, const Plot& plot) {
+    const std::size_t columns = std::min(plot.columns(), frames.size());
     std::vector<Range> ranges(columns);
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const double force = glm::length(frames[i].force);
@@ -45,11 +49,11 @@ std::vector<Range> ranges_of(std::span<const FrameReport> frames) {
 
 /// A closed band from the largest forces there to the smallest ones back; a new one after columns
 /// without numbers.
-std::string band(const std::vector<Range>& ranges, double top_n) {
+std::string band(const std::vector<Range>& ranges, double top_n, const Plot& plot) {
     const auto point = [&](std::size_t column, double force) {
-        const double x = kLeft + kPlotWidth * (static_cast<double>(column) + 0.5) /
-                                     static_cast<double>(ranges.size());
-        const double y = kTop + kPlotHeight * (1.0 - std::clamp(force / top_n, 0.0, 1.0));
+        const double x = Plot::kLeft + plot.width * (static_cast<double>(column) + 0.5) /
+                                           static_cast<double>(ranges.size());
+        const double y = Plot::kTop + Plot::kHeight * (1.0 - std::clamp(force / top_n, 0.0, 1.0));
         return fmt::format("{:.1f} {:.1f} ", x, y);
     };
     std::string path;
@@ -70,18 +74,16 @@ std::string band(const std::vector<Range>& ranges, double top_n) {
     return path;
 }
 
-std::string time_ticks(double duration_s) {
+std::string time_ticks(double duration_s, const Plot& plot) {
     if (!(duration_s > 0.0) || !std::isfinite(duration_s)) return {};
-    constexpr double kTicks = 6.0; // about as many
-    const double step = round_up(duration_s / kTicks);
+    constexpr double kTickRoom = 60.0;
+    const double step = round_up(duration_s * kTickRoom / plot.width);
     std::string ticks;
     for (int i = 0; i * step <= duration_s * (1.0 + 1e-9); ++i) {
-        const double x = kLeft + kPlotWidth * i * step / duration_s;
-        ticks +=
-            fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}v4\"/>"
-                        "<text x=\"{0:.1f}\" y=\"{2:.1f}\" text-anchor=\"middle\">{3}{4}</text>\n",
-                        x, kTop + kPlotHeight, kTop + kPlotHeight + 17.0, readable(i * step),
-                        i == 0 ? " s" : "");
+        const double x = Plot::kLeft + plot.width * i * step / duration_s;
+        const double y = Plot::kTop + Plot::kHeight;
+        ticks += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}v4\"/>", x, y) +
+                 chart_text(x, y + 18.0, "middle", {readable(i * step) + (i == 0 ? " s" : "")});
     }
     return ticks;
 }
@@ -101,18 +103,21 @@ std::string force_chart(std::span<const FrameReport> frames, double top_n, std::
                         std::string_view id) {
     if (frames.empty()) return {};
     const double duration_s = frames.back().time_s - frames.front().time_s;
-    std::string svg = chart_opening(
-        kWidth, kHeight, id, fmt::format("Force over time: {}", title),
-        fmt::format("Magnitude of the force on the hand over {} s, from 0 to at most {} N; each "
-                    "column shows the smallest and the largest of its frames.",
-                    readable(duration_s), readable(largest_force_n(frames))));
-    for (const double share : {0.0, 0.5, 1.0})
-        svg += chart_line(kLeft, kTop + kPlotHeight * (1.0 - share), kPlotWidth,
-                          readable(share * top_n));
-    svg += time_ticks(duration_s);
-    svg += fmt::format("<text x=\"10\" y=\"{:.0f}\">N</text>\n", kTop + 0.25 * kPlotHeight);
-    svg += "<path class=\"force\" d=\"" + band(ranges_of(frames), top_n) + "\"/>\n";
-    return svg + "</svg>\n";
+    const std::string description = fmt::format(
+        "Magnitude of the force on the hand over {} s, from 0 to at most {} N; each column shows "
+        "the smallest and the largest of its frames.",
+        readable(duration_s), readable(largest_force_n(frames)));
+    return chart_in_page(id, [&](ChartWidth width, const std::string& one) {
+        const Plot plot(width);
+        std::string svg = chart_opening(width, Plot::kTop + Plot::kHeight + 26.0, one,
+                                        fmt::format("Force over time: {}", title), description);
+        for (const double share : {0.0, 0.5, 1.0})
+            svg += chart_line(Plot::kLeft, Plot::kTop + Plot::kHeight * (1.0 - share), plot.width,
+                              readable(share * top_n));
+        svg += time_ticks(duration_s, plot) + chart_text(Plot::kLeft - 6.0, 12.0, "end", {"N"});
+        return svg + "<path class=\"force\" d=\"" + band(ranges_of(frames, plot), top_n, plot) +
+               "\"/>\n</svg>\n";
+    });
 }
 
 } // namespace palpate::internal

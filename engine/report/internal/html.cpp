@@ -102,10 +102,11 @@ std::string readable(std::optional<double> value) {
 
 std::string html_table(std::string_view caption, const std::vector<HtmlColumn>& columns,
                        const std::vector<std::vector<std::string>>& rows) {
+    constexpr std::size_t kUpright = 16; // columns that paper is wide enough for
     std::string html =
-        fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{0}\">\n"
-                    "<table><caption>{0}</caption>\n",
-                    escape_html(caption));
+        fmt::format("<div class=\"scroll{1}\" role=\"region\" tabindex=\"0\" aria-label=\"{0}\">\n"
+                    "<table><caption><span>{0}</span></caption>\n",
+                    escape_html(caption), columns.size() > kUpright ? " many" : "");
     html += table_head(columns) + "<tbody>\n";
     for (const std::vector<std::string>& row : rows) {
         html += "<tr>";
@@ -119,23 +120,6 @@ std::string html_table(std::string_view caption, const std::vector<HtmlColumn>& 
         html += "</tr>\n";
     }
     return html + "</tbody></table></div>\n";
-}
-
-std::string chart_opening(double width_px, double height_px, std::string_view id,
-                          std::string_view title, std::string_view description) {
-    return fmt::format(
-        "<svg class=\"chart\" viewBox=\"0 0 {0:.0f} {1:.0f}\" role=\"img\" "
-        "aria-labelledby=\"{2}-title {2}-text\">\n<title id=\"{2}-title\">{3}</title>\n"
-        "<desc id=\"{2}-text\">{4}</desc>\n",
-        width_px, height_px, id, escape_html(title), escape_html(description));
-}
-
-std::string chart_line(double left, double y, double width, std::string_view label) {
-    constexpr double kGap = 6.0;      // between label and line
-    constexpr double kBaseline = 4.0; // below the line
-    return fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}h{:.1f}\"/>"
-                       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
-                       left, y, width, left - kGap, y + kBaseline, label);
 }
 
 } // namespace palpate::internal

@@ -27,18 +27,9 @@ struct HtmlColumn {
 };
 
 /// A table for eyes and screen readers: caption, scopes, first cell of a row as its heading,
-/// scrolls sideways on a phone. Cells are escaped here. [setup]
+/// scrolls sideways on a phone. With more than 16 columns it is printed on pages of its own,
+/// turned. Cells are escaped here. [setup]
 std::string html_table(std::string_view caption, const std::vector<HtmlColumn>& columns,
                        const std::vector<std::vector<std::string>>& rows);
-
-/// The beginning of a chart: an <svg> of the class `chart`, in pixels before the page scales it,
-/// with its title and description for screen readers, which are escaped here. `id` must be unique
-/// in the page. [setup]
-std::string chart_opening(double width_px, double height_px, std::string_view id,
-                          std::string_view title, std::string_view description);
-
-/// A line across a chart from (`left`, `y`), `width` long, pixels, with its label at the left.
-/// [setup]
-std::string chart_line(double left, double y, double width, std::string_view label);
 
 } // namespace palpate::internal

@@ -7,238 +7,336 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/picture/internal/force_colors.h>
+#include <palpate/engine/report/internal/chart_ruler.h>
 #include <palpate/engine/report/internal/html.h>
+#include <palpate/engine/report/internal/label_places.h>
+#include <palpate/engine/report/internal/series_look.h>
 
 namespace palpate::internal {
 namespace {
 
-// Pixels of the drawing before the page scales it.
-constexpr double kWidth = 760.0;
-constexpr double kHeight = 420.0;
-constexpr double kLeft = 72.0;
-constexpr double kTop = 40.0;
-constexpr double kPlotWidth = 660.0;
-constexpr double kPlotHeight = 320.0;
-constexpr std::size_t kMostMarkers = 40; // of a series: more would touch
-constexpr double kMarker = 4.5;          // half its size
-constexpr std::size_t kKinds = 6;        // classes s0 .. s5 of the page's style
-constexpr double kTicks = 6.0;           // of a linear axis, about
-constexpr int kMostDecades = 8;          // with a label each; of more, every second or third
+constexpr double kMarkerRoom_px = 16.0;   // of the plot's width for each marker, else they touch
+constexpr std::size_t kMarkersOfMany = 8; // of a line with more points than there is room for
+constexpr double kTickRoom_px = 30.0;     // from one line across to the next, at least
+constexpr double kTickGap_px = 12.0;      // between labels of the axis below
+constexpr double kSample_px = 32.0;       // of a line, in the legend
+constexpr double kAbovePlot_px = 12.0;    // for labels of points at its upper edge
+constexpr double kMostSegments = 200;     // of a line that labels are kept off
 
-/// An axis with its ends: where a value lies between them, in [0, 1].
-class Ruler {
-public:
-    Ruler(const SeriesChart& chart, const ChartAxis& axis, std::size_t coordinate) : axis_(axis) {
-        low_ = std::numeric_limits<double>::infinity();
-        high_ = -low_;
-        for (const ChartSeries& series : chart.series)
-            for (const auto& point : series.points) {
-                if (!std::isfinite(point[0]) || !std::isfinite(point[1])) continue;
-                low_ = std::min(low_, scaled(point[coordinate]));
-                high_ = std::max(high_, scaled(point[coordinate]));
-            }
-        if (is_log()) {
-            low_ = std::floor(low_);
-            high_ = std::max(std::ceil(high_), low_ + 1.0);
-        } else if (is_empty() || high_ == low_) {
-            high_ = low_ + 1.0;
-        }
-    }
-
-    bool is_empty() const { return !std::isfinite(low_); }
-    double share(double value) const { return (scaled(value) - low_) / (high_ - low_); }
-
-    /// The values to draw a line at.
-    std::vector<double> ticks() const {
-        const double span = high_ - low_;
-        const double step = is_log() ? std::ceil(span / kMostDecades) : round_up(span / kTicks);
-        std::vector<double> values;
-        for (double at = std::ceil(low_ / step); at * step <= high_ + 1e-9 * span; ++at)
-            values.push_back(is_log() ? std::pow(10.0, at * step) : at * step);
-        return values;
-    }
-    std::string label(double tick) const {
-        constexpr double plain = 1e4; // powers of ten beyond are shorter with an exponent
-        if (is_log() && (tick > plain || tick * plain < 1.0)) return fmt::format("{:.0e}", tick);
-        return fmt::format("{:.6g}", tick == 0.0 ? 0.0 : tick);
-    }
-
-private:
-    bool is_log() const { return axis_.scale == ChartScale::logarithmic; }
-    double scaled(double value) const {
-        return is_log() ? std::log10(std::max(value, axis_.smallest)) : value;
-    }
-
-    const ChartAxis& axis_;
-    double low_;
-    double high_;
-};
-
+/// What is where, pixels.
 struct Paper {
-    Ruler x, y;
-    double left(double value) const { return kLeft + kPlotWidth * x.share(value); }
-    double top(double value) const { return kTop + kPlotHeight * (1.0 - y.share(value)); }
+    ChartRuler x, y;
+    ChartWidth width;
+    Patch plot{};
+    double height = 0.0; ///< of all
+    std::vector<double> x_ticks{};
+    std::vector<double> y_ticks{};
+
+    double left(double value) const {
+        return plot.left + (plot.right - plot.left) * x.share(value);
+    }
+    double top(double value) const {
+        return plot.bottom - (plot.bottom - plot.top) * y.share(value);
+    }
 };
+
+bool is_finite(const std::array<double, 2>& point) {
+    return std::isfinite(point[0]) && std::isfinite(point[1]);
+}
+
+bool is_joined(const ChartSeries& series) {
+    if (series.form == SeriesForm::automatic) return series.labels.empty();
+    return series.form == SeriesForm::line;
+}
+
+std::size_t look(const SeriesChart& chart, std::size_t series) {
+    return chart.series[series].look.value_or(series) % 16;
+}
+
+/// What stands above the plot: a line and a marker as the series has them, and its name.
+struct Legend {
+    std::string svg;
+    double height = 0.0;
+};
+
+Legend legend(const SeriesChart& chart, double width) {
+    constexpr double gap = 6.0, between = 16.0, row = 20.0;
+    double x = 2.0;
+    double y = 12.0;
+    std::string svg;
+    const auto key = [&](const std::string& name, const std::string& attributes, double sample,
+                         const auto& drawn) {
+        const double long_px = sample + gap + text_width_px(name);
+        if (x > 2.0 && x + long_px > width) {
+            x = 2.0;
+            y += row;
+        }
+        svg += fmt::format("<g class=\"key\"{}>{}", attributes, drawn()) +
+               chart_text(x + sample + gap, y + 4.5, "start", {name}) + "</g>\n";
+        x += long_px + between;
+    };
+    for (std::size_t i = 0; i < chart.series.size(); ++i) {
+        const bool joined = is_joined(chart.series[i]);
+        const double sample = joined ? kSample_px : 2.0 * kMarker_px;
+        key(chart.series[i].name, fmt::format(" data-series=\"{}\"", i), sample, [&] {
+            const std::size_t kind = look(chart, i);
+            std::string path;
+            if (joined)
+                path = fmt::format("<path class=\"line s{}\" d=\"M{:.1f} {:.1f}h{}\"/>", kind, x, y,
+                                   kSample_px);
+            return path + fmt::format("<path class=\"mark s{}\" d=\"{}\"/>", kind,
+                                      marker_path(x + 0.5 * sample, y, look_of(kind).shape));
+        });
+    }
+    if (!chart.front.empty())
+        key(chart.front, "", kSample_px, [&] {
+            return fmt::format("<path class=\"front\" d=\"M{:.1f} {:.1f}h16v8h16\"/>", x, y - 4.0);
+        });
+    return {svg, y + 12.0};
+}
+
+/// As many ticks of the axis below as their labels leave room for.
+std::vector<double> ticks_below(const ChartRuler& ruler, double width) {
+    std::vector<double> ticks;
+    for (double most = std::floor(width / kTickRoom_px); most >= 1.0; --most) {
+        ticks = ruler.ticks(most);
+        bool fits = true;
+        for (std::size_t i = 1; i < ticks.size(); ++i)
+            fits = fits && (ruler.share(ticks[i]) - ruler.share(ticks[i - 1])) * width >
+                               0.5 * (text_width_px(ruler.label(ticks[i])) +
+                                      text_width_px(ruler.label(ticks[i - 1]))) +
+                                   kTickGap_px;
+        if (fits) break;
+    }
+    return ticks;
+}
+
+/// Lays the chart out below a legend of this height.
+Paper paper_of(const SeriesChart& chart, ChartWidth width, double legend_px) {
+    Paper paper{ChartRuler(chart.series, chart.x, 0), ChartRuler(chart.series, chart.y, 1), width};
+    const double plot_height = width == ChartWidth::wide ? 310.0 : 250.0;
+    const double names =
+        kChartLine_px * static_cast<double>(lines_of(chart.y.name, width_px(width)).size());
+    paper.y_ticks = paper.y.ticks(plot_height / kTickRoom_px);
+    double widest = 0.0;
+    for (const double tick : paper.y_ticks)
+        widest = std::max(widest, text_width_px(paper.y.label(tick)));
+    paper.plot.left = widest + 10.0;
+    paper.plot.right = width_px(width) - 8.0;
+    paper.x_ticks = ticks_below(paper.x, paper.plot.right - paper.plot.left);
+    if (!paper.x_ticks.empty()) // the last one's label is centred below it
+        paper.plot.right = std::min(paper.plot.right,
+                                    width_px(width) - 2.0 -
+                                        0.5 * text_width_px(paper.x.label(paper.x_ticks.back())));
+    paper.plot.top = legend_px + names + kAbovePlot_px + 2.0;
+    paper.plot.bottom = paper.plot.top + plot_height;
+    paper.height =
+        paper.plot.bottom + 22.0 + 4.0 +
+        kChartLine_px * static_cast<double>(lines_of(chart.x.name, width_px(width)).size());
+    return paper;
+}
 
 std::string grid(const Paper& paper, const SeriesChart& chart) {
+    const Patch& plot = paper.plot;
     std::string svg;
-    for (const double tick : paper.x.ticks())
-        svg += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}v{2:.1f}\"/>"
-                           "<text x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\">{4}</text>\n",
-                           paper.left(tick), kTop, kPlotHeight, kTop + kPlotHeight + 18.0,
-                           paper.x.label(tick));
-    for (const double tick : paper.y.ticks())
-        svg += chart_line(kLeft, paper.top(tick), kPlotWidth, paper.y.label(tick));
-    svg +=
-        fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-                    kLeft + 0.5 * kPlotWidth, kTop + kPlotHeight + 38.0, escape_html(chart.x.name));
-    return svg + fmt::format("<text x=\"{0:.1f}\" y=\"{1:.1f}\" text-anchor=\"middle\" "
-                             "transform=\"rotate(-90 {0:.1f} {1:.1f})\">{2}</text>\n",
-                             16.0, kTop + 0.5 * kPlotHeight, escape_html(chart.y.name));
+    for (const double tick : paper.x_ticks)
+        svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}v{:.1f}\"/>", paper.left(tick),
+                           plot.top, plot.bottom - plot.top) +
+               chart_text(paper.left(tick), plot.bottom + 18.0, "middle", {paper.x.label(tick)});
+    for (const double tick : paper.y_ticks)
+        svg += chart_line(plot.left, paper.top(tick), plot.right - plot.left, paper.y.label(tick));
+    const std::vector<std::string> x_name = lines_of(chart.x.name, width_px(paper.width));
+    const std::vector<std::string> y_name = lines_of(chart.y.name, width_px(paper.width));
+    const double above = kChartLine_px * static_cast<double>(y_name.size());
+    return svg + chart_text(0.5 * width_px(paper.width), plot.bottom + 37.0, "middle", x_name) +
+           chart_text(2.0, plot.top - kAbovePlot_px - above + kChartText_px, "start", y_name);
 }
 
-/// A shape of its own for each series, so that no colour is needed to tell them apart.
-std::string marker(double x, double y, std::size_t kind) {
-    switch (kind % kKinds) {
-    case 0:
-        return fmt::format("M{:.1f} {:.1f}l{a} {a}m0-{a}l-{a} {a}", x - kMarker, y - kMarker,
-                           fmt::arg("a", 2.0 * kMarker));
-    case 1:
-        return fmt::format("M{:.1f} {:.1f}h{a}v{a}h-{a}z", x - kMarker, y - kMarker,
-                           fmt::arg("a", 2.0 * kMarker));
-    case 2:
-        return fmt::format("M{:.1f} {:.1f}l{b} {a}h-{a}z", x, y - kMarker,
-                           fmt::arg("a", 2.0 * kMarker), fmt::arg("b", kMarker));
-    case 3:
-        return fmt::format("M{:.1f} {:.1f}l{b} {b}l-{b} {b}l-{b}-{b}z", x, y - kMarker,
-                           fmt::arg("b", kMarker));
-    case 4:
-        return fmt::format("M{:.1f} {:.1f}a{b} {b} 0 1 0 {a} 0a{b} {b} 0 1 0-{a} 0z", x - kMarker,
-                           y, fmt::arg("a", 2.0 * kMarker), fmt::arg("b", kMarker));
-    default:
-        return fmt::format("M{:.1f} {:.1f}l{b}-{a}h-{a}z", x, y + kMarker,
-                           fmt::arg("a", 2.0 * kMarker), fmt::arg("b", kMarker));
+/// The points of a series that get a marker: all, or eight of a line that has more than there is
+/// room for, not at the same places as those of the next series.
+std::vector<std::size_t> marked(const SeriesChart& chart, std::size_t series, const Paper& paper) {
+    const ChartSeries& one = chart.series[series];
+    const double width = paper.plot.right - paper.plot.left;
+    const bool all =
+        !is_joined(one) || static_cast<double>(one.points.size()) * kMarkerRoom_px <= width;
+    std::vector<std::size_t> indices;
+    if (all) {
+        for (std::size_t i = 0; i < one.points.size(); ++i)
+            if (is_finite(one.points[i])) indices.push_back(i);
+        return indices;
     }
+    const double offset =
+        (static_cast<double>(series) + 0.5) / static_cast<double>(chart.series.size());
+    for (std::size_t k = 0; k < kMarkersOfMany; ++k) {
+        const double wanted =
+            (static_cast<double>(k) + offset) / static_cast<double>(kMarkersOfMany);
+        std::size_t best = one.points.size();
+        double off = 0.5 / static_cast<double>(kMarkersOfMany);
+        for (std::size_t i = 0; i < one.points.size(); ++i) {
+            if (!is_finite(one.points[i])) continue;
+            const double distance = std::abs(paper.x.share(one.points[i][0]) - wanted);
+            if (distance >= off) continue;
+            off = distance;
+            best = i;
+        }
+        if (best < one.points.size()) indices.push_back(best);
+    }
+    return indices;
 }
 
-std::string line(const ChartSeries& series, const Paper& paper, std::size_t kind) {
-    const bool joined = series.labels.empty();
-    const bool marked = !joined || series.points.size() <= kMostMarkers;
-    std::string path;
-    std::string markers;
-    bool pen_down = false;
-    for (std::size_t i = 0; i < series.points.size(); ++i) {
-        const auto& [x, y] = series.points[i];
-        if (!std::isfinite(x) || !std::isfinite(y)) {
-            pen_down = false;
+std::string drawn(const SeriesChart& chart, std::size_t series, const Paper& paper) {
+    const ChartSeries& one = chart.series[series];
+    const std::size_t kind = look(chart, series);
+    std::string svg = fmt::format("<g class=\"series\" data-series=\"{}\">", series);
+    if (is_joined(one)) {
+        svg += fmt::format("<path class=\"line s{}\" d=\"", kind);
+        const auto is_there = [&](std::size_t i) {
+            return i < one.points.size() && is_finite(one.points[i]);
+        };
+        for (std::size_t i = 0; i < one.points.size(); ++i) {
+            if (!is_there(i)) continue;
+            const bool goes_on = i > 0 && is_there(i - 1);
+            svg += fmt::format("{}{:.1f} {:.1f} ", goes_on ? 'L' : 'M',
+                               paper.left(one.points[i][0]), paper.top(one.points[i][1]));
+            if (!goes_on && !is_there(i + 1)) svg += "h1 "; // else nothing would be seen of it
+        }
+        svg += "\"/>\n";
+    }
+    for (const std::size_t i : marked(chart, series, paper)) {
+        const auto& [x, y] = one.points[i];
+        const bool named = i < one.labels.size() && !one.labels[i].empty();
+        svg += fmt::format("<path class=\"mark s{}\" d=\"{}\"><title>{}: {}, {}</title></path>",
+                           kind, marker_path(paper.left(x), paper.top(y), look_of(kind).shape),
+                           escape_html(named ? one.labels[i] : one.name), readable(x), readable(y));
+    }
+    return svg + "</g>\n";
+}
+
+/// Keeps labels off all that is drawn.
+LabelPlaces places_of(const SeriesChart& chart, const Paper& paper) {
+    LabelPlaces places(
+        {paper.plot.left, paper.plot.top - kAbovePlot_px, paper.plot.right, paper.plot.bottom});
+    for (std::size_t s = 0; s < chart.series.size(); ++s) {
+        const auto& points = chart.series[s].points;
+        for (const std::size_t i : marked(chart, s, paper)) {
+            const double x = paper.left(points[i][0]);
+            const double y = paper.top(points[i][1]);
+            const double half = kMarker_px + 1.0;
+            places.keep_off({x - half, y - half, x + half, y + half});
+        }
+        if (!is_joined(chart.series[s]) || static_cast<double>(points.size()) > kMostSegments)
             continue;
-        }
-        path += fmt::format("{}{:.1f} {:.1f} ", pen_down ? 'L' : 'M', paper.left(x), paper.top(y));
-        pen_down = true;
-        if (!marked) continue;
-        markers += fmt::format("<path class=\"mark s{}\" d=\"{}\"><title>{}: {}, {}</title></path>",
-                               kind % kKinds, marker(paper.left(x), paper.top(y), kind),
-                               escape_html(joined ? series.name : series.labels[i]), readable(x),
-                               readable(y));
+        for (std::size_t i = 1; i < points.size(); ++i)
+            if (is_finite(points[i - 1]) && is_finite(points[i]))
+                places.avoid({{{paper.left(points[i - 1][0]), paper.top(points[i - 1][1])},
+                               {paper.left(points[i][0]), paper.top(points[i][1])}}});
     }
-    if (!joined) return markers + "\n";
-    return fmt::format("<path class=\"line s{}\" d=\"{}\"/>\n{}\n", kind % kKinds, path, markers);
+    return places;
 }
-
-/// A rectangle of the drawing, pixels.
-struct Patch {
-    double left, top, right, bottom;
-    bool overlaps(const Patch& other) const {
-        return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
-    }
-};
-
-/// Finds room for labels: beside, above or below their points, off every marker and other label.
-class LabelPlaces {
-public:
-    LabelPlaces(const SeriesChart& chart, const Paper& paper) {
-        for (const ChartSeries& series : chart.series) {
-            if (series.labels.empty() && series.points.size() > kMostMarkers) continue;
-            for (const auto& [x, y] : series.points)
-                if (std::isfinite(x) && std::isfinite(y))
-                    taken_.push_back(around(paper.left(x), paper.top(y)));
-        }
-    }
-
-    /// The left end of a text's baseline.
-    std::array<double, 2> place(double x, double y, std::size_t letters) {
-        const double width = kLetter * static_cast<double>(letters);
-        for (const double down : {4.0, -10.0, 18.0, -22.0, 30.0, -34.0, 42.0, -46.0})
-            for (const double left : {x + kGap, x - kGap - width, x - 0.5 * width}) {
-                const Patch patch{left, y + down - kAscent, left + width, y + down + kDescent};
-                if (patch.left < kLeft || patch.right > kLeft + kPlotWidth || patch.top < kTop ||
-                    patch.bottom > kTop + kPlotHeight)
-                    continue;
-                if (std::any_of(taken_.begin(), taken_.end(),
-                                [&](const Patch& other) { return patch.overlaps(other); }))
-                    continue;
-                taken_.push_back(patch);
-                return {left, y + down};
-            }
-        return {x + kGap, y}; // no room: over something else
-    }
-
-private:
-    static constexpr double kLetter = 7.0; // about, of the 14 px text of a phone
-    static constexpr double kAscent = 9.0;
-    static constexpr double kDescent = 3.0;
-    static constexpr double kGap = 8.0; // between a point and its label
-
-    static Patch around(double x, double y) {
-        return {x - kMarker, y - kMarker, x + kMarker, y + kMarker};
-    }
-
-    std::vector<Patch> taken_;
-};
 
 std::string labels(const SeriesChart& chart, const Paper& paper) {
-    LabelPlaces places(chart, paper);
-    std::string svg;
+    constexpr double height = kChartText_px + 2.0;
+    constexpr double below = 4.0; // the baseline
+    std::vector<std::string> names;
+    std::vector<LabelWish> wishes;
     for (const ChartSeries& series : chart.series)
-        for (std::size_t i = 0; i < series.labels.size(); ++i) {
+        for (std::size_t i = 0; i < std::min(series.labels.size(), series.points.size()); ++i) {
             const auto& [x, y] = series.points[i];
-            if (!std::isfinite(x) || !std::isfinite(y)) continue;
-            const auto [left, baseline] =
-                places.place(paper.left(x), paper.top(y), series.labels[i].size());
-            svg += fmt::format("<text class=\"label\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", left,
-                               baseline, escape_html(series.labels[i]));
+            if (series.labels[i].empty() || !is_finite(series.points[i])) continue;
+            names.push_back(series.labels[i]);
+            wishes.push_back({paper.left(x), paper.top(y), text_width_px(names.back()), height});
         }
-    return svg;
+    const std::vector<std::optional<LabelPlace>> places = places_of(chart, paper).place(wishes);
+    std::string leaders;
+    std::string texts;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!places[i]) continue;
+        const auto& [patch, leader] = *places[i];
+        if (leader)
+            leaders +=
+                fmt::format("<path class=\"leader\" d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}\"/>\n",
+                            (*leader)[0][0], (*leader)[0][1], (*leader)[1][0], (*leader)[1][1]);
+        texts += fmt::format("<text class=\"label\" text-anchor=\"middle\" x=\"{:.1f}\" "
+                             "y=\"{:.1f}\">{}</text>\n",
+                             0.5 * (patch.left + patch.right), patch.bottom - below,
+                             escape_html(names[i]));
+    }
+    return leaders + texts;
 }
 
-std::string legend(const SeriesChart& chart) {
-    std::string svg;
-    double x = kLeft;
-    for (std::size_t i = 0; i < chart.series.size(); ++i) {
-        constexpr double letter = 10.0; // about, of the 17 px text of a phone
-        svg += fmt::format("<path class=\"mark s{}\" d=\"{}\"/>"
-                           "<text x=\"{:.1f}\" y=\"20\">{}</text>\n",
-                           i % kKinds, marker(x + kMarker, 16.0, i), x + 16.0,
-                           escape_html(chart.series[i].name));
-        x += 32.0 + letter * static_cast<double>(chart.series[i].name.size());
-    }
-    return svg;
+/// Steps: the least y that is known for at most this x. To the edges of the plot.
+std::string front(const SeriesChart& chart, const Paper& paper) {
+    if (chart.front.empty()) return {};
+    const std::vector<std::array<double, 2>> best = pareto_front(chart.series);
+    std::string path = fmt::format("M{:.1f} {:.1f}", paper.left(best.front()[0]), paper.plot.top);
+    for (const auto& [x, y] : best)
+        path += fmt::format("H{:.1f}V{:.1f}", paper.left(x), paper.top(y));
+    return fmt::format("<path class=\"front\" d=\"{}H{:.1f}\"/>\n", path, paper.plot.right);
+}
+
+std::string drawing(const SeriesChart& chart, ChartWidth width, std::string_view id) {
+    const Legend above = legend(chart, width_px(width));
+    const Paper paper = paper_of(chart, width, above.height);
+    std::string svg =
+        chart_opening(width, paper.height, id, chart.title,
+                      fmt::format("{} across, {} upwards.", chart.x.name, chart.y.name));
+    svg += above.svg + grid(paper, chart) + front(chart, paper);
+    // The first on top: it is the one with the fewest points.
+    for (std::size_t i = chart.series.size(); i > 0; --i)
+        svg += drawn(chart, i - 1, paper);
+    return svg + labels(chart, paper) + "</svg>\n";
+}
+
+bool has_points(const SeriesChart& chart) {
+    return !ChartRuler(chart.series, chart.x, 0).is_empty();
 }
 
 } // namespace
 
+std::vector<std::array<double, 2>> pareto_front(std::span<const ChartSeries> series) {
+    std::vector<std::array<double, 2>> points;
+    for (const ChartSeries& one : series)
+        std::copy_if(one.points.begin(), one.points.end(), std::back_inserter(points), is_finite);
+    std::sort(points.begin(), points.end()); // by x, then y
+    std::vector<std::array<double, 2>> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& point : points) {
+        if (point[1] >= least) continue; // an earlier one is as good in x, and not worse in y
+        least = point[1];
+        best.push_back(point);
+    }
+    return best;
+}
+
 std::string series_chart(const SeriesChart& chart, std::string_view id) {
-    const Paper paper{Ruler(chart, chart.x, 0), Ruler(chart, chart.y, 1)};
-    if (paper.x.is_empty()) return {};
-    std::string svg =
-        chart_opening(kWidth, kHeight, id, chart.title,
-                      fmt::format("{} across, {} upwards.", chart.x.name, chart.y.name));
-    svg += legend(chart) + grid(paper, chart);
-    // The first on top: it is the one with the fewest points.
-    for (std::size_t i = chart.series.size(); i > 0; --i)
-        svg += line(chart.series[i - 1], paper, i - 1);
-    return svg + labels(chart, paper) + "</svg>\n";
+    if (!has_points(chart)) return {};
+    return chart_in_page(
+        id, [&](ChartWidth width, const std::string& one) { return drawing(chart, width, one); });
+}
+
+std::string series_picture(std::span<const SeriesChart> charts, ChartWidth width) {
+    constexpr double shown = 544.0; // of a narrow one, where the page has room
+    constexpr double margin = 12.0;
+    std::string body;
+    double height = margin;
+    for (std::size_t i = 0; i < charts.size(); ++i) {
+        if (!has_points(charts[i])) continue;
+        const Legend above = legend(charts[i], width_px(width));
+        const double own = paper_of(charts[i], width, above.height).height;
+        body += fmt::format(
+            "<svg x=\"{}\" y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n{}</svg>\n", margin,
+            height, width_px(width), own, drawing(charts[i], width, fmt::format("chart{}", i)));
+        height += own + margin;
+    }
+    const double all = width_px(width) + 2.0 * margin;
+    const double scale = width == ChartWidth::narrow ? shown / all : 1.0;
+    return fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+                       "width=\"{2:.0f}\" height=\"{3:.0f}\">\n<style>\n:root {{ {4} }}\n"
+                       "@media (prefers-color-scheme: dark) {{ :root {{ {5} }} }}\n{6}"
+                       "#paper {{ fill: var(--paper); }}\n</style>\n"
+                       "<rect id=\"paper\" width=\"100%\" height=\"100%\"/>\n{7}</svg>\n",
+                       all, height, scale * all, scale * height, palette_css(kLightPalette),
+                       palette_css(kDarkPalette), chart_css(), body);
 }
 
 } // namespace palpate::internal

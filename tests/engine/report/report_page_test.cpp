@@ -18,10 +18,12 @@
 #include <palpate/engine/report/internal/html.h>
 
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_count.h"
 
 namespace palpate {
 namespace {
 
+using test::count_of;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -77,13 +79,6 @@ ReportSubject drawn_subject_of(const std::string& title, const std::string& summ
     ReportSubject subject = subject_of(title, summary);
     subject.mesh = tetrahedron();
     return subject;
-}
-
-std::size_t count_of(const std::string& text, const std::string& what) {
-    std::size_t count = 0;
-    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1))
-        ++count;
-    return count;
 }
 
 /// A page without its pictures' bytes: in them anything may stand.
@@ -185,7 +180,7 @@ TEST_F(ReportPage, ShowsTablesPicturesAndCharts) {
     EXPECT_THAT(page, HasSubstr("<p>A note.</p>"));
     EXPECT_EQ(count_of(page, "<img "), 4u);
     EXPECT_EQ(count_of(page, "src=\"data:image/png;base64,iVBORw0KGgo"), 4u);
-    EXPECT_EQ(count_of(page, "<svg class=\"chart\""), 2u);
+    EXPECT_EQ(count_of(page, "<div class=\"chart\">"), 2u);
     EXPECT_EQ(count_of(page, "<svg class=\"legend\""), 2u);
     for (const char* number :
          {"48197", "26700", "7.3", "2.12", "15.5", "9.99", "3121", "0.023", "0.11", "0.93", "0.61",
@@ -258,7 +253,7 @@ TEST_F(ReportPage, SubjectWithoutMeshOrFramesIsStillReported) {
     ReportSubject empty{"empty", std::make_shared<TriangleMesh>(), {}};
     const std::string page = written({bare, empty});
     EXPECT_EQ(count_of(page, "<img "), 0u);
-    EXPECT_EQ(count_of(page, "<svg class=\"chart\""), 0u);
+    EXPECT_EQ(count_of(page, "<div class=\"chart\">"), 0u);
     EXPECT_EQ(count_of(page, "No picture"), 2u);
     EXPECT_THAT(page, HasSubstr("bare trace"));
 }
@@ -282,19 +277,21 @@ TEST(ForceChart, KeepsAPeakOfOneFrame) {
         frame.force = Vec3(0.1, 0.0, 0.0);
     frames[54321].force = Vec3(0.0, 0.0, -4.0);
     const std::string svg = internal::force_chart(frames, 4.0, "peak", "x");
-    // The top of the plot is 12 pixels down; the column is 600 * 54321 / 100000 = 325, drawn at its
-    // middle.
-    EXPECT_THAT(svg, HasSubstr("371.5 12.0 "));
-    EXPECT_EQ(count_of(svg, " 12.0 "), 1u);
-    EXPECT_LT(svg.size(), 40000u);
+    // The top of the plot is 24 pixels down. It begins at 46 and has a column for each of its 660
+    // pixels, or 280 where it is narrow; the peak is in column 54321 / 100000 of them, 358 or 152,
+    // and drawn at its middle.
+    EXPECT_THAT(svg, HasSubstr("404.5 24.0 "));
+    EXPECT_THAT(svg, HasSubstr("198.5 24.0 "));
+    EXPECT_EQ(count_of(svg, ".5 24.0 "), 2u);
+    EXPECT_LT(svg.size(), 60000u);
 }
 
 TEST(ForceChart, ForcesThatAreNoNumbersLeaveAGap) {
-    std::vector<FrameReport> frames = frames_of(600);
-    frames[300].force.x = std::numeric_limits<double>::quiet_NaN();
+    std::vector<FrameReport> frames = frames_of(200); // fewer than columns
+    frames[100].force.x = std::numeric_limits<double>::quiet_NaN();
     const std::string svg = internal::force_chart(frames, 2.0, "gap", "x");
     EXPECT_THAT(svg, Not(HasSubstr("nan")));
-    EXPECT_EQ(count_of(svg, "Z"), 2u);
+    EXPECT_EQ(count_of(svg, "Z"), 4u); // wide and narrow
     EXPECT_EQ(internal::force_chart({}, 1.0, "", "x"), "");
 }
 
