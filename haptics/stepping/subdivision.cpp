@@ -49,26 +49,26 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
                          const std::vector<Effect*>& effects, Clock& clock,
                          std::vector<SurfaceFinish> finish)
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
-      calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs),
-      all_work_(kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations()) {
+      calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
+    needs_.work = kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
     finish.resize(std::max(finish.size(), surfaces.size()));
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         surfaces_.emplace_back(*surfaces[i], finish[i]);
-        has_bodies_ = has_bodies_ || surfaces_.back().moving();
-        has_magnets_ = has_magnets_ || surfaces_.back().has_magnet();
+        needs_.bodies = needs_.bodies || surfaces_.back().moving();
+        needs_.magnets = needs_.magnets || surfaces_.back().has_magnet();
     }
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
-    may_need_calming_ = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
-    is_empty_ = surfaces_.empty() && effects_.empty();
-    one_slides_ = surfaces_.size() == 1 && effects_.empty() && friction_.none() && !has_magnets_ &&
-                  !has_bodies_ && surfaces_.front().contact().sliding();
+    needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
+    needs_.nothing = surfaces_.empty() && effects_.empty();
+    needs_.only_slides = surfaces_.size() == 1 && effects_.empty() && friction_.none() &&
+                         !needs_.magnets && !needs_.bodies && surfaces_.front().contact().sliding();
     steps_left_.reserve(most_evaluations(surfaces.size()));
 }
 
 void Subdivision::compute_everything() noexcept {
-    has_magnets_ = may_need_calming_ = true;
-    is_empty_ = one_slides_ = false;
+    needs_.magnets = needs_.calming = true;
+    needs_.nothing = needs_.only_slides = false;
 }
 
 // ---- its state as a value ----------------------------------------------------------------------
@@ -150,7 +150,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame,
 /// an earlier run; if it is empty, the clock decides.
 SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
     begin(replayed); // t_0; bodies move, and with them the proxy; effects note where it starts
-    if (is_empty_ && is_a_place(frame_.probe)) return run_free();
+    if (needs_.nothing && is_a_place(frame_.probe)) return run_free();
     Vec3 proxy = frame_.start;
     Vec3 before = proxy;
     Move move;
@@ -196,12 +196,12 @@ SubdivisionResult Subdivision::run_free() noexcept {
 void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     result_ = {};
     steps_left_.clear();
-    budget_ = {0, all_work_, kMostLegs, 0};
+    budget_ = {0, needs_.work, kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
-    if (has_bodies_) frame_.start = follow_bodies(frame_.start);
+    if (needs_.bodies) frame_.start = follow_bodies(frame_.start);
     path_.begin(frame_.start);
     follow_gains();
-    if (may_need_calming_) begin_calming();
+    if (needs_.calming) begin_calming();
     for (LoopEffect& effect : effects_)
         effect.begin(frame_);
     friction_.begin();
@@ -275,7 +275,7 @@ void Subdivision::begin_approach() noexcept {
 }
 
 void Subdivision::gather(const Vec3& proxy) noexcept {
-    const Vec3 pulled_to = has_magnets_ ? pull() : Vec3{0.0}; // of the evaluation before
+    const Vec3 pulled_to = needs_.magnets ? pull() : Vec3{0.0}; // of the evaluation before
     contacts_.clear();
     primitives_.clear();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -285,7 +285,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         if (budget_.evaluations == 0) surface.ration_restoring(frame_, contacts_);
         surface.sink(contacts_);
     }
-    if (has_magnets_) {
+    if (needs_.magnets) {
         contacts_.begin(ContactSet::kNoSurface);
         for (const LoopSurface& surface : surfaces_)
             surface.offer_magnet(contacts_);
@@ -305,7 +305,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
 /// gather() and solve() of a proxy that one hard surface alone holds, within one of its facets: by
 /// far the most of what meshes are asked. False where it is not so; then they are to be called.
 bool Subdivision::rests_on_a_face(const Vec3& proxy) noexcept {
-    if (!one_slides_ || calming_.spring_n_per_m() > 0.0) return false;
+    if (!needs_.only_slides || calming_.spring_n_per_m() > 0.0) return false;
     LoopSurface& surface = surfaces_.front();
     const auto face = surface.offer_face(proxy, budget_.evaluations == 0);
     if (!face) return false;
@@ -411,7 +411,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     }
     note_open();
     friction_.commit();
-    if (may_need_calming_)
+    if (needs_.calming)
         calming_.end(proxy,
                      (primitives_.total_stiffness(frame_.stiffness) - calming_.spring_n_per_m()) /
                          frame_.stiffness);
@@ -431,7 +431,7 @@ SubdivisionResult Subdivision::end_frame(const Vec3& proxy) noexcept {
     result_.proxy = proxy;
     result_.evaluations = budget_.evaluations;
     result_.sub_steps = path_.sub_steps();
-    result_.work = static_cast<std::uint32_t>(all_work_ - budget_.work_left);
+    result_.work = static_cast<std::uint32_t>(needs_.work - budget_.work_left);
     return result_;
 }
 

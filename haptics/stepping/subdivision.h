@@ -179,6 +179,17 @@ private:
         double share = 0.0; // of the way there that every certificate holds; 1: it can go there
     };
 
+    /// What the surfaces and effects call for. The rest is not computed.
+    struct Needs {
+        bool bodies = false;      // a surface may move
+        bool magnets = false;     // a surface may have one
+        bool calming = false;     // frames may contradict each other
+        bool nothing = false;     // there are neither surfaces nor effects
+        bool only_slides = false; // one surface, which can lead the proxy, without friction,
+                                  // magnet or body, and no effect
+        int work = 0;             // of a frame; grows with the evaluations of the method
+    };
+
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
     void begin(std::span<const std::uint32_t> replayed) noexcept;
     Vec3 follow_bodies(Vec3 proxy) noexcept;
@@ -245,14 +256,7 @@ private:
     SubdivisionResult result_;
     bool led_ = false; // the last move was the leading surface's own
 
-    // What the scene calls for.
-    bool has_bodies_ = false;       // surfaces that may move
-    bool has_magnets_ = false;      // of surfaces
-    bool may_need_calming_ = false; // frames may contradict each other
-    bool is_empty_ = false;         // neither surfaces nor effects
-    bool one_slides_ = false;       // one surface, which can lead the proxy, and nothing else:
-                                    // no effect, friction, magnet or body
-    int all_work_;                  // of a frame; grows with the evaluations of the method
+    Needs needs_;
 };
 
 } // namespace palpate
