@@ -20,6 +20,7 @@ struct StudyOptions {
     std::string out;
     std::size_t frames = 0;
     int every = 1;
+    int repetitions = 5;
     bool real_time = false;
     Replace replace = Replace::own;
 };
@@ -83,9 +84,8 @@ int study(const StudyOptions& options) {
 
     SteadyClock clock;
     Study study =
-        run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar());
-    for (StudyRun& run : run_baselines(*scene, inputs, clock, progress_bar()))
-        study.runs.push_back(std::move(run));
+        run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar(),
+                  {.baselines = true, .converged = true, .repetitions = options.repetitions});
     if (options.real_time) add_real_time(scene, inputs, study);
     warn_of_no_contact(*scene, study, inputs);
     write_study(out.string(), *scene, study, command_of(options));
@@ -107,6 +107,10 @@ void add_study(CLI::App& app, Action& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--every", options->every, "each K-th row of a path, K times as fast")
         ->check(CLI::Range(1, 1000000));
+    command
+        ->add_option("--repeat", options->repetitions,
+                     "times that the path is run with each setting (default: 5)")
+        ->check(CLI::Range(1, 1000));
     command->add_flag("--real-time", options->real_time,
                       "single and paper also at the clock's pace, and released from it, with the "
                       "ordinary scheduler and SCHED_FIFO: eight times the path's duration");

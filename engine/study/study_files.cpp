@@ -60,10 +60,11 @@ json runs_json(const Study& study) {
                       {"note", run.note}};
         const std::optional<double> setting = internal::setting_of(run);
         entry["setting"] = setting ? json(*setting) : json();
-        for (const StudyColumn& column : internal::study_columns()) {
-            const std::optional<double> value = column.value(run);
-            entry[column.key] = value ? json(*value) : json();
-        }
+        for (const auto columns : {internal::study_columns(), internal::later_study_columns()})
+            for (const StudyColumn& column : columns) {
+                const std::optional<double> value = column.value(run);
+                entry[column.key] = value ? json(*value) : json();
+            }
         runs.push_back(entry);
     }
     return runs;
@@ -80,6 +81,10 @@ std::string study_json(const Scene& scene, const Study& study, const std::string
     document["command"] = command;
     document["rate_hz"] = description.loop.rate_hz;
     document["frames"] = study.time_s.size();
+    if (study.reference)
+        document["reference"] = {{"method", study.reference->method},
+                                 {"own_error_rms_um", study.reference->own_error.rms_um},
+                                 {"own_error_max_um", study.reference->own_error.max_um}};
     document["runs"] = runs_json(study);
     return internal::json_text(document) + "\n";
 }
@@ -95,19 +100,44 @@ std::string notes_of(const Study& study) {
     return text;
 }
 
+/// How far apart a tenth and nine tenths of the repetitions are, of their median.
+std::string spread_of_repetitions(const StudyRun& run) {
+    if (run.repetitions < 2 || !(run.spent_p50_us > 0.0)) return internal::readable({});
+    const auto& [low_us, high_us] = run.spent_p50_range_us;
+    return fmt::format("{:.1f} %", 100.0 * (high_us - low_us) / run.spent_p50_us);
+}
+
 } // namespace
+
+std::string reference_in_words(const Study& study) {
+    if (!study.reference) return {};
+    const std::size_t repetitions = study.runs.empty() ? 0 : study.runs.front().repetitions;
+    return fmt::format("position: distance from the proxy of a converged reference ({}), which is "
+                       "known to {} um rms, {} um at most\n"
+                       "spread: of us p50 over {} repetitions, from the 10th to the 90th "
+                       "percentile\n",
+                       study.reference->method,
+                       internal::readable(study.reference->own_error.rms_um),
+                       internal::readable(study.reference->own_error.max_um), repetitions);
+}
 
 std::string study_csv(const Study& study) {
     std::string text = "method,setting,pace,scenes_own";
     for (const StudyColumn& column : internal::study_columns())
         text += fmt::format(",{}", column.key);
-    text += ",note\n";
+    text += ",note";
+    for (const StudyColumn& column : internal::later_study_columns())
+        text += fmt::format(",{}", column.key);
+    text += "\n";
     for (const StudyRun& run : study.runs) {
         text += fmt::format("{},{},{},{}", method_of(run), cell(internal::setting_of(run)),
                             run.pace.empty() ? "asap" : run.pace, run.is_the_scenes ? 1 : 0);
         for (const StudyColumn& column : internal::study_columns())
             text += "," + cell(column.value(run));
-        text += "," + run.note + "\n";
+        text += "," + run.note;
+        for (const StudyColumn& column : internal::later_study_columns())
+            text += "," + cell(column.value(run));
+        text += "\n";
     }
     return text;
 }
@@ -132,10 +162,10 @@ std::string title_with_mark(const StudyRun& run) {
 
 std::string study_table(const Study& study) {
     constexpr const char* kRow =
-        "{:<34} {:>11} {:>8} {:>8} {:>12} {:>10} {:>7} {:>11} {:>6} {:>9}\n";
-    std::string text =
-        fmt::format(fmt::runtime(kRow), "method", "evaluations", "us p50", "us p99", "level um rms",
-                    "max", "inside", "deepest um", "lost", "elsewhere");
+        "{:<34} {:>11} {:>8} {:>7} {:>8} {:>12} {:>10} {:>12} {:>7} {:>11} {:>6} {:>9}\n";
+    std::string text = fmt::format(fmt::runtime(kRow), "method", "evaluations", "us p50", "spread",
+                                   "us p99", "level um rms", "max", "position rms", "inside",
+                                   "deepest um", "lost", "elsewhere");
     const auto number = [](bool known, double value) {
         return internal::readable(known ? std::optional(value) : std::nullopt);
     };
@@ -147,16 +177,18 @@ std::string study_table(const Study& study) {
         const bool known = run.level.frames > 0;
         text += fmt::format(fmt::runtime(kRow), title_with_mark(run),
                             number(felt, run.evaluations_mean), number(felt, run.spent_p50_us),
-                            number(felt, run.spent_p99_us), number(known, run.level.rms_um),
-                            number(known, run.level.max_um), count(run.frames_inside),
-                            internal::readable(run.deepest_um), count(run.lost_contact),
-                            count(run.elsewhere));
+                            spread_of_repetitions(run), number(felt, run.spent_p99_us),
+                            number(known, run.level.rms_um), number(known, run.level.max_um),
+                            number(run.converged.frames > 0, run.converged.rms_um),
+                            count(run.frames_inside), internal::readable(run.deepest_um),
+                            count(run.lost_contact), count(run.elsewhere));
     }
     text += notes_of(study);
     return text +
            "inside: frames that end deeper than the certificate's tolerance; lost: with less "
            "than a tenth of the force of a\nproxy that no chord takes through the surface; "
-           "elsewhere: over 2 mm from that proxy\n";
+           "elsewhere: over 2 mm from that proxy\n" +
+           reference_in_words(study);
 }
 
 void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
