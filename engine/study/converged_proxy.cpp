@@ -31,9 +31,12 @@ LoopDescription fixed_to(LoopDescription loop, int sub_steps) {
     return loop;
 }
 
-ConvergedProxies proxies_of(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                            const LoopDescription& settings, const Progress& progress) {
-    SteadyClock clock; // decides nothing with these methods
+} // namespace
+
+ConvergedProxies proxies_with(std::shared_ptr<const Scene> scene,
+                              std::span<const DeviceState> inputs, const LoopDescription& settings,
+                              const Progress& progress) {
+    SteadyClock clock;
     HapticLoop loop(std::move(scene), clock, settings);
     ConvergedProxies found;
     found.proxies.reserve(inputs.size());
@@ -48,8 +51,6 @@ ConvergedProxies proxies_of(std::shared_ptr<const Scene> scene, std::span<const 
     return found;
 }
 
-} // namespace
-
 StudyRun::Error distance_between(const ConvergedProxies& a, const ConvergedProxies& b) {
     std::vector<double> distances_um;
     for (std::size_t i = 0; i < a.proxies.size(); ++i)
@@ -59,17 +60,20 @@ StudyRun::Error distance_between(const ConvergedProxies& a, const ConvergedProxi
 }
 
 ConvergedProxies converged_proxies(std::shared_ptr<const Scene> scene,
-                                   std::span<const DeviceState> inputs, const Progress& progress) {
-    const LoopDescription own = scene->description().loop;
+                                   std::span<const DeviceState> inputs, const Progress& progress,
+                                   double rate_hz) {
+    LoopDescription own = scene->description().loop;
+    own.budget_us.reset(); // of method paper alone, and longer than the period at some rates
+    if (rate_hz > 0.0) own.rate_hz = rate_hz;
     const bool has_level = scene->plan().uncertified.empty();
     const LoopDescription fine = has_level ? adaptive_to(own, kFine_um) : fixed_to(own, kFineSteps);
     const LoopDescription coarse =
         has_level ? adaptive_to(own, kCoarse_um) : fixed_to(own, kCoarseSteps);
-    ConvergedProxies found = proxies_of(scene, inputs, fine, progress);
+    ConvergedProxies found = proxies_with(scene, inputs, fine, progress);
     found.reference = {has_level ? fmt::format("adaptive to {:g} um, at most {} evaluations",
                                                kFine_um, kMostEvaluations)
                                  : fmt::format("fixed {}", kFineSteps),
-                       distance_between(found, proxies_of(scene, inputs, coarse, progress))};
+                       distance_between(found, proxies_with(scene, inputs, coarse, progress))};
     return found;
 }
 

@@ -70,6 +70,82 @@ json runs_json(const Study& study) {
     return runs;
 }
 
+json or_null(std::optional<double> value) { return value ? json(*value) : json(); }
+
+json trades_json(const Study& study, TradedError error) {
+    json trades = json::array();
+    for (const TradeOff& trade : trade_offs(study.runs, error)) {
+        json entry{{"method", trade.method}, {"certified", trade.certified}};
+        for (std::size_t i = 0; i < kEqualErrors_um.size(); ++i)
+            entry[fmt::format("us_for_{:g}_um", kEqualErrors_um[i])] =
+                or_null(trade.cheapest_us[i]);
+        for (std::size_t i = 0; i < kEqualTimes_us.size(); ++i)
+            entry[fmt::format("um_in_{:g}_us", kEqualTimes_us[i])] = or_null(trade.best_um[i]);
+        trades.push_back(entry);
+    }
+    return trades;
+}
+
+json error_json(const StudyRun::Error& error) {
+    if (error.frames == 0) return {};
+    return {{"frames", error.frames},
+            {"rms_um", error.rms_um},
+            {"p99_um", error.p99_um},
+            {"max_um", error.max_um}};
+}
+
+json errors_json(const Study& study) {
+    json parts = json::array();
+    for (const ErrorPart& part : study.errors)
+        parts.push_back({{"source", part.source},
+                         {"how", part.how},
+                         {"position", error_json(part.position)},
+                         {"level", error_json(part.level)},
+                         {"known_to_um", part.known_to_um},
+                         {"why_not", part.why_not}});
+    return parts;
+}
+
+json costs_json(const Study& study) {
+    json parts = json::array();
+    for (const CostPart& part : study.costs)
+        parts.push_back({{"run", part.run},
+                         {"part", part.part},
+                         {"count_per_frame", part.count},
+                         {"each_ns", part.each_ns},
+                         {"frame_us", part.frame_us},
+                         {"per_evaluation_ns", part.per_evaluation_ns}});
+    return parts;
+}
+
+json prices_json(const Study& study) {
+    json prices = json::array();
+    for (const FramePrice& price : study.prices) {
+        json entry{{"what", price.what}, {"why_not", price.why_not}};
+        if (price.why_not.empty())
+            entry.update({{"price_us", price.price_us},
+                          {"price_p10_us", price.range_us.p10_us},
+                          {"price_p90_us", price.range_us.p90_us},
+                          {"with_us", price.with_us},
+                          {"without_us", price.without_us}});
+        prices.push_back(entry);
+    }
+    return prices;
+}
+
+/// Of the sweeps, whose rows are in sweeps.csv.
+json fits_json(const Study& study) {
+    json fits = json::array();
+    for (const Sweep& sweep : study.sweeps)
+        for (const PowerFit& fit : sweep.fits)
+            fits.push_back({{"sweep", name(sweep.kind)},
+                            {"of", fit.of},
+                            {"points", fit.points},
+                            {"exponent", fit.exponent},
+                            {"standard_error", fit.standard_error}});
+    return fits;
+}
+
 std::string study_json(const Scene& scene, const Study& study, const std::string& command) {
     const SceneDescription& description = scene.description();
     const internal::Machine here = internal::this_machine();
@@ -86,6 +162,12 @@ std::string study_json(const Scene& scene, const Study& study, const std::string
                                  {"own_error_rms_um", study.reference->own_error.rms_um},
                                  {"own_error_max_um", study.reference->own_error.max_um}};
     document["runs"] = runs_json(study);
+    document["trade_offs"] = {{"position", trades_json(study, TradedError::position)},
+                              {"level", trades_json(study, TradedError::level)}};
+    document["errors"] = errors_json(study);
+    document["costs"] = costs_json(study);
+    document["prices"] = prices_json(study);
+    document["fits"] = fits_json(study);
     return internal::json_text(document) + "\n";
 }
 
@@ -112,13 +194,16 @@ std::string spread_of_repetitions(const StudyRun& run) {
 std::string reference_in_words(const Study& study) {
     if (!study.reference) return {};
     const std::size_t repetitions = study.runs.empty() ? 0 : study.runs.front().repetitions;
+    const std::string spread =
+        repetitions > 1 ? fmt::format("spread: of us p50 over {} repetitions, from the 10th to "
+                                      "the 90th percentile\n",
+                                      repetitions)
+                        : "";
     return fmt::format("position: distance from the proxy of a converged reference ({}), which is "
-                       "known to {} um rms, {} um at most\n"
-                       "spread: of us p50 over {} repetitions, from the 10th to the 90th "
-                       "percentile\n",
+                       "known to {} um rms, {} um at most\n{}",
                        study.reference->method,
                        internal::readable(study.reference->own_error.rms_um),
-                       internal::readable(study.reference->own_error.max_um), repetitions);
+                       internal::readable(study.reference->own_error.max_um), spread);
 }
 
 std::string study_csv(const Study& study) {
@@ -195,6 +280,10 @@ void write_study(const std::filesystem::path& folder, const Scene& scene, const 
                  const std::string& command) {
     write_whole_file(folder / "study.csv", study_csv(study));
     write_whole_file(folder / "drift.csv", drift_csv(study));
+    write_whole_file(folder / "errors.csv", error_budget_csv(study.errors));
+    write_whole_file(folder / "costs.csv", cost_budget_csv(study.costs));
+    write_whole_file(folder / "prices.csv", frame_price_csv(study.prices));
+    write_whole_file(folder / "sweeps.csv", sweep_csv(study.sweeps));
     write_whole_file(folder / "study.json", study_json(scene, study, command));
     internal::write_study_page(folder / "index.html", scene, study, command);
 }

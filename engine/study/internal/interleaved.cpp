@@ -52,10 +52,13 @@ public:
             frames_.push_back(contestant_->frame(entry_.inputs[i]));
             if (is_first) tally_.add_way(frames_.back(), contestant_->path());
         }
-        // The truth is asked after the turn: its samples would push out those of the next frame.
-        for (const FrameReport& frame : frames_)
-            if (frame.contacts > 0) spent_us_.push_back(frame.spent_us);
+        for (std::size_t i = from; i < to; ++i) {
+            const FrameReport& frame = frames_[i - from];
+            const bool counts = entry_.timed.empty() ? frame.contacts > 0 : entry_.timed[i] != 0;
+            if (counts) spent_us_.push_back(frame.spent_us);
+        }
         if (!is_first) return;
+        // The truth is asked after the turn: its samples would push out those of the next frame.
         for (std::size_t i = from; i < to; ++i)
             compare(frames_[i - from], i);
     }
@@ -80,7 +83,8 @@ public:
         run.spent_p50_us = spread_of(over_all(&Spread::p50)).p50;
         run.spent_p99_us = spread_of(over_all(&Spread::p99)).p50;
         run.spent_max_us = spread_of(over_all(&Spread::max)).max;
-        run.spent_p50_range_us = range_of(over_all(&Spread::p50));
+        run.spent_p50_each_us = over_all(&Spread::p50);
+        run.spent_p50_range_us = range_of(run.spent_p50_each_us);
         run.spent_p99_range_us = range_of(over_all(&Spread::p99));
         return run;
     }

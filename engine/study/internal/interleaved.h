@@ -34,6 +34,8 @@ struct StudyEntry {
     const Scene* truth = nullptr;         ///< whose levels are the truth; null: the scene itself
     std::span<const Vec3> certified = {}; ///< proxies that no chord takes through; or empty
     const ConvergedProxies* converged = nullptr; ///< the reference for positions; or null
+    std::span<const std::uint8_t> timed = {}; ///< 1 for frames whose times count, instead of those
+                                              ///< in contact; or empty
 };
 
 /// A fresh one of an entry's kind.                                                        [setup]
