@@ -7,6 +7,7 @@
 
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/study/internal/study_tally.h>
+#include <palpate/engine/truth/felt_level.h>
 
 namespace palpate {
 namespace {
@@ -29,6 +30,25 @@ LoopDescription fixed_to(LoopDescription loop, int sub_steps) {
     loop.method = SteppingMethod::fixed;
     loop.sub_steps = sub_steps;
     return loop;
+}
+
+/// The part of the way from proxy to probe that lies in the level's tangent plane.
+StudyRun::Error left_along(const Scene& scene, std::span<const DeviceState> inputs,
+                           const ConvergedProxies& found) {
+    const std::vector<FeltLevel> levels = felt_levels(scene);
+    if (levels.size() != 1 || !levels_hold_alone(scene)) return {};
+    const auto sampler = levels.front().field->make_sampler();
+    std::vector<double> lengths_um;
+    for (std::size_t i = 0; i < found.proxies.size(); ++i) {
+        if (!found.in_contact[i]) continue;
+        const Vec3 gradient = sampler->sample(found.proxies[i]).gradient;
+        const double squared = squared_length(gradient);
+        if (!(squared > 0.0)) continue;
+        const Vec3 way = inputs[i].position - found.proxies[i];
+        lengths_um.push_back(1e6 *
+                             glm::length(way - (glm::dot(gradient, way) / squared) * gradient));
+    }
+    return internal::error_of(std::move(lengths_um));
 }
 
 } // namespace
@@ -73,7 +93,8 @@ ConvergedProxies converged_proxies(std::shared_ptr<const Scene> scene,
     found.reference = {has_level ? fmt::format("adaptive to {:g} um, at most {} evaluations",
                                                kFine_um, kMostEvaluations)
                                  : fmt::format("fixed {}", kFineSteps),
-                       distance_between(found, proxies_with(scene, inputs, coarse, progress))};
+                       distance_between(found, proxies_with(scene, inputs, coarse, progress)),
+                       left_along(*scene, inputs, found)};
     return found;
 }
 

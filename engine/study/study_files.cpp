@@ -160,7 +160,8 @@ std::string study_json(const Scene& scene, const Study& study, const std::string
     if (study.reference)
         document["reference"] = {{"method", study.reference->method},
                                  {"own_error_rms_um", study.reference->own_error.rms_um},
-                                 {"own_error_max_um", study.reference->own_error.max_um}};
+                                 {"own_error_max_um", study.reference->own_error.max_um},
+                                 {"along", error_json(study.reference->along)}};
     document["runs"] = runs_json(study);
     document["trade_offs"] = {{"position", trades_json(study, TradedError::position)},
                               {"level", trades_json(study, TradedError::level)}};
@@ -199,11 +200,18 @@ std::string reference_in_words(const Study& study) {
                                       "the 90th percentile\n",
                                       repetitions)
                         : "";
+    const StudyRun::Error& along = study.reference->along;
+    const std::string optimal =
+        along.frames > 0
+            ? fmt::format("at it, {} um rms of the way to the probe lie along the surface ({} um "
+                          "at most): none at the nearest point\n",
+                          internal::readable(along.rms_um), internal::readable(along.max_um))
+            : "";
     return fmt::format("position: distance from the proxy of a converged reference ({}), which is "
-                       "known to {} um rms, {} um at most\n{}",
+                       "known to {} um rms, {} um at most\n{}{}",
                        study.reference->method,
                        internal::readable(study.reference->own_error.rms_um),
-                       internal::readable(study.reference->own_error.max_um), spread);
+                       internal::readable(study.reference->own_error.max_um), optimal, spread);
 }
 
 std::string study_csv(const Study& study) {

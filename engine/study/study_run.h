@@ -80,6 +80,9 @@ struct StudyRun {
 struct StudyReference {
     std::string method;        ///< in words: "adaptive to 1e-06 um, 256 evaluations"
     StudyRun::Error own_error; ///< between it and a coarser one: what it is known to
+    StudyRun::Error along; ///< what is left of the way to the probe along the surface, where one
+                           ///< smooth level alone is felt: 0 at the point that is nearest,
+                           ///< whoever found it; frames 0: not known
 };
 
 /// The method of a run alone: "fixed", "penalty".                                         [any]
