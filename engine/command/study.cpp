@@ -101,6 +101,8 @@ constexpr std::size_t kQuickFrames = 1000;
 constexpr int kQuickRepetitions = 2;
 
 int study(StudyOptions options) {
+    if (options.quick && options.frames > 0 && options.repetitions > 0)
+        throw UsageError("--quick: --frames and --repeat say all that it stands for; leave it out");
     if (options.quick && options.frames == 0) options.frames = kQuickFrames;
     if (options.repetitions == 0) options.repetitions = options.quick ? kQuickRepetitions : 5;
     const SceneDescription description = read_scene(options.scene);

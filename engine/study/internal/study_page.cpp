@@ -31,7 +31,7 @@ bool is_in_accuracy_chart(const StudyRun& run) {
 
 /// The series of the chart that a run belongs to: its method, or all of a kind.
 std::string series_of(const StudyRun& run) {
-    if (run.baseline) return "before";
+    if (run.baseline) return "others";
     return run.pace.empty() ? std::string(name(run.loop.method)) : "real time";
 }
 
@@ -81,7 +81,8 @@ std::string front(const Study& study) {
            paragraph(fmt::format(
                "Each point is a method with a setting: how far its proxy is from "
                "where it should be, and how long its frames take. Nearer to the "
-               "lower left is better. Before: methods up to the paper's own. "
+               "lower left is better. Others: methods up to the paper's own, and one "
+               "after it. "
                "Distances below {} um are drawn there.",
                readable(std::max(kSmallestError_um, study.reference->own_error.rms_um))));
 }
@@ -170,10 +171,9 @@ std::string weaknesses(const Study& study) {
             html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escape_html(name(*run.baseline)),
                                 escape_html(weakness(*run.baseline)));
     if (html.empty())
-        return paragraph("Methods from before the paper run over one level of a volume: this scene "
+        return paragraph("Other methods run over one level of a volume: this scene "
                          "has none, or several.");
-    return "<h3>Methods up to the paper's, and what they get wrong</h3>\n<dl>\n" + html +
-           "</dl>\n" +
+    return "<h3>Other methods, and what they get wrong</h3>\n<dl>\n" + html + "</dl>\n" +
            paragraph(fmt::format("Each in its plainest form, with queries of the field for "
                                  "evaluations. Haptic primitives have {} N at the level and behind "
                                  "it, from nothing {} mm in front of it.",
@@ -203,10 +203,10 @@ void write_study_page(const std::filesystem::path& file, const Scene& scene, con
     page += front(study) + trade_off_section(study) + cost_section(study) + error_section(study);
     page += "<h2>Distance from the surface against time</h2>\n" +
             beside(accuracy_chart(study, TradedError::level), accuracy_table(study));
-    page +=
-        paragraph("Before: methods up to the paper's own, of which more below. Letters: runs in "
-                  "real time, as the table names them. Distances below 0.000001 um, a "
-                  "picometre, are rounding and are drawn there.");
+    page += paragraph(
+        "Others: methods up to the paper's own, and one after it: more below. Letters: runs in "
+        "real time, as the table names them. Distances below 0.000001 um, a "
+        "picometre, are rounding and are drawn there.");
     page += table(study);
     const auto noted = std::find_if(study.runs.begin(), study.runs.end(),
                                     [](const StudyRun& run) { return !run.note.empty(); });
