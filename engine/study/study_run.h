@@ -27,9 +27,10 @@ struct StudyRun {
     double spent_p50_us = 0.0;         ///< time of a frame, median
     double spent_p99_us = 0.0;         ///< the same, 99th percentile
     double spent_max_us = 0.0;         ///< the same, longest
-    double spent_mean_us = 0.0;      ///< the same, mean without the slowest hundredth of the frames
-    double field_samples_mean = 0.0; ///< values or gradients read, per frame
-    double root_queries_mean = 0.0;  ///< exact first roots, per frame
+    double spent_mean_us = 0.0; ///< the same: of each frame the median over the repetitions, and of
+                                ///< these the mean without the slowest hundredth
+    double field_samples_mean = 0.0;   ///< values or gradients read, per frame
+    double root_queries_mean = 0.0;    ///< exact first roots, per frame
     double surface_queries_mean = 0.0; ///< rays and closest points of meshes, per frame
     double late_p99_us = 0.0;          ///< start of a frame after its tick, of all; 0 back to back
     double late_max_us = 0.0;          ///< the same, largest
@@ -54,7 +55,7 @@ struct StudyRun {
         double p90_us = 0.0; ///< nine in ten are not above
     };
     std::size_t repetitions = 1; ///< how often the path was run. Errors and counts are of the first
-                                 ///< one; spent_p50_us, spent_p99_us and spent_mean_us are medians
+                                 ///< one; spent_p50_us and spent_p99_us are medians
                                  ///< over all, spent_max_us the longest of all
     std::vector<double> spent_p50_each_us; ///< the median of each repetition, in their order
     Range spent_p50_range_us;              ///< of the median; only with two repetitions or more

@@ -36,7 +36,8 @@ FrameTruth truth_of(const StudyEntry& entry) {
 /// An entry on its way.
 class Row {
 public:
-    explicit Row(const StudyEntry& entry) : entry_(entry), truth_(truth_of(entry)) {}
+    explicit Row(const StudyEntry& entry)
+        : entry_(entry), truth_(truth_of(entry)), of_frames_us_(entry.inputs.size()) {}
 
     void begin(Clock& clock) {
         contestant_ = make_contestant(entry_, clock);
@@ -55,7 +56,9 @@ public:
         for (std::size_t i = from; i < to; ++i) {
             const FrameReport& frame = frames_[i - from];
             const bool counts = entry_.timed.empty() ? frame.contacts > 0 : entry_.timed[i] != 0;
-            if (counts) spent_us_.push_back(frame.spent_us);
+            if (!counts) continue;
+            spent_us_.push_back(frame.spent_us);
+            of_frames_us_[i].push_back(frame.spent_us);
         }
         if (!is_first) return;
         // The truth is asked after the turn: its samples would push out those of the next frame.
@@ -63,17 +66,14 @@ public:
             compare(frames_[i - from], i);
     }
 
-    void end() {
-        means_us_.push_back(trimmed_mean(spent_us_));
-        repetitions_.push_back(spread_of(spent_us_));
-    }
+    void end() { repetitions_.push_back(spread_of(spent_us_)); }
 
     StudyRun conclude() && {
         StudyRun run = std::move(tally_).conclude(entry_.loop);
         run.baseline = entry_.baseline;
         run.is_the_scenes = false;
         run.repetitions = repetitions_.size();
-        run.spent_mean_us = spread_of(means_us_).p50;
+        run.spent_mean_us = mean_without_interrupts();
         const auto over_all = [&](double Spread::*number) {
             std::vector<double> values;
             for (const Spread& repetition : repetitions_)
@@ -90,6 +90,13 @@ public:
     }
 
 private:
+    /// A frame that was interrupted in one repetition was not in most others.
+    double mean_without_interrupts() {
+        std::vector<double> medians_us;
+        for (std::vector<double>& times : of_frames_us_)
+            if (!times.empty()) medians_us.push_back(spread_of(std::move(times)).p50);
+        return trimmed_mean(std::move(medians_us));
+    }
     void compare(const FrameReport& frame, std::size_t i) {
         tally_.add_frame(frame, entry_.loop);
         tally_.add_truth(truth_.of(frame));
@@ -106,7 +113,7 @@ private:
     std::vector<FrameReport> frames_; // of a turn
     std::vector<double> spent_us_;    // of a repetition
     std::vector<Spread> repetitions_;
-    std::vector<double> means_us_;
+    std::vector<std::vector<double>> of_frames_us_; // of each frame, its repetitions
 };
 
 } // namespace
