@@ -42,16 +42,16 @@ struct SweepRow {
 
 /// y ~ x^exponent, by least squares of the logarithms.
 struct PowerFit {
-    std::string of;         ///< "adaptive: us p50 over facets"
-    std::size_t points = 0; ///< >= 3
-    double exponent = 0.0;
+    std::string of;              ///< "adaptive: us p50 over facets"
+    std::size_t points = 0;      ///< that it is of, >= 3
+    double exponent = 0.0;       ///< the power
     double standard_error = 0.0; ///< of the exponent: what the points scatter by
 };
 
 /// What came out of one sweep.
 struct Sweep {
-    SweepKind kind = SweepKind::speed;
-    std::vector<SweepRow> rows;
+    SweepKind kind = SweepKind::speed; ///< what was varied
+    std::vector<SweepRow> rows;        ///< value by value, method by method
     std::vector<PowerFit> fits; ///< of error and, where a size is varied, time; only where there
                                 ///< are three points above 0
 };
