@@ -20,19 +20,28 @@ struct StudyOptions {
     std::string out;
     std::size_t frames = 0;
     int every = 1;
+    int repetitions = 0; // 0: not given
+    double voxel_mm = 1.0;
+    std::vector<std::string> sweeps;
+    bool quick = false;
     bool real_time = false;
     Replace replace = Replace::own;
 };
 
-constexpr std::array<const char*, 4> kStudyFiles{"study.csv", "drift.csv", "study.json",
-                                                 "index.html"};
+constexpr std::array<const char*, 8> kStudyFiles{"study.csv",  "drift.csv",  "errors.csv",
+                                                 "costs.csv",  "prices.csv", "sweeps.csv",
+                                                 "study.json", "index.html"};
 
 /// The command that gives these numbers again, as far as clocks do.
 std::string command_of(const StudyOptions& options) {
     const std::string frames =
         options.frames > 0 ? fmt::format(" --frames {}", options.frames) : "";
     const std::string every = options.every > 1 ? fmt::format(" --every {}", options.every) : "";
-    return fmt::format("palpate study {}{}{}{}", options.scene, frames, every,
+    std::string sweeps;
+    for (const std::string& word : options.sweeps)
+        sweeps += " --sweep " + word;
+    return fmt::format("palpate study {}{}{} --repeat {} --voxel-mm {:g}{}{}", options.scene,
+                       frames, every, options.repetitions, options.voxel_mm, sweeps,
                        options.real_time ? " --real-time" : "");
 }
 
@@ -68,7 +77,34 @@ void warn_of_no_contact(const Scene& scene, const Study& study,
     tell("palpate: warning: {}\n", no_contact_in_words(scene, probes));
 }
 
-int study(const StudyOptions& options) {
+/// The sweeps that were asked for, each once, in the order of kSweeps.
+std::vector<SweepKind> sweeps_of(const StudyOptions& options) {
+    std::vector<SweepKind> sweeps;
+    for (const SweepKind kind : kSweeps)
+        if (std::any_of(options.sweeps.begin(), options.sweeps.end(), [&](const std::string& word) {
+                return word == "all" || word == name(kind);
+            }))
+            sweeps.push_back(kind);
+    return sweeps;
+}
+
+/// The names that --sweep takes.
+std::vector<std::string> sweep_words() {
+    std::vector<std::string> words{"all"};
+    for (const SweepKind kind : kSweeps)
+        words.emplace_back(name(kind));
+    return words;
+}
+
+/// What --quick stands for, where nothing else is said.
+constexpr std::size_t kQuickFrames = 1000;
+constexpr int kQuickRepetitions = 2;
+
+int study(StudyOptions options) {
+    if (options.quick && options.frames > 0 && options.repetitions > 0)
+        throw UsageError("--quick: --frames and --repeat say all that it stands for; leave it out");
+    if (options.quick && options.frames == 0) options.frames = kQuickFrames;
+    if (options.repetitions == 0) options.repetitions = options.quick ? kQuickRepetitions : 5;
     const SceneDescription description = read_scene(options.scene);
     check_every(description, options.every > 1);
     // Before the work, not after it.
@@ -83,14 +119,28 @@ int study(const StudyOptions& options) {
 
     SteadyClock clock;
     Study study =
-        run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar());
-    for (StudyRun& run : run_baselines(*scene, inputs, clock, progress_bar()))
-        study.runs.push_back(std::move(run));
+        run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar(),
+                  {.baselines = true, .converged = true, .repetitions = options.repetitions});
     if (options.real_time) add_real_time(scene, inputs, study);
     warn_of_no_contact(*scene, study, inputs);
+    study.costs = cost_budget(scene, inputs, study.runs);
+    study.prices =
+        frame_prices(scene, inputs, resources(), options.repetitions, clock, progress_bar());
+    study.errors =
+        error_budget(scene, inputs, resources(), {.voxel_mm = options.voxel_mm}, progress_bar());
+    for (const SweepKind kind : sweeps_of(options))
+        study.sweeps.push_back(run_sweep(kind, scene, inputs, resources(), options.repetitions,
+                                         clock, progress_bar()));
     write_study(out.string(), *scene, study, command_of(options));
     print(study_table(study));
-    print(fmt::format("written to {}: study.csv drift.csv study.json index.html", out.string()));
+    const double known_to_um = study.reference ? study.reference->own_error.rms_um : 0.0;
+    print(trade_off_table(study.runs, known_to_um));
+    print(cost_budget_table(study.costs));
+    print(frame_price_table(study.prices));
+    print(error_budget_table(study.errors));
+    for (const Sweep& sweep : study.sweeps)
+        print(sweep_table(sweep));
+    print(fmt::format("written to {}: {}", out.string(), fmt::join(kStudyFiles, " ")));
     return kDone;
 }
 
@@ -107,6 +157,22 @@ void add_study(CLI::App& app, Action& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--every", options->every, "each K-th row of a path, K times as fast")
         ->check(CLI::Range(1, 1000000));
+    command
+        ->add_option("--repeat", options->repetitions,
+                     "times that the path is run with each setting (default: 5)")
+        ->check(CLI::Range(1, 1000));
+    command
+        ->add_option("--voxel-mm", options->voxel_mm,
+                     "voxels that a formula is compared with in the error budget, mm "
+                     "(default: 1)")
+        ->check(between(0.05, 20.0));
+    command
+        ->add_option("--sweep", options->sweeps,
+                     "also vary this: speed, voxels, facets, stiffness, rate, contact, or all; "
+                     "may be given several times")
+        ->check(CLI::IsMember(sweep_words()));
+    command->add_flag("--quick", options->quick,
+                      "the first 1000 frames, twice: what --frames and --repeat do not say");
     command->add_flag("--real-time", options->real_time,
                       "single and paper also at the clock's pace, and released from it, with the "
                       "ordinary scheduler and SCHED_FIFO: eight times the path's duration");

@@ -2,6 +2,7 @@
 #include <palpate/engine/record/output_files.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <fstream>
 #include <iterator>
@@ -67,6 +68,14 @@ bool is_summary(const std::filesystem::path& file) {
     return scene != json.end() && scene->is_object() && scene->contains("sha256");
 }
 
+bool is_of_study(std::string_view text) {
+    constexpr std::array<std::string_view, 5> beginnings{
+        "method,setting,pace,scenes_own,", "source,frames,position_rms_um,",
+        "run,part,count_per_frame,", "what,price_us,price_p10_us,", "sweep,value,unit,contact,"};
+    return is_drift(text) || std::any_of(beginnings.begin(), beginnings.end(),
+                                         [&](std::string_view of) { return text.starts_with(of); });
+}
+
 bool is_page(std::string_view text) {
     const std::size_t title = text.find("<title>");
     if (!text.starts_with("<!DOCTYPE html>") || title == std::string_view::npos) return false;
@@ -128,7 +137,7 @@ void check_outputs(std::span<const std::filesystem::path> outputs,
 bool is_written_by_palpate(const std::filesystem::path& file) {
     const std::string text = beginning_of(file);
     if (text.starts_with(kFramesColumns) || text.starts_with(kTimingColumns)) return true;
-    if (text.starts_with("method,setting,pace,scenes_own,") || is_drift(text)) return true;
+    if (is_of_study(text)) return true;
     if (text.starts_with(kPlyBeginning) || internal::is_own_png(text) || is_page(text)) return true;
     if (text.starts_with('{')) return is_summary(file);
     return internal::is_sealed_recording(file) || is_journal(file) || is_written_volume(file);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/study/baselines.h>
+#include <palpate/engine/study/internal/local_tetrahedra.h>
 
 #include <algorithm>
 #include <optional>
@@ -216,6 +217,8 @@ std::string_view name(BaselineKind kind) noexcept {
         return "primitives";
     case BaselineKind::subdivided:
         return "subdivided";
+    case BaselineKind::local_tetrahedra:
+        return "local_tetrahedra";
     }
     return "";
 }
@@ -242,6 +245,9 @@ std::string_view weakness(BaselineKind kind) noexcept {
                "its strength places it, not a level";
     case BaselineKind::subdivided:
         return "the paper's 46 sub-steps divide that drift by their number, do not end it";
+    case BaselineKind::local_tetrahedra:
+        return "its facets are off the level by the square of their size, and their edges are "
+               "felt; does not yield";
     }
     return "";
 }
@@ -266,6 +272,8 @@ std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const
         return std::make_unique<Primitives>(std::move(field), level, 1);
     case BaselineKind::subdivided:
         return std::make_unique<Primitives>(std::move(field), level, kPaperSubSteps);
+    case BaselineKind::local_tetrahedra:
+        return internal::make_local_tetrahedra(std::move(field), level);
     case BaselineKind::ikits:
         break;
     }

@@ -10,8 +10,9 @@
 
 namespace palpate {
 
-/// Methods to compare with, up to the paper's own: each in its plainest form, over a field's level,
-/// without friction; hard, but for the last two. For studies alone; scenes cannot choose them.
+/// Methods to compare with, up to the paper's own and one after it: each in its plainest form, over
+/// a field's level, without friction; hard, but for the last two. For studies alone; scenes cannot
+/// choose them.
 enum class BaselineKind {
     penalty,       ///< no proxy: the depth along the gradient at the probe
     god_object,    ///< Zilles and Salisbury (1995), on a field: the probe onto the tangent plane at
@@ -22,12 +23,14 @@ enum class BaselineKind {
     primitives,    ///< haptic primitives before the paper: a yielding plane through the proxy
                    ///< across the gradient, one step; kPrimitiveStrength_n, kPrimitiveRamp_m
     subdivided,    ///< the paper: the same in kPaperSubSteps sub-steps
+    local_tetrahedra, ///< Corenthy et al. (2015): a god-object on facets of marching tetrahedra,
+                      ///< made around it, with continuous collision
 };
 /// All of them, in the order in which a study runs them.
 inline constexpr std::array kBaselines{BaselineKind::penalty,       BaselineKind::god_object,
                                        BaselineKind::virtual_proxy, BaselineKind::linear,
                                        BaselineKind::ikits,         BaselineKind::primitives,
-                                       BaselineKind::subdivided};
+                                       BaselineKind::subdivided,    BaselineKind::local_tetrahedra};
 
 // Haptic primitives have no level: a strength that grows with the value stands for it. It grows
 // over more than a frame's way, so that a step does not miss it.

@@ -3,43 +3,21 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/engine/study/internal/study_tally.h>
+#include <palpate/engine/study/converged_proxy.h>
+#include <palpate/engine/study/internal/baseline_contestant.h>
 #include <palpate/engine/truth/certified_proxy.h>
 #include <palpate/engine/truth/frame_truth.h>
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kFramesPerReport = 500; // between two calls of progress
-
 constexpr int kMostShares = 1024; // of method fixed
 constexpr std::array kBudgets_us{10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 900.0};
 constexpr std::array kTolerances_um{100.0, 10.0, 1.0, 0.1, 0.01, 0.001};
-
-/// Tells of each frame; false when it should stop.
-using Tick = std::function<bool(std::size_t frame)>;
-
-StudyRun run_once(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-                  std::span<const Vec3> certified, const LoopDescription& settings, Clock& clock,
-                  const Tick& tick) {
-    HapticLoop loop(scene, clock, settings);
-    FrameTruth truth(*scene);
-    internal::StudyTally tally;
-    for (std::size_t i = 0; i < inputs.size(); ++i) {
-        const FrameReport frame = loop.frame(inputs[i]);
-        tally.add(frame, loop.path(), settings);
-        tally.add_truth(truth.of(frame));
-        if (!certified.empty()) tally.add_certified(frame, certified[i]);
-        if (i % kFramesPerReport == 0 && !tick(i)) throw std::runtime_error("cancelled");
-    }
-    return std::move(tally).conclude(settings);
-}
 
 bool same_setting(const LoopDescription& a, const LoopDescription& b) {
     if (a.method != b.method) return false;
@@ -126,25 +104,34 @@ void check_study(const Scene& scene) {
 
 Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 const std::vector<LoopDescription>& settings, Clock& clock,
-                const Progress& progress) {
+                const Progress& progress, const StudyExtent& extent) {
     Study study;
     study.sphere = FrameTruth(*scene).sphere();
     for (const DeviceState& input : inputs)
         study.time_s.push_back(input.time_s);
     const std::vector<Vec3> certified = certified_proxies(*scene, inputs);
-    for (const LoopDescription& loop : settings) {
-        const auto tick = [&](std::size_t frame) {
-            const double runs = static_cast<double>(settings.size());
-            const double done = static_cast<double>(study.runs.size()) +
-                                static_cast<double>(frame) / static_cast<double>(inputs.size());
-            return !progress || progress(done / runs, "studying");
-        };
-        study.runs.push_back(run_once(scene, inputs, certified, loop, clock, tick));
-        LoopDescription own = scene->description().loop;
-        own.method = loop.method;
-        study.runs.back().is_the_scenes = same_setting(loop, own);
-        if (loop.method == SteppingMethod::adaptive)
-            study.runs.back().note = scene->plan().uncertified;
+    std::optional<ConvergedProxies> converged;
+    if (extent.converged) {
+        converged = converged_proxies(scene, inputs, progress);
+        study.reference = converged->reference;
+    }
+    const ConvergedProxies* reference = converged ? &*converged : nullptr;
+
+    std::vector<internal::StudyEntry> entries;
+    for (const LoopDescription& loop : settings)
+        entries.push_back({scene, loop, {}, inputs, nullptr, certified, reference});
+    const LoopDescription& own = scene->description().loop;
+    if (extent.baselines && internal::the_felt_level(*scene))
+        for (const BaselineKind kind : kBaselines)
+            entries.push_back({scene, own, kind, inputs, nullptr, certified, reference});
+    study.runs =
+        internal::run_interleaved(entries, extent.repetitions, clock, "studying", progress);
+    for (StudyRun& run : study.runs) {
+        if (run.baseline) continue;
+        LoopDescription scenes = own;
+        scenes.method = run.loop.method;
+        run.is_the_scenes = same_setting(run.loop, scenes);
+        if (run.loop.method == SteppingMethod::adaptive) run.note = scene->plan().uncertified;
     }
     if (progress) progress(1.0, "studying");
     return study;

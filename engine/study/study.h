@@ -12,63 +12,34 @@
 
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene/scene.h>
-#include <palpate/engine/study/baselines.h>
+#include <palpate/engine/study/cost_budget.h>
+#include <palpate/engine/study/error_budget.h>
+#include <palpate/engine/study/frame_prices.h>
+#include <palpate/engine/study/study_run.h>
+#include <palpate/engine/study/sweep.h>
+#include <palpate/engine/study/trade_off.h>
 #include <palpate/engine/truth/surface_audit.h>
 #include <palpate/haptics/stepping/clock.h>
 
 namespace palpate {
 
-/// What one method with one setting made of a scene's path. Evaluations, sub-steps, steps and
-/// microseconds are of the frames in contact; free flight would only dilute them.
-struct StudyRun {
-    std::optional<BaselineKind> baseline; ///< instead of the loop's methods
-    LoopDescription loop;                 ///< method and setting
-    std::string pace; ///< "1000 Hz SCHED_FIFO"; empty: back to back, with the path's own time
-    bool is_the_scenes = true;         ///< the setting is the scene's own, not one of the range
-    std::size_t frames_in_contact = 0; ///< what the means and shares below are of
-    double evaluations_mean = 0.0;     ///< per frame
-    double evaluations_max = 0.0;      ///< in one frame
-    double sub_steps_mean = 0.0;       ///< per frame
-    double step_mean_um = 0.0;         ///< length of the proxy's sub-steps
-    double spent_p50_us = 0.0;         ///< time of a frame, median
-    double spent_p99_us = 0.0;         ///< the same, 99th percentile
-    double spent_max_us = 0.0;         ///< the same, longest
-    double late_p99_us = 0.0;          ///< start of a frame after its tick, of all; 0 back to back
-    double late_max_us = 0.0;          ///< the same, largest
-    std::size_t over_budget = 0;       ///< frames, of all, longer than the budget by more than 1 us
-    std::size_t over_period = 0;       ///< frames, of all, longer than the frame's period
-
-    /// rms, 99th percentile and maximum of a distance over the frames that have one, um.
-    struct Error {
-        std::size_t frames = 0; ///< 0: not known
-        double rms_um = 0.0;    ///< root of the mean square
-        double p99_um = 0.0;    ///< 99 of 100 frames do not exceed it
-        double max_um = 0.0;    ///< of the worst frame
-    };
-    Error level;    ///< from the surface
-    Error position; ///< from the surface's point nearest to the probe; spheres only
-
-    // Of all frames; nothing where no level of a field is felt.
-    std::optional<std::size_t>
-        frames_inside;                ///< that ended deeper than the certificate's tolerance
-    std::optional<double> deepest_um; ///< at the end of a frame; 0: never inside
-    // Against a proxy that no chord takes through the surface; nothing at the clock's pace and
-    // where levels are not all that is felt, or yield.
-    std::optional<std::size_t> lost_contact; ///< frames with less than a tenth of that proxy's
-                                             ///< force, where it is held back by over 0.5 mm
-    std::optional<std::size_t> elsewhere;    ///< frames that end over 2 mm from that proxy
-
-    std::string note; ///< why the run does not show what its method is for, without a comma; empty
-                      ///< as a rule
-
-    std::vector<double> level_m; ///< per frame, signed, > 0 inside; NaN where not known
+/// What run_study() does besides the loop's methods, once.
+struct StudyExtent {
+    bool baselines = false; ///< those of run_baselines() too, interleaved with the others
+    bool converged = false; ///< distances from the converged reference, too
+    int repetitions = 1;    ///< times that the path is run with each setting, >= 1
 };
 
 /// Accuracy against time: every method over its range.
 struct Study {
-    std::vector<StudyRun> runs;       ///< in the order of the table
-    std::vector<double> time_s;       ///< of each frame
-    std::optional<FeltSphere> sphere; ///< where it is all that is felt
+    std::vector<StudyRun> runs;              ///< in the order of the table
+    std::vector<double> time_s;              ///< of each frame
+    std::optional<FeltSphere> sphere;        ///< where it is all that is felt
+    std::optional<StudyReference> reference; ///< where distances from it were asked for
+    std::vector<ErrorPart> errors;           ///< error_budget(), where it was asked for
+    std::vector<CostPart> costs;             ///< cost_budget(), the same
+    std::vector<FramePrice> prices;          ///< frame_prices(), the same
+    std::vector<Sweep> sweeps;               ///< run_sweep(), those that were asked for
 };
 
 /// Every method over its range, and the scene's own setting of each: single; fixed with 1, 2, 4 to
@@ -77,10 +48,11 @@ struct Study {
 std::vector<LoopDescription> study_settings(const LoopDescription& own);
 
 /// Computes the frames with each setting, back to back, and compares each with the truth outside
-/// the clock.   [setup] Throws std::runtime_error when cancelled.
+/// the clock. The settings take turns, a slice of the path each, so that what slows the machine for
+/// a while slows all of them.   [setup] Throws std::runtime_error when cancelled.
 Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
                 const std::vector<LoopDescription>& settings, Clock& clock,
-                const Progress& progress = {});
+                const Progress& progress = {}, const StudyExtent& extent = {});
 
 /// The same frames by methods up to the paper's own, with field queries for evaluations, over the
 /// one level of a volume that the scene lets one feel, whatever its contact, and measured against
@@ -93,25 +65,20 @@ std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceSt
 /// studied.                                                                              [setup]
 void check_study(const Scene& scene);
 
-/// The method of a run alone: "fixed", "penalty".                                         [any]
-std::string_view method_of(const StudyRun& run) noexcept;
-
-/// A run as tables name it: "fixed 46", "adaptive 0.1 um", "single, 1000 Hz SCHED_FIFO". [any]
-std::string title(const StudyRun& run);
-
-/// The same, with a word where its note says that it does not show what its method is for. [any]
-std::string title_with_mark(const StudyRun& run);
-
 /// The runs as plain text, a line each.                                                 [setup]
 std::string study_table(const Study& study);
+
+/// What positions are compared with and what the spread is of, two lines; empty where no reference
+/// was asked for.                                                                       [setup]
+std::string reference_in_words(const Study& study);
 
 /// The runs as study.csv has them: a header and a line each; every bit of a number, nothing where
 /// it is not known. [setup]
 std::string study_csv(const Study& study);
 
-/// Writes study.csv, drift.csv, study.json and index.html into a folder that exists; `command`
-/// is what gives them again. Each file is complete or not there. [setup] Throws std::runtime_error
-/// naming the file.
+/// Writes study.csv, drift.csv, errors.csv, costs.csv, prices.csv, sweeps.csv, study.json and
+/// index.html into a folder that exists; `command` is what gives them again. Each file is complete
+/// or not there. [setup] Throws std::runtime_error naming the file.
 void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
                  const std::string& command);
 

@@ -42,6 +42,9 @@ TEST_F(CommandMessages, AMisspeltCommandOrOptionIsToldTheNearest) {
     expect_usage({"trace", "ball.toml", "--frames", "0"}, "palpate: --frames: ");
     expect_usage({"extract", "a.nrrd", "-o", "a.ply", "--iso", "1", "--facet-size", "60"},
                  "--facet-size: 60 is not in [0.01, 50]");
+    expect_usage({"study", "ball.toml", "--sweep", "sped"}, "palpate: --sweep: sped not in {all,");
+    expect_usage({"study", "ball.toml", "--voxel-mm", "0"}, "--voxel-mm: 0 is not in [0.05, 20]");
+    expect_usage({"study", "ball.toml", "--repeat", "0"}, "palpate: --repeat: ");
     EXPECT_EQ(run({"trace", "--help"}).exit, 0);
     EXPECT_EQ(run({"--version"}).exit, 0);
 }
@@ -60,6 +63,8 @@ TEST_F(CommandMessages, OptionsThatWouldChangeNothingAreRefused) {
     expect_usage(
         {"extract", "a.nrrd", "-o", "a.ply", "--iso", "1", "--iso-after-smoothing", "as_given"},
         "--iso-after-smoothing: goes with --smooth-voxels");
+    expect_usage({"study", "ball.toml", "--quick", "--frames", "5", "--repeat", "2"},
+                 "--quick: --frames and --repeat say all");
     EXPECT_EQ(run({"trace", "ball.toml", "--method", "fixed", "--sub-steps", "8"}).exit, 0);
     EXPECT_EQ(run({"trace", "ball.toml", "--every", "2"}).exit, 0);
 }

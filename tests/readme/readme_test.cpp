@@ -112,8 +112,8 @@ protected:
         std::filesystem::create_directories(folder_ / "scans");
         test::write_dicom_series(folder_ / "scans", make_phantom());
         write_nhdr(folder_ / "demo-output/data", "skull");
-        // A second of each path's five: the study's methods go along it one after the other.
-        shorten(folder_ / "examples/cavity.csv", 1000);
+        // Half a second of the five: the methods of the study go along it several times.
+        shorten(folder_ / "examples/cavity.csv", 500);
     }
 
     void exists(const std::string& name) const {

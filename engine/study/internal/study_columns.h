@@ -18,7 +18,8 @@ struct StudyColumn {
     std::optional<double> (*value)(const StudyRun& run); ///< nothing where it is not known
 };
 
-std::span<const StudyColumn> study_columns() noexcept; ///< [any]
+std::span<const StudyColumn> study_columns() noexcept;       ///< before the note             [any]
+std::span<const StudyColumn> later_study_columns() noexcept; ///< behind it             [any]
 
 /// The value that a run's method was given: sub-steps, us or um; nothing for single and baselines.
 /// [any]

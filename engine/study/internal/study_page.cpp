@@ -11,6 +11,7 @@
 #include <palpate/engine/report/internal/series_chart.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/study/internal/study_columns.h>
+#include <palpate/engine/study/internal/study_page_parts.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/version.h>
 
@@ -30,7 +31,7 @@ bool is_in_accuracy_chart(const StudyRun& run) {
 
 /// The series of the chart that a run belongs to: its method, or all of a kind.
 std::string series_of(const StudyRun& run) {
-    if (run.baseline) return "before";
+    if (run.baseline) return "others";
     return run.pace.empty() ? std::string(name(run.loop.method)) : "real time";
 }
 
@@ -47,23 +48,43 @@ std::string letter_of(const StudyRun& run, const Study& study) {
 }
 
 /// One line per method, where its settings lie between time and error; a point for each baseline
-/// and each run in real time.
-std::string accuracy_chart(const Study& study) {
-    SeriesChart chart{
-        "Error against time",
-        {"median us per frame in contact", ChartScale::logarithmic, kSmallestTime_us},
-        {"distance from the surface, um rms", ChartScale::logarithmic, kSmallestError_um},
-        {}};
+/// and each run in real time, of which the reference at the clock's pace knows no positions.
+std::string accuracy_chart(const Study& study, TradedError of) {
+    const bool of_position = of == TradedError::position;
+    SeriesChart chart{of_position ? "Error of position against time" : "Error against time",
+                      {"median us per frame in contact", ChartScale::logarithmic, kSmallestTime_us},
+                      {of_position ? "distance from the converged proxy, um rms"
+                                   : "distance from the surface, um rms",
+                       ChartScale::logarithmic,
+                       of_position && study.reference
+                           ? std::max(kSmallestError_um, study.reference->own_error.rms_um)
+                           : kSmallestError_um},
+                      {}};
     for (const StudyRun& run : study.runs) {
-        if (!is_in_accuracy_chart(run)) continue;
+        const StudyRun::Error& error = of_position ? run.converged : run.level;
+        if (error.frames == 0 || run.frames_in_contact == 0) continue;
         const std::string series = series_of(run);
         if (chart.series.empty() || chart.series.back().name != series)
             chart.series.push_back({series, {}, {}});
-        chart.series.back().points.push_back({run.spent_p50_us, run.level.rms_um});
+        chart.series.back().points.push_back({run.spent_p50_us, error.rms_um});
         if (run.baseline) chart.series.back().labels.push_back(title(run));
         if (!run.pace.empty()) chart.series.back().labels.push_back(letter_of(run, study));
     }
-    return series_chart(chart, "accuracy");
+    return series_chart(chart, of_position ? "front" : "accuracy");
+}
+
+/// The first picture: what accuracy costs; nothing where no position is known.
+std::string front(const Study& study) {
+    const std::string chart = accuracy_chart(study, TradedError::position);
+    if (chart.empty()) return {};
+    return "<h2>What accuracy costs in time</h2>\n" + chart +
+           paragraph(fmt::format(
+               "Each point is a method with a setting: how far its proxy is from "
+               "where it should be, and how long its frames take. Nearer to the "
+               "lower left is better. Others: methods up to the paper's own, and one "
+               "after it. "
+               "Distances below {} um are drawn there.",
+               readable(std::max(kSmallestError_um, study.reference->own_error.rms_um))));
 }
 
 std::string accuracy_table(const Study& study) {
@@ -129,13 +150,15 @@ std::string beside(const std::string& chart, const std::string& table) {
 
 std::string table(const Study& study) {
     std::vector<HtmlColumn> columns{{"", "method", false}};
-    for (const StudyColumn& column : study_columns())
-        columns.push_back({column.group, column.heading});
+    for (const auto kind : {study_columns(), later_study_columns()})
+        for (const StudyColumn& column : kind)
+            columns.push_back({column.group, column.heading});
     std::vector<std::vector<std::string>> rows;
     for (const StudyRun& run : study.runs) {
         std::vector<std::string> row{title_with_mark(run) + (run.is_the_scenes ? " *" : "")};
-        for (const StudyColumn& column : study_columns())
-            row.push_back(readable(column.value(run)));
+        for (const auto kind : {study_columns(), later_study_columns()})
+            for (const StudyColumn& column : kind)
+                row.push_back(readable(column.value(run)));
         rows.push_back(std::move(row));
     }
     return html_table("Each method over its range; * the scene's own setting", columns, rows);
@@ -148,10 +171,9 @@ std::string weaknesses(const Study& study) {
             html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escape_html(name(*run.baseline)),
                                 escape_html(weakness(*run.baseline)));
     if (html.empty())
-        return paragraph("Methods from before the paper run over one level of a volume: this scene "
+        return paragraph("Other methods run over one level of a volume: this scene "
                          "has none, or several.");
-    return "<h3>Methods up to the paper's, and what they get wrong</h3>\n<dl>\n" + html +
-           "</dl>\n" +
+    return "<h3>Other methods, and what they get wrong</h3>\n<dl>\n" + html + "</dl>\n" +
            paragraph(fmt::format("Each in its plainest form, with queries of the field for "
                                  "evaluations. Haptic primitives have {} N at the level and behind "
                                  "it, from nothing {} mm in front of it.",
@@ -178,11 +200,13 @@ void write_study_page(const std::filesystem::path& file, const Scene& scene, con
         "{} frames at {} Hz, computed back to back by each method with each setting. Times, "
         "evaluations and sub-steps are of the frames in contact.",
         study.time_s.size(), readable(scene.description().loop.rate_hz)));
-    page += "<h2>Error against time</h2>\n" + beside(accuracy_chart(study), accuracy_table(study));
-    page +=
-        paragraph("Before: methods up to the paper's own, of which more below. Letters: runs in "
-                  "real time, as the table names them. Distances below 0.000001 um, a "
-                  "picometre, are rounding and are drawn there.");
+    page += front(study) + trade_off_section(study) + cost_section(study) + error_section(study);
+    page += "<h2>Distance from the surface against time</h2>\n" +
+            beside(accuracy_chart(study, TradedError::level), accuracy_table(study));
+    page += paragraph(
+        "Others: methods up to the paper's own, and one after it: more below. Letters: runs in "
+        "real time, as the table names them. Distances below 0.000001 um, a "
+        "picometre, are rounding and are drawn there.");
     page += table(study);
     const auto noted = std::find_if(study.runs.begin(), study.runs.end(),
                                     [](const StudyRun& run) { return !run.note.empty(); });
@@ -192,6 +216,7 @@ void write_study_page(const std::filesystem::path& file, const Scene& scene, con
         "that of method adaptive, which no chord takes through the surface: contact is lost in "
         "frames with less than a tenth of its force, where the probe is over 0.5 mm from it.");
     page += weaknesses(study);
+    page += sweep_section(study);
     page += "<h2>The proxy over time</h2>\n" + beside(drift_chart(study), drift_table(study));
     page += footer(command);
     write_whole_file(file, page);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <palpate/engine/report/internal/spread.h>
 
@@ -17,12 +18,19 @@ constexpr double kHeldBack_m = 0.5e-3; // more than a frame's way, which methods
 constexpr double kLostShare = 0.1;     // of the spring's length
 constexpr double kElsewhere_m = 2e-3;  // more than what distance a method keeps, or lags by
 
+} // namespace
+
 StudyRun::Error error_of(std::vector<double> distances_um) {
     const Spread spread = spread_of(std::move(distances_um));
     return {spread.count, spread.rms, spread.p99, spread.max};
 }
 
-} // namespace
+double trimmed_mean(std::vector<double> times) {
+    if (times.empty()) return 0.0;
+    std::sort(times.begin(), times.end());
+    times.resize(times.size() - times.size() / 100);
+    return std::accumulate(times.begin(), times.end(), 0.0) / static_cast<double>(times.size());
+}
 
 void StudyTally::add(const FrameReport& frame, std::span<const Vec3> path,
                      const LoopDescription& loop) {
@@ -44,6 +52,9 @@ void StudyTally::add_frame(const FrameReport& frame, const LoopDescription& loop
     late_us_.push_back(frame.late_us);
     if (frame.contacts == 0) return;
     evaluations_.push_back(frame.evaluations);
+    field_samples_ += frame.field_samples;
+    root_queries_ += frame.root_queries;
+    surface_queries_ += frame.surface_queries;
     spent_us_.push_back(frame.spent_us);
 }
 
@@ -68,9 +79,21 @@ void StudyTally::add_certified(const FrameReport& frame, const Vec3& certified) 
     run_.elsewhere = run_.elsewhere.value_or(0) + (is_elsewhere ? 1 : 0);
 }
 
+void StudyTally::add_converged(const FrameReport& frame, const Vec3& proxy, bool in_contact) {
+    if (!in_contact && frame.contacts == 0) return;
+    converged_um_.push_back(kMicrometres * glm::length(frame.proxy - proxy));
+}
+
 StudyRun StudyTally::conclude(const LoopDescription& loop) && {
     run_.loop = loop;
     run_.frames_in_contact = spent_us_.size();
+    if (!spent_us_.empty()) {
+        const double frames = static_cast<double>(spent_us_.size());
+        run_.field_samples_mean = field_samples_ / frames;
+        run_.root_queries_mean = root_queries_ / frames;
+        run_.surface_queries_mean = surface_queries_ / frames;
+    }
+    run_.spent_mean_us = trimmed_mean(spent_us_);
     const Spread evaluations = spread_of(std::move(evaluations_));
     const Spread spent_us = spread_of(std::move(spent_us_));
     const Spread late_us = spread_of(std::move(late_us_));
@@ -85,6 +108,7 @@ StudyRun StudyTally::conclude(const LoopDescription& loop) && {
     if (sub_steps_ > 0.0) run_.step_mean_um = kMicrometres * way_m_ / sub_steps_;
     run_.level = error_of(std::move(level_um_));
     run_.position = error_of(std::move(position_um_));
+    run_.converged = error_of(std::move(converged_um_));
     return std::move(run_);
 }
 

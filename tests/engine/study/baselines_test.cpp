@@ -76,6 +76,24 @@ TEST(Baselines, AVirtualProxyStaysItsRadiusAway) {
     EXPECT_NEAR(farthest, kBall, 2.0 * kNudge);
 }
 
+TEST(Baselines, TetrahedraAreOffByTheSquareOfTheirSpacing) {
+    // On an edge of length e a linear value is off by e^2 / 8r at most; the longest is the cubes'
+    // diagonal of sqrt(3) mm. Facets of a cavity are on its free side; so is the nudge.
+    const double farthest = farthest_from_the_wall(BaselineKind::local_tetrahedra, 500, 400);
+    EXPECT_LT(farthest, 3e-6 / (8.0 * kRadius) + 1.1 * kNudge);
+    EXPECT_GT(farthest, 1e-6);
+}
+
+TEST(Baselines, TetrahedraLetNothingThroughAtAnySpeed) {
+    const std::shared_ptr<const ScalarField> field = make_slab(1e-3);
+    const auto baseline = make_baseline(BaselineKind::local_tetrahedra, field, 0.0);
+    baseline->restart({0.1e-3, 0.2e-3, 0.02});
+    const auto step = baseline->move({0.3e-3, 0.15e-3, -0.02});
+    EXPECT_TRUE(step.touches);
+    EXPECT_NEAR(step.proxy.z, 0.5e-3, 0.2e-3)
+        << "the corners of a 1 mm lattice blur a slab of 1 mm";
+}
+
 TEST(Baselines, IkitsDriftsLittleAndDoesNotComeBack) {
     const double early = farthest_from_the_wall(BaselineKind::ikits, 1000, 500);
     const double late = farthest_from_the_wall(BaselineKind::ikits, 4000, 500);

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/study/cost_budget.h>
+#include <palpate/engine/study/frame_prices.h>
+#include <palpate/engine/study/trade_off.h>
+
+#include <map>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/engine/study/study_fixture.h"
+
+/// What costs what: the cost budget, the prices of effects and contacts, and the trade of error for
+/// time. No test looks at a time that was measured.
+namespace palpate {
+namespace {
+
+using namespace test::study;
+using testing::HasSubstr;
+
+TEST(CostBudget, HasARestThatMakesItsPartsTheFrame) {
+    const auto scene = surface_cavity();
+    Study study = study_of(scene, study_settings(scene->description().loop), 1e-4);
+    std::erase_if(study.runs, [](const StudyRun& run) {
+        return run.loop.method == SteppingMethod::paper; // of a clock that stands nearly still
+    });
+    const auto parts = cost_budget(scene, along_the_wall(1e-4), study.runs);
+    std::size_t runs = 0;
+    for (const StudyRun& run : study.runs) {
+        if (!run.is_the_scenes) continue;
+        ++runs;
+        double sum_us = 0.0;
+        std::map<std::string, double> counts;
+        for (const CostPart& part : parts) {
+            if (part.run != title(run)) continue;
+            if (part.part == "frame") {
+                EXPECT_EQ(part.frame_us, run.spent_mean_us);
+                continue;
+            }
+            sum_us += part.frame_us;
+            counts[part.part] = part.count;
+        }
+        EXPECT_EQ(counts["first roots"], run.root_queries_mean);
+        EXPECT_EQ(counts["solver"], run.evaluations_mean);
+        EXPECT_EQ(counts["clock"], 2.0) << "before and after a frame";
+        EXPECT_NEAR(sum_us, run.spent_mean_us, 1e-9) << title(run);
+    }
+    EXPECT_EQ(runs, 3u) << "single, fixed and adaptive";
+    EXPECT_EQ(parts.size(), 10 * runs);
+}
+
+TEST(CostBudget, IsEmptyWhereNothingIsTouched) {
+    const auto scene = surface_cavity();
+    test::ScriptedClock clock(1.0);
+    const std::vector<DeviceState> away(10);
+    const Study study = run_study(scene, away, {scene->description().loop}, clock);
+    EXPECT_TRUE(cost_budget(scene, away, study.runs).empty());
+}
+
+TEST(FramePrices, AreDifferencesOfTheSameFrames) {
+    // Every frame takes 1 us on this clock, with an effect or without.
+    const auto scene = std::make_shared<const Scene>(parse_scene(
+        kCavity + "[surface.s]\nvolume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n"
+                  "[[effect]]\ntype = \"friction\"\nsurface = \"s\"\nstatic = 0.3\n"
+                  "dynamic = 0.2\n",
+        "cavity.toml"));
+    test::ScriptedClock clock(1.0);
+    const auto prices = frame_prices(scene, along_the_wall(1e-4), {}, 3, clock);
+    ASSERT_EQ(prices.size(), 5u) << "two effects, three other contacts";
+    EXPECT_EQ(prices[1].what, "effect friction of s");
+    EXPECT_EQ(prices[1].why_not, "");
+    EXPECT_EQ(prices[1].with_us, 1.0);
+    EXPECT_EQ(prices[1].without_us, 1.0);
+    EXPECT_EQ(prices[1].price_us, 0.0);
+    for (std::size_t i = 2; i < prices.size(); ++i)
+        EXPECT_THAT(prices[i].why_not, HasSubstr("extracts no meshes")) << prices[i].what;
+    EXPECT_THAT(frame_price_table(prices), HasSubstr("not known: this build extracts no meshes"));
+}
+
+StudyRun run_of(int sub_steps, double time_us, double error_um) {
+    StudyRun run;
+    run.loop = fixed(sub_steps);
+    run.frames_in_contact = 1;
+    run.spent_p50_us = time_us;
+    run.converged = {1, error_um, error_um, error_um};
+    return run;
+}
+
+TEST(TradeOff, IsTheCheapestAndTheBestOfWhatWasMeasured) {
+    const std::vector<StudyRun> runs{run_of(1, 2.0, 50.0), run_of(2, 3.0, 5.0),
+                                     run_of(4, 10.3, 0.5)};
+    const std::vector<TradeOff> trades = trade_offs(runs, TradedError::position);
+    ASSERT_EQ(trades.size(), 1u);
+    EXPECT_EQ(trades[0].method, "fixed");
+    EXPECT_THAT(trades[0].cheapest_us, testing::ElementsAre(2.0, 3.0, 10.3, std::nullopt));
+    EXPECT_THAT(trades[0].best_um, testing::ElementsAre(std::nullopt, 0.5, 0.5, 0.5))
+        << "10.3 us are 10 us with what is around sub-steps";
+    EXPECT_TRUE(trade_offs(runs, TradedError::level).empty()) << "no level is known";
+    EXPECT_THAT(trade_off_table(runs, 1.0), HasSubstr("| < 1 | < 1 | < 1 |"))
+        << "nothing is claimed below what the reference is known to";
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/study/error_budget.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/engine/study/study_fixture.h"
+
+namespace palpate {
+namespace {
+
+using namespace test::study;
+using testing::HasSubstr;
+
+const ErrorPart& part_of(const std::vector<ErrorPart>& parts, const std::string& source) {
+    return *std::find_if(parts.begin(), parts.end(),
+                         [&](const ErrorPart& part) { return part.source == source; });
+}
+
+TEST(ErrorBudget, VoxelisationFallsWithTheSquareOfTheVoxels) {
+    const auto level_um = [](double voxel_mm) {
+        const auto parts =
+            error_budget(surface_cavity(), along_the_wall(1e-4), {}, {.voxel_mm = voxel_mm});
+        const ErrorPart& part = part_of(parts, "voxelisation");
+        EXPECT_EQ(part.why_not, "");
+        // Linear interpolation is off by h^2 / 8 times the second derivatives along the axes, whose
+        // sum is 2 / r for a distance; its slope is 1 but for the same.
+        const double bound_um = 1e3 * voxel_mm * voxel_mm / (4.0 * 1e3 * kRadius_m);
+        EXPECT_LT(part.level.max_um, 1.1 * bound_um) << voxel_mm << " mm";
+        return part.level.rms_um;
+    };
+    EXPECT_NEAR(level_um(2.0) / level_um(1.0), 4.0, 0.6);
+}
+
+TEST(ErrorBudget, OfAPlaneIsZero) {
+    // A linear field is what its voxels say, also smoothed; its level needs no sub-steps.
+    const auto scene = std::make_shared<const Scene>(
+        parse_scene("[volume.v]\nanalytic = \"slab\"\nthickness_mm = 80\n[surface.s]\nvolume = "
+                    "\"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+                    "slab.toml"));
+    std::vector<DeviceState> inputs(kFrames);
+    for (std::size_t i = 0; i < kFrames; ++i) {
+        const double at = static_cast<double>(i);
+        inputs[i].time_s = 1e-3 * at;
+        inputs[i].position = {1e-4 * at, 5e-5 * at, 0.0405 - std::min(1e-4 * at, 2e-3)};
+    }
+    const auto parts = error_budget(scene, inputs, {});
+    // A value of v metres is a float to v 2^-24: 6e-4 um at 10 mm, the farthest voxels. The
+    // gradient, of two values 2 mm apart, turns the way of 2 mm by no more than that. The Gaussian
+    // adds its own rounding, of as many values.
+    for (const char* source : {"voxelisation", "smoothing", "float32", "together"}) {
+        EXPECT_EQ(part_of(parts, source).why_not, "") << source;
+        EXPECT_LT(part_of(parts, source).position.max_um, 2e-2) << source;
+    }
+    EXPECT_EQ(part_of(parts, "stepping").position.max_um, 0.0);
+    EXPECT_GT(part_of(parts, "solver").position.frames, kFrames / 2);
+    EXPECT_LT(part_of(parts, "solver").position.max_um, 1e-9) << "rounding of 40 mm is 7e-12 um";
+}
+
+TEST(ErrorBudget, SaysWhatIsNotKnownAndWhy) {
+    const auto parts = error_budget(gradient_cavity(kHard), along_the_wall(), {});
+    for (const char* source : {"voxelisation", "smoothing", "float32", "extraction", "solver"})
+        EXPECT_EQ(part_of(parts, source).why_not, "no surface with a level is felt") << source;
+    EXPECT_EQ(part_of(parts, "stepping").why_not, "");
+    EXPECT_GT(part_of(parts, "stepping").position.frames, 0u);
+    EXPECT_THAT(error_budget_table(parts), HasSubstr("not known: no surface with a level"));
+
+    const auto without_cgal = error_budget(surface_cavity(), along_the_wall(1e-4), {});
+    EXPECT_EQ(part_of(without_cgal, "extraction").why_not, "this build extracts no meshes");
+    std::vector<DeviceState> away(10);
+    EXPECT_EQ(part_of(error_budget(surface_cavity(), away, {}), "stepping").why_not,
+              "nothing was touched");
+}
+
+/// A sphere of 8 * 4^splits facets, its vertices on the cavity's wall.
+TriangleMesh ball(int splits) {
+    TriangleMesh mesh;
+    mesh.vertices = {{kRadius_m, 0, 0},  {-kRadius_m, 0, 0}, {0, kRadius_m, 0},
+                     {0, -kRadius_m, 0}, {0, 0, kRadius_m},  {0, 0, -kRadius_m}};
+    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                      {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    for (int split = 0; split < splits; ++split) {
+        std::map<std::array<std::uint32_t, 2>, std::uint32_t> middles;
+        const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+            const auto [at, is_new] = middles.try_emplace(
+                {std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(mesh.vertices.size()));
+            if (is_new)
+                mesh.vertices.push_back(kRadius_m *
+                                        glm::normalize(mesh.vertices[a] + mesh.vertices[b]));
+            return at->second;
+        };
+        std::vector<std::array<std::uint32_t, 3>> finer;
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+            for (const std::array<std::uint32_t, 3>& facet :
+                 {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+                finer.push_back(facet);
+        }
+        mesh.triangles = std::move(finer);
+    }
+    return mesh;
+}
+
+TEST(ErrorBudget, ExtractionIsTheSagittaOfItsFacets) {
+    constexpr int splits = 5;
+    SceneResources resources;
+    resources.extract = [](const Isosurface& surface, const IsosurfaceSettings&, const Progress&) {
+        EXPECT_LT(surface.value({2.0 * kRadius_m, 0.0, 0.0}), 0.0) << "a body, not its outside";
+        EXPECT_GT(surface.value({0.0, 0.0, 0.01}), 0.0);
+        EXPECT_FALSE(surface.seeds.empty());
+        return ball(splits);
+    };
+    const auto parts = error_budget(surface_cavity(), along_the_wall(1e-4), resources);
+    const ErrorPart& part = part_of(parts, "extraction");
+    ASSERT_EQ(part.why_not, "");
+    EXPECT_THAT(part.how, HasSubstr("8192 facets"));
+    EXPECT_GT(part.level.frames, kFrames / 2) << "a mesh the wrong way round is not felt";
+    // An edge is at most that of the octahedron's face middle, r sqrt(3/2) / 2^splits; the plane of
+    // a facet is its circumradius squared over 2 r inside.
+    const double edge_m = kRadius_m * std::sqrt(1.5) / (1 << splits);
+    const double sagitta_um = 1e6 * edge_m * edge_m / 3.0 / (2.0 * kRadius_m);
+    EXPECT_LT(part.level.max_um, 1.5 * sagitta_um);
+    EXPECT_GT(part.level.rms_um, 0.1 * sagitta_um);
+}
+
+TEST(ErrorBudget, StopsWhenAskedTo) {
+    EXPECT_THROW(error_budget(surface_cavity(), along_the_wall(1e-4), {}, {},
+                              [](double, std::string_view) { return false; }),
+                 std::runtime_error);
+}
+
+} // namespace
+} // namespace palpate
