@@ -25,7 +25,8 @@ constexpr int kSearchSteps = 8; // a quarter of a voxel: no bone-to-air layer is
 constexpr int kBisections = 20; // a quarter of a voxel / 2^20: below 1 nm for 4 mm voxels
 constexpr std::size_t kMaxPoints = 200000; // the mean of so many is good to sd / 400
 
-constexpr std::size_t kFewestPointsPerThread = 1000; // some 1 ms
+constexpr std::size_t kFewestPointsPerShare = 1000; // some 1 ms
+constexpr std::size_t kFewestSlicesPerShare = 8;
 
 constexpr double kLevelTolerance = 1e-6; // m, mean shift that counts as none
 constexpr int kMaxLevelSteps = 60;       // every second one halves: the bracket shrinks by 2^30
@@ -98,50 +99,83 @@ std::optional<SurfacePoint> surface_point(const AffineTransform& scene_to_index,
     return point;
 }
 
-/// Calls visit(i, j, k, axis, t) for each voxel edge that crosses the level at the share t of its
-/// length; both ends have neighbours on all sides, so that the gradient exists.
-template <class Visit>
-void for_each_crossing(const VoxelVolume& volume, double level, const Visit& visit) {
+/// Does work(first, last) for shares of `count` things, on all processors; returns once all is
+/// done. What a share is does not depend on who does it.
+template <class Work>
+void in_shares(std::size_t count, std::size_t fewest, const Work& work) {
+    const std::size_t shares = std::min<std::size_t>(
+        std::max(1u, std::thread::hardware_concurrency()), count / fewest + 1);
+    std::vector<std::jthread> others; // end with this
+    for (std::size_t n = 1; n < shares; ++n)
+        others.emplace_back(work, n * count / shares, (n + 1) * count / shares);
+    work(std::size_t{0}, count / shares);
+}
+
+/// A voxel edge that crosses the level: from a voxel one step along an axis.
+struct Crossing {
+    std::uint64_t voxel_and_axis; ///< 4 * index in storage + axis
+};
+
+/// Those whose ends have neighbours on all sides, so that the gradient exists; in storage order.
+std::vector<Crossing> crossings_of(const VoxelVolume& volume, double level) {
     const auto [ni, nj, nk] = volume.size;
     const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(ni),
                                             static_cast<std::size_t>(ni) *
                                                 static_cast<std::size_t>(nj)};
-    for (int k = 1; k < nk - 1; ++k)
-        for (int j = 1; j < nj - 1; ++j)
-            for (int i = 1; i < ni - 1; ++i) {
-                const std::size_t here = volume.index(i, j, k);
-                const std::array<bool, 3> inside{i < ni - 2, j < nj - 2, k < nk - 2};
-                const double a = volume.values[here];
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const double b = volume.values[here + stride[axis]];
-                    if (inside[axis] && (a >= level) != (b >= level) && std::isfinite(a - b))
-                        visit(i, j, k, static_cast<int>(axis), (level - a) / (b - a));
+    std::vector<std::vector<Crossing>> of_slice(static_cast<std::size_t>(std::max(nk, 0)));
+    const auto find = [&, ni = ni, nj = nj, nk = nk](std::size_t first, std::size_t last) {
+        for (std::size_t slice = std::max<std::size_t>(first, 1); slice < last; ++slice) {
+            const int k = static_cast<int>(slice);
+            if (k >= nk - 1) break;
+            for (int j = 1; j < nj - 1; ++j)
+                for (int i = 1; i < ni - 1; ++i) {
+                    const std::size_t here = volume.index(i, j, k);
+                    const std::array<bool, 3> inside{i < ni - 2, j < nj - 2, k < nk - 2};
+                    const double a = volume.values[here];
+                    for (std::size_t axis = 0; axis < 3; ++axis) {
+                        const double b = volume.values[here + stride[axis]];
+                        if (inside[axis] && (a >= level) != (b >= level) && std::isfinite(a - b))
+                            of_slice[slice].push_back({4 * here + axis});
+                    }
                 }
-            }
+        }
+    };
+    in_shares(of_slice.size(), kFewestSlicesPerShare, find);
+    std::vector<Crossing> crossings;
+    for (std::vector<Crossing>& slice : of_slice) {
+        crossings.insert(crossings.end(), slice.begin(), slice.end());
+        slice = {};
+    }
+    return crossings;
 }
 
 /// Points of the surface, regularly thinned to kMaxPoints at most: every n-th crossing in storage
 /// order, so that the same volume gives the same points.
 std::vector<SurfacePoint> surface_points(const VoxelVolume& volume, double level) {
-    std::size_t crossings = 0;
-    for_each_crossing(volume, level, [&](int, int, int, int, double) { ++crossings; });
-    const std::size_t every = crossings / kMaxPoints + 1;
+    const std::vector<Crossing> crossings = crossings_of(volume, level);
+    const std::size_t every = crossings.size() / kMaxPoints + 1;
     const AffineTransform scene_to_index = volume.index_to_scene.inverse();
+    const auto row = static_cast<std::uint64_t>(volume.size[0]);
+    const auto rows = static_cast<std::uint64_t>(volume.size[1]);
 
     std::vector<SurfacePoint> points;
-    points.reserve(crossings / every + 1);
-    std::size_t count = 0;
-    for_each_crossing(volume, level, [&](int i, int j, int k, int axis, double t) {
-        if (count++ % every != 0) return;
+    points.reserve(crossings.size() / every + 1);
+    for (std::size_t n = 0; n < crossings.size(); n += every) {
+        const std::uint64_t voxel = crossings[n].voxel_and_axis / 4;
+        const auto axis = static_cast<int>(crossings[n].voxel_and_axis % 4);
+        const int i = static_cast<int>(voxel % row), j = static_cast<int>(voxel / row % rows),
+                  k = static_cast<int>(voxel / row / rows);
         std::array<int, 3> end{i, j, k};
         ++end[static_cast<std::size_t>(axis)];
+        const double a = volume.at(i, j, k), b = volume.at(end[0], end[1], end[2]);
+        const double t = (level - a) / (b - a);
         Vec3 index(i, j, k);
         index[axis] += t;
         const Vec3 gradient = (1.0 - t) * central_difference(volume, i, j, k) +
                               t * central_difference(volume, end[0], end[1], end[2]);
         if (const auto point = surface_point(scene_to_index, index, gradient))
             points.push_back(*point);
-    });
+    }
     return points;
 }
 
@@ -188,14 +222,7 @@ std::vector<double> distances_to_level(const std::vector<SurfacePoint>& points,
             distances[n] = distance_to_level(field, level, points[n])
                                .value_or(std::numeric_limits<double>::quiet_NaN());
     };
-    const std::size_t threads =
-        std::min<std::size_t>(std::max(1u, std::thread::hardware_concurrency()),
-                              points.size() / kFewestPointsPerThread + 1);
-    std::vector<std::jthread> others;
-    for (std::size_t n = 1; n < threads; ++n)
-        others.emplace_back(find, n * points.size() / threads, (n + 1) * points.size() / threads);
-    find(0, points.size() / threads);
-    others.clear(); // ends them
+    in_shares(points.size(), kFewestPointsPerShare, find);
     return distances;
 }
 
