@@ -67,7 +67,13 @@ Subject bone_of(const std::filesystem::path& file) {
     const GridField field(read_volume(file), -1024.0F);
     subject.way = way_over_bone(field);
     const double before = memory_mib();
-    subject.mesh = std::make_shared<const TriangleMesh>(field.preview(kBoneLevel));
+    TriangleMesh bone = field.preview(kBoneLevel);
+    // Of no area: they are not there for queries, and looking at each of them divides by 0.
+    std::erase_if(bone.triangles, [&](const auto& t) {
+        const Vec3& a = bone.vertices[t[0]];
+        return glm::length(glm::cross(bone.vertices[t[1]] - a, bone.vertices[t[2]] - a)) == 0.0;
+    });
+    subject.mesh = std::make_shared<const TriangleMesh>(std::move(bone));
     subject.scene = std::make_unique<SurfaceScene>(subject.mesh);
     subject.memory_mib = memory_mib() - before;
     return subject;

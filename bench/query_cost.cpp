@@ -23,6 +23,7 @@ namespace {
 /// A volume, and where it is asked.
 struct Subject {
     VoxelVolume voxels; // what answers are compared with
+    float background = -1024.0F;
     double level = 0.0;
     std::unique_ptr<GridField> field;
     std::unique_ptr<FieldSampler> sampler;
@@ -33,12 +34,12 @@ struct Subject {
 
 using Subjects = std::function<Subject&()>;
 
-void make_field(Subject& subject, float background) {
+void make_field(Subject& subject) {
     const double before = memory_mib();
-    subject.field = std::make_unique<GridField>(subject.voxels, background);
+    subject.field = std::make_unique<GridField>(subject.voxels, subject.background);
     subject.memory_mib = memory_mib() - before;
     subject.sampler = subject.field->make_sampler();
-    subject.openvdb = std::make_unique<OpenVdbQueries>(subject.voxels);
+    subject.openvdb = std::make_unique<OpenVdbQueries>(subject.voxels, subject.background);
 }
 
 /// A ball of 40 mm with bumps of 2 mm in a cube of 100 mm; values in mm, growing inwards.
@@ -63,7 +64,7 @@ Subject bumpy_ball(int n) {
                                                     1e3 * glm::length(Vec3{at[i], at[j], at[k]}) +
                                                     kBump_mm * wave[i] * wave[j] * wave[k]));
     voxels.values = std::move(values);
-    make_field(subject, -1000.0F);
+    make_field(subject);
     for (double angle = 0.0; angle < 6.2; angle += 5e-3) { // steps of 0.2 mm
         const Vec3 direction =
             glm::normalize(Vec3{std::cos(angle), std::sin(angle), 0.3 * std::sin(2.0 * angle)});
@@ -78,24 +79,34 @@ Subject head(const std::filesystem::path& file) {
     Subject subject;
     subject.voxels = read_volume(file);
     subject.level = kBoneLevel;
-    make_field(subject, -1024.0F);
+    make_field(subject);
     subject.way = way_over_bone(*subject.field);
     return subject;
 }
 
 std::vector<Place> places_in(const Subject& subject, Stream stream, std::size_t count) {
     const auto& size = subject.voxels.size;
+    // Within the voxels also where the stream's place is 2 mm off.
+    const double margin = 3.0 + 2e-3 / subject.field->feature_size_m();
     return places(stream, count, subject.way, [&](std::mt19937& random) {
         // Anywhere between the voxels, not only on the surface: nothing of it is in a cache.
         Vec3 index;
-        for (int axis = 0; axis < 3; ++axis)
-            index[axis] = 3.0 + static_cast<double>(random()) / 4294967296.0 *
-                                    (size[static_cast<std::size_t>(axis)] - 7);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double room = size[static_cast<std::size_t>(axis)] - 1 - 2.0 * margin;
+            index[axis] = margin + room * (static_cast<double>(random()) / 4294967296.0);
+        }
         return OnSurface{subject.voxels.index_to_scene.point(index), Vec3{0.0, 0.0, 1.0}};
     });
 }
 
 // What is right, by arithmetic on the voxels that has nothing in common with the sampler's.
+
+/// A node of the field; the background beyond the voxels.
+double node_at(const Subject& subject, int i, int j, int k) {
+    const auto& size = subject.voxels.size;
+    const bool inside = i >= 0 && j >= 0 && k >= 0 && i < size[0] && j < size[1] && k < size[2];
+    return inside ? subject.voxels.at(i, j, k) : subject.background;
+}
 
 /// `node(i, j, k)` interpolated between the eight nodes around a point.
 template <class Node>
@@ -115,20 +126,18 @@ auto trilinear(const VoxelVolume& voxels, const Vec3& point, const Node& node) {
 }
 
 double right_value(const Subject& subject, const Vec3& point) {
-    return trilinear(subject.voxels, point, [&](int i, int j, int k) {
-        return static_cast<double>(subject.voxels.at(i, j, k));
-    });
+    return trilinear(subject.voxels, point,
+                     [&](int i, int j, int k) { return node_at(subject, i, j, k); });
 }
 
 /// Central differences in the nodes, interpolated, U/m; spacing and axes as index_to_scene says.
 Vec3 right_gradient(const Subject& subject, const Vec3& point) {
-    const auto& v = subject.voxels;
-    const Vec3 by_index = trilinear(v, point, [&](int i, int j, int k) {
-        return 0.5 * Vec3{static_cast<double>(v.at(i + 1, j, k)) - v.at(i - 1, j, k),
-                          static_cast<double>(v.at(i, j + 1, k)) - v.at(i, j - 1, k),
-                          static_cast<double>(v.at(i, j, k + 1)) - v.at(i, j, k - 1)};
+    const auto at = [&](int i, int j, int k) { return node_at(subject, i, j, k); };
+    const Vec3 by_index = trilinear(subject.voxels, point, [&](int i, int j, int k) {
+        return 0.5 * Vec3{at(i + 1, j, k) - at(i - 1, j, k), at(i, j + 1, k) - at(i, j - 1, k),
+                          at(i, j, k + 1) - at(i, j, k - 1)};
     });
-    return glm::transpose(glm::inverse(v.index_to_scene.linear)) * by_index;
+    return glm::transpose(glm::inverse(subject.voxels.index_to_scene.linear)) * by_index;
 }
 
 constexpr double kRounding = 1e-9; // of a comparison in double, relative to the largest number

@@ -19,9 +19,9 @@ struct OpenVdbQueries::Grid {
     }
 };
 
-OpenVdbQueries::OpenVdbQueries(const VoxelVolume& volume) {
+OpenVdbQueries::OpenVdbQueries(const VoxelVolume& volume, float background) {
     openvdb::initialize();
-    openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(0.0F);
+    openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(background);
     const openvdb::CoordBBox box(
         openvdb::Coord(0),
         openvdb::Coord(volume.size[0] - 1, volume.size[1] - 1, volume.size[2] - 1));

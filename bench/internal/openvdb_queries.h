@@ -10,8 +10,8 @@ namespace palpate::bench {
 
 class OpenVdbQueries {
 public:
-    /// The volume's transform must be a scale and an offset.
-    explicit OpenVdbQueries(const VoxelVolume& volume);
+    /// The volume's transform must be a scale and an offset; beyond it is the background.
+    explicit OpenVdbQueries(const VoxelVolume& volume, float background);
     ~OpenVdbQueries();
     OpenVdbQueries(const OpenVdbQueries&) = delete;
     OpenVdbQueries& operator=(const OpenVdbQueries&) = delete;

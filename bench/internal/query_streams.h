@@ -98,9 +98,11 @@ template <class Query>
 void measure_queries(benchmark::State& state, const std::vector<Place>& all, Caches caches,
                      const Query& query) {
     const auto one = [&](std::size_t i) { return query(all[i]); };
-    if (caches == Caches::warm) return measure(state, all.size(), one);
     static ColdCaches make_cold;
-    measure(state, all.size(), one, [] { make_cold(); });
+    if (caches == Caches::warm)
+        measure(state, all.size(), one);
+    else
+        measure(state, all.size(), one, [] { make_cold(); });
 }
 
 /// How many places a row asks at.
