@@ -143,7 +143,7 @@ const std::vector<double>& truth(Subject& subject, Ask ask, Stream stream,
 }
 
 void query(benchmark::State& state, const Subjects& subject_of, By by, Ask ask, StreamCase kind) {
-    constexpr double kSame = 1e-9;              // m; where a query is right, it is right to 1e-15
+    constexpr double kSame = 1e-9;             // m; where a query is right, it is right to 1e-15
     constexpr std::size_t kLooked = 4'000'000; // triangles that brute force looks at in a row
     Subject& subject = subject_of();
 #ifdef PALPATE_WITH_CGAL

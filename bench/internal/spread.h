@@ -33,22 +33,22 @@ public:
     }
     std::size_t size() const { return values_.size(); }
     /// Nearest rank: 0.5 the median, 1 the largest; 0 of nothing.
-    double at(double share) {
+    double at(double share) const {
         if (values_.empty()) return 0.0;
         if (!std::exchange(sorted_, true)) std::sort(values_.begin(), values_.end());
         const double rank = std::ceil(share * static_cast<double>(values_.size()));
         return values_[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
     }
     /// p50, p99, p99.9 and max as counters, as "contact_p50_us".
-    void report(benchmark::State& state, const std::string& before, const std::string& unit) {
+    void report(benchmark::State& state, const std::string& before, const std::string& unit) const {
         for (const auto& [name, share] :
              {std::pair{"p50_", 0.5}, {"p99_", 0.99}, {"p999_", 0.999}, {"max_", 1.0}})
             state.counters[before + name + unit] = at(share);
     }
 
 private:
-    std::vector<double> values_;
-    bool sorted_ = false;
+    mutable std::vector<double> values_; // sorted when it is asked, and only then
+    mutable bool sorted_ = false;
 };
 
 /// What two readings of the clock cost, one after the other: the median of many, ns.      [any]
