@@ -5,7 +5,7 @@ import html
 import math
 
 WIDTH, HEIGHT = 360, 270  # units of the drawing: pixels on a narrow screen
-LEFT, RIGHT, TOP, BOTTOM = 50, 12, 10, 40
+LEFT, RIGHT, TOP, BOTTOM = 50, 18, 10, 40
 DASHES = ["", "6 3", "2 3", "8 3 2 3", "1 4"]
 
 
@@ -28,7 +28,7 @@ def marker(kind, x, y, series):
 
 def short(value):
     """A number on an axis: 1, 20, 300, 4k, 5M."""
-    for unit, size in (("M", 1e6), ("k", 1e3)):
+    for unit, size in (("G", 1e9), ("M", 1e6), ("k", 1e3)):
         if abs(value) >= size:
             return f"{value / size:.3g}{unit}"
     return f"{value:.3g}"
