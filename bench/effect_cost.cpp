@@ -24,6 +24,7 @@
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
+#include "bench/internal/spread.h"
 #include "tests/support/test_meshes.h"
 
 namespace palpate {
@@ -197,6 +198,5 @@ int main(int argc, char** argv) {
                                   kGradientSurface + kGradientForce + kViscosity + kConstantForce +
                                   of_stream("vector_force") + of_stream("vector_follow") +
                                   of_stream("front_shape") + of_stream("vortex"));
-    benchmark::Initialize(&argc, argv);
-    benchmark::RunSpecifiedBenchmarks();
+    return bench::run_registered(argc, argv);
 }

@@ -337,7 +337,5 @@ int main(int argc, char** argv) {
         add_bones("skull", std::filesystem::absolute(*skull).string());
     else
         register_left_out("frame/skull");
-    benchmark::Initialize(&argc, argv);
-    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-    benchmark::RunSpecifiedBenchmarks();
+    return run_registered(argc, argv);
 }

@@ -192,22 +192,13 @@ void register_queries(const std::string& data, const Subjects& subject) {
 
 int main(int argc, char** argv) {
     using namespace palpate::bench;
-    static std::map<std::string, Subject> made;
-    const auto once = [](const std::string& name, const std::function<Subject()>& make) {
-        return [=]() -> Subject& {
-            if (!made.contains(name)) made.emplace(name, make());
-            return made.at(name);
-        };
-    };
     for (const auto& [name, n] :
          {std::pair{"20k", 41U}, std::pair{"100k", 91U}, std::pair{"500k", 204U},
           std::pair{"2M", 408U}, std::pair{"5M", 645U}})
-        register_queries(name, once(name, [n = n] { return bumpy_ball(n); }));
+        register_queries(name, made_once([n = n] { return bumpy_ball(n); }));
     if (const auto skull = skull_file())
-        register_queries("skull", once("skull", [=] { return bone_of(*skull); }));
+        register_queries("skull", made_once([=] { return bone_of(*skull); }));
     else
         register_left_out("mesh/skull");
-    benchmark::Initialize(&argc, argv);
-    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-    benchmark::RunSpecifiedBenchmarks();
+    return run_registered(argc, argv);
 }

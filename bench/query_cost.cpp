@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -280,20 +279,11 @@ BENCHMARK(solver)->ArgName("planes")->Arg(1)->Arg(2)->Arg(3)->Arg(6)->UseManualT
 
 int main(int argc, char** argv) {
     using namespace palpate::bench;
-    static std::map<std::string, Subject> made;
-    const auto once = [](const std::string& name, const std::function<Subject()>& make) {
-        return [=]() -> Subject& {
-            if (!made.contains(name)) made.emplace(name, make());
-            return made.at(name);
-        };
-    };
     for (const int n : {64, 128, 256, 512})
-        register_queries(std::to_string(n), once(std::to_string(n), [=] { return bumpy_ball(n); }));
+        register_queries(std::to_string(n), made_once([=] { return bumpy_ball(n); }));
     if (const auto skull = skull_file())
-        register_queries("skull", once("skull", [=] { return head(*skull); }));
+        register_queries("skull", made_once([=] { return head(*skull); }));
     else
         register_left_out("volume/skull");
-    benchmark::Initialize(&argc, argv);
-    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-    benchmark::RunSpecifiedBenchmarks();
+    return run_registered(argc, argv);
 }

@@ -34,9 +34,14 @@ def short(value):
     return f"{value:.3g}"
 
 
-def decades(low, high):
+def ticks_of(low, high):
+    """Round numbers from below the one to above the other: 1, 2, 5, or powers of ten alone."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    return [10.0**e for e in range(first, max(last, first + 1) + 1)]
+    steps = (1,) if last - first > 3 else (1, 2, 5)
+    every = [step * 10.0**e for e in range(first, last + 1) for step in steps]
+    below = max(tick for tick in every if tick <= low * (1 + 1e-9))
+    above = min((tick for tick in every if tick >= high * (1 - 1e-9) and tick > below), default=10.0 ** (last + 1))
+    return [tick for tick in every if below <= tick < above] + [above]
 
 
 class Axis:
@@ -84,10 +89,10 @@ def line_chart(title, x_words, y_words, series, x_names=None):
         return ""
     xs = sorted({x for x, _ in points})
     x_low, x_high = (xs[0] / 1.25, xs[-1] * 1.25)
-    x_ticks = [(v, w) for v, w in (x_names or {t: short(t) for t in decades(x_low, x_high)}).items()
+    x_ticks = [(v, w) for v, w in (x_names or {t: short(t) for t in ticks_of(x_low, x_high)}).items()
                if x_low <= v <= x_high]
     x = Axis([x_low, x_high], LEFT, WIDTH - RIGHT)
-    y = Axis(decades(min(p[1] for p in points), max(p[1] for p in points)), HEIGHT - BOTTOM, TOP)
+    y = Axis(ticks_of(min(p[1] for p in points), max(p[1] for p in points)), HEIGHT - BOTTOM, TOP)
     parts = axis_lines(x, y, x_ticks, x_words, y_words)
     for kind, line in enumerate(series.values()):
         way = " ".join(f"{'L' if i else 'M'}{x(a):.1f} {y(b):.1f}" for i, (a, b) in enumerate(line))
@@ -97,8 +102,8 @@ def line_chart(title, x_words, y_words, series, x_names=None):
 
 
 def range_chart(title, x_words, rows):
-    """rows: (name, [values]) with the first value as a dot, a line from the least to the most. Each
-    row's name stands above it, so that it may be long."""
+    """rows: (name, [values]) with the first value as a dot, and a line to the last one. Each row's
+    name stands above it, so that it may be long."""
     rows = [(name, [v for v in values if v > 0]) for name, values in rows]
     rows = [(name, values) for name, values in rows if values]
     if not rows:
@@ -106,7 +111,7 @@ def range_chart(title, x_words, rows):
     step, top = 30, 6
     height = top + step * len(rows) + BOTTOM
     every = [v for _, values in rows for v in values]
-    x = Axis(decades(min(every), max(every)), 10, WIDTH - 14)
+    x = Axis(ticks_of(min(every), max(every)), 10, WIDTH - 14)
     parts = []
     for tick in x.ticks:
         parts.append(f'<path class="grid" d="M{x(tick):.1f} {top} V{height - BOTTOM}"/>')
@@ -115,10 +120,8 @@ def range_chart(title, x_words, rows):
     for i, (name, values) in enumerate(rows):
         at = top + step * i + 22
         parts.append(text(10, at - 8, f"{name}: {short(values[0])}", "start", "name"))
-        parts.append(f'<path class="line s0" d="M{x(min(values)):.1f} {at} H{x(max(values)):.1f}"/>')
+        parts.append(f'<path class="line s0" d="M{x(values[0]):.1f} {at} H{x(values[-1]):.1f} m0 -4 v8"/>')
         parts.append(marker(0, x(values[0]), at, 0))
-        if len(values) > 1:
-            parts.append(f'<path class="line s0" d="M{x(max(values)):.1f} {at - 4} v8"/>')
     return figure(title, height, parts, "")
 
 
@@ -149,7 +152,7 @@ figure { margin: 0; max-width: 540px; break-inside: avoid; } figcaption { font-w
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 0.875rem; margin: 8px 0; }
 th, td { padding: 3px 8px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; } tr { break-inside: avoid; }
-td.words, th.words { text-align: left; white-space: normal; }
+td.words, th.words { text-align: left; white-space: normal; min-width: 13em; }
 thead { display: table-header-group; } summary { cursor: pointer; }
 @media print { :root { --ink: #000; --paper: #fff; --soft: #444; --line: #bbb; --s0: #0072b2;
   --s1: #b84a00; --s2: #007a5a; --s3: #a8457f; --s4: #000; } .wide { overflow: visible; }

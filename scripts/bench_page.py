@@ -163,7 +163,7 @@ def mesh_part(results, floor):
     for ask, words in (("first_hit", "First hit of a segment"), ("closest_point", "Closest point")):
         series = {"Embree, warm": "embree/{}/contact/warm", "Embree, random": "embree/{}/random/warm",
                   "Embree, cold": "embree/{}/contact/cold", "CGAL, warm": "cgal/{}/contact/warm",
-                  "every triangle": "brute_force/{}/contact/warm"}
+                  "CGAL, random": "cgal/{}/random/warm"}
         lines = {who: by_size(results, f"mesh/{ask}/{name}", SIZES) for who, name in series.items()}
         charts.append(line_chart(f"{words}, median ns", "triangles", "ns",
                                  {who: line for who, line in lines.items() if line},
@@ -171,7 +171,8 @@ def mesh_part(results, floor):
     rows = query_rows(results, floor, r"mesh/(\w+)/(\w+)/(\w+)/(\w+)/(\w+)",
                       ["query", "by", "mesh", "places", "caches"])
     return ("<h2>Queries to a mesh</h2><p>By this library (Embree finds candidates, double decides), by "
-            "CGAL's AABB tree, and by looking at every triangle.</p>"
+            "CGAL's AABB tree, and by looking at every triangle, which the charts leave out: it takes "
+            "thousands of times as long.</p>"
             f'<div class="charts">{"".join(charts)}</div>{folded("All queries to meshes", rows)}')
 
 
@@ -200,11 +201,11 @@ def frames_part(results, floor):
     contacts = dict.fromkeys(contact for _, (_, contact) in results.benchmarks(r"frame/(\w+)/(\w+)"))
     ranges = [(contact.replace("_", " "), [v for v in percentiles(results, f"frame/adaptive/{contact}")[:3] if v])
               for contact in contacts]
-    chart = range_chart("A frame of method adaptive: p50 to p99.9, ns", "ns", ranges)
+    chart = range_chart("A frame of method adaptive: p50 (circle) to p99.9, ns", "ns", ranges)
     sub_steps = [(contact.replace("_", " "),
                   [v for m in ("fixed", "paper") if (v := results.value(f"frame/{m}/{contact}", "sub_step_ns"))])
                  for contact in contacts]
-    second = range_chart("A sub-step: with 8 in a frame, and to where 0.9 ms are filled, ns", "ns", sub_steps)
+    second = range_chart("A sub-step: one of 8 in a frame (circle), and of as many as fit into 0.9 ms, ns", "ns", sub_steps)
     rows = []
     for name, (method, contact) in results.benchmarks(r"frame/(\w+)/(\w+)"):
         p50, p99, p999, most = percentiles(results, name)
@@ -237,7 +238,7 @@ def instructions_part(results):
                 "<code>scripts/bench_instructions.py</code> counts them where it is.</p>")
     rows = [(name.removeprefix("instructions/"),
              *(count(results.value(name, q)) for q in ("frame", "advance", "sub_step"))) for name in names]
-    chart = range_chart("Instructions of a frame (and of its sub-step)", "instructions",
+    chart = range_chart("Instructions of a frame (circle) and of one more sub-step", "instructions",
                         [(name.removeprefix("instructions/"),
                           [v for q in ("frame", "sub_step") if (v := results.value(name, q))])
                          for name in names])

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -131,6 +132,16 @@ inline void register_left_out(const std::string& name) {
         state.SkipWithError("left out: no build/release/real-data/skull.nhdr; get it with "
                             "scripts/fetch_data.sh build/release/real-data skull");
     })->Iterations(1);
+}
+
+/// A data set that is made when the first row needs it, and kept for the others.
+template <class Make>
+auto made_once(Make make) {
+    using Subject = decltype(make());
+    return [make, made = std::make_shared<std::optional<Subject>>()]() -> Subject& {
+        if (!*made) made->emplace(make());
+        return **made;
+    };
 }
 
 constexpr double kBoneLevel = 226.0; // HU

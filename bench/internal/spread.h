@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -102,6 +103,14 @@ double measure(benchmark::State& state, std::size_t count, const Work& work,
             static_cast<double>(*instructions) /
             static_cast<double>(count * static_cast<std::size_t>(state.iterations()));
     return mean_ns;
+}
+
+/// The rest of main() of a program that registers its benchmarks itself: its exit status.
+inline int run_registered(int argc, char** argv) {
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
 }
 
 } // namespace palpate::bench
