@@ -149,9 +149,10 @@ void query(benchmark::State& state, const Subjects& subject_of, By by, Ask ask, 
 #ifdef PALPATE_WITH_CGAL
     if (by == By::cgal && !subject.cgal) subject.cgal = std::make_unique<CgalTree>(*subject.mesh);
 #endif
-    const std::size_t few = std::max<std::size_t>(4, kLooked / subject.mesh->triangles.size());
-    const std::size_t count =
-        by == By::brute_force ? std::min<std::size_t>(few, 200) : place_count(kind.caches);
+    const std::size_t few = std::max<std::size_t>(2, kLooked / subject.mesh->triangles.size());
+    const std::size_t count = by == By::brute_force ? std::min<std::size_t>(few, 200)
+                              : by == By::cgal      ? place_count(kind.caches) / 4 // slower
+                                                    : place_count(kind.caches);
     const std::vector<Place> all = places_on(subject, kind.stream, count);
     const auto& right = truth(subject, ask, kind.stream, all, std::min<std::size_t>(few, 16));
     for (std::size_t i = 0; i < std::min(right.size(), count); ++i)
