@@ -94,6 +94,11 @@ def numbers_of(run):
             yield counter, unit_of(counter), number
 
 
+def place_of(run):
+    """Repetitions come in turns, at random: back to the order of the program."""
+    return run.get("family_index", 0), run.get("per_family_instance_index", 0)
+
+
 def rows_of_jitter(runs):
     """bench_jitter is no Google Benchmark: a row for each of its runs."""
     for run in runs:
@@ -117,7 +122,7 @@ def read_run(folder):
             continue
         context = run.get("context", context)
         program = file.stem.removeprefix("bench_")
-        for one in run.get("benchmarks", []):
+        for one in sorted(run.get("benchmarks", []), key=place_of):
             if one.get("run_type") == "aggregate":
                 continue
             name = name_of(one["run_name"])

@@ -67,16 +67,15 @@ inline double clock_cost_ns() {
 /// without a clock between them, for their mean and their instructions; and once one by one, for
 /// percentiles, less what the clock costs. The benchmark's own time is the mean of one. `before`
 /// is done before each i of the second pass, and not timed: where it is given, the first pass is
-/// left out. Returns the mean of one, ns.
+/// left out.
 template <class Work, class Before = std::nullptr_t>
-double measure(benchmark::State& state, std::size_t count, const Work& work,
-               const Before& before = nullptr) {
+void measure(benchmark::State& state, std::size_t count, const Work& work,
+             const Before& before = nullptr) {
     constexpr bool kIsPrepared = !std::is_same_v<Before, std::nullptr_t>;
     InstructionCounter counter;
     const double clock_ns = clock_cost_ns();
     Spread each;
     each.reserve(count);
-    double mean_ns = 0.0;
     for (auto _ : state) {
         double sum_ns = 0.0;
         if constexpr (!kIsPrepared) {
@@ -94,15 +93,13 @@ double measure(benchmark::State& state, std::size_t count, const Work& work,
             each.add(std::max(0.0, since_ns(began) - clock_ns));
             if constexpr (kIsPrepared) sum_ns += since_ns(began) - clock_ns;
         }
-        mean_ns = sum_ns / static_cast<double>(count);
-        state.SetIterationTime(1e-9 * mean_ns);
+        state.SetIterationTime(1e-9 * sum_ns / static_cast<double>(count));
     }
     each.report(state, "", "ns");
     if (const auto instructions = counter.counted(); instructions && !kIsPrepared)
         state.counters["instructions"] =
             static_cast<double>(*instructions) /
             static_cast<double>(count * static_cast<std::size_t>(state.iterations()));
-    return mean_ns;
 }
 
 /// The rest of main() of a program that registers its benchmarks itself: its exit status.
