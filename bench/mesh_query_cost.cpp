@@ -8,6 +8,9 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include <palpate/geometry/surface_scene.h>
 
