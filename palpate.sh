@@ -10,7 +10,7 @@ usage: ./palpate.sh demo|test|build|bench|help
   demo   build, get the demo data, trace it, and say where the report is
   test   build and run every test, the fast ones once more under AddressSanitizer
   build  leave the command at build/release/palpate, the Python package in build/release/python
-  bench  build and run the benchmarks: build/release/bench-results/*.json
+  bench  build and run the benchmarks: build/release/bench-results/index.html, results.csv and *.json
   help   this text
 Missing Debian packages (scripts/packages.txt) are installed with apt-get, as root or through sudo.
 EOT
@@ -88,20 +88,42 @@ run_tests() {
         --label-regex '^(geometry|volume|haptics|drivers|engine)$'
 }
 
+# The options of a benchmark: each measures three times, in turns with the others, so that the spread tells the noise; but for those
+# that take long.
+benchmark_options() {
+    case $1 in
+    bench_jitter) echo --seconds 5 ;;
+    bench_first_touch | bench_extraction) ;;
+    *) echo --benchmark_repetitions=3 --benchmark_enable_random_interleaving=true --benchmark_min_time=0.03 ;;
+    esac
+}
+
 run_benchmarks() {
-    local source name results=build/release/bench-results targets=()
+    local source name options results=build/release/bench-results targets=() new
+    new=$results.new
     for source in bench/*.cpp; do
         [ -e "$source" ] || { say "no benchmarks in bench/"; exit 1; }
         targets+=("bench_$(basename "$source" .cpp)")
     done
-    build_targets release "${targets[@]}"
-    mkdir -p "$results"
+    scripts/fetch_data.sh build/release/real-data skull || say "without the real head: its rows are left out"
+    build_targets release palpate_command "${targets[@]}"
+    rm -rf "$new"
+    mkdir -p "$new"
     for name in "${targets[@]}"; do
         say "running $name"
-        "build/release/$name" --benchmark_format=json >"$results/$name.json.part"
-        mv "$results/$name.json.part" "$results/$name.json"
-        say "wrote $results/$name.json"
+        mapfile -t options < <(benchmark_options "$name" | tr ' ' '\n' | grep .)
+        "build/release/$name" "${options[@]}" --benchmark_format=json >"$new/$name.json"
     done
+    if command -v valgrind >/dev/null; then
+        say "counting instructions"
+        scripts/bench_instructions.py --csv "$new/instructions.csv"
+    else
+        say "valgrind is not installed: instructions are not counted"
+    fi
+    rm -rf "$results"
+    mv "$new" "$results" # what was measured before is there until all is measured again
+    scripts/bench_page.py "$results"
+    say "the page is $results/index.html, the table $results/results.csv"
 }
 
 [ $# -eq 1 ] || { usage >&2; exit 2; }

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -24,6 +24,7 @@
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
+#include "bench/internal/spread.h"
 #include "tests/support/test_meshes.h"
 
 namespace palpate {
@@ -121,18 +122,25 @@ const std::vector<DeviceState>& hand() {
     return states;
 }
 
-void frames(benchmark::State& state, const std::string& text) {
+/// Made once: Google Benchmark asks for each of them many times.
+std::shared_ptr<const Scene> scene_of(const std::string& text) {
     static const Files files;
+    static std::map<std::string, std::shared_ptr<const Scene>> known;
+    auto& scene = known[text];
+    if (!scene)
+        scene = std::make_shared<const Scene>(parse_scene(text, files.folder / "scene.toml"),
+                                              SceneResources{.files = scene_files()});
+    return scene;
+}
+
+void frames(benchmark::State& state, const std::string& text) {
     const auto sub_steps = state.range(0);
     const std::string loop_text =
         sub_steps == 0
             ? "[loop]\nmethod = \"adaptive\"\n"
             : "[loop]\nmethod = \"fixed\"\nsub_steps = " + std::to_string(sub_steps) + "\n";
-    const auto scene =
-        std::make_shared<const Scene>(parse_scene(text + loop_text, files.folder / "scene.toml"),
-                                      SceneResources{.files = scene_files()});
     SteadyClock clock;
-    HapticLoop loop(scene, clock);
+    HapticLoop loop(scene_of(text + loop_text), clock);
     const std::vector<DeviceState>& inputs = hand();
     double force_n = 0.0, samples = 0.0, evaluations = 0.0;
     std::size_t i = 0;
@@ -142,7 +150,7 @@ void frames(benchmark::State& state, const std::string& text) {
         samples += report.field_samples;
         evaluations += report.evaluations;
     }
-    if (!std::isfinite(force_n)) throw std::runtime_error("effect_cost: a force is not finite");
+    if (!std::isfinite(force_n)) return state.SkipWithError("a force is not finite");
     const auto per_frame = [&](double sum) {
         return sum / static_cast<double>(state.iterations());
     };
@@ -190,6 +198,5 @@ int main(int argc, char** argv) {
                                   kGradientSurface + kGradientForce + kViscosity + kConstantForce +
                                   of_stream("vector_force") + of_stream("vector_follow") +
                                   of_stream("front_shape") + of_stream("vortex"));
-    benchmark::Initialize(&argc, argv);
-    benchmark::RunSpecifiedBenchmarks();
+    return bench::run_registered(argc, argv);
 }

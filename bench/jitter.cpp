@@ -28,6 +28,8 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/text/whole_file.h>
 
+#include "bench/internal/spread.h"
+
 namespace palpate {
 namespace {
 
@@ -67,29 +69,16 @@ private:
     std::vector<std::thread> threads_;
 };
 
-/// Numbers in order, and those at a share of them.
-class Sorted {
-public:
-    Sorted(const std::vector<FrameReport>& frames, double FrameReport::*column) {
-        for (const FrameReport& frame : frames)
-            values_.push_back(frame.*column);
-        std::sort(values_.begin(), values_.end());
-    }
-    /// Nearest rank; 1 is the largest.
-    double at(double share) const {
-        if (values_.empty()) return 0.0;
-        const double rank = std::ceil(share * static_cast<double>(values_.size()));
-        return values_[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
-    }
-    std::size_t size() const { return values_.size(); }
-
-private:
-    std::vector<double> values_;
-};
+bench::Spread spread_of(const std::vector<FrameReport>& frames, double FrameReport::*column) {
+    bench::Spread spread;
+    for (const FrameReport& frame : frames)
+        spread.add(frame.*column);
+    return spread;
+}
 
 struct Result {
     std::string method, scheduler, load;
-    Sorted late, spent;
+    bench::Spread late, spent;
     RealtimeCounts counts;
 };
 
@@ -128,8 +117,8 @@ Result run(const Case& one, double seconds) {
     return {std::string(name(one.method)),
             trace.realtime->scheduler == Scheduler::fifo ? "SCHED_FIFO" : "SCHED_OTHER",
             load_name(one.load),
-            Sorted(trace.frames, &FrameReport::late_us),
-            Sorted(trace.frames, &FrameReport::spent_us),
+            spread_of(trace.frames, &FrameReport::late_us),
+            spread_of(trace.frames, &FrameReport::spent_us),
             *trace.realtime};
 }
 

@@ -4,11 +4,10 @@
 // frames in contact, us; pieces of way and queries per frame; and the distance from the closest
 // point of the mesh, so that no speed is bought with it.
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 
 #include <benchmark/benchmark.h>
 
+#include "bench/internal/spread.h"
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/mesh_references.h"
 #include "tests/support/odd_meshes.h"
@@ -16,19 +15,13 @@
 namespace palpate {
 namespace {
 
-using Timer = std::chrono::steady_clock;
-
-double microseconds_since(Timer::time_point start) {
-    return std::chrono::duration<double, std::micro>(Timer::now() - start).count();
-}
-
 void cavity(benchmark::State& state, int levels, bool turned, double step) {
     const TriangleMesh plain = test::icosphere(0.05, levels);
     const auto mesh = test::certified(turned ? test::turned(plain) : plain);
     test::ContactLoop loop({}, test::one_mesh(mesh));
     const std::vector<Vec3> path = test::out_and_round(step);
     loop.start(path.front());
-    std::vector<double> spent;
+    bench::Spread spent;
     double legs = 0.0, error = 0.0;
     std::size_t i = 0;
     for (auto _ : state) {
@@ -37,28 +30,23 @@ void cavity(benchmark::State& state, int levels, bool turned, double step) {
             loop.start(path.front());
         }
         const Vec3& probe = path[i++];
-        const auto began = Timer::now();
+        const auto began = bench::Timer::now();
         const SubdivisionResult frame = loop.move(probe);
-        const double us = microseconds_since(began);
+        const double us = 1e-3 * bench::since_ns(began);
         state.SetIterationTime(1e-6 * us);
         if (frame.contacts == 0) continue;
-        spent.push_back(us);
+        spent.add(us);
         legs += frame.sub_steps;
         if (i % 64) continue;
         const auto closest = mesh->scene().closest_point(probe, 0.01);
         error = std::max(error, glm::length(closest->position - loop.proxy()));
     }
-    std::sort(spent.begin(), spent.end());
-    const auto percentile = [&](double share) {
-        return spent[static_cast<std::size_t>(share * static_cast<double>(spent.size() - 1))];
-    };
-    state.counters["contact_p50_us"] = percentile(0.5);
-    state.counters["contact_p99_us"] = percentile(0.99);
-    state.counters["contact_max_us"] = percentile(1.0);
+    spent.report(state, "contact_", "us");
     state.counters["legs"] = legs / static_cast<double>(spent.size());
     state.counters["queries"] = static_cast<double>(loop.surface(0).queries().surface_queries) /
                                 static_cast<double>(state.iterations());
     state.counters["error_um"] = 1e6 * error;
+    if (!(error < 1e-9)) state.SkipWithError("the proxy is not the closest point of the mesh");
 }
 
 /// Set-up: neighbours, certificates and Embree's tree.
