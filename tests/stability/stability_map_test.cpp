@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few cells of the map that bench_stability_map draws: a hand that presses a ball, in closed
+// A few cells of the maps that stability_map draws: a hand that presses a ball, in closed
 // loop.
 #include <algorithm>
 #include <utility>
@@ -27,21 +27,25 @@ std::shared_ptr<const Scene> ball(double stiffness) {
         "ball.toml"));
 }
 
-Press pressed(double stiffness, double delay_s, double step_m, Protection protection) {
-    const auto scene = ball(stiffness);
-    return press(scene, test::pressed_point(*scene, {0, 0, 1}),
-                 test::pressing_hand(delay_s, step_m), protection);
+HandSettings hand_at(double rate_hz, double delay_s, double step_m) {
+    HandSettings settings = test::pressing_hand(delay_s, step_m);
+    settings.rate_hz = rate_hz;
+    return settings;
 }
 
-double tremor() {
-    static const double once = test::free_tremor(test::pressing_hand(0.0, 10e-6));
-    return once;
+Press pressed(double stiffness, double delay_s, double step_m, Protection protection,
+              double rate_hz = 1000.0) {
+    const auto scene = ball(stiffness);
+    return press(scene, test::pressed_point(*scene, {0, 0, 1}), hand_at(rate_hz, delay_s, step_m),
+                 protection);
 }
+
+double tremor(double rate_hz = 1000.0) { return test::free_tremor(hand_at(rate_hz, 0.0, 10e-6)); }
 
 /// Force and slew limits of a scene, with rounding.
-void expect_limits(const Press& result) {
+void expect_limits(const Press& result, double rate_hz = 1000.0) {
     EXPECT_LE(result.force_n, 5.0 + 1e-12);
-    EXPECT_LE(result.step_n, 2.0 + 1e-12);
+    EXPECT_LE(result.step_n, 2000.0 / rate_hz + 1e-12); // a frame's share of 2000 N/s
 }
 
 // The control: without the chain the map's far corner oscillates and gives energy.
@@ -82,6 +86,33 @@ TEST(StabilityMap, TheControllerAloneCalmsAndBoundsTheEnergy) {
     EXPECT_TRUE(bounded.flags & kEnergyBounded);
     EXPECT_TRUE(bounded.flags & kSoftened);
     expect_limits(bounded);
+}
+
+// k T/2 <= b: the stiffness that the device's damping pays for grows with the rate.
+TEST(StabilityMap, WithTheChainAPressStaysCalmUpTo10kHz) {
+    const double damping = MechanismSettings{}.damping_n_s_per_m;
+    for (const double rate_hz : {2000.0, 5000.0, 10000.0}) {
+        const double shakes = tremor(rate_hz);
+        for (const double delay_s : {0.0, 3e-3}) {
+            const Press calm = pressed(5000.0, delay_s, 60e-6, Protection::chain, rate_hz);
+            EXPECT_DOUBLE_EQ(calm.stiffness_n_per_m, std::min(5000.0, 2.0 * damping * rate_hz));
+            EXPECT_FALSE(oscillates(calm, shakes)) << rate_hz << " Hz, " << delay_s;
+            EXPECT_LE(calm.hand_work_j, PassivitySettings{}.bank_j);
+            EXPECT_GT(calm.pressed_n, 0.3) << "and it is felt";
+            expect_limits(calm, rate_hz);
+        }
+    }
+}
+
+// A wall that shakes drives the force into both limits, so that the largest values are the limits.
+TEST(StabilityMap, ForceAndSlewLimitsAreTheSameAtEachRate) {
+    for (const double rate_hz : {1000.0, 2000.0, 5000.0, 10000.0}) {
+        const Press shaken = pressed(5000.0, 3e-3, 60e-6, Protection::limits, rate_hz);
+        EXPECT_TRUE(shaken.flags & kForceClamped) << rate_hz;
+        EXPECT_NEAR(shaken.force_n, 5.0, 1e-12) << rate_hz;
+        EXPECT_TRUE(shaken.flags & kForceSlewed) << rate_hz;
+        EXPECT_NEAR(shaken.step_n * rate_hz, 2000.0, 1e-8) << rate_hz;
+    }
 }
 
 /// Ten seconds of taps, 10 mm in front of the ball to 10 mm in it.
