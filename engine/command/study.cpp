@@ -28,9 +28,9 @@ struct StudyOptions {
     Replace replace = Replace::own;
 };
 
-constexpr std::array<const char*, 8> kStudyFiles{"study.csv",  "drift.csv",  "errors.csv",
-                                                 "costs.csv",  "prices.csv", "sweeps.csv",
-                                                 "study.json", "index.html"};
+constexpr std::array<const char*, 9> kStudyFiles{"study.csv", "drift.csv",  "errors.csv",
+                                                 "costs.csv", "prices.csv", "sweeps.csv",
+                                                 "front.svg", "study.json", "index.html"};
 
 /// The command that gives these numbers again, as far as clocks do.
 std::string command_of(const StudyOptions& options) {

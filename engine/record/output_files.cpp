@@ -23,6 +23,7 @@
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
+#include <palpate/engine/text/internal/front_mark.h>
 #include <palpate/engine/text/internal/png_mark.h>
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/label_file.h>
@@ -69,9 +70,10 @@ bool is_summary(const std::filesystem::path& file) {
 }
 
 bool is_of_study(std::string_view text) {
-    constexpr std::array<std::string_view, 5> beginnings{
-        "method,setting,pace,scenes_own,", "source,frames,position_rms_um,",
-        "run,part,count_per_frame,", "what,price_us,price_p10_us,", "sweep,value,unit,contact,"};
+    constexpr std::array<std::string_view, 6> beginnings{
+        internal::kFrontBeginning,        "method,setting,pace,scenes_own,",
+        "source,frames,position_rms_um,", "run,part,count_per_frame,",
+        "what,price_us,price_p10_us,",    "sweep,value,unit,contact,"};
     return is_drift(text) || std::any_of(beginnings.begin(), beginnings.end(),
                                          [&](std::string_view of) { return text.starts_with(of); });
 }

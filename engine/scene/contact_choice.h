@@ -11,8 +11,8 @@ namespace palpate {
 
 /// How a surface is felt, and why so.
 struct ContactChoice {
-    ContactKind kind = ContactKind::volume;
-    std::string why; ///< in words
+    ContactKind kind = ContactKind::volume; ///< which
+    std::string why;                        ///< in words
 };
 
 /// The contact that the scene names or, where it names none, the safest that the surface's data and
@@ -21,8 +21,9 @@ struct ContactChoice {
 ContactChoice choose_contact(const SceneDescription& scene, const SurfaceDescription& surface,
                              Extraction extraction);
 
-/// Whether a contact reads the surface's mesh; and whether its loop samples the field.   [any]
+/// Whether a contact reads the surface's mesh.                                          [any]
 bool needs_mesh(ContactKind kind) noexcept;
+/// Whether a contact's loop samples the surface's field.                                [any]
 bool samples_field(ContactKind kind) noexcept;
 
 /// Whether a contact feels textures: those that a field's level leads.                   [any]
@@ -31,7 +32,8 @@ bool feels_texture(ContactKind kind) noexcept;
 /// What a contact lacks in what a surface is given by, and what to do about it: "CONTACT what;
 /// remedy".
 struct ContactObstacle {
-    std::string what, remedy;
+    std::string what;   ///< is missing, or too much, in words
+    std::string remedy; ///< what to do about it
 };
 
 /// The scene as it can be felt before any mesh is extracted: a surface for which one would be is

@@ -76,9 +76,9 @@ std::string reference_in_words(const Study& study);
 /// it is not known. [setup]
 std::string study_csv(const Study& study);
 
-/// Writes study.csv, drift.csv, errors.csv, costs.csv, prices.csv, sweeps.csv, study.json and
-/// index.html into a folder that exists; `command` is what gives them again. Each file is complete
-/// or not there. [setup] Throws std::runtime_error naming the file.
+/// Writes study.csv, drift.csv, errors.csv, costs.csv, prices.csv, sweeps.csv, front.svg,
+/// study.json and index.html into a folder that exists; `command` is what gives them again. Each
+/// file is complete or not there. [setup] Throws std::runtime_error naming the file.
 void write_study(const std::filesystem::path& folder, const Scene& scene, const Study& study,
                  const std::string& command);
 

@@ -293,6 +293,7 @@ void write_study(const std::filesystem::path& folder, const Scene& scene, const 
     write_whole_file(folder / "prices.csv", frame_price_csv(study.prices));
     write_whole_file(folder / "sweeps.csv", sweep_csv(study.sweeps));
     write_whole_file(folder / "study.json", study_json(scene, study, command));
+    internal::write_study_front(folder / "front.svg", study);
     internal::write_study_page(folder / "index.html", scene, study, command);
 }
 

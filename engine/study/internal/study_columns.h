@@ -32,6 +32,10 @@ std::vector<const StudyRun*> runs_over_time(const Study& study);
 /// sphere, else the distance from the surface in um, > 0 inside; NaN where not known.   [any]
 double place_of(const Study& study, const StudyRun& run, std::size_t frame);
 
+/// Writes front.svg: the page's first picture as a file of its own, without a chart where no
+/// position is known. Throws std::runtime_error naming the file.                       [setup]
+void write_study_front(const std::filesystem::path& file, const Study& study);
+
 /// Writes index.html. Throws std::runtime_error naming the file.                        [setup]
 void write_study_page(const std::filesystem::path& file, const Scene& scene, const Study& study,
                       const std::string& command);

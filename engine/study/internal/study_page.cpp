@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/study/internal/study_columns.h>
 #include <palpate/engine/study/internal/study_page_parts.h>
+#include <palpate/engine/text/internal/front_mark.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/version.h>
 
@@ -49,7 +51,7 @@ std::string letter_of(const StudyRun& run, const Study& study) {
 
 /// One line per method, where its settings lie between time and error; a point for each baseline
 /// and each run in real time, of which the reference at the clock's pace knows no positions.
-std::string accuracy_chart(const Study& study, TradedError of) {
+SeriesChart accuracy_chart(const Study& study, TradedError of) {
     const bool of_position = of == TradedError::position;
     SeriesChart chart{of_position ? "Error of position against time" : "Error against time",
                       {"median us per frame in contact", ChartScale::logarithmic, kSmallestTime_us},
@@ -70,12 +72,12 @@ std::string accuracy_chart(const Study& study, TradedError of) {
         if (run.baseline) chart.series.back().labels.push_back(title(run));
         if (!run.pace.empty()) chart.series.back().labels.push_back(letter_of(run, study));
     }
-    return series_chart(chart, of_position ? "front" : "accuracy");
+    return chart;
 }
 
 /// The first picture: what accuracy costs; nothing where no position is known.
 std::string front(const Study& study) {
-    const std::string chart = accuracy_chart(study, TradedError::position);
+    const std::string chart = series_chart(accuracy_chart(study, TradedError::position), "front");
     if (chart.empty()) return {};
     return "<h2>What accuracy costs in time</h2>\n" + chart +
            paragraph(fmt::format(
@@ -148,20 +150,24 @@ std::string beside(const std::string& chart, const std::string& table) {
     return "<div class=\"beside\">\n" + chart + table + "</div>\n";
 }
 
-std::string table(const Study& study) {
+std::string table(const Study& study, std::span<const StudyColumn> of, const char* caption) {
     std::vector<HtmlColumn> columns{{"", "method", false}};
-    for (const auto kind : {study_columns(), later_study_columns()})
-        for (const StudyColumn& column : kind)
-            columns.push_back({column.group, column.heading});
+    for (const StudyColumn& column : of)
+        columns.push_back({column.group, column.heading});
     std::vector<std::vector<std::string>> rows;
     for (const StudyRun& run : study.runs) {
         std::vector<std::string> row{title_with_mark(run) + (run.is_the_scenes ? " *" : "")};
-        for (const auto kind : {study_columns(), later_study_columns()})
-            for (const StudyColumn& column : kind)
-                row.push_back(readable(column.value(run)));
+        for (const StudyColumn& column : of)
+            row.push_back(readable(column.value(run)));
         rows.push_back(std::move(row));
     }
-    return html_table("Each method over its range; * the scene's own setting", columns, rows);
+    return html_table(caption, columns, rows);
+}
+
+std::string table(const Study& study) {
+    return table(study, study_columns(), "Each method over its range; * the scene's own setting") +
+           table(study, later_study_columns(),
+                 "The same methods: spread of the times, queries, and the converged proxy");
 }
 
 std::string weaknesses(const Study& study) {
@@ -190,6 +196,12 @@ std::string footer(const std::string& command) {
 
 } // namespace
 
+void write_study_front(const std::filesystem::path& file, const Study& study) {
+    const std::array charts{accuracy_chart(study, TradedError::position)};
+    write_whole_file(file, std::string(kFrontBeginning) + "\n" +
+                               series_picture(charts, ChartWidth::narrow));
+}
+
 void write_study_page(const std::filesystem::path& file, const Scene& scene, const Study& study,
                       const std::string& command) {
     const std::string heading =
@@ -202,7 +214,8 @@ void write_study_page(const std::filesystem::path& file, const Scene& scene, con
         study.time_s.size(), readable(scene.description().loop.rate_hz)));
     page += front(study) + trade_off_section(study) + cost_section(study) + error_section(study);
     page += "<h2>Distance from the surface against time</h2>\n" +
-            beside(accuracy_chart(study, TradedError::level), accuracy_table(study));
+            beside(series_chart(accuracy_chart(study, TradedError::level), "accuracy"),
+                   accuracy_table(study));
     page += paragraph(
         "Others: methods up to the paper's own, and one after it: more below. Letters: runs in "
         "real time, as the table names them. Distances below 0.000001 um, a "
