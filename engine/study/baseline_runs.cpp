@@ -75,6 +75,7 @@ std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceSt
     // The caller's scene outlives the call: nobody owns it here.
     const std::shared_ptr<const Scene> borrowed(&scene, [](const Scene*) {});
     std::vector<internal::StudyEntry> entries;
+    entries.reserve(std::size(kBaselines));
     for (const BaselineKind kind : kBaselines)
         entries.push_back({borrowed, scene.description().loop, kind, inputs, nullptr, certified});
     return internal::run_interleaved(entries, 1, clock, "comparing", progress);

@@ -118,6 +118,7 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
     const ConvergedProxies* reference = converged ? &*converged : nullptr;
 
     std::vector<internal::StudyEntry> entries;
+    entries.reserve(settings.size() + std::size(kBaselines));
     for (const LoopDescription& loop : settings)
         entries.push_back({scene, loop, {}, inputs, nullptr, certified, reference});
     const LoopDescription& own = scene->description().loop;

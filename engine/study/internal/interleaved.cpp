@@ -2,6 +2,7 @@
 #include <palpate/engine/study/internal/interleaved.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <palpate/engine/loop/haptic_loop.h>
@@ -123,7 +124,7 @@ StudyRun::Range range_of(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const auto rank = [&](double share) {
         const double last = static_cast<double>(values.size() - 1);
-        return values[static_cast<std::size_t>(share * last + 0.5)];
+        return values[static_cast<std::size_t>(std::lround(share * last))];
     };
     return {rank(0.1), rank(0.9)};
 }
@@ -159,6 +160,7 @@ std::vector<StudyRun> run_interleaved(std::span<const StudyEntry> entries, int r
             row.end();
     }
     std::vector<StudyRun> runs;
+    runs.reserve(rows.size());
     for (Row& row : rows)
         runs.push_back(std::move(row).conclude());
     return runs;

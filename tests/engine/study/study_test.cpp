@@ -306,7 +306,7 @@ TEST(StudyFiles, SayTheSameNumbers) {
     for (StudyRun& run : run_baselines(*scene, along_the_wall(), clock))
         study.runs.push_back(std::move(run));
     write_study(folder.path(), *scene, study, "palpate study <cavity>.toml");
-    EXPECT_EQ(test::files_in(folder.path()), 8u);
+    EXPECT_EQ(test::files_in(folder.path()), 9u);
 
     const std::vector<std::string> rows = lines_of(test::content_of(folder / "study.csv"));
     const json document = json::parse(test::content_of(folder / "study.json"));
