@@ -121,6 +121,10 @@ void HapticLoop::restore(const LoopState& state) { loops_->next_frames().restore
 
 std::vector<std::string> HapticLoop::warnings() const { return loops_->next_frames().warnings(); }
 
+void HapticLoop::observe(SubStepObserver* observer) noexcept {
+    loops_->next_frames().observe(observer);
+}
+
 const VirtualCoupling& HapticLoop::coupling() const noexcept { return loops_->coupling(); }
 
 std::span<const Vec3> HapticLoop::path() const noexcept {

@@ -16,6 +16,7 @@
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/hand/virtual_coupling.h>
 #include <palpate/haptics/stepping/clock.h>
+#include <palpate/haptics/stepping/sub_step.h>
 #include <palpate/haptics/stepping/touch.h>
 
 namespace palpate {
@@ -105,6 +106,11 @@ public:
     /// beyond the limit, primitives beyond the room of an evaluation. In words, a line each.
     /// [setup]
     std::vector<std::string> warnings() const;
+
+    /// From the next frame on `observer` is told every sub-step; null: nobody is. Frames keep their
+    /// bits and take longer: for runs that are computed again, as recorded ones. It must outlive
+    /// the loop, or be taken away before.                                                [setup]
+    void observe(SubStepObserver* observer) noexcept;
 
     /// What couples probe and proxy.                                                      [any]
     const VirtualCoupling& coupling() const noexcept;

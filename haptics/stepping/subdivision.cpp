@@ -150,7 +150,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame,
 /// an earlier run; if it is empty, the clock decides.
 SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noexcept {
     begin(replayed); // t_0; bodies move, and with them the proxy; effects note where it starts
-    if (needs_.nothing && is_a_place(frame_.probe)) return run_free();
+    if (needs_.nothing && is_a_place(frame_.probe) && !observer_) return run_free();
     Vec3 proxy = frame_.start;
     Vec3 before = proxy;
     Move move;
@@ -165,6 +165,7 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
             count_steps_left();          // (8), (10) how many evaluations may follow
             move = next_move(proxy);     // (9) a share of the way; adaptive: a Newton step
             proxy = follow(move, proxy); // as far as every certificate holds
+            if (observer_) tell(move, before, proxy);
         } while (goes_on(move, before, proxy));
     } while (open_a_membrane() || let_friction_slip()); // something gave way: less holds the proxy
     led_ = move.kind == Move::Kind::slide;
@@ -348,6 +349,11 @@ void Subdivision::evaluated(const Vec3& proxy, int work_left) noexcept {
 void Subdivision::count_steps_left() noexcept {
     const EvaluationOutcome outcome{result_.residual_m, contacts_.facets_only()};
     steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
+}
+
+void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) const noexcept {
+    observer_->sub_step({move.kind, from, solution_.proxy, move.to, to,
+                         contacts_, primitives_, solution_});
 }
 
 /// Whether another evaluation follows the one that moved the proxy from `before` to `proxy`: in the

@@ -18,6 +18,7 @@
 #include <palpate/haptics/stepping/loop_surface.h>
 #include <palpate/haptics/stepping/proxy_path.h>
 #include <palpate/haptics/stepping/stepping.h>
+#include <palpate/haptics/stepping/sub_step.h>
 #include <palpate/haptics/stepping/touch.h>
 
 namespace palpate {
@@ -80,6 +81,11 @@ public:
     /// From the next frame on it computes also what its surfaces and effects do not call for: the
     /// same bits, and slower. What it leaves out is measured and tested by this.         [setup]
     void compute_everything() noexcept;
+
+    /// From the next frame on `observer` is told every sub-step; null: nobody is. The frames keep
+    /// their bits. It must outlive this, or be taken away before.                        [setup]
+    void observe(SubStepObserver* observer) noexcept { observer_ = observer; }
+    SubStepObserver* observer() const noexcept { return observer_; } ///< who is told      [setup]
 
     /// Gain of a part of a surface, or of an effect, by their index; 0 switches off.
     /// Any thread may call GainRamp::set() while the loop runs; its other functions are the loop's.
@@ -164,12 +170,8 @@ private:
 
     /// How the proxy moves after an evaluation.
     struct Move {
-        enum class Kind : std::uint8_t {
-            none,  // the proxy is where it has to be
-            look,  // no move yet: gather again with this solution known (FrameContext::looks)
-            chord, // straight to `to`, as far as certificates hold
-            slide, // `to` draws the proxy, and the surface that holds it leads it
-        } kind = Kind::none;
+        using Kind = SubStep::Kind;
+        Kind kind = Kind::none;
         Vec3 to{0.0};
     };
 
@@ -210,6 +212,7 @@ private:
     void count_steps_left() noexcept;
     Move next_move(const Vec3& proxy) noexcept;
     Vec3 follow(const Move& move, const Vec3& proxy) noexcept;
+    void tell(const Move& move, const Vec3& from, const Vec3& to) const noexcept;
     bool goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept;
     bool open_a_membrane() noexcept;
     bool let_friction_slip() noexcept;
@@ -257,6 +260,7 @@ private:
     bool led_ = false; // the last move was the leading surface's own
 
     Needs needs_;
+    SubStepObserver* observer_ = nullptr;
 };
 
 } // namespace palpate

@@ -100,6 +100,7 @@ void SceneLoop::go_on_from(SceneLoop& before) noexcept {
         const bool custom = i >= first && i < first + custom_.size();
         effects_after_[i] = custom ? theirs + (i - first) : kNew;
     }
+    subdivision_->observe(before.subdivision_->observer());
     safety_ = before.safety_;
     velocity_estimator_ = before.velocity_estimator_;
     frames_ = before.frames_;

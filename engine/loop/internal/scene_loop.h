@@ -48,6 +48,8 @@ public:
     LoopState save() const;
     void restore(const LoopState& state);
 
+    void observe(SubStepObserver* observer) noexcept { subdivision_->observe(observer); }
+
     const VirtualCoupling& coupling() const noexcept { return coupling_; }
     const Subdivision& subdivision() const noexcept { return *subdivision_; }
     std::span<const Touch> touches() noexcept;

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// An observer is told what a frame did, sub-step by sub-step, and changes no bit of it.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/stepping/subdivision.h>
+#include <palpate/volume/fields/analytic_fields.h>
+
+#include "tests/support/mesh_fuzz.h"
+#include "tests/support/mesh_references.h"
+#include "tests/support/odd_meshes.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kRadius_m = 0.05;
+
+/// What of a sub-step outlives the call.
+struct Told {
+    SubStep::Kind kind;
+    Vec3 from, candidate, wanted, to;
+    std::size_t contacts, planes, outcomes;
+};
+
+class Listener final : public SubStepObserver {
+public:
+    void sub_step(const SubStep& step) noexcept override {
+        told.push_back({step.kind, step.from, step.candidate, step.wanted, step.to,
+                        step.contacts.size(), step.primitives.planes().size(),
+                        step.solution.planes.size()});
+    }
+    std::vector<Told> told;
+};
+
+template <class Make>
+void expect_it_tells_the_frame(const Make& make) {
+    for (const SteppingMethod method : {SteppingMethod::adaptive, SteppingMethod::single,
+                                        SteppingMethod::fixed, SteppingMethod::paper}) {
+        SteppingSettings settings;
+        settings.method = method;
+        settings.sub_steps = 7;
+        settings.budget_us = 30.0; // of a clock that goes on by 1 us with each look
+        test::ContactLoop plain(settings, make(), {}, 1.0), observed(settings, make(), {}, 1.0);
+        Listener listener;
+        observed.subdivision().observe(&listener);
+        const Vec3 start{0.0, 0.0, 1.1 * kRadius_m};
+        plain.start(start);
+        observed.start(start);
+        std::size_t moves = 0;
+        for (int i = 0; i < 400; ++i) {
+            SCOPED_TRACE(i);
+            const double angle = 0.004 * i;
+            const Vec3 probe = (1.1 - 0.15 * std::min(1.0, i / 50.0)) * kRadius_m *
+                               Vec3{std::sin(angle), 0.3 * std::sin(2.0 * angle), std::cos(angle)};
+            listener.told.clear();
+            const SubdivisionResult a = plain.move(probe), b = observed.move(probe);
+            ASSERT_EQ(a.proxy, b.proxy);
+            ASSERT_EQ(a.work, b.work);
+            ASSERT_EQ(a.flags, b.flags);
+            ASSERT_EQ(a.residual_m, b.residual_m);
+            const std::span<const Vec3> path = observed.subdivision().path();
+            ASSERT_TRUE(std::ranges::equal(plain.subdivision().path(), path));
+
+            ASSERT_EQ(listener.told.size(), b.evaluations);
+            Vec3 at = path.front();
+            for (const Told& step : listener.told) {
+                ASSERT_EQ(step.from, at) << "one begins where the one before has ended";
+                ASSERT_NE(std::ranges::find(path, step.to), path.end());
+                ASSERT_EQ(step.planes, step.contacts) << "there are no other effects";
+                ASSERT_EQ(step.outcomes, step.planes);
+                if (step.kind == SubStep::Kind::none) {
+                    ASSERT_EQ(step.to, step.from);
+                }
+                moves += step.kind == SubStep::Kind::chord || step.kind == SubStep::Kind::slide;
+                at = step.to;
+            }
+            const Told& last = listener.told.back();
+            if (b.residual_m > 0.0) { // else the surface that led it had it at rest
+                ASSERT_EQ(glm::length(last.candidate - last.from), b.residual_m);
+            }
+        }
+        EXPECT_GT(moves, 300u);
+        observed.subdivision().observe(nullptr);
+        listener.told.clear();
+        observed.move(start);
+        EXPECT_TRUE(listener.told.empty());
+    }
+}
+
+TEST(SubStepObserver, TellsAFrameOfNothing) {
+    expect_it_tells_the_frame([] { return std::vector<std::unique_ptr<SurfaceContact>>(); });
+}
+
+TEST(SubStepObserver, TellsAFrameOnAMesh) {
+    const auto ball = test::certified(test::turned(test::icosphere(kRadius_m, 3)));
+    expect_it_tells_the_frame([&] { return test::one_mesh(ball); });
+}
+
+TEST(SubStepObserver, TellsAFrameOnALevel) {
+    expect_it_tells_the_frame([] { return test::one_surface(make_solid_sphere(kRadius_m)); });
+}
+
+} // namespace
+} // namespace palpate
