@@ -44,7 +44,8 @@ public:
         contacts_[contacts_.size() - 1].surface = surface_;
         return true;
     }
-    /// Nothing but a flat and hard plane of surface 0: clear(), begin() and add() of it.  [loop]
+    /// Nothing but a flat and hard plane of surface 0: clear(), begin() and add() of it. `anchor`:
+    /// a point of it, m, scene frame; `normal`: unit, towards free space.                  [loop]
     void set_hard_plane(const Vec3& anchor, const Vec3& normal) noexcept {
         clear();
         ContactPlane contact;

@@ -54,9 +54,9 @@ SlideLeg MeshContact::slide_on_surface(const Vec3& pull) noexcept {
             break;
         }
         if (now_.leg.to != now_.spot.position) {
-            // In a facet a walk ends at the foot of the pull alone, and there it rests.
-            const bool settles =
-                step.end == WalkStep::End::arrives && step.spot.feature == MeshSpot::Feature::face;
+            // Before a surface yields or opens, it has to know where the leg ended.
+            const bool settles = step.end == WalkStep::End::arrives && now_.strength.is_hard() &&
+                                 walk_.rests_in_facet(step.spot, pull);
             return {now_.leg.to, SlideLeg::End::goes_on, settles};
         }
         follow(now_.leg.to, true); // nowhere else, but on another facet

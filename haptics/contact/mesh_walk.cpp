@@ -158,6 +158,12 @@ Vec3 MeshWalk::mean_outward(const Fan& around, const Vec3& vertex) const noexcep
     return mean;
 }
 
+bool MeshWalk::rests_in_facet(const MeshSpot& spot, const Vec3& pull) const noexcept {
+    if (spot.feature != Feature::face) return false;
+    const Heading to = heading_of_face(spot, pull - spot.position);
+    return !(to.height_m > tolerance_m_) && !(to.reach_m > tolerance_m_);
+}
+
 WalkStep MeshWalk::step(const MeshSpot& spot, const Vec3& pull) const noexcept {
     WalkStep step;
     step.spot = spot;

@@ -54,6 +54,8 @@ public:
     /// for ever.  [loop]
     Heading heading(const MeshSpot& spot, const Vec3& vector) const noexcept;
 
+    /// Whether step() would rest at the spot, and that is within a facet.                [loop]
+    bool rests_in_facet(const MeshSpot& spot, const Vec3& pull) const noexcept;
     /// From the spot to the end of the facet or edge that leads towards `pull`.          [loop]
     WalkStep step(const MeshSpot& spot, const Vec3& pull) const noexcept;
 

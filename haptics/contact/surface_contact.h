@@ -43,7 +43,7 @@ struct SlideLeg {
     };
     Vec3 corner{0.0}; ///< m, scene frame
     End end = End::rests;
-    bool settles = false; ///< goes on: at the corner the proxy then rests, it need not be asked
+    bool settles = false; ///< goes on: the next slide(), from `corner`, would say `rests`
 };
 
 /// Implemented by a surface that can lead the proxy by itself.
@@ -56,14 +56,14 @@ public:
     /// SurfaceContact::carry() are; the distance to `pull` never grows.                     [loop]
     virtual SlideLeg slide(const Vec3& from, const Vec3& pull) noexcept = 0;
 
-    /// A point of a plane and its unit normal, m.
+    /// A facet's plane, scene frame.
     struct Face {
         Vec3 anchor{0.0}; ///< m, scene frame
         Vec3 normal{0.0}; ///< unit, towards free space
     };
-    /// Where SurfaceContact::offer() would offer one hard and flat plane, and nothing else: does as
-    /// that does, and as keep_active() does of a plane that does not yield, and returns the plane.
-    /// Else nothing: offer() is to be asked.                                             [loop]
+    /// Where SurfaceContact::offer() at `proxy`, m, scene frame, would offer one hard and flat
+    /// plane and nothing else: does as that does, and as keep_active() does of a plane that does
+    /// not yield, and returns the plane. Else nothing: offer() is to be asked. [loop]
     virtual std::optional<Face> offer_face(const Vec3& proxy) noexcept {
         static_cast<void>(proxy);
         return std::nullopt;

@@ -80,6 +80,7 @@ CoulombFriction::State CoulombFriction::save_state() const { return {surfaces_, 
 void CoulombFriction::restore_state(const State& state) {
     surfaces_ = state.surfaces;
     known_ = state.known;
+    none_ = std::ranges::all_of(surfaces_, [](const Surface& of) { return of.own.none(); });
 }
 
 void CoulombFriction::restart() noexcept {

@@ -77,8 +77,9 @@ public:
     /// A frame of `period_s` > 0 begins: a step of the way. True when anything changed since the
     /// frame before.  [loop]
     bool advance(double period_s) noexcept {
-        if (!moves()) return false;
+        // Once, as another thread may set it meanwhile.
         const double wanted = wanted_.load(std::memory_order_relaxed);
+        if (!moving_ && !jumped_ && now_ == wanted) return false;
         jumped_ = false;
         const double longest = period_s / kSecondsPerUnit;
         const double way = wanted - now_;

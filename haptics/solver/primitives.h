@@ -72,8 +72,8 @@ public:
             return planes_.push_back({Vec3{0.0}, any_direction(), 0.0}); // keeps its number
         planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n)});
     }
-    /// Nothing but a hard plane that is finite, at gain 1: clear() and add(), without their
-    /// questions.                                                                          [loop]
+    /// Nothing but a hard plane at gain 1: clear() and add(). `anchor`: m, scene frame; `normal`:
+    /// unit. Both are finite: it is not asked.                                             [loop]
     void set_hard_plane(const Vec3& anchor, const Vec3& normal) noexcept {
         clear();
         planes_.push_back({anchor, normal, std::numeric_limits<double>::infinity()});

@@ -22,8 +22,8 @@ public:
     /// The level itself has moved to the proxy, by yielding.                             [loop]
     void level_moved() noexcept { depth_m_ = 0.0; }
 
-    /// Whether lift() would change nothing, and not let the proxy be lifted less than it asks: no
-    /// energy was taken, and it is `depth_m` below the level as before, on it or above.  [loop]
+    /// Whether lift() would change nothing and allow all of `depth_m`: no energy was taken, and the
+    /// proxy is as far below the level as in the frame before, m, <= 0: on it or above.  [loop]
     bool is_level(double depth_m) const noexcept {
         return energy_j_ == 0.0 && depth_m == depth_m_ && depth_m <= 0.0;
     }

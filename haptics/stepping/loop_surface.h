@@ -103,8 +103,9 @@ public:
     /// [loop]
     void offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept;
     /// offer(), and in the frame's first evaluation ration_restoring(), of a surface without a
-    /// magnet that holds the proxy by one hard and flat plane, at which nothing is to be rationed.
-    /// Nothing where it is not so; then these are to be called.                           [loop]
+    /// magnet that is the only one, and holds the proxy (m, scene frame) by one hard and flat plane
+    /// at which nothing is to be rationed. `begins`: it is the frame's first evaluation. Nothing
+    /// where it is not so; then these are to be called.                                   [loop]
     std::optional<SlidingSurface::Face> offer_face(const Vec3& proxy, bool begins) noexcept;
     /// take() of that plane; `holds`: its multiplier is above 0.                          [loop]
     void take_face(bool holds) noexcept {

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include <palpate/haptics/solver/internal/one_plane.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate {
@@ -50,7 +49,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
                          std::vector<SurfaceFinish> finish)
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
       calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
-    needs_.work = kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
+    work_of_a_frame_ = kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
     finish.resize(std::max(finish.size(), surfaces.size()));
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         surfaces_.emplace_back(*surfaces[i], finish[i]);
@@ -67,7 +66,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
 }
 
 void Subdivision::compute_everything() noexcept {
-    needs_.magnets = needs_.calming = true;
+    needs_.everything = needs_.magnets = needs_.calming = true;
     needs_.nothing = needs_.only_slides = false;
 }
 
@@ -158,9 +157,9 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
         begin_approach();
         do { // one evaluation and its sub-step
             before = proxy;
-            if (!rests_on_a_face(proxy)) {
-                gather(proxy); // (6) the primitives at the proxy
-                solve(proxy);  // (7) the candidate, where their forces balance
+            if (!solve_on_facet(proxy)) { // one facet alone: both in closed form
+                gather(proxy);            // (6) the primitives at the proxy
+                solve(proxy);             // (7) the candidate, where their forces balance
             }
             count_steps_left();          // (8), (10) how many evaluations may follow
             move = next_move(proxy);     // (9) a share of the way; adaptive: a Newton step
@@ -175,7 +174,8 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
 /// The same where nothing can be felt: what draws the proxy is the probe, and nothing is in its
 /// way.
 SubdivisionResult Subdivision::run_free() noexcept {
-    const Vec3 target = frame_.probe + 0.0; // as pull() has it
+    primitives_.clear();
+    const Vec3 target = pull();
     Vec3 proxy = frame_.start;
     begin_approach();
     do {
@@ -197,7 +197,7 @@ SubdivisionResult Subdivision::run_free() noexcept {
 void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     result_ = {};
     steps_left_.clear();
-    budget_ = {0, needs_.work, kMostLegs, 0};
+    budget_ = {0, work_of_a_frame_, kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
     if (needs_.bodies) frame_.start = follow_bodies(frame_.start);
     path_.begin(frame_.start);
@@ -261,7 +261,7 @@ bool Subdivision::is_driven() const noexcept {
 /// Whether the balances of two frames may differ though the probe is held. With surfaces alone, and
 /// each frame solved to its end, they do not differ. With nothing, the proxy is the probe.
 bool Subdivision::frames_may_contradict() const noexcept {
-    if (surfaces_.empty() && effects_.empty()) return false;
+    if (surfaces_.empty() && effects_.empty() && !needs_.everything) return false;
     return !stepping_.seeks_balance() || !effects_.empty() ||
            std::any_of(surfaces_.begin(), surfaces_.end(),
                        [](const LoopSurface& surface) { return surface.depends_on_place(); });
@@ -300,22 +300,20 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
             effect.gather(proxy, frame_.force_limit_n, primitives_);
         primitives_.set_gain({});
     }
-    if (!friction_.none()) friction_.gather(proxy, contacts_, primitives_);
+    friction_.gather(proxy, contacts_, primitives_);
 }
 
-/// gather() and solve() of a proxy that one hard surface alone holds, within one of its facets: by
-/// far the most of what meshes are asked. False where it is not so; then they are to be called.
-bool Subdivision::rests_on_a_face(const Vec3& proxy) noexcept {
-    if (!needs_.only_slides || calming_.spring_n_per_m() > 0.0) return false;
+/// gather() and solve() for a proxy within a facet of the only surface, a hard one: most evaluations
+/// on a mesh are of this kind. False where it is not so; then they are to be called.
+bool Subdivision::solve_on_facet(const Vec3& proxy) noexcept {
+    if (!needs_.only_slides || calming_.spring_n_per_m() > 0.0 || !is_a_place(frame_.probe))
+        return false;
     LoopSurface& surface = surfaces_.front();
     const auto face = surface.offer_face(proxy, budget_.evaluations == 0);
     if (!face) return false;
     contacts_.set_hard_plane(face->anchor, face->normal);
     primitives_.set_hard_plane(face->anchor, face->normal);
-    const Vec3 target = frame_.probe + 0.0; // as pull() has it
-    solution_.restart(primitives_, target);
-    solution_.work = 1;
-    internal::add_one_plane(primitives_.planes().front(), target, frame_.stiffness, solution_);
+    solve_proxy(primitives_, frame_.probe, frame_.stiffness, kLoopPasses, solution_);
     if (!is_a_place(solution_.proxy)) return false;
     surface.take_face(solution_.planes[0].state != MultiplierState::released);
     evaluated(proxy, budget_.work_left - kWorkOfEvaluation - solution_.work);
@@ -437,7 +435,7 @@ SubdivisionResult Subdivision::end_frame(const Vec3& proxy) noexcept {
     result_.proxy = proxy;
     result_.evaluations = budget_.evaluations;
     result_.sub_steps = path_.sub_steps();
-    result_.work = static_cast<std::uint32_t>(needs_.work - budget_.work_left);
+    result_.work = static_cast<std::uint32_t>(work_of_a_frame_ - budget_.work_left);
     return result_;
 }
 

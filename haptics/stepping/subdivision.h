@@ -65,8 +65,6 @@ public:
     /// enough).
     static constexpr int kWorkOfSolvers = 8192;
     static constexpr int kWorkOfEvaluation = 64;
-    /// After so many evaluations in a row that did not move the proxy, other ways are tried.
-    static constexpr int kTriesOfOneWay = 2;
     /// The most legs (SlideLeg: straight pieces of way along a surface) in one frame, besides one
     /// for each share.
     static constexpr int kMostLegs = 1024;
@@ -78,8 +76,9 @@ public:
                 const std::vector<Effect*>& effects, Clock& clock,
                 std::vector<SurfaceFinish> finish = {});
 
-    /// From the next frame on it computes also what its surfaces and effects do not call for: the
-    /// same bits, and slower. What it leaves out is measured and tested by this.         [setup]
+    /// From the next frame on it also computes what Needs leaves out, and asks a surface again
+    /// where a leg says that the proxy settles: the same bits, and slower. For tests, and to
+    /// measure what is saved. [setup]
     void compute_everything() noexcept;
 
     /// From the next frame on `observer` is told every sub-step; null: nobody is. The frames keep
@@ -162,6 +161,8 @@ private:
     static bool is_a_place(const Vec3& point) noexcept {
         return squared_length(point) < kFarthest_m * kFarthest_m; // false for what is no number
     }
+    /// After so many evaluations in a row that did not move the proxy, other ways are tried.
+    static constexpr int kTriesOfOneWay = 2;
     static constexpr double kFarthest_m = 1e7; ///< ten times what HapticLoop accepts of a probe
     /// Bit i where `set`; 0 past the 64th.
     static std::uint64_t bit_of(std::size_t i, bool set) noexcept {
@@ -189,7 +190,7 @@ private:
         bool nothing = false;     // there are neither surfaces nor effects
         bool only_slides = false; // one surface, which can lead the proxy, without friction,
                                   // magnet or body, and no effect
-        int work = 0;             // of a frame; grows with the evaluations of the method
+        bool everything = false;  // compute_everything()
     };
 
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
@@ -207,7 +208,7 @@ private:
     void begin_approach() noexcept;
     void gather(const Vec3& proxy) noexcept;
     void solve(const Vec3& proxy) noexcept;
-    bool rests_on_a_face(const Vec3& proxy) noexcept;
+    bool solve_on_facet(const Vec3& proxy) noexcept;
     void evaluated(const Vec3& proxy, int work_left) noexcept;
     void count_steps_left() noexcept;
     Move next_move(const Vec3& proxy) noexcept;
@@ -260,6 +261,7 @@ private:
     bool led_ = false; // the last move was the leading surface's own
 
     Needs needs_;
+    int work_of_a_frame_ = 0; // grows with the evaluations of the method
     SubStepObserver* observer_ = nullptr;
 };
 

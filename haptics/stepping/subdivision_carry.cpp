@@ -247,7 +247,9 @@ Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
             return record_move(proxy + chord.fraction * (leg.corner - proxy));
         }
         proxy = record_move(leg.corner);
-        if (leg.settles) {
+        // The last leg of a frame is asked for in vain: it ends the frame as any other would.
+        if (leg.settles && budget_.legs_left > 1 && !needs_.everything) {
+            --budget_.legs_left;
             stepping_.arrive();
             return proxy;
         }

@@ -276,10 +276,10 @@ const float* GridField::Grid::leaf_at(const openvdb::Coord& node) {
 }
 
 double GridField::Grid::typical_slope(double level) {
+    if (!std::isfinite(level)) return 0.0;
     const std::lock_guard lock(asking_);
-    const auto [known, is_new] = slopes_.try_emplace(level, 0.0);
-    if (is_new) known->second = internal::median_slope(nodes, level);
-    return known->second;
+    if (const auto known = slopes_.find(level); known != slopes_.end()) return known->second;
+    return slopes_[level] = internal::median_slope(nodes, level);
 }
 
 GridField::GridField(const VoxelVolume& volume, float background) {
