@@ -7,6 +7,7 @@
 #include <span>
 
 #include <palpate/haptics/solver/internal/mixed_solver.h>
+#include <palpate/haptics/solver/internal/one_plane.h>
 #include <palpate/haptics/solver/internal/solver_limits.h>
 
 namespace palpate {
@@ -302,24 +303,6 @@ private:
     int steps_ = 0;
 };
 
-/// One plane, as most evaluations have: lambda is the depth, within its bounds. `solution` is
-/// restarted for it.
-void add_one_plane(const PlanePrimitive& plane, const Vec3& target, double stiffness,
-                   ProxySolution& solution) noexcept {
-    const double length = glm::length(plane.normal);
-    if (!internal::is_usable(plane.anchor, length, plane.strength_n)) return;
-    const Vec3 normal = plane.normal / length;
-    const double offset = glm::dot(normal, plane.anchor - target);
-    if (!(offset > kAbsoluteGap)) return;
-    const double sigma = plane.strength_n / stiffness;
-    const double lambda = std::min(offset, sigma);
-    solution.proxy = target + lambda * normal;
-    solution.planes[0] = {stiffness * lambda,
-                          lambda < sigma ? MultiplierState::active : MultiplierState::saturated};
-    const double gap = glm::dot(normal, lambda * normal) - offset;
-    solution.residual_m = std::abs(lambda - std::clamp(lambda - gap, 0.0, sigma));
-}
-
 /// Several planes.
 void add_several_planes(std::span<const PlanePrimitive> planes, const Vec3& target,
                         double stiffness, ProxySolution& solution) noexcept {
@@ -337,7 +320,8 @@ void add_several_planes(std::span<const PlanePrimitive> planes, const Vec3& targ
 void add_planes(std::span<const PlanePrimitive> planes, const Vec3& target, double stiffness,
                 ProxySolution& solution) noexcept {
     if (planes.empty()) return;
-    if (planes.size() == 1) return add_one_plane(planes.front(), target, stiffness, solution);
+    if (planes.size() == 1)
+        return internal::add_one_plane(planes.front(), target, stiffness, solution);
     add_several_planes(planes, target, stiffness, solution);
 }
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <palpate/haptics/solver/internal/one_plane.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate {
@@ -174,7 +175,6 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
 /// The same where nothing can be felt: what draws the proxy is the probe, and nothing is in its
 /// way.
 SubdivisionResult Subdivision::run_free() noexcept {
-    primitives_.clear();
     const Vec3 target = pull();
     Vec3 proxy = frame_.start;
     begin_approach();
@@ -303,8 +303,8 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
     friction_.gather(proxy, contacts_, primitives_);
 }
 
-/// gather() and solve() for a proxy within a facet of the only surface, a hard one: most evaluations
-/// on a mesh are of this kind. False where it is not so; then they are to be called.
+/// gather() and solve() for a proxy within a facet of the only surface, a hard one: most
+/// evaluations on a mesh are of this kind. False where it is not so; then they are to be called.
 bool Subdivision::solve_on_facet(const Vec3& proxy) noexcept {
     if (!needs_.only_slides || calming_.spring_n_per_m() > 0.0 || !is_a_place(frame_.probe))
         return false;
@@ -313,7 +313,10 @@ bool Subdivision::solve_on_facet(const Vec3& proxy) noexcept {
     if (!face) return false;
     contacts_.set_hard_plane(face->anchor, face->normal);
     primitives_.set_hard_plane(face->anchor, face->normal);
-    solve_proxy(primitives_, frame_.probe, frame_.stiffness, kLoopPasses, solution_);
+    const Vec3 target = pull();
+    solution_.restart(primitives_, target);
+    solution_.work = 1;
+    internal::add_one_plane(primitives_.planes().front(), target, frame_.stiffness, solution_);
     if (!is_a_place(solution_.proxy)) return false;
     surface.take_face(solution_.planes[0].state != MultiplierState::released);
     evaluated(proxy, budget_.work_left - kWorkOfEvaluation - solution_.work);
@@ -350,8 +353,8 @@ void Subdivision::count_steps_left() noexcept {
 }
 
 void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) const noexcept {
-    observer_->sub_step({move.kind, from, solution_.proxy, move.to, to,
-                         contacts_, primitives_, solution_});
+    observer_->sub_step(
+        {move.kind, from, solution_.proxy, move.to, to, contacts_, primitives_, solution_});
 }
 
 /// Whether another evaluation follows the one that moved the proxy from `before` to `proxy`: in the
