@@ -230,7 +230,8 @@ private:
     LoopSurface& leader() noexcept;
     bool one_surface_leads() noexcept;
     bool rests_firmly(const Vec3& proxy) noexcept;
-    Vec3 pull() const noexcept;
+    /// The probe, shifted by forces and springs.
+    Vec3 pull() const noexcept { return primitives_.pull(frame_.probe, frame_.stiffness); }
     Vec3 candidate(const Vec3& proxy) noexcept;
     std::optional<Vec3> restored(const Vec3& proxy) noexcept;
     Vec3 curved_candidate(const Vec3& proxy) noexcept;

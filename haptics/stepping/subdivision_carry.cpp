@@ -80,9 +80,6 @@ Vec3 along_slopes(const Vec3& proxy, const Vec3& pull, const ContactSet& contact
 
 // ---- where it is to go -------------------------------------------------------------------------
 
-/// The probe, shifted by forces and springs.
-Vec3 Subdivision::pull() const noexcept { return primitives_.pull(frame_.probe, frame_.stiffness); }
-
 Subdivision::Move Subdivision::next_move(const Vec3& proxy) noexcept {
     if (one_surface_leads())
         return {Move::Kind::slide,
