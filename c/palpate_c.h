@@ -503,11 +503,11 @@ typedef struct palpate_wrench {
 palpate_code palpate_loop_wrench(const palpate_loop *loop, size_t surface, palpate_wrench *wrench);
 
 /* Goes on with another scene, from the next frame on. The proxy stays where it is on each surface
-   that is still there: of the same name, data, level and contact. What is new, and holds the proxy
-   inside, is not felt until the proxy has left it. The force follows within the slew limit. Gains
-   are 1. PALPATE_BAD_INPUT: coupling or limits differ from the loop's. A recording ends, and
-   palpate_loop_warning() stays about the first scene. From any thread but that of
-   palpate_loop_frame(), also while it runs. [setup] */
+   that is still there: of the same name, data, level and contact, or guarded after volume. What is
+   new, and holds the proxy inside, is not felt until the proxy has left it. The force follows
+   within the slew limit. Gains are 1. PALPATE_BAD_INPUT: coupling or limits differ from the loop's.
+   A recording ends, and palpate_loop_warning() stays about the first scene. From any thread but
+   that of palpate_loop_frame(), also while it runs. [setup] */
 palpate_code palpate_loop_adopt(palpate_loop *loop, const palpate_scene *scene,
                                 palpate_error *error);
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <thread>
+#include <utility>
 
 #include <palpate/geometry/internal/triangle_distance.h>
 
@@ -18,10 +18,12 @@ constexpr double kToleranceShare = 2.0e-11;
 constexpr double kToleranceRoundings = 1000.0;
 // Neighbours closer than this to lying on each other, rad: the sum of their normals says nothing.
 constexpr double kSmallestFold = 1.0e-6;
-constexpr std::uint32_t kChunk = 1024; // facets that a thread takes at a time
+// Rounding of a cheap look at two facets cannot make up for so much more room.
+constexpr double kSureRoom = 2.0;
 
-internal::Corners3 corners(const MeshTopology& topology, std::uint32_t facet) {
-    return {topology.corner(facet, 0), topology.corner(facet, 1), topology.corner(facet, 2)};
+internal::Corners3 corners(const MeshTopology& topology, std::uint32_t facet, int first = 0) {
+    return {topology.corner(facet, first), topology.corner(facet, (first + 1) % 3),
+            topology.corner(facet, (first + 2) % 3)};
 }
 
 Box box_of(const internal::Corners3& t) {
@@ -29,6 +31,12 @@ Box box_of(const internal::Corners3& t) {
     for (const Vec3& p : {t.a, t.b, t.c})
         box.add(p);
     return box;
+}
+
+/// Made in another thread, while this one builds the scene.
+std::future<MeshTopology> topology_beside(std::shared_ptr<const TriangleMesh> mesh) {
+    if (!mesh) return {}; // which the scene refuses
+    return std::async(std::launch::async, [mesh] { return MeshTopology(*mesh); });
 }
 
 bool farther_than(const Box& a, const Box& b, double distance) {
@@ -39,8 +47,12 @@ bool farther_than(const Box& a, const Box& b, double distance) {
 } // namespace
 
 CertifiedMesh::CertifiedMesh(std::shared_ptr<const TriangleMesh> mesh, Certificates certificates)
-    : scene_(mesh), topology_(*mesh), skin_m_(kSkinOverWidening * scene_.widening_m()),
-      uncertain_(topology_.facet_count(), 0) {
+    : CertifiedMesh(mesh, topology_beside(mesh), certificates) {}
+
+CertifiedMesh::CertifiedMesh(std::shared_ptr<const TriangleMesh> mesh,
+                             std::future<MeshTopology> topology, Certificates certificates)
+    : scene_(std::move(mesh)), topology_(topology.get()),
+      skin_m_(kSkinOverWidening * scene_.widening_m()), uncertain_(topology_.facet_count(), 0) {
     Box bounds;
     for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
         if (!topology_.facet(f).dropped())
@@ -58,21 +70,22 @@ CertifiedMesh::CertifiedMesh(std::shared_ptr<const TriangleMesh> mesh, Certifica
             if (certified(f) && topology_.is_border(f, k)) has_border_ = true;
 }
 
+/// Marks facets that are in each other's way.
 void CertifiedMesh::certify() {
-    const auto count = static_cast<std::uint32_t>(topology_.facet_count());
-    std::atomic<std::uint32_t> next{0};
-    const auto work = [&] {
-        std::vector<std::uint32_t> near;
-        for (std::uint32_t first = 0; (first = next.fetch_add(kChunk)) < count;)
-            for (std::uint32_t f = first; f < std::min(first + kChunk, count); ++f)
-                certify_facet(f, near);
+    const auto mark = [&](std::uint32_t f) {
+        std::atomic_ref(uncertain_[f]).store(1, std::memory_order_relaxed);
     };
-    const std::uint32_t wanted = std::max(1u, std::thread::hardware_concurrency());
-    std::vector<std::jthread> others;
-    for (std::uint32_t i = 1; i < std::min(wanted, count / kChunk + 1); ++i)
-        others.emplace_back(work);
-    work();
-    others.clear();
+    for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
+        if (topology_.facet(f).dropped() || topology_.facet(f).singular) mark(f);
+    // Dropped facets have no area, so the scene does not have them.
+    scene_.for_pairs_near([&](std::uint32_t facet, std::uint32_t other) {
+        if (farther_than(box_of(corners(topology_, facet)), box_of(corners(topology_, other)),
+                         clearance_m()) ||
+            clear_of_each_other(facet, other))
+            return;
+        mark(facet);
+        mark(other);
+    });
     spread_false_borders();
 }
 
@@ -92,35 +105,9 @@ void CertifiedMesh::spread_false_borders() {
             if (!ends.empty() && std::binary_search(ends.begin(), ends.end(), v)) uncertain_[f] = 1;
 }
 
-/// Marks this facet and others that are in each other's way; of a pair, the lower one does it.
-void CertifiedMesh::certify_facet(std::uint32_t facet, std::vector<std::uint32_t>& near) {
-    const auto mark = [&](std::uint32_t f) {
-        std::atomic_ref(uncertain_[f]).store(1, std::memory_order_relaxed);
-    };
-    const Facet& here = topology_.facet(facet);
-    if (here.dropped() || here.singular) mark(facet);
-    if (here.dropped()) return;
-
-    const internal::Corners3 t = corners(topology_, facet);
-    const Box box = box_of(t);
-    const Vec3 center = box.center();
-    const double radius =
-        std::max({glm::length(t.a - center), glm::length(t.b - center), glm::length(t.c - center)});
-    scene_.triangles_near(center, radius + clearance_m(), near);
-    for (const std::uint32_t other : near) {
-        if (other <= facet || topology_.facet(other).dropped() ||
-            farther_than(box, box_of(corners(topology_, other)), clearance_m()) ||
-            clear_of_each_other(facet, other))
-            continue;
-        mark(facet);
-        mark(other);
-    }
-}
-
 /// Whether what two facets do not share keeps its distance.
 bool CertifiedMesh::clear_of_each_other(std::uint32_t facet, std::uint32_t other) const {
     const Facet &f = topology_.facet(facet), &g = topology_.facet(other);
-    const internal::Corners3 s = corners(topology_, facet), t = corners(topology_, other);
     const auto has = [](const Facet& of, std::uint32_t vertex) {
         return vertex == of.vertex[0] || vertex == of.vertex[1] || vertex == of.vertex[2];
     };
@@ -131,23 +118,24 @@ bool CertifiedMesh::clear_of_each_other(std::uint32_t facet, std::uint32_t other
         if (has(g, f.vertex[k]) == (shared == 1)) own_f = k;
         if (has(f, g.vertex[k]) == (shared == 1)) own_g = k;
     }
-    const double room = clearance_m();
+    const internal::Corners3 s = corners(topology_, facet, own_f);
+    const internal::Corners3 t = corners(topology_, other, own_g);
+    const double room = clearance_m(), sure = kSureRoom * room;
     switch (shared) {
     case 0:
-        return internal::triangle_distance(s, t) >= room;
-    case 1: { // the edge opposite to the shared corner is what may be in the way
-        const auto p = [&](const Facet& of, int k) { return topology_.position(of.vertex[k % 3]); };
-        return internal::segment_triangle_distance(p(f, own_f + 1), p(f, own_f + 2), t) >= room &&
-               internal::segment_triangle_distance(p(g, own_g + 1), p(g, own_g + 2), s) >= room;
-    }
+        return internal::told_apart(s, t, sure) || internal::triangle_distance(s, t) >= room;
+    case 1: // the edge opposite to the shared corner is what may be in the way
+        return internal::told_apart_at_corner(s, t, sure) ||
+               (internal::segment_triangle_distance(s.b, s.c, t) >= room &&
+                internal::segment_triangle_distance(t.b, t.c, s) >= room);
     case 2: {
-        const Vec3 apex_f = topology_.corner(facet, own_f), apex_g = topology_.corner(other, own_g);
+        const Vec3 &apex_f = s.a, &apex_g = t.a, &from = s.b;
+        if (internal::told_apart_at_edge(from, s.c, apex_f, apex_g, sure)) return true;
         const Vec3 on_t = closest_point_on_triangle(apex_f, t.a, t.b, t.c);
         const Vec3 on_s = closest_point_on_triangle(apex_g, s.a, s.b, s.c);
         if (glm::length(on_t - apex_f) < room || glm::length(on_s - apex_g) < room) return false;
         // Folded shut: both go the same way from the shared edge.
-        const Vec3 from = topology_.corner(facet, (own_f + 1) % 3);
-        const Vec3 unit = glm::normalize(topology_.corner(facet, (own_f + 2) % 3) - from);
+        const Vec3 unit = glm::normalize(s.c - from);
         const auto inward = [&](const Vec3& apex) {
             const Vec3 d = apex - from;
             return glm::normalize(d - glm::dot(d, unit) * unit);

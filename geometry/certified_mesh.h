@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <vector>
 
@@ -47,14 +48,15 @@ public:
     /// between them (60 nm for meshes of 31-62 mm half extent).
     double skin_m() const noexcept { return skin_m_; }
     /// Four skins, m.
-    double clearance_m() const noexcept { return 4.0 * skin_m_; }
+    double clearance_m() const noexcept { return scene_.near_m(); }
     /// Below this a distance is nothing, m: 2e-11 of the half extent, and at least a thousand
     /// roundings (1e-12 m for 50 mm).
     double tolerance_m() const noexcept { return tolerance_m_; }
 
 private:
+    CertifiedMesh(std::shared_ptr<const TriangleMesh> mesh, std::future<MeshTopology> topology,
+                  Certificates certificates);
     void certify();
-    void certify_facet(std::uint32_t facet, std::vector<std::uint32_t>& near);
     void spread_false_borders();
     bool clear_of_each_other(std::uint32_t facet, std::uint32_t other) const;
 

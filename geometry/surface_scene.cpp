@@ -25,7 +25,10 @@ constexpr double kRayUlps = 8.0;
 // Triangles may be widened by this much, and their corners, where the widened edges meet, by about
 // twice that: boxes are grown by it as well.
 constexpr double kWideningUlps = 8.0;
-constexpr double kBoxUlps = kRayUlps + 2.0 * kWideningUlps;
+// Boxes of triangles that are this near to each other overlap, with an ulp for rounding.
+constexpr double kNearInWidenings = 8.0;
+constexpr double kBoxUlps =
+    std::max(kRayUlps + 2.0 * kWideningUlps, 0.5 * kNearInWidenings * kWideningUlps + 1.0);
 
 constexpr double kParallel =
     1.0e-30; // m; a segment that moves less along an axis does not leave a slab, nor overflow
@@ -179,6 +182,11 @@ struct SurfaceScene::Embree {
         std::vector<std::uint32_t>* found;
     };
 
+    struct PairQuery {
+        const Embree* surface;
+        const std::function<void(std::uint32_t, std::uint32_t)>* found;
+    };
+
     struct BallQuery {
         const Embree* surface;
         Vec3 center;
@@ -214,6 +222,7 @@ struct SurfaceScene::Embree {
     static void cross(const RTCIntersectFunctionNArguments* arguments);
     static bool approach(RTCPointQueryFunctionArguments* arguments);
     static bool collect(RTCPointQueryFunctionArguments* arguments);
+    static void pair(void* query, RTCCollision* collisions, unsigned count);
 };
 
 SurfaceScene::Embree::Embree(std::shared_ptr<const TriangleMesh> surface)
@@ -381,6 +390,15 @@ bool SurfaceScene::Embree::collect(RTCPointQueryFunctionArguments* arguments) {
     return false;
 }
 
+/// Embree tells each pair in both orders, and a triangle with itself.
+void SurfaceScene::Embree::pair(void* query, RTCCollision* collisions, unsigned count) {
+    const auto& pairs = *static_cast<const PairQuery*>(query);
+    for (unsigned i = 0; i < count; ++i)
+        if (collisions[i].primID0 < collisions[i].primID1)
+            (*pairs.found)(pairs.surface->triangle_of[collisions[i].primID0],
+                           pairs.surface->triangle_of[collisions[i].primID1]);
+}
+
 SurfaceScene::SurfaceScene(std::shared_ptr<const TriangleMesh> mesh)
     : embree_(std::make_unique<Embree>(std::move(mesh))) {}
 
@@ -454,6 +472,13 @@ void SurfaceScene::triangles_near(const Vec3& point, double radius_m,
     rtcPointQuery(embree_->scene, &ball, &context, &Embree::collect, &query);
 }
 
+void SurfaceScene::for_pairs_near(
+    const std::function<void(std::uint32_t, std::uint32_t)>& found) const {
+    Embree::PairQuery query{embree_.get(), &found};
+    rtcCollide(embree_->scene, embree_->scene, &Embree::pair, &query);
+    embree_->require_no_error();
+}
+
 const TriangleMesh& SurfaceScene::mesh() const noexcept { return *embree_->mesh; }
 
 double SurfaceScene::query_error_m() const noexcept {
@@ -461,5 +486,7 @@ double SurfaceScene::query_error_m() const noexcept {
 }
 
 double SurfaceScene::widening_m() const noexcept { return embree_->widening; }
+
+double SurfaceScene::near_m() const noexcept { return kNearInWidenings * embree_->widening; }
 
 } // namespace palpate

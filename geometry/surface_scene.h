@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -62,6 +63,12 @@ public:
     void triangles_near(const Vec3& point, double radius_m,
                         std::vector<std::uint32_t>& found) const;
 
+    /// Calls `found` with every two triangles whose bounding boxes come within near_m() of each
+    /// other, and a few more: the lower id first, each pair once, in any order, from several
+    /// threads at a time, on all processors. `found` may not throw. Throws std::runtime_error
+    /// (Embree). [setup]
+    void for_pairs_near(const std::function<void(std::uint32_t, std::uint32_t)>& found) const;
+
     const TriangleMesh& mesh() const noexcept; ///< that was given: not copied  [any]
     /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate
     /// (1.1e-16 m at 60 mm, 1.8e-14 at 10 m). A query's own coordinate counts where it is larger.
@@ -69,6 +76,8 @@ public:
     /// By how much SegmentOptions::widened widens, m: 8 float32 units of the mesh's half extent (30
     /// nm at 31-62 mm).
     double widening_m() const noexcept;
+    /// How near for_pairs_near() looks, m: eight times widening_m().
+    double near_m() const noexcept;
 
     static constexpr double kQueryRange =
         1.0e6; ///< m; Debian's Embree aborts the process on rays beyond 1.8e18 or NaN

@@ -74,7 +74,7 @@ public:
     /// Goes on with another scene: it is built here, while frames go on in another thread, and the
     /// next frame takes it over. What the loop was made with stays: method, rate, device, custom
     /// effects with their gains. The proxy stays where it is. A surface of the same name, data,
-    /// level and contact goes on as it is, however strong or rough it is now, with its pose; any
+    /// level and contact, or guarded after volume, goes on with its pose, however strong it is; any
     /// other is felt as from a new trial's beginning, so one that holds the proxy inside is not
     /// felt until the proxy has left it (inside_at_start). Effects of the scene begin anew. Gains
     /// are 1. The force follows within the slew limit. The frame has the flag scene_adopted. From

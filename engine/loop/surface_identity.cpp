@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -48,16 +49,24 @@ std::string field_of(const Scene& scene, const SceneSurface& surface) {
 
 } // namespace
 
-std::vector<std::string> surface_identities(const Scene& scene) {
-    std::vector<std::string> identities;
+std::vector<SurfaceIdentity> surface_identities(const Scene& scene) {
+    std::vector<SurfaceIdentity> identities;
     for (const SceneSurface& surface : scene.surfaces()) {
         const bool moves = scene.description().surfaces.at(surface.name).moves;
+        const std::string field = field_of(scene, surface);
+        const auto felt_as = [&](ContactKind contact, const std::string& mesh) {
+            const double leash_m = contact == ContactKind::guarded ? surface.leash_m : 0.0;
+            return fmt::format("{}|{}|{}|{:a}|mesh {}|leash {:a}|{}", surface.name, name(contact),
+                               field, surface.level.level, mesh, leash_m,
+                               moves ? "moves" : "stands");
+        };
+        const std::string no_mesh = "none";
         const std::string mesh =
-            surface.mesh.scene ? fmt::format("{:x}", hash_of(surface.mesh.scene->mesh())) : "none";
-        identities.push_back(fmt::format("{}|{}|{}|{:a}|mesh {}|leash {:a}|{}", surface.name,
-                                         name(surface.contact), field_of(scene, surface),
-                                         surface.level.level, mesh, surface.leash_m,
-                                         moves ? "moves" : "stands"));
+            surface.mesh.scene ? fmt::format("{:x}", hash_of(surface.mesh.scene->mesh())) : no_mesh;
+        SurfaceIdentity identity{felt_as(surface.contact, mesh), {}};
+        if (surface.contact == ContactKind::guarded)
+            identity.before_mesh = felt_as(ContactKind::volume, no_mesh);
+        identities.push_back(std::move(identity));
     }
     return identities;
 }

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/loop/internal/surface_identity.h>
 #include <palpate/engine/run/internal/loop_thread.h>
 #include <palpate/engine/run/internal/servo_loop.h>
 #include <palpate/engine/run/paced_clock.h>
@@ -117,19 +118,23 @@ public:
         if (handed_in_ && (frame.flags & kSceneAdopted) != 0) adopted_ = true;
     }
 
-    void adopt_when_free(HapticLoop& loop, const RunWatch& watch) {
+    void adopt_when_it_can(HapticLoop& loop, const RunWatch& watch) {
         using namespace std::chrono_literals;
-        if (!next_.valid() || free_ < enough_ || next_.wait_for(0s) != std::future_status::ready)
-            return;
-        const auto next = std::exchange(next_, {});
+        if (!next_.valid() || next_.wait_for(0s) != std::future_status::ready) return;
         try {
-            require_same_surfaces(*next.get());
-            loop.adopt(next.get());
+            const std::shared_ptr<const Scene>& next = next_.get();
+            if (!waits_) {
+                require_same_surfaces(*next);
+                waits_ = !goes_on_in_contact(*next);
+            }
+            if (*waits_ && free_ < enough_) return;
+            loop.adopt(next);
             handed_in_ = true;
         } catch (const std::exception& error) {
             if (watch.warning)
                 watch.warning(fmt::format("what is felt stays a preview: {}", error.what()));
         }
+        next_ = {};
     }
 
     /// What was felt first, once another one is felt.
@@ -148,10 +153,19 @@ private:
                                         "the same ones");
     }
 
+    /// Whether each surface's contact goes on from the preview's, wherever the proxy is.
+    bool goes_on_in_contact(const Scene& next) const {
+        const auto before = internal::surface_identities(*now_);
+        const auto after = internal::surface_identities(next);
+        return std::equal(after.begin(), after.end(), before.begin(), before.end(),
+                          [](const auto& a, const auto& b) { return a.goes_on_from(b); });
+    }
+
     std::shared_ptr<const Scene> now_;
     std::shared_future<std::shared_ptr<const Scene>> next_;
     std::uint64_t enough_;
-    std::uint64_t free_ = 0; // frames on end that felt no surface
+    std::optional<bool> waits_; // for a free hand; known once the scene is there
+    std::uint64_t free_ = 0;    // frames on end that felt no surface
     bool handed_in_ = false;
     bool adopted_ = false;
 };
@@ -225,7 +239,7 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
         auto kept_at = std::chrono::steady_clock::now();
         while (!thread.has_ended_within(kDrained)) {
             record();
-            next.adopt_when_free(loop, watch);
+            next.adopt_when_it_can(loop, watch);
             if (watch.kept && std::chrono::steady_clock::now() - kept_at >= kKept) {
                 watch.kept(trace);
                 kept_at = std::chrono::steady_clock::now();

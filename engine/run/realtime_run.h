@@ -24,9 +24,10 @@ struct RealtimeSettings {
     std::uint64_t most_frames = std::numeric_limits<std::uint64_t>::max(); ///< then the run ends
     double longest_s = std::numeric_limits<double>::infinity(); ///< of the clock, s: then it ends
 
-    /// Another scene with the same surfaces, which the loop adopts (HapticLoop::adopt()) once it is
-    /// ready and no surface has been felt for kFree_s: a new contact with a surface that holds the
-    /// proxy might find it inside. Empty: there is none. If making it throws, or its surfaces are
+    /// Another scene with the same surfaces, which the loop adopts (HapticLoop::adopt()) as soon as
+    /// it is ready, if each contact goes on from what it was, as `guarded` does from `volume`. Else
+    /// once no surface has been felt for kFree_s: a new contact with a surface that holds the proxy
+    /// might find it inside. Empty: there is none. If making it throws, or its surfaces are
     /// others, `watch.warning` says so, and the run goes on as it began.
     std::shared_future<std::shared_ptr<const Scene>> next;
     static constexpr double kFree_s = 0.05; ///< of frames without contact, s

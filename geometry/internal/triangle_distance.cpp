@@ -13,6 +13,25 @@ double point_distance(const Vec3& p, const Corners3& t) noexcept {
     return glm::length(closest_point_on_triangle(p, t.a, t.b, t.c) - p);
 }
 
+/// Whether two triangles have `gap_m` between them along an axis of any length. Corners are from
+/// one of them, so that what is rounded is as small as they are.
+bool apart_along(const Vec3& axis, const Corners3& s, const Corners3& t, double gap_m) noexcept {
+    const double sa = glm::dot(axis, s.a), sb = glm::dot(axis, s.b), sc = glm::dot(axis, s.c);
+    const double ta = glm::dot(axis, t.a), tb = glm::dot(axis, t.b), tc = glm::dot(axis, t.c);
+    const double gap = std::max(std::min({ta, tb, tc}) - std::max({sa, sb, sc}),
+                                std::min({sa, sb, sc}) - std::max({ta, tb, tc}));
+    return gap > 0.0 && gap * gap >= gap_m * gap_m * squared_length(axis);
+}
+
+/// Planes of a triangle, and planes through its edges across it.
+bool apart_of_faces(const Corners3& s, const Corners3& t, double gap_m) noexcept {
+    const Vec3 normal = glm::cross(s.b - s.a, s.c - s.a);
+    return apart_along(normal, s, t, gap_m) ||
+           apart_along(glm::cross(normal, s.b - s.a), s, t, gap_m) ||
+           apart_along(glm::cross(normal, s.c - s.b), s, t, gap_m) ||
+           apart_along(glm::cross(normal, s.a - s.c), s, t, gap_m);
+}
+
 } // namespace
 
 double segment_distance(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) noexcept {
@@ -45,6 +64,39 @@ double triangle_distance(const Corners3& s, const Corners3& t) noexcept {
                      segment_triangle_distance(s.c, s.a, t), segment_triangle_distance(t.a, t.b, s),
                      segment_triangle_distance(t.b, t.c, s),
                      segment_triangle_distance(t.c, t.a, s)});
+}
+
+bool told_apart(const Corners3& s, const Corners3& t, double gap_m) noexcept {
+    const Corners3 here{Vec3{0.0}, s.b - s.a, s.c - s.a};
+    const Corners3 there{t.a - s.a, t.b - s.a, t.c - s.a};
+    const Vec3 between = there.a + there.b + there.c - here.b - here.c; // three times the centres'
+    return apart_along(between, here, there, gap_m) || apart_of_faces(here, there, gap_m) ||
+           apart_of_faces(there, here, gap_m);
+}
+
+bool told_apart_at_corner(const Corners3& s, const Corners3& t, double gap_m) noexcept {
+    const Vec3 sb = s.b - s.a, sc = s.c - s.a, tb = t.b - t.a, tc = t.c - t.a;
+    // One triangle's edge lies beyond the gap on one side of the plane; the other one lies on the
+    // other side of it, or in it.
+    const Vec3 axis = tb + tc - sb - sc;
+    const double gap = std::min(
+        {glm::dot(axis, tb), glm::dot(axis, tc), -glm::dot(axis, sb), -glm::dot(axis, sc)});
+    return gap > 0.0 && gap * gap >= gap_m * gap_m * squared_length(axis);
+}
+
+bool told_apart_at_edge(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d,
+                        double gap_m) noexcept {
+    const Vec3 edge = b - a;
+    const double squared_edge = squared_length(edge);
+    const auto across_edge = [&](const Vec3& v) { // times squared_edge
+        return squared_edge * v - glm::dot(v, edge) * edge;
+    };
+    const Vec3 to_c = across_edge(c - a), to_d = across_edge(d - a);
+    // In the direction across the edge to d, all of abd is at 0 or above, and c below it.
+    const double below = -glm::dot(to_c, to_d); // times squared_edge twice
+    const double gap = gap_m * squared_edge;
+    return below > 0.0 &&
+           below * below >= gap * gap * std::max(squared_length(to_c), squared_length(to_d));
 }
 
 } // namespace palpate::internal

@@ -228,6 +228,10 @@ void GuardedContact::restore_state(const std::any& state) {
 }
 
 bool GuardedContact::go_on_from(const SurfaceContact& before) noexcept {
+    if (volume_.go_on_from(before)) { // which had no mesh: a guard is posted where this frame ends
+        on_duty_ = leash_offered_ = leash_holds_ = false;
+        return true;
+    }
     const auto* from = dynamic_cast<const GuardedContact*>(&before);
     if (!from) return false;
     volume_.go_on_from(from->volume_);

@@ -57,6 +57,9 @@ public:
     QueryCount queries() const noexcept override;
     std::any save_state() const override;
     void restore_state(const std::any& state) override;
+    /// Also from a VolumeContact with the same level: the proxy stays where that holds it, and the
+    /// guard comes on duty at the end of the first frame that finds the proxy in front of the mesh,
+    /// or behind it by less than the leash.
     bool go_on_from(const SurfaceContact& before) noexcept override;
     Membrane* membrane() noexcept override { return volume_.membrane() ? this : nullptr; }
     FieldSurface* of_field() noexcept override { return this; }

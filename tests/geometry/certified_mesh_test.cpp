@@ -54,6 +54,69 @@ TEST(TriangleDistance, IsThatOfDenseSamples) {
     EXPECT_GT(touching, 30); // some of them do intersect
 }
 
+// What a plane tells apart is apart, by the distances that it stands for; and of what is clearly
+// apart it tells most, else it would save nothing.
+TEST(TriangleDistance, WhatIsToldApartIs) {
+    std::mt19937_64 random(6);
+    constexpr double kRounding = 1e-14; // of triangles of size 1
+    struct Count {
+        int told = 0, apart = 0;
+    } anywhere, at_corner, at_edge;
+    const auto count = [&](Count& of, bool told, double distance, double gap) {
+        if (told) ASSERT_GE(distance, gap - kRounding);
+        of.told += told ? 1 : 0;
+        of.apart += distance >= gap ? 1 : 0;
+    };
+    for (int i = 0; i < 20000; ++i) {
+        const double gap = std::pow(10.0, -1.0 - 5.0 * std::abs(random_point(random).x));
+        const Vec3 apart = 1.5 * random_point(random);
+        const internal::Corners3 s{random_point(random), random_point(random),
+                                   random_point(random)};
+        internal::Corners3 t{random_point(random) + apart, random_point(random) + apart,
+                             random_point(random) + apart};
+        count(anywhere, internal::told_apart(s, t, gap), internal::triangle_distance(s, t), gap);
+        t.a = s.a;
+        const double at_a = std::min(internal::segment_triangle_distance(s.b, s.c, t),
+                                     internal::segment_triangle_distance(t.b, t.c, s));
+        count(at_corner, internal::told_apart_at_corner(s, t, gap), at_a, gap);
+        t.b = s.b;
+        const auto to = [](const Vec3& p, const internal::Corners3& of) {
+            return glm::length(closest_point_on_triangle(p, of.a, of.b, of.c) - p);
+        };
+        const bool told = internal::told_apart_at_edge(s.a, s.b, s.c, t.c, gap);
+        count(at_edge, told, std::min(to(s.c, t), to(t.c, s)), gap);
+    }
+    EXPECT_GT(anywhere.told, 0.8 * anywhere.apart);
+    EXPECT_GT(at_corner.told, 0.25 * at_corner.apart);
+    EXPECT_GT(at_edge.told, 0.3 * at_edge.apart) << "half of them open by more than a right angle";
+    EXPECT_GT(anywhere.apart, 5000);
+}
+
+// Twin: every pair of facets whose boxes are near, looked at by their distances alone.
+TEST(CertifiedMesh, FacetsThatShareNothingAreFoundByTheirDistance) {
+    TriangleMesh mesh = test::bumpy_sphere(0.03, 2);
+    test::append(mesh, test::moved(test::turned(test::bumpy_sphere(0.03, 2)), {0.03, 0.01, 0.0}));
+    const CertifiedMesh certified(std::make_shared<const TriangleMesh>(mesh));
+    const auto corners = [&](std::uint32_t f) {
+        return internal::Corners3{certified.topology().corner(f, 0),
+                                  certified.topology().corner(f, 1),
+                                  certified.topology().corner(f, 2)};
+    };
+    // The two are closed and apart but where they intersect: there all that is uncertain is.
+    std::size_t in_the_way = 0;
+    const auto half = static_cast<std::uint32_t>(mesh.triangles.size() / 2);
+    std::vector<bool> met(mesh.triangles.size(), false);
+    for (std::uint32_t f = 0; f < half; ++f)
+        for (std::uint32_t g = half; g < mesh.triangles.size(); ++g)
+            if (internal::triangle_distance(corners(f), corners(g)) < certified.clearance_m())
+                met[f] = met[g] = true;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+        ASSERT_EQ(certified.certified(f), !met[f]) << f;
+        in_the_way += met[f] ? 1 : 0;
+    }
+    EXPECT_GT(in_the_way, 20u);
+}
+
 TEST(CertifiedMesh, SurfacesWithRoomAroundThemAre) {
     EXPECT_EQ(uncertain(test::icosphere(0.05, 5)), 0u);
     EXPECT_EQ(uncertain(test::turned(test::icosphere(0.05, 5))), 0u);

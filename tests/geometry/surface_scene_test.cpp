@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <random>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -420,6 +423,49 @@ TEST(SurfaceScene, TrianglesNearIncludeAllWithin) {
     }
     scene.triangles_near({0, 0, kNan}, 1.0, found);
     EXPECT_TRUE(found.empty());
+}
+
+TEST(SurfaceScene, PairsNearAreAllWithinReachOnce) {
+    // Sheets that are a little nearer to each other than it looks, a strip of triangles without
+    // area, and a piece that is out of reach.
+    TriangleMesh mesh = test::bumpy_sphere(0.05, 3);
+    const double near_m = scene_of(mesh).near_m();
+    const TriangleMesh sheet = test::sheet(0.02, 4);
+    for (const double height : {0.0, 0.99 * near_m, 0.01})
+        test::append(mesh, test::moved(sheet, {0.0, 0.0, 0.03 + height}));
+    mesh.triangles.push_back({0, 1, 1});
+    const SurfaceScene scene = scene_of(mesh);
+
+    std::mutex mutex;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> found;
+    scene.for_pairs_near([&](std::uint32_t a, std::uint32_t b) {
+        const std::lock_guard lock(mutex);
+        ++found[{a, b}];
+    });
+    for (const auto& [pair, times] : found) {
+        ASSERT_EQ(times, 1);
+        ASSERT_LT(pair.first, pair.second);
+    }
+    const auto box = [&](std::uint32_t t) {
+        Box result;
+        for (const std::uint32_t v : mesh.triangles[t])
+            result.add(mesh.vertices[v]);
+        return result;
+    };
+    const auto last = static_cast<std::uint32_t>(mesh.triangles.size() - 1); // without area
+    std::size_t near = 0;
+    for (std::uint32_t a = 0; a < last; ++a)
+        for (std::uint32_t b = a + 1; b < last; ++b) {
+            const Box s = box(a), t = box(b);
+            const Vec3 gap = glm::max(glm::max(s.lower - t.upper, t.lower - s.upper), 0.0);
+            if (std::max({gap.x, gap.y, gap.z}) > near_m) continue;
+            ASSERT_TRUE(found.contains({a, b})) << a << " " << b;
+            ++near;
+        }
+    EXPECT_GT(near, mesh.triangles.size());
+    EXPECT_LT(found.size(), near + near / 10) << "a few more";
+    for (const auto& [pair, times] : found)
+        EXPECT_NE(pair.second, last);
 }
 
 TEST(SurfaceScene, UnusableMeshesAreRefused) {

@@ -35,13 +35,19 @@ void smooth(VoxelVolume& volume, double sigma_voxels);
 SurfaceShift surface_shift(const VoxelVolume& original, double original_level,
                            const VoxelVolume& smoothed, double smoothed_level);
 
+/// A level, and how far its surface then lies from the original one.
+struct KeptLevel {
+    double level = 0.0; ///< in the unit of the values
+    SurfaceShift shift; ///< as surface_shift() tells it
+};
+
 /// The level of `smoothed` whose surface does not move on average against `original` at
 /// `original_level` (contact.md 5): |surface_shift| <= 1e-6 m. Where points of a small surface
 /// vanish from one level to the next, so that the mean jumps over 0: the side nearer to 0, if
 /// within a hundredth of a voxel.                               [setup] Throws std::runtime_error
 /// when no level does that.
-double level_keeping_position(const VoxelVolume& original, double original_level,
-                              const VoxelVolume& smoothed);
+KeptLevel level_keeping_position(const VoxelVolume& original, double original_level,
+                                 const VoxelVolume& smoothed);
 
 /// Labels voxels >= level with 26-connectivity and sets those of unwanted components to level -
 /// margin: all eight corners of every cell around them are then below the level, so no root is left

@@ -69,6 +69,9 @@ public:
         }
     }
 
+    /// A value was seen that no label has: no more rows are needed.
+    bool is_decided() const { return !countable_; }
+
     bool looks_like_labels() const {
         if (!countable_ || distinct_ < 2) return false;
         if (distinct_ == 2) return true; // a mask, whatever its two values
@@ -103,7 +106,9 @@ bool looks_like_labels(const VoxelVolume& volume) {
     const auto [i, j, k] = volume.size;
     if (std::min({i, j, k}) < 1 || volume.values.size() != volume.voxels()) return false;
     LabelSample sample(volume);
-    for_some_rows(volume, [&](int row_j, int row_k) { sample.add_row(row_j, row_k); });
+    for_some_rows(volume, [&](int row_j, int row_k) {
+        if (!sample.is_decided()) sample.add_row(row_j, row_k);
+    });
     return sample.looks_like_labels();
 }
 

@@ -90,23 +90,21 @@ VoxelVolume region_of(const VoxelVolume& volume, const SurfaceDescription& surfa
     }
 }
 
-/// The level of the smoothed field, as the scene wants it chosen.
-double level_after_smoothing(const VoxelVolume& before, double level, const VoxelVolume& smoothed,
-                             IsoAfterSmoothing rule, double label_volume_mm3,
-                             const std::string& place) {
+/// The level of the smoothed field, as the scene wants it chosen, and how far that moves the
+/// surface.
+KeptLevel level_after_smoothing(const VoxelVolume& before, double level,
+                                const VoxelVolume& smoothed, IsoAfterSmoothing rule,
+                                double label_volume_mm3, const std::string& place) {
+    double chosen = level;
     try {
-        switch (rule) {
-        case IsoAfterSmoothing::keep_position:
+        if (rule == IsoAfterSmoothing::keep_position)
             return level_keeping_position(before, level, smoothed);
-        case IsoAfterSmoothing::keep_volume:
-            return level_keeping_volume(smoothed, label_volume_mm3 / kMm3PerM3);
-        case IsoAfterSmoothing::as_given:
-            break;
-        }
+        if (rule == IsoAfterSmoothing::keep_volume)
+            chosen = level_keeping_volume(smoothed, label_volume_mm3 / kMm3PerM3);
     } catch (const std::runtime_error& error) {
         throw std::runtime_error(fmt::format("{}: smooth_voxels: {}", place, error.what()));
     }
-    return level;
+    return {chosen, surface_shift(before, level, smoothed, chosen)};
 }
 
 /// The chosen labels and those of `alike` that exist: a surface refuses its own that do not.
@@ -164,10 +162,11 @@ BakedSurface bake_level(const VolumeDescription& source, const VoxelVolume& volu
         const VoxelVolume before = field;
         smooth(field, smoothing_of(surface));
         report(progress, 0.4, "choosing the level again");
-        baked.level = level_after_smoothing(before, surface.iso_value, field, iso_rule_of(surface),
-                                            0.0, place);
+        const KeptLevel kept = level_after_smoothing(before, surface.iso_value, field,
+                                                     iso_rule_of(surface), 0.0, place);
+        baked.level = kept.level;
+        baked.shift = kept.shift;
         require_level_in_range(field, baked.level, place);
-        baked.shift = surface_shift(before, surface.iso_value, field, baked.level);
     }
     const double margin = 1e-3 * (high - low); // as 1 HU of about 4000
     finish(std::move(field), background, margin, surface, place, progress, baked);
@@ -206,9 +205,10 @@ BakedSurface bake_labels(const VolumeDescription& source, const LabelVolume& vol
         report(progress, 0.1, "smoothing");
         field = smooth_against_neighbours(volume, chosen, before, smoothing_of(surface));
         report(progress, 0.4, "choosing the level again");
-        baked.level = level_after_smoothing(before, kLabelLevel, field, iso_rule_of(surface),
-                                            baked.volume_before_mm3, place);
-        baked.shift = surface_shift(before, kLabelLevel, field, baked.level);
+        const KeptLevel kept = level_after_smoothing(
+            before, kLabelLevel, field, iso_rule_of(surface), baked.volume_before_mm3, place);
+        baked.level = kept.level;
+        baked.shift = kept.shift;
         baked.thin_parts = thin_parts(before, field, baked.level);
     }
     const double own_mm3 = kMm3PerM3 * volume_above(field, baked.level);

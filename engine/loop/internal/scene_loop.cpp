@@ -91,7 +91,10 @@ void SceneLoop::go_on_from(SceneLoop& before) noexcept {
     constexpr std::size_t kNew = Subdivision::Heritage::kNew;
     for (std::size_t i = 0; i < identities_.size(); ++i) {
         const auto& theirs = before.identities_;
-        const auto found = std::find(theirs.begin(), theirs.end(), identities_[i]);
+        const auto found =
+            std::find_if(theirs.begin(), theirs.end(), [&](const SurfaceIdentity& their) {
+                return identities_[i].goes_on_from(their);
+            });
         surfaces_after_[i] =
             found == theirs.end() ? kNew : static_cast<std::size_t>(found - theirs.begin());
     }

@@ -10,6 +10,7 @@
 
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/loop/internal/loop_state_parts.h>
+#include <palpate/engine/loop/internal/surface_identity.h>
 #include <palpate/engine/loop/internal/surface_statuses.h>
 #include <palpate/engine/scene/loop_parts.h>
 #include <palpate/haptics/hand/safety_chain.h>
@@ -97,7 +98,7 @@ private:
     SurfaceStatuses statuses_;
 
     // Of a scene that takes another's place.
-    std::vector<std::string> identities_;     // of the surfaces
+    std::vector<SurfaceIdentity> identities_; // of the surfaces
     std::vector<std::size_t> surfaces_after_; // room for Subdivision::Heritage
     std::vector<std::size_t> effects_after_;
     std::uint32_t flags_of_adoption_ = 0; // for the next report

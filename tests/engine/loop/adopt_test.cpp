@@ -16,20 +16,22 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
+#include "tests/support/contact_kinds.h"
 #include "tests/support/scripted_clock.h"
 #include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kStiffness = 500.0;               // N/m, the default
+constexpr double kStiffness = 500.0;                // N/m, the default
 constexpr double kForceError = kStiffness * 0.1e-6; // a frame ends within 0.1 um of the balance
-constexpr double kSlew_n = 2.0;                    // in a frame: 2000 N/s, the default
+constexpr double kSlew_n = 2.0;                     // in a frame: 2000 N/s, the default
 
 std::string ball(const std::string& name, double radius_mm, const std::string& more = "") {
-    return "[volume." + name + "]\nanalytic = \"solid_sphere\"\nradius_mm = " +
-           std::to_string(radius_mm) + "\n[surface." + name + "]\nvolume = \"" + name + "\"\n" +
-           more + "\n[[effect]]\ntype = \"surface\"\nsurface = \"" + name + "\"\n";
+    return "[volume." + name +
+           "]\nanalytic = \"solid_sphere\"\nradius_mm = " + std::to_string(radius_mm) +
+           "\n[surface." + name + "]\nvolume = \"" + name + "\"\n" + more +
+           "\n[[effect]]\ntype = \"surface\"\nsurface = \"" + name + "\"\n";
 }
 std::shared_ptr<const Scene> scene_of(const std::string& text) {
     return std::make_shared<const Scene>(parse_scene(text, "adopt.toml"));
@@ -119,6 +121,96 @@ TEST(Adopt, EveryContactGoesOnAsItIs) {
                     << name(contact) << (moves ? " moves" : "");
             }
         }
+}
+
+/// A plate of 3 mm in voxels of 1 mm, which lost a piece of 5 mm around (6, 0) mm; its mesh is
+/// whole.
+constexpr double kPlateTop = 1.5e-3; // m
+constexpr double kPlateLeash = 1e-3; // m, of a mesh that is given
+std::shared_ptr<const ScalarField> plate_with_a_hole() {
+    const auto inside_m = [](const Vec3& p) {
+        const double plate =
+            std::min({kPlateTop - std::abs(p.z), 0.015 - std::abs(p.x), 0.015 - std::abs(p.y)});
+        return std::min(plate, std::hypot(p.x - 0.006, p.y) - 0.0025);
+    };
+    return test::voxels_of(inside_m, 0.02, 1e-3);
+}
+std::shared_ptr<const Scene> plate(std::shared_ptr<const ScalarField> field, ContactKind contact) {
+    SceneDescription scene;
+    scene.volumes["v"].scalar_field = std::move(field);
+    SurfaceDescription& surface = scene.surfaces["plate"];
+    surface.volume = "v";
+    surface.contact = contact;
+    if (contact == ContactKind::guarded)
+        surface.triangle_mesh = std::make_shared<const TriangleMesh>(
+            test::box_mesh({-0.015, -0.015, -kPlateTop}, {0.015, 0.015, kPlateTop}));
+    scene.effects.push_back(effects::Surface{.surface = "plate"});
+    return std::make_shared<const Scene>(scene);
+}
+
+/// A hand that presses from the first to the last frame.
+struct PressingHand {
+    Vec3 proxy{0.0};             ///< in the end, m
+    double lowest_m = 1.0;       ///< of the proxy
+    double force_jump_n = 0.0;   ///< at the adoption, where the probe rests
+    double largest_step_n = 0.0; ///< of the force from one frame to the next, once it presses
+    std::uint32_t flags = 0;     ///< of all frames
+};
+PressingHand press_over_the_hole(const std::shared_ptr<const ScalarField>& field, double y,
+                                 ContactKind first, ContactKind then) {
+    test::ScriptedClock clock;
+    HapticLoop loop(plate(field, first), clock);
+    PressingHand hand;
+    FrameReport report;
+    Vec3 probe{0.0, y, 0.003};
+    const auto go = [&](const Vec3& by, int frames) {
+        for (int i = 0; i < frames; ++i) {
+            DeviceState state;
+            state.position = probe += by / static_cast<double>(frames);
+            const Vec3 before = report.force;
+            report = loop.frame(state);
+            hand.flags |= report.flags;
+            hand.lowest_m = std::min(hand.lowest_m, report.proxy.z);
+            hand.largest_step_n = std::max(hand.largest_step_n, glm::length(report.force - before));
+        }
+    };
+    go({0.0, 0.0, -0.0035}, 50); // 2 mm deep
+    go(Vec3{0.0}, 5);
+    const FrameReport before = report;
+    EXPECT_NE(before.surfaces_felt, 0u);
+    EXPECT_NEAR(before.proxy.z, kPlateTop, 1e-4);
+    EXPECT_EQ(hand.flags, 0u);
+    if (then != first) loop.adopt(plate(field, then));
+    go(Vec3{0.0}, 1);
+    hand.force_jump_n = glm::length(report.force - before.force);
+    EXPECT_NE(report.surfaces_felt, 0u);
+    if (then != first) {
+        EXPECT_GT(report.surface_queries, 0u) << "the mesh is there from here on";
+    }
+    go({0.002, 0.0, 0.0}, 40);
+    EXPECT_EQ(hand.flags, then != first ? std::uint32_t{kSceneAdopted} : 0u);
+    go({0.004, 0.0, 0.0}, 80);
+    go({0.0, 0.0, -0.004}, 80); // far below the plate
+    hand.proxy = report.proxy;
+    return hand;
+}
+
+// What was seen: a hand that never let go felt the preview to the end.
+TEST(Adopt, AMeshIsFeltByAHandThatPressesAllTheTime) {
+    const auto field = plate_with_a_hole();
+    const ContactKind volume = ContactKind::volume, guarded = ContactKind::guarded;
+    for (const double y : {-0.001, -0.0004, 0.0, 0.0003, 0.0012}) {
+        const PressingHand hand = press_over_the_hole(field, y, volume, guarded);
+        EXPECT_LE(hand.force_jump_n, kForceError) << y;
+        EXPECT_LT(hand.largest_step_n, kSlew_n) << y;
+        EXPECT_GE(hand.lowest_m, kPlateTop - kPlateLeash) << y;
+        // From then on it is as if the mesh had been there from the beginning.
+        const PressingHand always = press_over_the_hole(field, y, guarded, guarded);
+        EXPECT_EQ(hand.flags, always.flags | kSceneAdopted) << y;
+        EXPECT_LT(glm::length(hand.proxy - always.proxy), 1e-6) << y;
+        const PressingHand without = press_over_the_hole(field, y, volume, volume);
+        EXPECT_LT(without.lowest_m, -kPlateTop) << "the plate must be one that needs the mesh";
+    }
 }
 
 TEST(Adopt, WhatYieldedGoesOnWhereItHolds) {

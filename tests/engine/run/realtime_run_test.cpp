@@ -160,7 +160,7 @@ std::shared_ptr<const Scene> ball_with(ContactKind contact) {
     SurfaceDescription& surface = scene.surfaces["s"];
     surface.volume = "v";
     surface.contact = contact;
-    if (contact == ContactKind::guarded)
+    if (contact != ContactKind::volume)
         surface.triangle_mesh = std::make_shared<const TriangleMesh>(test::icosphere(0.05, 4));
     scene.effects.push_back(effects::Surface{.surface = "s"});
     return std::make_shared<const Scene>(scene);
@@ -182,7 +182,7 @@ TEST(RealtimeRun, AnotherSceneTakesOverWhileNothingIsFelt) {
         state.position = {out ? 0.06 : 0.049, 0.0, 0.0};
     };
     const auto preview = ball_with(ContactKind::volume);
-    const auto scene = ball_with(ContactKind::guarded);
+    const auto scene = ball_with(ContactKind::mesh); // which does not go on from a volume
     Trace trace = run_realtime(preview, {device, {}}, frames_before(1000, scene));
     ASSERT_EQ(trace.before, preview);
     std::size_t adopted = 0, at = 0;
@@ -206,11 +206,44 @@ TEST(RealtimeRun, AnotherSceneTakesOverWhileNothingIsFelt) {
     audit(scene, trace);
     EXPECT_TRUE(trace.audits.empty()) << "one scene's audit of two scenes' frames would be wrong";
     const auto summary = nlohmann::json::parse(summarize(*scene, trace));
-    EXPECT_EQ(summary.at("contact"), "guarded");
+    EXPECT_EQ(summary.at("contact"), "mesh");
     EXPECT_EQ(summary.at("preview").at("contact"), "volume");
     EXPECT_EQ(summary.at("preview").at("frames"), at);
     const Recording recording = recorded(*scene, {}, trace);
     EXPECT_THROW(recorded_scene(recording, "r.h5", scene->description(), {}), std::runtime_error);
+}
+
+// `guarded` goes on from `volume`: it does not wait for the hand.
+TEST(RealtimeRun, AnotherSceneTakesOverUnderAHandThatPresses) {
+    constexpr std::size_t kReady = 200, kFrames = 1000;
+    const auto scene = ball_with(ContactKind::guarded);
+    std::promise<std::shared_ptr<const Scene>> promise;
+    test::ScriptedDevice device;
+    device.on_read = [&](std::size_t read, DeviceState& state) {
+        const double angle = 1e-4 * static_cast<double>(read);
+        const double r = read < 20 ? 0.06 : 0.049; // in contact from here on, and never out of it
+        state.position = {r * std::cos(angle), r * std::sin(angle), 0.0};
+        if (read == kReady) promise.set_value(scene);
+    };
+    RealtimeSettings settings = frames(kFrames);
+    settings.next = promise.get_future().share();
+    const auto preview = ball_with(ContactKind::volume);
+    const Trace trace = run_realtime(preview, {device, {}}, settings);
+    ASSERT_EQ(trace.before, preview);
+    const auto adopted =
+        std::find_if(trace.frames.begin(), trace.frames.end(),
+                     [](const FrameReport& frame) { return (frame.flags & kSceneAdopted) != 0; });
+    ASSERT_NE(adopted, trace.frames.end());
+    EXPECT_GE(adopted - trace.frames.begin(), static_cast<std::ptrdiff_t>(kReady));
+    for (auto frame = adopted - 1; frame->frame < kFrames; ++frame) { // later it is released
+        ASSERT_NE(frame->surfaces_felt, 0u) << frame->frame;
+        EXPECT_FALSE(frame->flags & kInsideAtStart);
+        if (frame < adopted) continue;
+        // The probe goes 5 um a frame, and the force turns with it.
+        EXPECT_LT(glm::length(frame->force - (frame - 1)->force), 0.01) << frame->frame;
+    }
+    EXPECT_TRUE(std::any_of(adopted, trace.frames.end(),
+                            [](const FrameReport& frame) { return frame.surface_queries > 0; }));
 }
 
 TEST(RealtimeRun, ASceneThatCannotBeMadeLeavesThePreview) {

@@ -197,6 +197,33 @@ TEST(GuardedContact, GuardsAgainAfterYielding) {
     }
 }
 
+// From a contact of the volume alone: nothing moves, and the mesh holds from the next frame on.
+TEST(GuardedContact, GoesOnFromTheVolume) {
+    const auto field = ball_in_voxels();
+    const Vec3 proxy{0, 0, 0.0305};
+    VolumeContact volume(field, {});
+    volume.restart(proxy);
+    volume.commit(proxy, false, true);
+    GuardedContact contact(field, {}, certified(test::icosphere(0.03, 3)), kLeash);
+    contact.restart(proxy);
+    ASSERT_TRUE(contact.go_on_from(volume));
+    EXPECT_EQ(contact.state(), SurfaceState::in_contact);
+    EXPECT_FALSE(contact.guard());
+    contact.commit(proxy, false, true);
+    ASSERT_TRUE(contact.guard());
+    EXPECT_EQ(*contact.guard(), proxy);
+    // Deep inside the mesh there is nothing to hold, until the proxy has come out.
+    ASSERT_TRUE(contact.go_on_from(volume));
+    contact.commit({0, 0, 0.02}, false, true);
+    EXPECT_FALSE(contact.guard());
+    contact.commit(proxy, false, true);
+    EXPECT_TRUE(contact.guard());
+    VolumeContact inside(field, {});
+    inside.restart({0, 0, 0.02});
+    ASSERT_TRUE(contact.go_on_from(inside));
+    EXPECT_EQ(contact.state(), SurfaceState::inside) << "as it was";
+}
+
 // On a leash shorter than what the voxels' level is off the mesh, both hold the proxy in turn; each
 // alone is as strong as the surface. With both at once 0.5 N gave 0.94.
 TEST(GuardedContact, LeashAndLevelTogetherResistNoMoreThanTheStrength) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -21,8 +22,9 @@ namespace {
 // Search length to either side along a normal: a smoothing by a voxel moves no surface further;
 // what is further is another surface. In voxels along the normal.
 constexpr double kSearchVoxels = 2.0;
-constexpr int kSearchSteps = 8; // a quarter of a voxel: no bone-to-air layer is thinner
-constexpr int kBisections = 20; // a quarter of a voxel / 2^20: below 1 nm for 4 mm voxels
+constexpr int kSearchSteps = 8;      // a quarter of a voxel: no bone-to-air layer is thinner
+constexpr int kBisections = 20;      // a quarter of a voxel / 2^20: below 1 nm for 4 mm voxels
+constexpr std::size_t kTogether = 8; // points whose levels are found side by side
 constexpr std::size_t kMaxPoints = 200000; // the mean of so many is good to sd / 400
 
 constexpr std::size_t kFewestPointsPerShare = 1000; // some 1 ms
@@ -179,10 +181,17 @@ std::vector<SurfacePoint> surface_points(const VoxelVolume& volume, double level
     return points;
 }
 
-/// Signed distance along the normal, m, to where the field passes the level; towards free space
-/// where the field at the point is material, else the other way. Nothing within the search length.
-std::optional<double> distance_to_level(const Trilinear& field, double level,
-                                        const SurfacePoint& point) {
+/// Where the field passes the level along a point's normal, between two values.
+struct Bracket {
+    const SurfacePoint* point = nullptr;
+    bool material = false;                    ///< the field at the point is at the level or above
+    double near = 0.0, far = 0.0;             ///< signed distances along the normal, m
+    double near_value = 0.0, far_value = 0.0; ///< of the field there: only `near` is as the point
+};
+
+/// Towards free space where the field at the point is material, else the other way. Nothing within
+/// the search length.
+std::optional<Bracket> bracket(const Trilinear& field, double level, const SurfacePoint& point) {
     const auto start = field.value(point.index);
     if (!start || !std::isfinite(*start)) return std::nullopt;
     const bool material = *start >= level;
@@ -190,37 +199,57 @@ std::optional<double> distance_to_level(const Trilinear& field, double level,
     double near = 0.0;
     double near_value = *start;
     for (int n = 1; n <= kSearchSteps; ++n) {
-        double far = n * step;
+        const double far = n * step;
         const auto value = field.value(point.index + far * point.step);
         if (!value || !std::isfinite(*value)) return std::nullopt;
-        double far_value = *value;
-        if ((far_value >= level) == material) {
-            near = far;
-            near_value = far_value;
-            continue;
-        }
-        for (int bisection = 0; bisection < kBisections; ++bisection) {
-            const double middle = 0.5 * (near + far);
-            const double middle_value =
-                field.value(point.index + middle * point.step).value_or(level);
-            const bool same = (middle_value >= level) == material;
-            (same ? near : far) = middle;
-            (same ? near_value : far_value) = middle_value;
-        }
-        return near + (far - near) * (level - near_value) / (far_value - near_value);
+        if ((*value >= level) != material)
+            return Bracket{&point, material, near, far, near_value, *value};
+        near = far;
+        near_value = *value;
     }
     return std::nullopt;
 }
 
-/// Distances to the level of all points, found on all processors; NaN where there is none.
+/// Signed distance to the level, m, within a bracket that was halved enough.
+double distance_in(const Bracket& b, double level) {
+    return b.near + (b.far - b.near) * (level - b.near_value) / (b.far_value - b.near_value);
+}
+
+/// Halves brackets side by side: a halving waits for the one before it, but not for those of other
+/// points.
+void halve(const Trilinear& field, double level, std::span<Bracket> brackets) {
+    for (int bisection = 0; bisection < kBisections; ++bisection)
+        for (Bracket& b : brackets) {
+            const double middle = 0.5 * (b.near + b.far);
+            const double value =
+                field.value(b.point->index + middle * b.point->step).value_or(level);
+            // Selected, not branched to: which half it is cannot be foreseen.
+            const bool same = (value >= level) == b.material;
+            b.near = same ? middle : b.near;
+            b.near_value = same ? value : b.near_value;
+            b.far = same ? b.far : middle;
+            b.far_value = same ? b.far_value : value;
+        }
+}
+
+/// Signed distances along the normals, m, to where the field passes the level, of all points, found
+/// on all processors; NaN where there is none.
 std::vector<double> distances_to_level(const std::vector<SurfacePoint>& points,
                                        const VoxelVolume& smoothed, double level) {
     const Trilinear field(smoothed);
-    std::vector<double> distances(points.size());
+    std::vector<double> distances(points.size(), std::numeric_limits<double>::quiet_NaN());
     const auto find = [&](std::size_t first, std::size_t last) {
-        for (std::size_t n = first; n < last; ++n)
-            distances[n] = distance_to_level(field, level, points[n])
-                               .value_or(std::numeric_limits<double>::quiet_NaN());
+        std::array<Bracket, kTogether> together;
+        for (std::size_t n = first; n < last;) {
+            std::size_t count = 0;
+            for (; n < last && count < kTogether; ++n)
+                if (const auto found = bracket(field, level, points[n])) together[count++] = *found;
+            const std::span<Bracket> found(together.data(), count);
+            halve(field, level, found);
+            for (const Bracket& b : found)
+                distances[static_cast<std::size_t>(b.point - points.data())] =
+                    distance_in(b, level);
+        }
     };
     in_shares(points.size(), kFewestPointsPerShare, find);
     return distances;
@@ -262,59 +291,58 @@ public:
     LevelSearch(std::vector<SurfacePoint> points, const VoxelVolume& smoothed)
         : points_(std::move(points)), smoothed_(smoothed), range_(value_range(smoothed)) {}
 
-    double run(double start) {
+    KeptLevel run(double start) {
         if (points_.empty())
             throw std::runtime_error("the volume has no surface at " + std::to_string(start) +
                                      "; choose a level within its range");
         Sample here = measure_at(start);
-        if (std::abs(here.shift) <= kLevelTolerance) return here.level;
+        if (std::abs(here.mean_m()) <= kLevelTolerance) return here;
         const Sample there = find_other_sign(here);
-        return here.shift > 0.0 ? close_in(here, there) : close_in(there, here);
+        return here.mean_m() > 0.0 ? close_in(here, there) : close_in(there, here);
     }
 
 private:
-    struct Sample {
-        double level = 0.0;
-        double shift = 0.0; ///< m
+    struct Sample : KeptLevel {
+        double mean_m() const { return shift.mean_m; }
     };
 
     Sample measure_at(double level) const {
         const SurfaceShift shift = measure(points_, smoothed_, level);
         if (static_cast<double>(shift.points) < kMinFound * static_cast<double>(points_.size()))
             fail();
-        return {level, shift.mean_m};
+        return {{level, shift}};
     }
 
     /// Goes away from `from`, which becomes the last sample of its own sign, in doubling steps.
     Sample find_other_sign(Sample& from) const {
-        double step = std::copysign(kFirstStep * (range_[1] - range_[0]), from.shift);
+        double step = std::copysign(kFirstStep * (range_[1] - range_[0]), from.mean_m());
         while (true) {
             const double level = from.level + step;
             if (!(level > range_[0] && level < range_[1]) || level == from.level) fail();
             const Sample next = measure_at(level);
-            if ((next.shift > 0.0) != (from.shift > 0.0)) return next;
+            if ((next.mean_m() > 0.0) != (from.mean_m() > 0.0)) return next;
             from = next;
             step *= 2.0;
         }
     }
 
     /// Secant steps within the bracket; halving where the last one did not shorten it enough.
-    double close_in(Sample above, Sample below) const {
+    KeptLevel close_in(Sample above, Sample below) const {
         bool halve = false;
         for (int n = 0; n < kMaxLevelSteps; ++n) {
             const double width = below.level - above.level;
             // The shifts have different signs: their difference is not 0.
-            const double share = halve ? 0.5 : above.shift / (above.shift - below.shift);
+            const double share = halve ? 0.5 : above.mean_m() / (above.mean_m() - below.mean_m());
             const Sample next = measure_at(above.level + share * width);
-            if (std::abs(next.shift) <= kLevelTolerance) return next.level;
-            (next.shift > 0.0 ? above : below) = next;
+            if (std::abs(next.mean_m()) <= kLevelTolerance) return next;
+            (next.mean_m() > 0.0 ? above : below) = next;
             halve = std::abs(below.level - above.level) > 0.5 * std::abs(width);
         }
-        const Sample& nearer = above.shift < -below.shift ? above : below;
+        const Sample& nearer = above.mean_m() < -below.mean_m() ? above : below;
         const Vec3 spacing = smoothed_.spacing_m();
-        if (std::abs(nearer.shift) > kJumpVoxels * std::min({spacing.x, spacing.y, spacing.z}))
+        if (std::abs(nearer.mean_m()) > kJumpVoxels * std::min({spacing.x, spacing.y, spacing.z}))
             fail();
-        return nearer.level;
+        return nearer;
     }
 
     [[noreturn]] void fail() const {
@@ -336,8 +364,8 @@ SurfaceShift surface_shift(const VoxelVolume& original, double original_level,
     return measure(surface_points(original, original_level), smoothed, smoothed_level);
 }
 
-double level_keeping_position(const VoxelVolume& original, double original_level,
-                              const VoxelVolume& smoothed) {
+KeptLevel level_keeping_position(const VoxelVolume& original, double original_level,
+                                 const VoxelVolume& smoothed) {
     require_same_grid(original, smoothed);
     return LevelSearch(surface_points(original, original_level), smoothed).run(original_level);
 }
