@@ -8,7 +8,7 @@ import numpy as np
 import support
 from support import OPEN, ROUNDED_UM, WithTracks, run, write_answer
 
-from answers import ANSWER_COLUMNS, BadInput
+from files import ANSWER_COLUMNS, BadInput
 from score import Track, score
 from truth import truth_of
 

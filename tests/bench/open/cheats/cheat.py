@@ -15,7 +15,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "bench" / "open"))
 
-from answers import ANSWER_COLUMNS, read_path  # noqa: E402
+from files import ANSWER_COLUMNS, read_path  # noqa: E402
 from truth import truth_of  # noqa: E402
 
 USUAL_NS, KERNEL_NS = 500, 1800
