@@ -54,7 +54,7 @@ def words_of(command, option):
     try:
         words = shlex.split(command)
     except ValueError as error:
-        raise BadInput(f'{option} "{command}": {error}; close the quotation') from error
+        raise BadInput(f'{option} "{command}": {error}; close it') from error
     if not words or not shutil.which(words[0]):
         raise BadInput(f'{option} "{command}": "{words[0] if words else ""}" cannot be run; name a '
                        "program, with a path if it is not in PATH")  # fmt: skip

@@ -29,7 +29,7 @@ ELSEWHERE_M = 1e-3  # as far from the right proxy, and
 NEARER = 0.9  # within this share of its distance to the probe: it has passed the surface
 FELT_N = 0.1  # a force that a hand can tell from none
 NO_FORCE_M = 1e-9  # the right proxy is at the probe
-LEAST_UM = 1e-6  # an answer has 12 decimals of a metre: a length below this means nothing
+LEAST = {"um": 1e-6, "n": 1e-9}  # by unit, of what the decimals of entry.c's answer can say
 
 COLUMNS = """frozen frames frames_in_contact level_rms_um level_p99_um level_max_um position_rms_um
 position_p99_um position_max_um deepest_um fell_through_frames lost_frames ghost_frames
@@ -168,9 +168,9 @@ def write_rows(out, rows):
 
 
 def shown(column, value):
-    """A cell as it is printed: a length below what an answer can say is only said to be so."""
-    is_too_small = column.endswith("_um") and value is not None and 0 < value < LEAST_UM
-    return "< 1e-6" if is_too_small else cell(value)
+    """A cell as it is printed: of what is less than an answer can say, only that it is so."""
+    least = LEAST.get(column.rsplit("_", 1)[-1], 0)
+    return f"< {least:g}" if value and 0 < value < least else cell(value)
 
 
 def print_scores(scores):
