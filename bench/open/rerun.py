@@ -64,14 +64,15 @@ def words_of(command, option):
 def _of_track(words, folder, name, seed, recorded, score, kernel):
     """A round of fresh trials, then LONGER other ones on the same surface: the start of the program
     does not count in how much longer it takes, and no row comes twice."""
-    runs = {"once": range(1), "longer": range(1, 1 + LONGER)}
+    runs = {"one round": range(1), f"{LONGER} rounds": range(1, 1 + LONGER)}
     found, cpu_ns, said_ns, frame_ns, frames = [], [], [], [], []
     for run, rounds in runs.items():
-        tracks.write_track(folder / run, name, seed, rounds=rounds)
-        answer = folder / f"{name}.{run}.csv"
+        out = folder / str(rounds.stop)
+        tracks.write_track(out, name, seed, rounds=rounds)
+        answer = out / f"{name}.csv"
         try:
-            cpu, wall = _run(words, folder / run / name, answer)
-            fresh = score(folder / run / name, answer)
+            cpu, wall = _run(words, out / name, answer)
+            fresh = score(out / name, answer)
         except BadInput as error:
             return [f"{name}: {error}"]
         rows = read_rows(answer, ANSWER_COLUMNS)
@@ -79,7 +80,8 @@ def _of_track(words, folder, name, seed, recorded, score, kernel):
         said_ns.append(rows[:, 7:].sum())
         frame_ns.append(rows[:, 7].sum())
         frames.append(len(rows))
-        off = [*_errors(recorded, fresh), *_times(recorded, fresh), *kernel.differs(name, fresh)]
+        off = [*_errors(recorded, fresh), *_times(recorded, fresh)]
+        off += kernel.differs(f"{name}, {run}", fresh)
         found = found or off
         if said_ns[-1] > wall:
             found.append(f"ns and reference_ns add up to {said_ns[-1] / 1e9:.3g} s, but the command "
@@ -151,13 +153,13 @@ class _Kernel:
         runs = [subprocess.run([self.program], capture_output=True, check=True) for _ in range(3)]
         return min(float(run.stdout) for run in runs)
 
-    def differs(self, name, fresh):
+    def differs(self, run, fresh):
         """Compares what the entrant's last run says of the kernel, and prints its time by ours."""
         if self.before_ns is None:
             return
         around = self.before_ns, self._ns()
         self.before_ns = around[1]
-        print(f"{name}: a frame takes {fresh['time_ratio_p50']:.3g} of its own kernel, "
+        print(f"{run}: a frame takes {fresh['time_ratio_p50']:.3g} of its own kernel, "
               f"{fresh['ns_p50'] / min(around):.3g} of the one measured here")  # fmt: skip
         said = fresh["reference_ns_p50"]
         if not min(around) / REFERENCE_OFF < said < max(around) * REFERENCE_OFF:

@@ -29,7 +29,7 @@ ELSEWHERE_M = 1e-3  # as far from the right proxy, and
 NEARER = 0.9  # within this share of its distance to the probe: it has passed the surface
 FELT_N = 0.1  # a force that a hand can tell from none
 NO_FORCE_M = 1e-9  # the right proxy is at the probe
-LEAST = {"um": 1e-6, "n": 1e-9}  # by unit, of what the decimals of entry.c's answer can say
+LEAST = {"um": "1e-6", "n": "1e-9"}  # by unit, of what the decimals of entry.c's answer can say
 
 COLUMNS = """frozen frames frames_in_contact level_rms_um level_p99_um level_max_um position_rms_um
 position_p99_um position_max_um deepest_um fell_through_frames lost_frames ghost_frames
@@ -169,8 +169,8 @@ def write_rows(out, rows):
 
 def shown(column, value):
     """A cell as it is printed: of what is less than an answer can say, only that it is so."""
-    least = LEAST.get(column.rsplit("_", 1)[-1], 0)
-    return f"< {least:g}" if value and 0 < value < least else cell(value)
+    least = LEAST.get(column.rsplit("_", 1)[-1], "0")
+    return f"< {least}" if value and 0 < value < float(least) else cell(value)
 
 
 def print_scores(scores):
