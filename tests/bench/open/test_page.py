@@ -96,7 +96,7 @@ class Page(unittest.TestCase):
             self.assertEqual(on_page, of_table)
 
     def test_what_the_page_says_of_an_entry_in_python_runs(self):
-        (block,) = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+        (block,) = re.findall(r"^```python[^\n]*\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
         (build,) = re.findall(r"^cc .*$", PAGE, re.MULTILINE)
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
