@@ -56,8 +56,11 @@ class Page(unittest.TestCase):
                 done = subprocess.run(["bash", "-ec", block], cwd=folder, text=True, check=False,
                                       env=dict(os.environ, PATH=path), capture_output=True)  # fmt: skip
                 self.assertEqual(done.returncode, 0, block + done.stdout + done.stderr)
-            with (folder / "build" / "one.csv").open() as file:
-                self.assertEqual([r["track"] for r in csv.DictReader(file)], ["sphere", "bumps"])
+            with (folder / "build" / "two.csv").open() as file:
+                rows = {(row["entry"], row["track"]) for row in csv.DictReader(file)}
+            meshes = ("sphere_20k", "sphere_330k", "plate", "wedge", "grooves")
+            self.assertEqual(rows, {("adaptive:mesh", m) for m in meshes} |
+                             {("adaptive:volume", "sphere"), ("adaptive:volume", "bumps")})  # fmt: skip
 
     def rows(self):
         with TABLE.open() as file:
