@@ -374,6 +374,11 @@ def arguments():
     options = parser.parse_args()
     if options.frames < 100:
         parser.error("--frames: at least 100, so that the first one does not count")
+    for name in ("jobs", "functions"):
+        if getattr(options, name) is not None and getattr(options, name) < 1:
+            parser.error(f"--{name} {getattr(options, name)}: at least 1")
+    if options.csv and (options.csv.is_dir() or not os.access(options.csv.parent, os.W_OK)):
+        parser.error(f"--csv {options.csv}: cannot be written; name a file in a folder that is there")
     options.scenes = cases(options.skull)
     unknown = [name for name in options.only or [] if name not in options.scenes]
     if unknown:

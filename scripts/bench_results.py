@@ -231,7 +231,7 @@ def read_csv(file):
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is no text"
         raise BadInput(f"{file}: cannot be read ({why}); give a table of ./palpate.sh bench") from error
-    machine, rows, header = {}, [], None
+    machine, rows, header, line_of = {}, [], None, {}
     for line, words in enumerate(text.splitlines(), 1):
         if words.startswith("#"):
             key, _, said = words[1:].partition(":")
@@ -242,7 +242,12 @@ def read_csv(file):
                 raise BadInput(f"{file}:{line}: the columns are {','.join(header)}; they have to be "
                                f"{','.join(COLUMNS)}")
         elif words.strip():
-            rows.append(row_of(next(csv.reader([words])), file, line))
+            row = row_of(next(csv.reader([words])), file, line)
+            first = line_of.setdefault(row.key, line)
+            if first != line:
+                raise BadInput(f"{file}:{line}: {row.benchmark} {row.quantity} is in line {first} "
+                               "already; write the table anew with ./palpate.sh bench")
+            rows.append(row)
     if not rows:
         raise BadInput(f"{file}: no rows; give a table of ./palpate.sh bench")
     return Results(machine, rows)

@@ -11,14 +11,6 @@ _BLOCK = 64  # triangles
 _AT_ONCE = 512  # points, so that a table of points and blocks stays small
 
 
-def load_mesh(file):
-    """Vertices in m and triangles of an OBJ file in mm as tracks.py writes it."""
-    lines = file.read_text().splitlines()
-    vertices = np.array(" ".join(s[2:] for s in lines if s[0] == "v").split(), float)
-    triangles = np.array(" ".join(s[2:] for s in lines if s[0] == "f").split(), int)
-    return vertices.reshape(-1, 3) / 1000, triangles.reshape(-1, 3) - 1
-
-
 class MeshDistance:
     def __init__(self, vertices, triangles):
         corners = vertices[triangles]

@@ -7,6 +7,7 @@
 #include "entry.h"
 
 #include <math.h>
+#include <time.h>
 
 enum { kTriangles = 64 };
 
@@ -60,10 +61,26 @@ double reference_kernel(const double point[3]) {
     return nearest;
 }
 
+double reference_ns(const double point[3]) {
+    static volatile double kept;
+    double least = 1e30;
+    int i;
+    for (i = 0; i < 2; ++i) {
+        struct timespec begin, end;
+        double ns;
+        clock_gettime(CLOCK_MONOTONIC, &begin);
+        kept = reference_kernel(point);
+        clock_gettime(CLOCK_MONOTONIC, &end);
+        ns = 1e9 * (double)(end.tv_sec - begin.tv_sec) + (double)(end.tv_nsec - begin.tv_nsec);
+        if (ns < least) least = ns;
+    }
+    (void)kept;
+    return least;
+}
+
 #ifdef REFERENCE_MAIN
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 static int by_size(const void* a, const void* b) {
     const double x = *(const double*)a, y = *(const double*)b;
@@ -73,17 +90,12 @@ static int by_size(const void* a, const void* b) {
 int main(void) {
     enum { kRuns = 5001 };
     static double ns[kRuns];
-    double sum = 0.0;
     int i;
     for (i = 0; i < kRuns; ++i) {
         const double point[3] = {0.001 * (i % 997), 0.5, -0.3};
-        struct timespec begin, end;
-        clock_gettime(CLOCK_MONOTONIC, &begin);
-        sum += reference_kernel(point);
-        clock_gettime(CLOCK_MONOTONIC, &end);
-        ns[i] = 1e9 * (double)(end.tv_sec - begin.tv_sec) + (double)(end.tv_nsec - begin.tv_nsec);
+        ns[i] = reference_ns(point);
     }
     qsort(ns, kRuns, sizeof ns[0], by_size);
-    return printf("%.0f\n", ns[kRuns / 2]) < 0 || sum < 0.0;
+    return printf("%.0f\n", ns[kRuns / 2]) < 0;
 }
 #endif

@@ -13,18 +13,18 @@ import subprocess
 import tempfile
 import time
 
-import numpy as np
-
 import tracks
-from answers import ANSWER_COLUMNS, BadInput, read_rows
+from files import ANSWER_COLUMNS, read_rows
+from program import BadInput, end_as_part
 
 LEFT_OUT = 77  # exit status of an entrant that does not feel the track
-WORSE, WORSE_UM = 3.0, 10.0  # fresh errors may be this many times the others', and this much more
-SLOWER = 3.0  # a fresh time ratio may be this many times the recorded one
+WORSE = 3.0  # fresh errors may be this many times the others', and this much more:
+MORE = {"level_rms_um": 10.0, "position_rms_um": 10.0, "force_error_rms_n": 0.005}
+SLOWER = 2.0  # a fresh time ratio may be this many times the recorded one
 LEAST_RATIO = 0.02  # of the reference kernel; less is hardly more than reading a clock takes
-REFERENCE_OFF = 4.0  # the entrant's reference_ns against ours
+REFERENCE_OFF = 1.5  # the entrant's reference_ns against ours
 HIDDEN, HIDDEN_NS = 3.0, 50e3  # processor's time of a frame beyond what ns says
-LONGER = 4  # times the path, to see what a frame takes
+LONGER = 4  # rounds of trials, all of them new, to see what a frame takes
 TIMEOUT_S = 1800
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -34,51 +34,69 @@ def suspicions(command, seed, recorded, score):
     seed = secrets.randbelow(2**31) + 2 if seed is None else seed
     if seed == tracks.FROZEN_SEED:
         raise BadInput(f"--seed {seed}: is the seed that everybody knows; give another one")
-    words = shlex.split(command)
-    if not words or not shutil.which(words[0]):
-        raise BadInput(f'--rerun "{command}": "{words[0] if words else ""}" cannot be run; name a '
-                       "program, with a path if it is not in PATH")  # fmt: skip
+    words = words_of(command, "--rerun")
+    names = [name for name in recorded if name != "skull"]  # there is one skull only
+    if not names:
+        raise BadInput("--rerun: only the skull is answered, of which there are no fresh tracks; "
+                       "answer another track too")  # fmt: skip
     print(f"rerun with seed {seed}")
     found = []
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
-        reference_ns = _reference_ns(folder)
-        names = [name for name in recorded if name != "skull"]  # there is one skull only
-        tracks.write_tracks(folder, seed, names)
+        kernel = _Kernel(folder)
         for name in names:
-            found += _of_track(words, folder, name, recorded[name], score, reference_ns)
+            found += _of_track(words, folder, name, seed, recorded[name], score, kernel)
     return found
 
 
-def _of_track(words, folder, name, recorded, score, reference_ns):
+def words_of(command, option):
+    """A command as words, of which the first one can be run."""
     try:
-        cpu_ns, wall_ns = _run(words, folder / name, folder / "once.csv")
-        fresh = score(folder / name, folder / "once.csv")
-        _repeat(folder / name / "path.csv")
-        longer_ns, _ = _run(words, folder / name, folder / "longer.csv")
-    except BadInput as error:
-        return [f"{name}: {error}"]
-    rows = read_rows(folder / "once.csv", ANSWER_COLUMNS)
-    claimed_ns, per_frame_ns = rows[:, 7:].sum(), (longer_ns - cpu_ns) / len(rows) / (LONGER - 1)
-    found = [*_errors(recorded, fresh), *_times(recorded, fresh)]
-    if claimed_ns > wall_ns:
-        found.append(f"ns and reference_ns add up to {claimed_ns / 1e9:.3g} s, but the command "
-                     f"ended after {wall_ns / 1e9:.3g} s")  # fmt: skip
-    ratio = fresh["reference_ns_p50"] / reference_ns if reference_ns else 1.0
-    if not 1 / REFERENCE_OFF < ratio < REFERENCE_OFF:
-        found.append(f"its reference_ns is {ratio:.2g} times what the kernel takes here; compile "
-                     "reference_kernel.c with -O2 and run it once after each frame")  # fmt: skip
-    said_ns = claimed_ns / len(rows)
-    if per_frame_ns - said_ns > HIDDEN_NS + HIDDEN * rows[:, 7].mean():
-        found.append(f"a frame takes {per_frame_ns:.3g} ns of the processor, but ns and "
-                     f"reference_ns say {said_ns:.3g}: work outside of the clock")  # fmt: skip
+        words = shlex.split(command)
+    except ValueError as error:
+        raise BadInput(f'{option} "{command}": {error}; close it') from error
+    if not words or not shutil.which(words[0]):
+        raise BadInput(f'{option} "{command}": "{words[0] if words else ""}" cannot be run; name a '
+                       "program, with a path if it is not in PATH")  # fmt: skip
+    return words
+
+
+def _of_track(words, folder, name, seed, recorded, score, kernel):
+    """A round of fresh trials, then LONGER other ones on the same surface: the start of the program
+    does not count in how much longer it takes, and no row comes twice."""
+    runs = {"one round": range(1), f"{LONGER} rounds": range(1, 1 + LONGER)}
+    found, cpu_ns, said_ns, frame_ns, frames = [], [], [], [], []
+    for run, rounds in runs.items():
+        out = folder / str(rounds.stop)
+        tracks.write_track(out, name, seed, rounds=rounds)
+        answer = out / f"{name}.csv"
+        try:
+            cpu, wall = _run(words, out / name, answer)
+            fresh = score(out / name, answer)
+        except BadInput as error:
+            return [f"{name}: {error}"]
+        rows = read_rows(answer, ANSWER_COLUMNS)
+        cpu_ns.append(cpu)
+        said_ns.append(rows[:, 7:].sum())
+        frame_ns.append(rows[:, 7].sum())
+        frames.append(len(rows))
+        off = [*_errors(recorded, fresh), *_times(recorded, fresh)]
+        off += kernel.differs(f"{name}, {run}", fresh)
+        found = found or off
+        if said_ns[-1] > wall:
+            found.append(f"ns and reference_ns add up to {said_ns[-1] / 1e9:.3g} s, but the command "
+                         f"ended after {wall / 1e9:.3g} s")  # fmt: skip
+    took, said, frame = ((b - a) / (frames[1] - frames[0]) for a, b in (cpu_ns, said_ns, frame_ns))
+    if took - said > HIDDEN_NS + HIDDEN * frame:
+        found.append(f"a frame takes {took:.3g} ns of the processor, but ns and reference_ns say "
+                     f"{said:.3g}: work outside of the clock")  # fmt: skip
     return [f"{name}: {line}" for line in found]
 
 
 def _errors(recorded, fresh):
-    for column in ("level_rms_um", "position_rms_um"):
+    for column, more in MORE.items():
         before, now = recorded.get(column), fresh.get(column)
-        if before is not None and now > WORSE * before + WORSE_UM:
+        if before is not None and now > WORSE * before + more:
             yield f"{column} is {now:.4g} on a fresh track, {before:.4g} on the known one"
     for column in ("fell_through_frames", "lost_frames"):
         before = recorded[column] / recorded["frames_in_contact"]
@@ -116,22 +134,37 @@ def _run(words, track, answer):
     return 1e9 * cpu, wall
 
 
-def _repeat(path):
-    """The same trials again and again behind the path's own: the start of the program no longer
-    counts in how much longer it takes."""
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:1] + LONGER * lines[1:]))
+class _Kernel:
+    """The reference kernel as compiled here, measured before and after each run of the entrant."""
+
+    def __init__(self, folder):
+        self.program = folder / "reference"
+        self.before_ns = None
+        compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+        words = [compiler, "-O2", "-DREFERENCE_MAIN", str(HERE / "reference_kernel.c"), "-o",
+                 str(self.program), "-lm"]  # fmt: skip
+        if compiler and not subprocess.run(words, capture_output=True, check=False).returncode:
+            self.before_ns = self._ns()
+        else:
+            print("rerun: no C compiler here: reference_ns is not compared")
+
+    def _ns(self):
+        """The least median of three."""
+        runs = [subprocess.run([self.program], capture_output=True, check=True) for _ in range(3)]
+        return min(float(run.stdout) for run in runs)
+
+    def differs(self, run, fresh):
+        """Compares what the entrant's last run says of the kernel, and prints its time by ours."""
+        if self.before_ns is None:
+            return
+        around = self.before_ns, self._ns()
+        self.before_ns = around[1]
+        print(f"{run}: a frame takes {fresh['time_ratio_p50']:.3g} of its own kernel, "
+              f"{fresh['ns_p50'] / min(around):.3g} of the one measured here")  # fmt: skip
+        said = fresh["reference_ns_p50"]
+        if not min(around) / REFERENCE_OFF < said < max(around) * REFERENCE_OFF:
+            yield (f"its reference_ns is {said / min(around):.2g} times what the kernel takes here; "
+                   "call reference_ns() of reference_kernel.c, compiled with -O2, after each frame")
 
 
-def _reference_ns(folder):
-    """The kernel's time by our own measurement; None without a compiler."""
-    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if not compiler:
-        print("rerun: no C compiler here: reference_ns is not compared")
-        return None
-    program = folder / "reference"
-    subprocess.run([compiler, "-O2", "-DREFERENCE_MAIN", str(HERE / "reference_kernel.c"), "-o",
-                    str(program), "-lm"], check=True)  # fmt: skip
-    times = [float(subprocess.run([program], capture_output=True, check=True).stdout)
-             for _ in range(3)]  # fmt: skip
-    return float(np.median(times))
+end_as_part(__name__, "score.py")

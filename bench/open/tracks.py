@@ -7,7 +7,7 @@
 OUT/NAME/ gets path.csv, shape.txt and, for a mesh, mesh.obj; OUT/manifest.json the SHA-256 of each.
 Seed 1 is the frozen one: the same bytes on every machine, compared by --check with the manifest in
 the repository. FOLDER: where scripts/fetch_data.sh has put the skull; without it that track is left
-out. Exit status: 0 done, 1 a hash differs, 2 wrong usage or data.
+out. Exit status: 0 done, 1 a hash differs, 2 wrong usage or input.
 """
 
 import argparse
@@ -15,6 +15,9 @@ import hashlib
 import json
 import pathlib
 import sys
+
+from program import (BadInput, check_writable, end_with, make_folder, read_text,
+                     write_whole)  # fmt: skip
 
 import numpy as np
 
@@ -71,14 +74,15 @@ def strokes(random, x_from_mm, x_to_mm, high_mm, deepest_mm, speeds):
 
 def sphere(random, _):
     radius_mm = round(random.uniform(45, 55), 3)
-    return [("shape", "sphere_cavity"), ("radius_mm", radius_mm)], None, orbit(random, radius_mm, 4)
+    shape = [("shape", "sphere_cavity"), ("radius_mm", radius_mm)]
+    return shape, None, lambda: orbit(random, radius_mm, 4)
 
 
 def bumps(random, _):
     radius_mm, wavelength_mm = round(random.uniform(45, 55), 3), round(random.uniform(14, 17), 3)
     shape = [("shape", "bumpy_cavity"), ("radius_mm", radius_mm), ("amplitude_mm", 0.5),
              ("wavelength_mm", wavelength_mm)]  # fmt: skip
-    return shape, None, orbit(random, radius_mm, 1.5)
+    return shape, None, lambda: orbit(random, radius_mm, 1.5)
 
 
 def _ball(levels):
@@ -86,31 +90,31 @@ def _ball(levels):
         radius_mm = round(random.uniform(45, 55), 3)
         mesh = shapes.cavity(radius_mm, levels, random.axes())
         shape = [("shape", "mesh"), ("free_space", "convex")]
-        return shape, mesh, orbit(random, radius_mm, 4)
+        return shape, mesh, lambda: orbit(random, radius_mm, 4)
 
     return track
 
 
-def _prism(profile_mm, bottom_mm, trials):
+def _prism(profile_mm, bottom_mm, draw):
     flat = [round(float(v), 6) + 0.0 for point in profile_mm for v in point]  # no -0
     profile_mm = list(zip(flat[::2], flat[1::2]))
     shape = [("shape", "profile"), ("profile_mm", " ".join(f"{v:.6f}" for v in flat)),
              ("bottom_mm", f"{bottom_mm:.6f}"), ("half_length_mm", 50)]  # fmt: skip
-    return shape, shapes.prism(profile_mm, bottom_mm, 50, 2), trials
+    return shape, shapes.prism(profile_mm, bottom_mm, 50, 2), draw
 
 
 def plate(random, _):
     edge_mm = round(random.uniform(35, 45), 3)
     speeds = [0.2, 0.2, 0.5, 0.5, 0.5, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2]
-    trials = strokes(random, edge_mm - 35, edge_mm + 15, 2, 3, speeds)
-    return _prism([(-edge_mm, 0), (edge_mm, 0)], -4, trials)
+    return _prism([(-edge_mm, 0), (edge_mm, 0)], -4,
+                  lambda: strokes(random, edge_mm - 35, edge_mm + 15, 2, 3, speeds))  # fmt: skip
 
 
 def wedge(random, _):
     height_mm = round(random.uniform(15, 45), 3)
     speeds = [0.02, 0.05, 0.1, 0.1, 0.2, 0.2, 0.2, 0.5, 0.5, 0.5, 1, 1, 2, 2]
-    trials = strokes(random, -8, 8, -1, 3, speeds)
-    return _prism([(-30, -height_mm), (0, 0), (30, -height_mm)], -height_mm - 5, trials)
+    return _prism([(-30, -height_mm), (0, 0), (30, -height_mm)], -height_mm - 5,
+                  lambda: strokes(random, -8, 8, -1, 3, speeds))  # fmt: skip
 
 
 def grooves(random, _):
@@ -119,8 +123,8 @@ def grooves(random, _):
     profile = [(half[0][0] - 10, 0), *half, (half[-1][0] + 10, 0)]
     end_mm = half[-1][0] + 5
     speeds = [0.1, 0.2, 0.2, 0.5, 0.5, 1, 1, 2, 2, 2]
-    trials = strokes(random, -end_mm, end_mm, 2, deep_mm + 1.5, speeds)
-    return _prism(profile, -deep_mm - 8, trials)
+    return _prism(profile, -deep_mm - 8,
+                  lambda: strokes(random, -end_mm, end_mm, 2, deep_mm + 1.5, speeds))  # fmt: skip
 
 
 def skull(random, folder):
@@ -134,7 +138,8 @@ def skull(random, folder):
     # triangles round.
     size_mm, middle = np.array([1.9140624, -1.9140624, 3.0]), np.array(walled.shape) / 2
     mesh = (points - middle) * size_mm, triangles[:, ::-1]
-    return [("shape", "mesh")], mesh, _over_the_front(random, walled > level, size_mm, middle)
+    return [("shape", "mesh")], mesh, lambda: _over_the_front(random, walled > level, size_mm,
+                                                              middle)  # fmt: skip
 
 
 def _over_the_front(random, bone, size_mm, middle):
@@ -158,6 +163,7 @@ def _over_the_front(random, bone, size_mm, middle):
     return trials
 
 
+# Of each: what shape.txt says, the mesh, and what draws a round of trials (positions in mm).
 TRACKS = {
     "sphere": sphere, "bumps": bumps, "sphere_20k": _ball(5), "sphere_330k": _ball(7),
     "plate": plate, "wedge": wedge, "grooves": grooves, "skull": skull,
@@ -179,44 +185,55 @@ def mesh_text(mesh):
     return "# mm; counter-clockwise as seen from free space\n" + "\n".join(rows) + "\n"
 
 
-def write_track(out, name, seed, skull_folder=None):
-    """Writes a track's folder; what the manifest says of it."""
-    shape, mesh, trials = TRACKS[name](Random(seed, name), skull_folder)
+def write_track(out, name, seed, skull_folder=None, rounds=range(1)):
+    """Writes a track's folder; what the manifest says of it. Its path has these rounds of trials,
+    each drawn after the others: round 0 is that of the frozen tracks."""
+    shape, mesh, draw = TRACKS[name](Random(seed, name), skull_folder)
+    drawn = [draw() for _ in range(rounds.stop)]
+    trials = [trial for i in rounds for trial in drawn[i]]
     shape = [*shape, ("stiffness_n_per_m", STIFFNESS_N_PER_M)]
     texts = {"path.csv": path_text(trials), "shape.txt": "".join(f"{k} {v}\n" for k, v in shape)}
     if mesh:
         texts["mesh.obj"] = mesh_text(mesh)
-    (out / name).mkdir(parents=True, exist_ok=True)
+    make_folder(out / name)
     entry = {"frames": sum(map(len, trials)), "triangles": len(mesh[1]) if mesh else 0, "sha256": {}}
     for file, text in sorted(texts.items()):
-        (out / name / file).write_bytes(text.encode())
+        write_whole(out / name / file, text)
         entry["sha256"][file] = hashlib.sha256(text.encode()).hexdigest()
     return entry
 
 
 def write_tracks(out, seed, names=None, skull_folder=None):
     """Writes tracks (None: all) and their manifest; what is written, by name."""
-    entries = {}
-    for name in names or TRACKS:
-        if name == "skull" and not has_skull(skull_folder):
-            print("tracks.py: skull: left out: its data is not there; get it with "
-                  "scripts/fetch_data.sh FOLDER skull, then --skull FOLDER",
-                  file=sys.stderr)  # fmt: skip
-            continue
-        entries[name] = write_track(out, name, seed, skull_folder)
-    file = out / "manifest.json"
-    manifest = {"format": FORMAT, "seed": seed, "tracks": {}}
+    names = [name for name in names or TRACKS if name != "skull" or skull_folder]
+    file, manifest = out / "manifest.json", {"format": FORMAT, "seed": seed, "tracks": {}}
     if file.is_file():  # tracks of this seed that were written before stay in it
-        before = json.loads(file.read_text())
+        before = read_manifest(file)
         manifest = before if (before["format"], before["seed"]) == (FORMAT, seed) else manifest
+    make_folder(out)
+    check_writable(file)
+    entries = {name: write_track(out, name, seed, skull_folder) for name in names}
     manifest["tracks"] |= entries
-    file.write_text(json.dumps(manifest, indent=1) + "\n")
+    write_whole(file, json.dumps(manifest, indent=1) + "\n")
     return entries
+
+
+def read_manifest(file):
+    """Format, seed, and the SHA-256 of each file by track."""
+    try:
+        found = json.loads(read_text(file))
+        for track in found["tracks"].values():
+            dict(track["sha256"])
+        return {"format": found["format"], "seed": found["seed"], "tracks": found["tracks"]}
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        at = f":{error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
+        raise BadInput(f"{file}{at}: is no manifest of tracks; give one that tracks.py has "
+                       f"written, such as {MANIFEST}") from error  # fmt: skip
 
 
 def is_frozen(folder):
     """Whether a track's files are those of the manifest in the repository."""
-    frozen = json.loads(MANIFEST.read_text())["tracks"].get(folder.name)
+    frozen = read_manifest(MANIFEST)["tracks"].get(folder.name)
     return frozen is not None and all(
         (folder / file).is_file()
         and hashlib.sha256((folder / file).read_bytes()).hexdigest() == sha256
@@ -224,15 +241,15 @@ def is_frozen(folder):
     )
 
 
-def has_skull(folder):
-    file = folder and folder / "skull.raw"
-    if not file or not file.is_file():
-        return False
+def check_skull(folder):
+    """Refuses a folder without the skull's data."""
+    file = folder / "skull.raw"
+    if not file.is_file():
+        raise BadInput(f"{file}: is not there; get it with scripts/fetch_data.sh {folder} skull")
     found = hashlib.sha256(file.read_bytes()).hexdigest()
     if found != SKULL_SHA256:
-        raise SystemExit(f"tracks.py: {file}: is not the file of the benchmark: SHA-256 {found}; "
-                         "get it with scripts/fetch_data.sh")  # fmt: skip
-    return True
+        raise BadInput(f"{file}: is not the file of the benchmark: SHA-256 {found}; get it with "
+                       f"scripts/fetch_data.sh {folder} skull")  # fmt: skip
 
 
 def differences(entries, frozen):
@@ -246,22 +263,34 @@ def differences(entries, frozen):
 
 def main():
     parser = argparse.ArgumentParser(description="Writes the tracks of the open benchmark.")
-    parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--seed", type=int, default=FROZEN_SEED)
-    parser.add_argument("--track", nargs="+", choices=TRACKS, metavar="NAME")
-    parser.add_argument("--skull", type=pathlib.Path, metavar="FOLDER")
-    parser.add_argument("--check", type=pathlib.Path, metavar="MANIFEST")
+    parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="gets a folder for each track")
+    parser.add_argument("--seed", type=int, default=FROZEN_SEED, metavar="N",
+                        help="of which all numbers are drawn (1: the frozen tracks)")  # fmt: skip
+    parser.add_argument("--track", nargs="+", choices=TRACKS, metavar="NAME",
+                        help=f"these alone, of {', '.join(TRACKS)}")  # fmt: skip
+    parser.add_argument("--skull", type=pathlib.Path, metavar="FOLDER",
+                        help="where scripts/fetch_data.sh has put the skull")  # fmt: skip
+    parser.add_argument("--check", type=pathlib.Path, metavar="MANIFEST",
+                        help="compare with the SHA-256 of this manifest")  # fmt: skip
     options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+    frozen = options.check and read_manifest(options.check)
+    if options.skull:
+        check_skull(options.skull)
+    elif "skull" in (options.track or []):
+        raise BadInput("--track skull: needs its data; get it with scripts/fetch_data.sh FOLDER "
+                       "skull, then give --skull FOLDER")  # fmt: skip
+    elif not options.track:
+        print("tracks.py: skull: left out: its data is not there; get it with "
+              "scripts/fetch_data.sh FOLDER skull, then give --skull FOLDER", file=sys.stderr)  # fmt: skip
     entries = write_tracks(options.out, options.seed, options.track, options.skull)
     for name, entry in entries.items():
         print(f"{name}: {entry['frames']} frames, {entry['triangles']} triangles")
-    if options.check:
-        wrong = list(differences(entries, json.loads(options.check.read_text())))
+    if frozen:
+        wrong = list(differences(entries, frozen))
         print("\n".join(wrong) if wrong else "all hashes are those of the manifest")
         return 1 if wrong else 0
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

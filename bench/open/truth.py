@@ -8,7 +8,9 @@ the god object of Zilles and Salisbury (1995), exactly.
 
 import numpy as np
 
-from closest import MeshDistance, load_mesh
+from closest import MeshDistance
+from files import TrackFiles
+from program import BadInput, end_as_part
 
 
 class Cavity:
@@ -128,7 +130,8 @@ class Prism:
             if along <= 1e-15:
                 return at, spot
             at, spot = self._slide(at, edge, sign, along)
-        raise RuntimeError("the descent to a proxy does not end")
+        raise BadInput("the descent to a proxy does not end: profile_mm crosses itself; write the "
+                       "track anew with tracks.py")  # fmt: skip
 
     def _ways(self, spot):
         """Along an edge both ways; from a corner back on the edge before and on to the next."""
@@ -169,8 +172,8 @@ class Prism:
 class Mesh:
     """The nearest point of a mesh. It is the right proxy only where free space is convex."""
 
-    def __init__(self, file, free_space_is_convex):
-        self.distance = MeshDistance(*load_mesh(file))
+    def __init__(self, mesh, free_space_is_convex):
+        self.distance = MeshDistance(*mesh)
         self.free_space_is_convex = free_space_is_convex
 
     def signed_distance(self, points):
@@ -183,14 +186,17 @@ class Mesh:
         return np.where((signed < 0)[:, None], nearest, probes)
 
 
-def truth_of(folder):
-    """Of a track's folder, by its shape.txt."""
-    shape = dict(line.split(" ", 1) for line in (folder / "shape.txt").read_text().splitlines())
-    mm = {k: [float(v) / 1000 for v in shape[k].split()] for k in shape if k.endswith("_mm")}
+def truth_of(track):
+    """Of the files of a track, or of its folder."""
+    files = track if isinstance(track, TrackFiles) else TrackFiles(track)
+    shape = files.shape
     if shape["shape"] == "sphere_cavity":
-        return Cavity(*mm["radius_mm"])
+        return Cavity(shape["radius"])
     if shape["shape"] == "bumpy_cavity":
-        return BumpyCavity(*mm["radius_mm"], *mm["amplitude_mm"], *mm["wavelength_mm"])
+        return BumpyCavity(shape["radius"], shape["amplitude"], shape["wavelength"])
     if shape["shape"] == "profile":
-        return Prism(np.reshape(mm["profile_mm"], (-1, 2)), *mm["bottom_mm"])
-    return Mesh(folder / "mesh.obj", shape.get("free_space") == "convex")
+        return Prism(shape["profile"], shape["bottom"])
+    return Mesh(files.mesh, shape["free_space"] == "convex")
+
+
+end_as_part(__name__, "score.py")

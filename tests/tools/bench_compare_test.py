@@ -69,8 +69,34 @@ class Compare(Folder):
     def test_what_only_one_table_has_is_named(self):
         done = self.compare("frame/a,time,ns,3,1,1,1\nframe/old,time,ns,3,1,1,1",
                             "frame/a,time,ns,3,1,1,1\nframe/new,time,ns,3,1,1,1")
+        self.assertEqual(done.returncode, 4, done.stdout)
+        self.assertIn("only before: 1\n  frame/old  all time\nonly after: 1\n  frame/new  all time\n", done.stdout)
+
+    def test_numbers_that_are_lost_are_named_and_no_success(self):
+        # Seen: four of a benchmark's five numbers were gone, and exit status 0 without a word.
+        kept = "frame/a,time,ns,3,1,1,1"
+        lost = "frame/a,p50_ns,ns,3,1,1,1\nframe/a,p99_ns,ns,3,1,1,1"
+        done = self.compare(f"{kept}\n{lost}", kept)
+        self.assertEqual(done.returncode, 4, done.stdout)
+        self.assertIn("only before: 2\n  frame/a  p50_ns, p99_ns\n", done.stdout)
+        self.assertEqual(self.compare(kept, f"{kept}\n{lost}").returncode, 0)
+        slower = self.compare(f"frame/b,time,ns,3,1,1,1\n{lost}", "frame/b,time,ns,3,9,9,9")
+        self.assertEqual(slower.returncode, 1, slower.stdout)
+
+    def test_beyond_the_noise_is_not_said_to_be_within_it(self):
+        # Seen: 140 -> 420 ns with a noise of 164 was "the same within the noise" with --least 500.
+        done = self.compare("frame/a,time,ns,3,140,100,182", "frame/a,time,ns,3,420,400,482", "--least", "500")
         self.assertEqual(done.returncode, 0, done.stdout)
-        self.assertIn("only before: 1\n  frame/old\nonly after: 1\n  frame/new\n", done.stdout)
+        self.assertIn("no more than --least (500 %, instructions 0.1 %): 1\nthe same within the noise: 0\n",
+                      done.stdout)
+
+    def test_one_run_says_nothing_of_its_noise(self):
+        done = self.compare("frame/a,time,ns,1,100,100,100", "frame/a,time,ns,3,130,128,133")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("100 -> 130 ns  +30.0 %  (noise not known: one run)", done.stdout)
+        self.assertIn("1 of 1 numbers are of one run, whose noise is not known", done.stderr)
+        done = self.compare("i/a,frame,instructions,1,10,10,10", "i/a,frame,instructions,1,10,10,10")
+        self.assertEqual(done.stderr, "")
 
     def test_another_machine_is_said(self):
         before = self.table("before.csv", "frame/a,time,ns,3,1,1,1")
@@ -123,8 +149,20 @@ class BadTables(Folder):
     def test_another_unit(self):
         self.refused(self.table("h.csv", "frame/a,time,us,3,1,1,1"), ": frame/a time is in us, before in ns")
 
+    def test_a_row_twice(self):
+        self.refused(self.table("i.csv", self.GOOD, "frame/b,time,ns,3,1,1,1", "frame/a,time,ns,3,9,9,9"),
+                     ":6: frame/a time is in line 4 already; write the table anew")
+
     def test_usage(self):
         self.assertEqual(run("bench_compare.py").returncode, 2)
+
+
+class Instructions(unittest.TestCase):
+    def test_numbers_that_make_no_sense_are_usage(self):
+        for option, value in (("--jobs", "0"), ("--functions", "-1"), ("--csv", "/nowhere/x.csv")):
+            done = run("bench_instructions.py", option, value)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(f"error: {option} {value}: ", done.stderr)
 
 
 def repetition(name, number, **counters):

@@ -38,9 +38,11 @@ void frame(void* engine, const double* probe_m, double* proxy_m, double* force_n
 } // namespace
 
 int main(int argc, char** argv) {
-    entry_mesh read{};
-    const int loaded = argc == 3 ? entry_load_mesh(argv[1], &read) : ENTRY_FAILED;
+    entry_track track{};
+    const int loaded = argc == 3 ? entry_load(argv[1], &track) : ENTRY_WRONG_INPUT;
     if (loaded != ENTRY_DONE) return loaded;
+    const entry_mesh& read = track.mesh;
+    if (!read.triangles) return ENTRY_LEFT_OUT;
     auto* mesh = new chai3d::cMesh;
     for (int v = 0; v < read.vertices; ++v)
         mesh->newVertex(in_mm(read.vertex_m[v]));
@@ -55,5 +57,5 @@ int main(int argc, char** argv) {
     engine.proxy.setProxyRadius(0.0);
     engine.proxy.m_useDynamicProxy = true;           // all constraints in each frame
     engine.proxy.m_forceShadingAngleThreshold = 0.0; // facets as they are
-    return entry_run(argv[1], argv[2], &engine, begin, frame);
+    return entry_run(&track, argv[2], &engine, begin, frame);
 }

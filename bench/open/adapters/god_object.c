@@ -9,7 +9,7 @@ typedef double vec[3];
 enum { kMostPlanes = 3 };
 static const double kLift_m = 1e-7; /* in front of each plane, so that rounding hides no triangle */
 static const double kSlack = 1e-9;  /* of shares: between two triangles is no gap */
-static struct entry_mesh mesh;
+static struct entry_track track;
 static vec proxy;
 
 static double dot(const vec a, const vec b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -26,11 +26,11 @@ static void cross(vec r, const vec a, const vec b) {
  */
 static double first_hit(const vec from, const vec way, vec normal, double* height) {
     double first = 1.0;
-    for (int t = 0; t < mesh.triangles; ++t) {
-        const double* a = mesh.vertex_m[mesh.triangle[t][0]];
+    for (int t = 0; t < track.mesh.triangles; ++t) {
+        const double* a = track.mesh.vertex_m[track.mesh.triangle[t][0]];
         vec ab, ac, n, s, q, m;
-        along(ab, mesh.vertex_m[mesh.triangle[t][1]], -1, a);
-        along(ac, mesh.vertex_m[mesh.triangle[t][2]], -1, a);
+        along(ab, track.mesh.vertex_m[track.mesh.triangle[t][1]], -1, a);
+        along(ac, track.mesh.vertex_m[track.mesh.triangle[t][2]], -1, a);
         cross(n, ab, ac);
         along(s, from, -1, a);
         const double falling = dot(n, way), share = -dot(n, s) / falling;
@@ -75,7 +75,8 @@ static void frame(void* engine, const vec probe, vec out, vec force) {
 }
 
 int main(int argc, char** argv) {
-    if (argc != 3) return fputs("usage: god_object TRACK ANSWER.csv\n", stderr), ENTRY_FAILED;
-    const int loaded = entry_load_mesh(argv[1], &mesh);
-    return loaded ? loaded : entry_run(argv[1], argv[2], 0, begin, frame);
+    if (argc != 3) return fputs("usage: god_object TRACK ANSWER.csv\n", stderr), ENTRY_WRONG_INPUT;
+    const int loaded = entry_load(argv[1], &track);
+    if (loaded != ENTRY_DONE) return loaded;
+    return track.mesh.triangles ? entry_run(&track, argv[2], 0, begin, frame) : ENTRY_LEFT_OUT;
 }

@@ -4,8 +4,8 @@
 // enter_palpate.py runs it. A mesh is felt with CONTACT `mesh`, a formula with `volume`: no other
 // contact applies, as no track has a volume with a mesh beside it.
 #include <exception>
-#include <fstream>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -22,22 +22,22 @@
 namespace palpate {
 namespace {
 
-/// What a track lets one feel, as a scene. The spring is the track's; limits never reach it.
-/// Empty: this contact does not apply.
-std::string scene_text(const std::string& track, const std::string& method,
+/// What a track lets one feel, as a scene in its folder. The spring is the track's; limits never
+/// reach it. Empty: this contact does not apply.
+std::string scene_text(const entry_track& track, const std::string& method,
                        const std::string& contact) {
     std::ostringstream text;
-    const std::string shape = entry_shape(track.c_str(), "shape");
-    if (std::ifstream(track + "/mesh.obj")) {
-        if (contact != "mesh") return {};
-        text << "[surface.body]\nmesh = \"" << track << "/mesh.obj\"\n"
-             << "mesh_unit = \"mm\"\nmesh_frame = \"LPS\"\n";
+    text.precision(std::numeric_limits<double>::max_digits10);
+    const bool has_mesh = track.mesh.triangles > 0;
+    if (contact != (has_mesh ? "mesh" : "volume")) return {};
+    if (has_mesh) {
+        text << "[surface.body]\nmesh = \"mesh.obj\"\nmesh_unit = \"mm\"\nmesh_frame = \"LPS\"\n";
     } else {
-        if (contact != "volume") return {};
-        text << "[volume.body]\nanalytic = \"" << shape << "\"\n";
-        for (const char* key : {"radius_mm", "amplitude_mm", "wavelength_mm"})
-            if (const std::string value = entry_shape(track.c_str(), key); !value.empty())
-                text << key << " = " << value << "\n";
+        text << "[volume.body]\nanalytic = \"" << track.shape << "\"\n"
+             << "radius_mm = " << track.radius_mm << "\n";
+        if (track.amplitude_mm > 0.0)
+            text << "amplitude_mm = " << track.amplitude_mm << "\n"
+                 << "wavelength_mm = " << track.wavelength_mm << "\n";
         text << "[surface.body]\nvolume = \"body\"\n";
     }
     text << "contact = \"" << contact << "\"\n[[effect]]\ntype = \"surface\"\nsurface = \"body\"\n"
@@ -47,8 +47,8 @@ std::string scene_text(const std::string& track, const std::string& method,
     return text.str();
 }
 
-std::shared_ptr<const Scene> make_scene(const std::string& text, const std::string& track) {
-    return std::make_shared<const Scene>(parse_scene(text, track + "/scene.toml"),
+std::shared_ptr<const Scene> make_scene(const std::string& text, const std::string& folder) {
+    return std::make_shared<const Scene>(parse_scene(text, folder + "/scene.toml"),
                                          SceneResources{.files = scene_files()});
 }
 
@@ -94,18 +94,20 @@ std::optional<BaselineKind> baseline_of(const std::string& what) {
     return {};
 }
 
-int enter(const std::string& what, const std::string& track, const std::string& answer) {
+int enter(const std::string& what, const std::string& folder, const std::string& answer) {
     const std::size_t colon = what.find(':');
     const std::optional<BaselineKind> kind = baseline_of(what);
     if (colon == std::string::npos && !kind) {
         std::cerr << "open_palpate: \"" << what << "\" is neither METHOD:CONTACT nor a baseline\n";
-        return 2;
+        return ENTRY_WRONG_INPUT;
     }
+    entry_track track{};
+    if (const int loaded = entry_load(folder.c_str(), &track); loaded != ENTRY_DONE) return loaded;
     const std::string text = kind
                                  ? scene_text(track, "adaptive", "volume")
                                  : scene_text(track, what.substr(0, colon), what.substr(colon + 1));
     if (text.empty()) return ENTRY_LEFT_OUT;
-    const std::shared_ptr<const Scene> scene = make_scene(text, track);
+    const std::shared_ptr<const Scene> scene = make_scene(text, folder);
     Engine engine;
     if (kind) {
         const FeltLevel felt = felt_levels(*scene).at(0);
@@ -113,7 +115,7 @@ int enter(const std::string& what, const std::string& track, const std::string& 
     } else {
         engine.loop.emplace(scene, engine.clock);
     }
-    return entry_run(track.c_str(), answer.c_str(), &engine, begin, frame);
+    return entry_run(&track, answer.c_str(), &engine, begin, frame);
 }
 
 } // namespace
@@ -122,7 +124,7 @@ int enter(const std::string& what, const std::string& track, const std::string& 
 int main(int argc, char** argv) {
     if (argc != 4) {
         std::cerr << "usage: open_palpate METHOD:CONTACT|BASELINE TRACK ANSWER.csv\n";
-        return 2;
+        return ENTRY_WRONG_INPUT;
     }
     try {
         return palpate::enter(argv[1], argv[2], argv[3]);

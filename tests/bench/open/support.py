@@ -15,7 +15,7 @@ OPEN = ROOT / "bench" / "open"
 CHEATS = pathlib.Path(__file__).resolve().parent / "cheats"
 sys.path.insert(0, str(OPEN))
 
-from answers import ANSWER_COLUMNS, read_path  # noqa: E402
+from files import ANSWER_COLUMNS, read_path  # noqa: E402
 from tracks import FROZEN_SEED, write_tracks  # noqa: E402
 
 PALPATE = os.environ.get("OPEN_PALPATE", "")

@@ -64,23 +64,78 @@ class Entry(WithTracks):
     @unittest.skipUnless(GOD_OBJECT, "OPEN_GOD_OBJECT is not set")
     def test_what_an_entry_cannot_read_or_write_is_told(self):
         done = run(GOD_OBJECT, self.tracks / "plate", self.folder / "no" / "answer.csv")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("answer.csv: cannot be written; name a file in a folder", done.stderr)
-        broken = self.folder / "broken"
-        shutil.copytree(self.tracks / "plate", broken)
-        (broken / "path.csv").write_text("t_s,x_m,y_m,z_m\n0,0,0\n")
-        done = run(GOD_OBJECT, broken, self.folder / "answer.csv")
-        self.assertIn("path.csv:2: not four numbers; write the tracks anew", done.stderr)
-        (broken / "mesh.obj").write_text("# mm\nv 1 2\n")
-        done = run(GOD_OBJECT, broken, self.folder / "answer.csv")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("mesh.obj:2: neither v nor f", done.stderr)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("answer.csv: cannot be written (No such file or directory); name a file in a",
+                      done.stderr)  # fmt: skip
+        done = run(GOD_OBJECT, self.folder / "nosuch", self.folder / "answer.csv")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("nosuch/shape.txt: cannot be read (No such file or directory); give the folder",
+                      done.stderr)  # fmt: skip
+
+    @unittest.skipUnless(GOD_OBJECT, "OPEN_GOD_OBJECT is not set")
+    def test_a_track_that_cannot_be_true_is_refused_with_its_line(self):
+        def last(line):
+            return lambda text: text + line + "\n"
+
+        end = (self.tracks / "plate" / "mesh.obj").read_text().count("\n") + 1
+        for name, change, said in (
+            ("mesh.obj", last("f 1 2 999999999"), f':{end}: "f 1 2 999999999" has a corner that is'),
+            ("mesh.obj", last("f 1 2 -1"), f':{end}: "f 1 2 -1" has a corner that is none of the'),
+            ("mesh.obj", last("f 1 2 1.5"), f':{end}: "f 1 2 1.5" has a corner that is none of the'),
+            ("mesh.obj", last("f 1 2 3 4"), f':{end}: "f 1 2 3 4" is neither v nor f with 3 finite'),
+            ("mesh.obj", last("f 1 1 2"), f':{end}: "f 1 1 2" is a triangle without an area'),
+            ("mesh.obj", last("v nan 0 0"), f':{end}: "v nan 0 0" is neither v nor f with 3 finite'),
+            ("mesh.obj", last("v 1 2"), f':{end}: "v 1 2" is neither v nor f with 3 finite numbers'),
+            ("mesh.obj", lambda _: "", ": has no triangles; write the track anew"),
+            ("path.csv", lambda t: t.replace("\n0.003,", "\n0.003,nan,", 1), ':5: "0.003,nan,'),
+            ("path.csv", lambda t: t.replace("\n0.003,", "\nnan,", 1), ':5: "nan,'),
+            ("path.csv", lambda t: t.replace("\n0.003,", "\n0.001,", 1), ':5: "0.001,'),
+            ("path.csv", lambda t: t.partition("\n")[2], ':1: "0.000,'),
+            ("path.csv", lambda t: t.partition("\n")[0] + "\n", ": has no rows; write the track"),
+            ("path.csv", lambda _: "", ": has no header; write the track"),
+            ("shape.txt", lambda t: t.replace("profile", "egg", 1), ": has no shape mesh, profile,"),
+            ("shape.txt", lambda t: t.replace("m 500", "m 300"), ':5: "stiffness_n_per_m 300" is not'),
+            ("shape.txt", lambda t: t + "radius_mm nan\n", ':6: "radius_mm nan" is not one number'),
+            ("shape.txt", lambda t: t.replace("stiff", "still"), ": has no stiffness_n_per_m; write"),
+        ):
+            broken = self.folder / "broken"
+            shutil.rmtree(broken, ignore_errors=True)
+            shutil.copytree(self.tracks / "plate", broken)
+            (broken / name).write_text(change((broken / name).read_text()))
+            done = run(GOD_OBJECT, broken, self.folder / "never.csv")
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), (said, done.stderr))
+            self.assertIn(f"entry: {broken / name}{said}", done.stderr)
+        self.assertFalse((self.folder / "never.csv").exists())
+
+    @unittest.skipUnless(shutil.which("cc"), "no C compiler")
+    def test_an_engine_that_gives_no_number_has_failed(self):
+        code = self.folder / "nan.c"
+        code.write_text(f'''#include "{OPEN / "entry.h"}"
+            static void begin(void* e, const double* p) {{ (void)e, (void)p; }}
+            static void frame(void* e, const double* p, double* proxy, double* force) {{
+                (void)e;
+                for (int i = 0; i < 3; ++i) proxy[i] = p[i], force[i] = 0.0 / (p[i] - p[i]);
+            }}
+            int main(int argc, char** argv) {{
+                struct entry_track track;
+                return argc == 3 && !entry_load(argv[1], &track)
+                           ? entry_run(&track, argv[2], 0, begin, frame) : 3;
+            }}''')
+        engine = self.folder / "nan"
+        subprocess.run(["cc", code, OPEN / "entry.c", OPEN / "reference_kernel.c", "-O2", "-o", engine,
+                        "-lm"], check=True)  # fmt: skip
+        done = run(engine, self.tracks / "plate", self.folder / "never.csv")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("row 2 of the path: the engine gave a proxy or a force that is no finite number",
+                      done.stderr)  # fmt: skip
+        self.assertFalse((self.folder / "never.csv").exists())
 
     @unittest.skipUnless(PALPATE and GOD_OBJECT, "OPEN_PALPATE, OPEN_GOD_OBJECT are not set")
     def test_all_are_entered_into_one_table(self):
+        # A relative folder of tracks: seen to be looked for in the track itself.
         table = self.folder / "table.csv"
-        done = run(OPEN / "enter_palpate.py", PALPATE, self.tracks, table, "--runs", "1", "--entry",
-                   "adaptive:mesh", "penalty", "--also", f"plain={GOD_OBJECT}")  # fmt: skip
+        done = run(OPEN / "enter_palpate.py", PALPATE, "tracks", "table.csv", "--runs", "1", "--entry",
+                   "adaptive:mesh", "penalty", "--also", f"plain={GOD_OBJECT}", cwd=self.folder)  # fmt: skip
         self.assertEqual(done.returncode, 0, done.stderr)
         with table.open() as file:
             rows = [(row["entry"], row["track"]) for row in csv.DictReader(file)]
@@ -89,9 +144,32 @@ class Entry(WithTracks):
                                 *(("plain", m) for m in meshes)])  # fmt: skip
         machine = json.loads((self.folder / "table.machine.json").read_text())
         self.assertEqual(machine["cores"], os.cpu_count())
-        done = run(OPEN / "enter_palpate.py", PALPATE, self.tracks, table, "--also", "plain")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn('--also "plain": write NAME=COMMAND', done.stderr)
+
+    @unittest.skipUnless(PALPATE, "OPEN_PALPATE is not set")
+    def test_what_cannot_be_entered_is_told_before_anything_is_measured(self):
+        table = self.folder / "none.csv"
+        for words, said in (
+            ([self.tracks, table, "--also", "plain"], '--also "plain": write NAME=COMMAND'),
+            ([self.tracks, table, "--also", "a=./none"], '"./none" cannot be run; name a program'),
+            ([self.tracks, table, "--runs", "0"], '"0" is no number from 1 to 99'),
+            ([self.tracks, self.folder / "no" / "x.csv"], "x.csv: cannot be written (No such file"),
+            ([self.folder / "nowhere", table], "nowhere: has no track; write them with tracks.py"),
+        ):
+            done = run(OPEN / "enter_palpate.py", PALPATE, *words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(said, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+        self.assertFalse(table.exists())
+
+    @unittest.skipUnless(PALPATE, "OPEN_PALPATE is not set")
+    def test_an_entrant_that_fails_does_not_take_the_others_along(self):
+        table = self.folder / "others.csv"
+        done = run(OPEN / "enter_palpate.py", PALPATE, self.tracks, table, "--runs", "1", "--entry",
+                   "penalty", "--also", "fails=false")  # fmt: skip
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("fails on plate ended with 1 and wrote no answer: it said nothing", done.stderr)
+        with table.open() as file:
+            self.assertEqual([row["entry"] for row in csv.DictReader(file)], ["penalty"])
 
     @unittest.skipUnless(shutil.which("cmake"), "no cmake")
     def test_another_engine_is_compiled_where_it_is_given(self):

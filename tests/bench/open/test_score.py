@@ -2,13 +2,14 @@
 """The scorer's numbers on answers whose errors are known, and its words on wrong ones."""
 
 import csv
+import re
 import shutil
 
 import numpy as np
 import support
 from support import OPEN, ROUNDED_UM, WithTracks, run, write_answer
 
-from answers import ANSWER_COLUMNS, BadInput
+from files import ANSWER_COLUMNS, BadInput
 from score import Track, score
 from truth import truth_of
 
@@ -93,6 +94,31 @@ class Score(WithTracks):
         self.assertEqual((found["force_jumps"], found["ghost_frames"]), (2, 1))
         self.assertAlmostEqual(found["force_jump_max_n"], 0.5, delta=1e-9)
 
+    def test_a_force_is_compared_with_the_spring_to_the_right_proxy(self):
+        # Seen: with every force turned round, no column said so.
+        times, probes, proxies, forces = self.right("plate")
+        right = np.linalg.norm(forces, axis=1)
+        held = right > 500 * 1e-9
+        turned = self.scored("plate", times, proxies, -forces)
+        rounded = np.sqrt(3) * 0.5e-12 + 1e-12
+        self.assertAlmostEqual(turned["force_error_max_n"], 2 * right.max(), delta=rounded)
+        rms = np.sqrt((right[held] ** 2).mean())
+        self.assertAlmostEqual(turned["force_error_rms_n"], 2 * rms, delta=rounded)
+        off = self.scored("plate", times, proxies, forces + np.array([0, 0.25, 0]))
+        self.assertAlmostEqual(off["force_error_rms_n"], 0.25, delta=rounded)
+        self.assertAlmostEqual(off["force_error_max_n"], 0.25, delta=rounded)
+
+    def test_the_stiffness_is_the_one_that_the_track_states(self):
+        soft = self.folder / "soft" / "plate"
+        shutil.copytree(self.tracks / "plate", soft)
+        text = (soft / "shape.txt").read_text().replace("n_per_m 500", "n_per_m 250")
+        (soft / "shape.txt").write_text(text)
+        times, _, proxies, forces = self.right("plate")
+        write_answer(self.folder / "answer.csv", times, proxies, forces / 2)
+        found = score(Track(soft), self.folder / "answer.csv")
+        self.assertLess(found["force_error_max_n"], 1e-11)
+        self.assertEqual((found["lost_frames"], found["force_jumps"]), (0, 0))
+
     def test_times_are_ratios_to_the_kernel(self):
         times, _, proxies, forces = self.right("plate")
         found = self.scored("plate", times, proxies, forces, ns=3000, reference_ns=1500)
@@ -112,7 +138,8 @@ class Score(WithTracks):
             (row,) = csv.DictReader(file)
         self.assertEqual((row["entry"], row["track"], row["frozen"]), ("mine", "wedge", "1"))
         self.assertNotIn("", row.values())
-
+        self.assertRegex(done.stdout, "ghost_frames +force_error_rms_n")
+        self.assertNotRegex(done.stdout, r"[0-9]e-1\d")  # what an answer cannot say is not printed
 
     def test_a_track_that_was_changed_is_told(self):
         changed, answers = self.folder / "changed", self.folder / "to_changed"
@@ -168,13 +195,91 @@ class BadAnswers(WithTracks):
     def test_what_is_not_there_is_told(self):
         empty = self.folder / "empty"
         empty.mkdir()
-        done = run(OPEN / "score.py", self.tracks, empty)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("has no answer to a track of", done.stderr)
-        self.assertEqual(run(OPEN / "score.py", self.tracks).returncode, 2)
-        done = run(OPEN / "score.py", self.tracks, empty, "--seed", "3")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--seed is of --rerun", done.stderr)
+        for words, said in (
+            ((self.tracks, empty), "has no answer to a track of"),
+            ((self.folder / "nowhere", empty), "nowhere: is no folder; give TRACKS"),
+            ((self.tracks, self.folder / "nowhere"), "nowhere: is no folder; give TRACKS"),
+            ((self.tracks,), "required: ANSWERS"),
+            ((self.tracks, empty, "--seed", "3"), "--seed is of --rerun"),
+            ((self.tracks, empty, "--out", "/proc/x.csv"), "/proc/x.csv: cannot be written ("),
+            ((self.tracks, empty, "--out", empty), "empty: cannot be written (it is a folder)"),
+        ):
+            done = run(OPEN / "score.py", *words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(said, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+
+
+class BadTracks(WithTracks):
+    """What a track cannot be is refused by the scorer, in one line, with exit status 2."""
+
+    TRACKS = ["plate", "bumps"]
+
+    def refused(self, track, name, change, said):
+        """`change` is of the file's text; None removes it."""
+        tracks, answers = self.folder / "changed", self.folder / "answers"
+        shutil.rmtree(tracks, ignore_errors=True)
+        shutil.copytree(self.tracks / track, tracks / track)
+        answers.mkdir(exist_ok=True)
+        times, probes, _ = self.path(track)
+        write_answer(answers / f"{track}.csv", times, probes, probes)
+        file = tracks / track / name
+        if change is None:
+            file.unlink()
+        else:
+            file.write_text(change(file.read_text()))
+        done = run(OPEN / "score.py", tracks, answers)
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        self.assertIn(f"score.py: {file}{said}", done.stderr.splitlines()[-1])
+
+    def test_shapes(self):
+        def radius(text):
+            return lambda before: re.sub("radius_mm .*\n", text, before)
+
+        for change, said in (
+            (None, ": cannot be read (No such file or directory)"),
+            (radius("radius_mm words\n"), ':2: radius_mm = "words" is no finite number'),
+            (radius("radius_mm nan\n"), ':2: radius_mm = "nan" is no finite number'),
+            (radius("radius_mm -5\n"), ":2: radius_mm = -5 is not above 0"),
+            (radius(""), ": has no radius_mm; write the track anew with tracks.py"),
+            (radius("radius_mm 50\nradius_mm 5\n"), ':3: "radius_mm" is there twice'),
+            (lambda text: text.replace("bumpy_cavity", "egg"), ':1: shape "egg" is none of mesh, '),
+            (lambda text: text.replace("m 500", "m 0"), ":5: stiffness_n_per_m = 0 is not above 0"),
+        ):
+            self.refused("bumps", "shape.txt", change, said)
+        for change, said in (
+            (lambda text: re.sub("profile_mm .*", "profile_mm 1 2 3", text), ':2: profile_mm "1 2 3"'),
+            (lambda text: re.sub("bottom_mm .*", "bottom_mm 4", text), ":3: bottom_mm = 4 is not below"),
+        ):
+            self.refused("plate", "shape.txt", change, said)
+
+    def test_meshes(self):
+        def last(line):
+            return lambda text: text + line + "\n"
+
+        end = (self.tracks / "plate" / "mesh.obj").read_text().count("\n") + 1
+        for change, said in (
+            (lambda _: "", ": has no vertices or no triangles; write the track anew"),
+            (last("v nan 0 0"), f':{end}: "v nan 0 0" is not 3 finite numbers'),
+            (last("v high 0 0"), f':{end}: "v high 0 0" is not 3 finite numbers'),
+            (last("f 1 2 999999999"), f':{end}: "f 1 2 999999999" has a corner that is none of the'),
+            (last("f 1 2 -1"), f':{end}: "f 1 2 -1" has a corner that is none of the vertices'),
+            (last("f 1 2 3 4"), f':{end}: "f 1 2 3 4" is neither v nor f with 3 numbers'),
+            (last("f 1 1 2"), f':{end}: "f 1 1 2" is a triangle without an area'),
+        ):
+            self.refused("plate", "mesh.obj", change, said)
+
+    def test_paths(self):
+        for change, said in (
+            (lambda text: text.splitlines()[0] + "\n", ":1: no row follows the header"),
+            (lambda text: text.partition("\n")[2], ':1: the header is "0.000,'),
+            (lambda text: text.replace("\n0.003,", "\n0.003,nan,", 1), ":5: 5 values; write 4"),
+            (lambda text: re.sub("\n0.003,[^,]*", "\n0.003,nan", text, 1), ':5: x_m = "nan" is no'),
+            (lambda text: text.replace("\n0.003,", "\n0.001,", 1), ":5: t_s = 0.001 is neither 0 nor"),
+            (lambda text: text.splitlines()[0] + "\n0,0,0,1\n", ": the probe never touches the surface"),
+            (lambda text: text.splitlines()[0] + "\n0,0,0,-0.001\n", ":2: a trial begins inside of the"),
+        ):
+            self.refused("plate", "path.csv", change, said)
 
 
 if __name__ == "__main__":

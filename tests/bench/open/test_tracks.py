@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ from support import OPEN, SKULL, run
 import exact
 import shapes
 import tracks
-from closest import load_mesh
+from files import read_mesh
 
 MANIFEST = tracks.MANIFEST
 
@@ -78,6 +79,41 @@ class Tracks(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("plate/path.csv: SHA-256 is ", done.stdout)
 
+    def test_what_it_cannot_read_or_write_is_one_line(self):
+        nowhere = self.out / "nowhere"
+        (self.out / "a_file").write_text("words")
+        readme = OPEN.parents[1] / "README.md"
+        for words, said in (
+            (["/proc/foo", "--track", "plate"], "/proc/foo: cannot be made a folder ("),
+            ([self.out / "a_file", "--track", "plate"], "a_file: cannot be made a folder ("),
+            ([self.out / "o", "--track", "plate", "--check", nowhere], "nowhere: cannot be read (No such file"),
+            ([self.out / "o", "--track", "plate", "--check", readme], "README.md:1: is no manifest of tracks; give one"),
+            ([self.out / "o", "--track", "skull"], "--track skull: needs its data; get it with"),
+            ([self.out / "o", "--skull", nowhere], "nowhere/skull.raw: is not there; get it with "
+             f"scripts/fetch_data.sh {nowhere} skull"),
+        ):  # fmt: skip
+            done = run(OPEN / "tracks.py", *words)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+            self.assertIn(f"tracks.py: {said}" if said[0] in "/-" else said, done.stderr)
+        self.assertFalse((self.out / "o").exists())  # nothing is written before
+
+    def test_every_option_says_what_it_is_for(self):
+        for program in ("tracks.py", "score.py", "enter_palpate.py"):
+            text = run(OPEN / program, "--help").stdout
+            for option in re.findall(r"^  (-\S.*|[A-Z]\S*)$", text, re.MULTILINE):
+                after = text.split(f"\n  {option}\n", 1)[1]
+                self.assertTrue("  " in option or after.startswith(" " * 20), (program, option))
+        for part, program in (("rerun.py", "score.py"), ("truth.py", "score.py")):
+            done = run(OPEN / part, "--help")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(f"is a part of {program} and no program", done.stderr)
+
+    def test_without_numpy_it_says_which_package(self):
+        for program in ("tracks.py", "score.py", "enter_palpate.py"):
+            done = run(sys.executable, "-B", "-S", OPEN / program, "--help")  # -S: no packages
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+            self.assertIn("install it with: apt-get install python3-numpy", done.stderr)
+
     def test_meshes_are_closed_and_seen_from_free_space(self):
         names = ["sphere_20k", "plate", "wedge", "grooves"]
         tracks.write_tracks(self.out, 3, names)
@@ -92,7 +128,7 @@ class Tracks(unittest.TestCase):
         self.assert_closed_mesh(points, triangles, True)
 
     def assert_closed(self, file, outwards):
-        self.assert_closed_mesh(*load_mesh(file), outwards)
+        self.assert_closed_mesh(*read_mesh(file), outwards)
 
     def assert_closed_mesh(self, points, triangles, outwards):
         ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])

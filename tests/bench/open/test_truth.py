@@ -5,7 +5,8 @@ import numpy as np
 import support
 from support import WithTracks
 
-from closest import MeshDistance, load_mesh, nearest_on
+from closest import MeshDistance, nearest_on
+from files import read_mesh
 from truth import truth_of
 
 
@@ -13,7 +14,7 @@ class Truth(WithTracks):
     TRACKS = ["sphere", "bumps", "sphere_20k", "plate", "wedge", "grooves"]
 
     def test_the_nearest_point_of_a_mesh_is_that_of_all_triangles(self):
-        vertices, triangles = load_mesh(self.tracks / "grooves" / "mesh.obj")
+        vertices, triangles = read_mesh(self.tracks / "grooves" / "mesh.obj")
         points = np.random.default_rng(1).uniform(-0.05, 0.05, (60, 3))
         nearest, signed = MeshDistance(vertices, triangles).nearest(points)
         every = nearest_on(points[:, None], vertices[triangles][None])[1]
@@ -25,7 +26,7 @@ class Truth(WithTracks):
         # Off the mesh's ends, where the prism goes on; its corners are rounded to 1e-9 m.
         points = np.random.default_rng(2).uniform(-0.04, 0.04, (500, 3))
         for track in ("plate", "wedge", "grooves"):
-            mesh = MeshDistance(*load_mesh(self.tracks / track / "mesh.obj"))
+            mesh = MeshDistance(*read_mesh(self.tracks / track / "mesh.obj"))
             signed = truth_of(self.tracks / track).signed_distance(points)
             inner = np.abs(signed) < 0.05 - np.abs(points[:, 1])
             self.assertGreater(inner.sum(), 100)
@@ -78,7 +79,7 @@ class Truth(WithTracks):
             self.assertLess(least, np.hypot(exact, 0.15e-3) + 0.02e-3)
 
     def test_a_mesh_of_a_ball_lies_between_two_balls(self):
-        vertices, _ = load_mesh(self.tracks / "sphere_20k" / "mesh.obj")
+        vertices, _ = read_mesh(self.tracks / "sphere_20k" / "mesh.obj")
         radius = np.linalg.norm(vertices, axis=1).max()
         truth = truth_of(self.tracks / "sphere_20k")
         _, probes, begins = self.path("sphere_20k")
