@@ -118,9 +118,13 @@ int study(StudyOptions options) {
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
     SteadyClock clock;
+    const SceneResources made_with = resources();
     Study study =
         run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar(),
-                  {.baselines = true, .converged = true, .repetitions = options.repetitions});
+                  {.baselines = true,
+                   .converged = true,
+                   .repetitions = options.repetitions,
+                   .resources = &made_with});
     if (options.real_time) add_real_time(scene, inputs, study);
     warn_of_no_contact(*scene, study, inputs);
     study.costs = cost_budget(scene, inputs, study.runs);

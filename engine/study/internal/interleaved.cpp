@@ -29,7 +29,7 @@ private:
 };
 
 FrameTruth truth_of(const StudyEntry& entry) {
-    const bool of_levels = entry.truth || entry.baseline;
+    const bool of_levels = entry.truth || (entry.baseline && the_felt_level(*entry.scene));
     return FrameTruth(entry.truth ? *entry.truth : *entry.scene,
                       of_levels ? FrameTruth::Measure::levels : FrameTruth::Measure::what_is_felt);
 }

@@ -36,6 +36,7 @@ struct StudyEntry {
     const ConvergedProxies* converged = nullptr; ///< the reference for positions; or null
     std::span<const std::uint8_t> timed = {}; ///< 1 for frames whose times count, instead of those
                                               ///< in contact; or empty
+    std::shared_ptr<const SurfaceScene> mesh = {}; ///< of baseline finger_proxy alone
 };
 
 /// A fresh one of an entry's kind.                                                        [setup]

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -76,35 +75,6 @@ TEST(ErrorBudget, SaysWhatIsNotKnownAndWhy) {
     std::vector<DeviceState> away(10);
     EXPECT_EQ(part_of(error_budget(surface_cavity(), away, {}), "stepping").why_not,
               "nothing was touched");
-}
-
-/// A sphere of 8 * 4^splits facets, its vertices on the cavity's wall.
-TriangleMesh ball(int splits) {
-    TriangleMesh mesh;
-    mesh.vertices = {{kRadius_m, 0, 0},  {-kRadius_m, 0, 0}, {0, kRadius_m, 0},
-                     {0, -kRadius_m, 0}, {0, 0, kRadius_m},  {0, 0, -kRadius_m}};
-    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                      {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-    for (int split = 0; split < splits; ++split) {
-        std::map<std::array<std::uint32_t, 2>, std::uint32_t> middles;
-        const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-            const auto [at, is_new] = middles.try_emplace(
-                {std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(mesh.vertices.size()));
-            if (is_new)
-                mesh.vertices.push_back(kRadius_m *
-                                        glm::normalize(mesh.vertices[a] + mesh.vertices[b]));
-            return at->second;
-        };
-        std::vector<std::array<std::uint32_t, 3>> finer;
-        for (const auto& [a, b, c] : mesh.triangles) {
-            const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-            for (const std::array<std::uint32_t, 3>& facet :
-                 {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-                finer.push_back(facet);
-        }
-        mesh.triangles = std::move(finer);
-    }
-    return mesh;
 }
 
 TEST(ErrorBudget, ExtractionIsTheSagittaOfItsFacets) {
