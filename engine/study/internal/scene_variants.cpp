@@ -74,6 +74,59 @@ std::shared_ptr<const Scene> SceneVariants::over(std::shared_ptr<const VoxelVolu
     return built(std::move(description));
 }
 
+std::shared_ptr<const Scene> SceneVariants::over_every(int n, const Box& box) const {
+    const SceneSurface& felt = scene_.surfaces().front();
+    if (!felt.baked.grid) return nullptr;
+    const AffineTransform& nodes = felt.baked.grid->index_to_scene();
+    const AffineTransform to_index = nodes.inverse();
+    Box indices;
+    for (int corner = 0; corner < 8; ++corner)
+        indices.add(to_index.point({corner & 1 ? box.upper.x : box.lower.x,
+                                    corner & 2 ? box.upper.y : box.lower.y,
+                                    corner & 4 ? box.upper.z : box.lower.z}));
+    // Within the data: what is around them is no part of them.
+    const Box data = felt.baked.grid->bounds();
+    Box known;
+    for (int corner = 0; corner < 8; ++corner)
+        known.add(to_index.point({corner & 1 ? data.upper.x : data.lower.x,
+                                  corner & 2 ? data.upper.y : data.lower.y,
+                                  corner & 4 ? data.upper.z : data.lower.z}));
+    const Vec3 first = glm::max(glm::floor(indices.lower - kRoom * n), glm::ceil(known.lower));
+    const Vec3 last = glm::min(glm::ceil(indices.upper + kRoom * n), glm::floor(known.upper));
+    const Vec3 size = glm::floor((last - first) / static_cast<double>(n)) + 1.0;
+    constexpr double least = 4.0;
+    if (!(std::min({size.x, size.y, size.z}) >= least)) return nullptr;
+
+    auto voxels = std::make_shared<VoxelVolume>();
+    voxels->size = {static_cast<int>(size.x), static_cast<int>(size.y), static_cast<int>(size.z)};
+    voxels->index_to_scene = {static_cast<double>(n) * nodes.linear, nodes.point(first)};
+    voxels->values.reserve(voxels->voxels());
+    const auto sampler = felt.baked.field->make_sampler();
+    for (int k = 0; k < voxels->size[2]; ++k)
+        for (int j = 0; j < voxels->size[1]; ++j)
+            for (int i = 0; i < voxels->size[0]; ++i)
+                voxels->values.push_back(static_cast<float>(
+                    sampler->value(voxels->index_to_scene.point(Vec3(i, j, k)))));
+
+    SceneDescription description = changed(ContactKind::volume);
+    VolumeDescription volume;
+    volume.voxels = std::move(voxels);
+    volume.line = description.volumes.at(volume_).line;
+    description.volumes.at(volume_) = std::move(volume);
+    SurfaceDescription& surface = description.surfaces.at(surface_);
+    surface.mesh.clear();
+    surface.triangle_mesh.reset();
+    surface.labels.clear();
+    surface.region_mm.reset();
+    surface.keep = {};
+    surface.iso_value = felt.level.level;
+    surface.smooth_voxels = 0.0;
+    surface.iso_after_smoothing = SurfaceDescription::IsoAfterSmoothing::as_given;
+    SceneResources resources = resources_;
+    resources.files = scene_files(); // nothing of it is kept on disk
+    return std::make_shared<const Scene>(std::move(description), resources);
+}
+
 std::shared_ptr<const Scene>
 SceneVariants::with_contact(ContactKind contact, std::shared_ptr<const TriangleMesh> mesh) const {
     SceneDescription description = changed(contact);
