@@ -126,8 +126,8 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
         internal::add_baselines({scene, own, {}, inputs, nullptr, certified, reference},
                                 internal::mesh_to_walk_on(*scene, extent.resources, reference),
                                 entries);
-    study.runs =
-        internal::run_interleaved(entries, extent.repetitions, clock, "studying", progress);
+    study.runs = internal::run_interleaved(entries, extent.repetitions, clock, "studying", progress,
+                                           extent.most_repeated_us);
     for (StudyRun& run : study.runs) {
         if (run.baseline) continue;
         LoopDescription scenes = own;

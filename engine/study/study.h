@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,6 +32,8 @@ struct StudyExtent {
     /// Extracts the mesh of baseline finger_proxy where the scene is a formula without one and
     /// `converged` says where it is touched; or null.
     const SceneResources* resources = nullptr;
+    /// A setting whose median frame took longer than this, us, is not run again: it has no spread.
+    double most_repeated_us = std::numeric_limits<double>::infinity();
 };
 
 /// Accuracy against time: every method over its range.
