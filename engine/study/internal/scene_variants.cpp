@@ -21,6 +21,29 @@ float rounded(double value, int bits) {
     return static_cast<float>(std::ldexp(std::round(std::ldexp(mantissa, bits)), exponent - bits));
 }
 
+constexpr int kFloatBits = 24;
+
+/// Puts a field's values, rounded to so many bits, into voxels whose place is set.
+void fill(VoxelVolume& voxels, const ScalarField& field, int bits) {
+    voxels.values.reserve(voxels.voxels());
+    const auto sampler = field.make_sampler();
+    for (int k = 0; k < voxels.size[2]; ++k)
+        for (int j = 0; j < voxels.size[1]; ++j)
+            for (int i = 0; i < voxels.size[0]; ++i)
+                voxels.values.push_back(
+                    rounded(sampler->value(voxels.index_to_scene.point(Vec3(i, j, k))), bits));
+}
+
+/// The box of a box's corners in another frame.
+Box mapped(const AffineTransform& to, const Box& box) {
+    Box result;
+    for (int corner = 0; corner < 8; ++corner)
+        result.add(to.point({corner & 1 ? box.upper.x : box.lower.x,
+                             corner & 2 ? box.upper.y : box.lower.y,
+                             corner & 4 ? box.upper.z : box.lower.z}));
+    return result;
+}
+
 } // namespace
 
 SceneVariants::SceneVariants(const Scene& scene, const SceneResources& resources)
@@ -79,18 +102,9 @@ std::shared_ptr<const Scene> SceneVariants::over_every(int n, const Box& box) co
     if (!felt.baked.grid) return nullptr;
     const AffineTransform& nodes = felt.baked.grid->index_to_scene();
     const AffineTransform to_index = nodes.inverse();
-    Box indices;
-    for (int corner = 0; corner < 8; ++corner)
-        indices.add(to_index.point({corner & 1 ? box.upper.x : box.lower.x,
-                                    corner & 2 ? box.upper.y : box.lower.y,
-                                    corner & 4 ? box.upper.z : box.lower.z}));
+    const Box indices = mapped(to_index, box);
     // Within the data: what is around them is no part of them.
-    const Box data = felt.baked.grid->bounds();
-    Box known;
-    for (int corner = 0; corner < 8; ++corner)
-        known.add(to_index.point({corner & 1 ? data.upper.x : data.lower.x,
-                                  corner & 2 ? data.upper.y : data.lower.y,
-                                  corner & 4 ? data.upper.z : data.lower.z}));
+    const Box known = mapped(to_index, felt.baked.grid->bounds());
     const Vec3 first = glm::max(glm::floor(indices.lower - kRoom * n), glm::ceil(known.lower));
     const Vec3 last = glm::min(glm::ceil(indices.upper + kRoom * n), glm::floor(known.upper));
     const Vec3 size = glm::floor((last - first) / static_cast<double>(n)) + 1.0;
@@ -100,13 +114,7 @@ std::shared_ptr<const Scene> SceneVariants::over_every(int n, const Box& box) co
     auto voxels = std::make_shared<VoxelVolume>();
     voxels->size = {static_cast<int>(size.x), static_cast<int>(size.y), static_cast<int>(size.z)};
     voxels->index_to_scene = {static_cast<double>(n) * nodes.linear, nodes.point(first)};
-    voxels->values.reserve(voxels->voxels());
-    const auto sampler = felt.baked.field->make_sampler();
-    for (int k = 0; k < voxels->size[2]; ++k)
-        for (int j = 0; j < voxels->size[1]; ++j)
-            for (int i = 0; i < voxels->size[0]; ++i)
-                voxels->values.push_back(static_cast<float>(
-                    sampler->value(voxels->index_to_scene.point(Vec3(i, j, k)))));
+    fill(*voxels, *felt.baked.field, kFloatBits);
 
     SceneDescription description = changed(ContactKind::volume);
     VolumeDescription volume;
@@ -146,13 +154,7 @@ std::shared_ptr<const VoxelVolume> SceneVariants::voxels_of(const Scene& scene, 
     auto voxels = std::make_shared<VoxelVolume>();
     voxels->size = {static_cast<int>(size.x), static_cast<int>(size.y), static_cast<int>(size.z)};
     voxels->index_to_scene = {Mat3(spacing_m), lower};
-    voxels->values.reserve(voxels->voxels());
-    const auto sampler = scene.surfaces().front().baked.field->make_sampler();
-    for (int k = 0; k < voxels->size[2]; ++k)
-        for (int j = 0; j < voxels->size[1]; ++j)
-            for (int i = 0; i < voxels->size[0]; ++i)
-                voxels->values.push_back(
-                    rounded(sampler->value(voxels->index_to_scene.point(Vec3(i, j, k))), bits));
+    fill(*voxels, *scene.surfaces().front().baked.field, bits);
     return voxels;
 }
 
