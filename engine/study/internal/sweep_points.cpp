@@ -153,7 +153,7 @@ private:
                 facets.facet_distance_m = kFacetDistance * facets.facet_size_m;
                 const auto mesh = variants_.mesh_of(*truth_, touched(), facets);
                 point.row.size = static_cast<double>(mesh->triangles.size());
-                const auto scene = variants_.with_contact(ContactKind::mesh, mesh);
+                auto scene = variants_.with_contact(ContactKind::mesh, mesh);
                 point.mesh = scene->surfaces().front().mesh.scene;
                 return scene;
             });
@@ -176,7 +176,7 @@ private:
             add_built(0.0, [&](SweepPoint& point) {
                 if (variants_.is_formula() && contact != ContactKind::volume && !mesh)
                     mesh = variants_.mesh_of(*truth_, touched(), variants_.facets());
-                const auto scene = variants_.with_contact(contact, mesh);
+                auto scene = variants_.with_contact(contact, mesh);
                 if (contact == ContactKind::mesh) point.mesh = scene->surfaces().front().mesh.scene;
                 return scene;
             });
