@@ -12,7 +12,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "bench/internal/instruction_counter.h"
+#include <palpate/engine/study/internal/instruction_counter.h>
 
 /// How benchmarks measure times, and what they tell of them.
 namespace palpate::bench {
@@ -72,7 +72,7 @@ template <class Work, class Before = std::nullptr_t>
 void measure(benchmark::State& state, std::size_t count, const Work& work,
              const Before& before = nullptr) {
     constexpr bool kIsPrepared = !std::is_same_v<Before, std::nullptr_t>;
-    InstructionCounter counter;
+    internal::InstructionCounter counter;
     const double clock_ns = clock_cost_ns();
     Spread each;
     each.reserve(count);

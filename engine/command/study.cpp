@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <memory>
 
 #include <fmt/format.h>
 
@@ -99,6 +101,28 @@ std::vector<std::string> sweep_words() {
 /// What --quick stands for, where nothing else is said.
 constexpr std::size_t kQuickFrames = 1000;
 constexpr int kQuickRepetitions = 2;
+constexpr double kQuickRepeated_us = 100.0; // frames that are longer are not repeated
+
+/// Prices, budget and sweeps ask for the same mesh of the one surface: it is extracted once.
+IsosurfaceExtractor extracting_once(IsosurfaceExtractor extract) {
+    struct Known {
+        std::vector<Vec3> seeds; // on the surface
+        IsosurfaceSettings settings;
+        TriangleMesh mesh;
+    };
+    const auto all = std::make_shared<std::vector<Known>>();
+    return [all, extract](const Isosurface& surface, const IsosurfaceSettings& settings,
+                          const Progress& progress) {
+        for (const Known& known : *all)
+            if (known.seeds == surface.seeds &&
+                known.settings.facet_angle_deg == settings.facet_angle_deg &&
+                known.settings.facet_size_m == settings.facet_size_m &&
+                known.settings.facet_distance_m == settings.facet_distance_m)
+                return known.mesh;
+        all->push_back({surface.seeds, settings, extract(surface, settings, progress)});
+        return all->back().mesh;
+    };
+}
 
 int study(StudyOptions options) {
     if (options.quick && options.frames > 0 && options.repetitions > 0)
@@ -118,19 +142,26 @@ int study(StudyOptions options) {
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
     SteadyClock clock;
+    SceneResources made_with = resources();
+    if (made_with.extract) made_with.extract = extracting_once(std::move(made_with.extract));
     Study study =
         run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar(),
-                  {.baselines = true, .converged = true, .repetitions = options.repetitions});
+                  {.baselines = true,
+                   .converged = true,
+                   .repetitions = options.repetitions,
+                   .resources = &made_with,
+                   .most_repeated_us = options.quick ? kQuickRepeated_us
+                                                     : std::numeric_limits<double>::infinity()});
     if (options.real_time) add_real_time(scene, inputs, study);
     warn_of_no_contact(*scene, study, inputs);
     study.costs = cost_budget(scene, inputs, study.runs);
     study.prices =
-        frame_prices(scene, inputs, resources(), options.repetitions, clock, progress_bar());
+        frame_prices(scene, inputs, made_with, options.repetitions, clock, progress_bar());
     study.errors =
-        error_budget(scene, inputs, resources(), {.voxel_mm = options.voxel_mm}, progress_bar());
+        error_budget(scene, inputs, made_with, {.voxel_mm = options.voxel_mm}, progress_bar());
     for (const SweepKind kind : sweeps_of(options))
-        study.sweeps.push_back(run_sweep(kind, scene, inputs, resources(), options.repetitions,
-                                         clock, progress_bar()));
+        study.sweeps.push_back(
+            run_sweep(kind, scene, inputs, made_with, options.repetitions, clock, progress_bar()));
     write_study(out.string(), *scene, study, command_of(options));
     print(study_table(study));
     const double known_to_um = study.reference ? study.reference->own_error.rms_um : 0.0;
@@ -172,7 +203,8 @@ void add_study(CLI::App& app, Action& run) {
                      "may be given several times")
         ->check(CLI::IsMember(sweep_words()));
     command->add_flag("--quick", options->quick,
-                      "the first 1000 frames, twice: what --frames and --repeat do not say");
+                      "the first 1000 frames, twice where they take up to 100 us: what --frames "
+                      "and --repeat do not say");
     command->add_flag("--real-time", options->real_time,
                       "single and paper also at the clock's pace, and released from it, with the "
                       "ordinary scheduler and SCHED_FIFO: eight times the path's duration");

@@ -2,8 +2,13 @@
 #include <palpate/engine/study/internal/baseline_contestant.h>
 
 #include <array>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/study/internal/finger_proxy.h>
+#include <palpate/engine/study/internal/scene_variants.h>
 #include <palpate/engine/truth/certified_proxy.h>
 
 namespace palpate {
@@ -13,8 +18,8 @@ namespace {
 /// One baseline's frames as a loop would report them.
 class BaselineContestant final : public Contestant {
 public:
-    BaselineContestant(BaselineKind kind, const FeltLevel& felt, Clock& clock)
-        : baseline_(make_baseline(kind, felt.field, felt.settings.level)), clock_(clock) {}
+    BaselineContestant(std::unique_ptr<Baseline> baseline, bool asks_mesh, Clock& clock)
+        : baseline_(std::move(baseline)), clock_(clock), asks_mesh_(asks_mesh) {}
 
     FrameReport frame(const DeviceState& input) noexcept override {
         if (is_first_ || input.trial != trial_) {
@@ -35,7 +40,7 @@ public:
         report.contacts = step.touches ? 1 : 0;
         report.surfaces_felt = step.touches ? 1 : 0; // the scene's only one, where it is a surface
         report.evaluations = static_cast<std::uint32_t>(baseline_->samples() - samples);
-        report.field_samples = report.evaluations;
+        (asks_mesh_ ? report.surface_queries : report.field_samples) = report.evaluations;
         report.sub_steps = 1;
         path_ = {path_[1], step.proxy};
         return report;
@@ -47,6 +52,7 @@ private:
     Clock& clock_;
     std::array<Vec3, 2> path_{};
     std::uint32_t trial_ = 0;
+    bool asks_mesh_;
     bool is_first_ = true;
 };
 
@@ -61,23 +67,63 @@ std::optional<FeltLevel> the_felt_level(const Scene& scene) {
     return std::move(levels.front());
 }
 
+std::shared_ptr<const SurfaceScene> mesh_to_walk_on(const Scene& scene,
+                                                    const SceneResources* resources,
+                                                    const ConvergedProxies* converged) {
+    if (scene.surfaces().size() != 1) return nullptr;
+    if (const auto& own = scene.surfaces().front().mesh.scene) return own;
+    if (!resources || !resources->extract || !converged) return nullptr;
+    const SceneVariants variants(scene, *resources);
+    if (!variants.why_not().empty() || !variants.is_formula()) return nullptr;
+    try {
+        return std::make_shared<const SurfaceScene>(
+            variants.mesh_of(*variants.by_volume(), *converged, variants.facets()));
+    } catch (const std::runtime_error& error) {
+        if (error.what() == std::string_view("cancelled")) throw;
+        return nullptr; // a surface that has no mesh, as it was not touched
+    }
+}
+
+void add_baselines(const StudyEntry& like, std::shared_ptr<const SurfaceScene> mesh,
+                   std::vector<StudyEntry>& entries) {
+    StudyEntry entry = like;
+    if (the_felt_level(*like.scene))
+        for (const BaselineKind kind : kBaselines) {
+            entry.baseline = kind;
+            entries.push_back(entry);
+        }
+    if (mesh) add_finger_proxy(like, std::move(mesh), entries);
+}
+
+void add_finger_proxy(const StudyEntry& like, std::shared_ptr<const SurfaceScene> mesh,
+                      std::vector<StudyEntry>& entries) {
+    entries.push_back(like);
+    entries.back().baseline = BaselineKind::finger_proxy;
+    entries.back().mesh = std::move(mesh);
+}
+
 std::unique_ptr<Contestant> make_baseline_contestant(const StudyEntry& entry, Clock& clock) {
-    return std::make_unique<BaselineContestant>(*entry.baseline, *the_felt_level(*entry.scene),
-                                                clock);
+    const BaselineKind kind = *entry.baseline;
+    if (kind == BaselineKind::finger_proxy)
+        return std::make_unique<BaselineContestant>(make_finger_proxy(entry.mesh), true, clock);
+    const FeltLevel felt = *the_felt_level(*entry.scene);
+    return std::make_unique<BaselineContestant>(
+        make_baseline(kind, felt.field, felt.settings.level), false, clock);
 }
 
 } // namespace internal
 
 std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceState> inputs,
                                     Clock& clock, const Progress& progress) {
-    if (!internal::the_felt_level(scene)) return {};
+    const std::shared_ptr<const SurfaceScene> mesh =
+        internal::mesh_to_walk_on(scene, nullptr, nullptr);
+    if (!mesh && !internal::the_felt_level(scene)) return {};
     const std::vector<Vec3> certified = certified_proxies(scene, inputs);
     // The caller's scene outlives the call: nobody owns it here.
     const std::shared_ptr<const Scene> borrowed(&scene, [](const Scene*) {});
     std::vector<internal::StudyEntry> entries;
-    entries.reserve(std::size(kBaselines));
-    for (const BaselineKind kind : kBaselines)
-        entries.push_back({borrowed, scene.description().loop, kind, inputs, nullptr, certified});
+    internal::add_baselines({borrowed, scene.description().loop, {}, inputs, nullptr, certified},
+                            mesh, entries);
     return internal::run_interleaved(entries, 1, clock, "comparing", progress);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 
 #include <palpate/geometry/range.h>
 #include <palpate/haptics/effects/gradient_surface.h>
@@ -219,6 +220,8 @@ std::string_view name(BaselineKind kind) noexcept {
         return "subdivided";
     case BaselineKind::local_tetrahedra:
         return "local_tetrahedra";
+    case BaselineKind::finger_proxy:
+        return "finger_proxy";
     }
     return "";
 }
@@ -248,6 +251,9 @@ std::string_view weakness(BaselineKind kind) noexcept {
     case BaselineKind::local_tetrahedra:
         return "its facets are off the level by the square of their size, and their edges are "
                "felt; does not yield";
+    case BaselineKind::finger_proxy:
+        return "is on the facets of a mesh and not on the level; along an inner edge two facets "
+               "hold it, though one would do: there it lags; does not yield";
     }
     return "";
 }
@@ -275,9 +281,11 @@ std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const
     case BaselineKind::local_tetrahedra:
         return internal::make_local_tetrahedra(std::move(field), level);
     case BaselineKind::ikits:
+        return std::make_unique<Ikits>(Level(std::move(field), level));
+    case BaselineKind::finger_proxy:
         break;
     }
-    return std::make_unique<Ikits>(Level(std::move(field), level));
+    throw std::invalid_argument("baseline: kind: finger_proxy goes on a mesh and not over a field");
 }
 
 } // namespace palpate

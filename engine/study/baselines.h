@@ -11,8 +11,8 @@
 namespace palpate {
 
 /// Methods to compare with, up to the paper's own and one after it: each in its plainest form, over
-/// a field's level, without friction; hard, but for the last two. For studies alone; scenes cannot
-/// choose them.
+/// a field's level or on a mesh, without friction; hard, but for `primitives` and `subdivided`. For
+/// studies alone; scenes cannot choose them.
 enum class BaselineKind {
     penalty,       ///< no proxy: the depth along the gradient at the probe
     god_object,    ///< Zilles and Salisbury (1995), on a field: the probe onto the tangent plane at
@@ -25,8 +25,11 @@ enum class BaselineKind {
     subdivided,    ///< the paper: the same in kPaperSubSteps sub-steps
     local_tetrahedra, ///< Corenthy et al. (2015): a god-object on facets of marching tetrahedra,
                       ///< made around it, with continuous collision
+    finger_proxy, ///< CHAI3D's way after Ruspini et al. (1997) and Zilles and Salisbury (1995): a
+                  ///< point on a mesh, held by up to three facets, all found in one frame
 };
-/// All of them, in the order in which a study runs them.
+/// All that go over a level, in the order in which a study runs them; finger_proxy comes after
+/// them, where there is a mesh.
 inline constexpr std::array kBaselines{BaselineKind::penalty,       BaselineKind::god_object,
                                        BaselineKind::virtual_proxy, BaselineKind::linear,
                                        BaselineKind::ikits,         BaselineKind::primitives,
@@ -58,11 +61,12 @@ public:
     /// One frame: the proxy for a probe.                                                [loop]
     virtual Step move(const Vec3& probe) noexcept = 0;
 
-    virtual std::uint64_t samples() const noexcept = 0; ///< of the field, so far          [any]
+    virtual std::uint64_t samples() const noexcept = 0; ///< of the field, or rays, so far [any]
 };
 
 /// A baseline over the level of a field; `radius_m` > 0: of virtual_proxy's ball. Throws
-/// std::invalid_argument where it is not, the level is no number or there is no field.   [setup]
+/// std::invalid_argument where it is not, the level is no number, there is no field, or the kind is
+/// finger_proxy, which needs a mesh.                                                     [setup]
 std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const ScalarField> field,
                                         double level, double radius_m = 1e-3);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,12 +22,18 @@ struct CostPart {
     double frame_us = 0.0;          ///< both multiplied; of the rest what is left; < 0: the parts
                                     ///< alone cost more than within a frame, where they overlap
     double per_evaluation_ns = 0.0; ///< the same per evaluation
+    // Instructions outside of the kernel; nothing where they are not counted.
+    std::optional<double> each_instructions = {};           ///< as each_ns
+    std::optional<double> frame_instructions = {};          ///< as frame_us
+    std::optional<double> per_evaluation_instructions = {}; ///< as per_evaluation_ns
+    std::string no_instructions = {}; ///< why they are not counted, without a comma; empty where
+                                      ///< they are
 };
 
 /// Where the time of a frame goes, of each of the runs that is the scene's own setting of its
-/// method: counters of its frames, times prices measured beside them. No clock is read within a
-/// frame. The frame is `spent_mean_us`; a price is the median over the places that the proxy comes
-/// along. The parts:
+/// method: counters of its frames, times prices measured beside them, in time and, where the kernel
+/// counts them, in instructions. No clock is read within a frame. The frame is `spent_mean_us`; a
+/// price is the median over the places that the proxy comes along. The parts:
 ///   field samples     value, gradient and Hessian, one per evaluation at most
 ///   field values      the samples beyond these
 ///   first roots       of the certificate's level, along the proxy's way from corner to corner

@@ -35,8 +35,9 @@ struct BudgetSettings {
 /// Of a scene whose one surface is the level of a formula, each is measured against the formula
 /// itself, with converged stepping: the formula's voxels for the formula, those smoothed for those
 /// as they are, a mesh of the formula for its level, and so on. The mesh has the surface's own
-/// criteria or, where the scene has none, 2 mm and 0.2 mm. Of data from files, what can be known
-/// without a formula is measured. The other parts say why they are not known.            [setup]
+/// criteria or, where the scene has none, 2 mm and 0.2 mm. Of data from files, voxelisation is
+/// estimated from every second and every fourth voxel, and what else can be known without a formula
+/// is measured. The other parts say why they are not known.                              [setup]
 /// Throws std::runtime_error when cancelled.
 std::vector<ErrorPart> error_budget(std::shared_ptr<const Scene> scene,
                                     std::span<const DeviceState> inputs,

@@ -118,15 +118,16 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
     const ConvergedProxies* reference = converged ? &*converged : nullptr;
 
     std::vector<internal::StudyEntry> entries;
-    entries.reserve(settings.size() + std::size(kBaselines));
+    entries.reserve(settings.size() + kBaselines.size() + 1);
     for (const LoopDescription& loop : settings)
         entries.push_back({scene, loop, {}, inputs, nullptr, certified, reference});
     const LoopDescription& own = scene->description().loop;
-    if (extent.baselines && internal::the_felt_level(*scene))
-        for (const BaselineKind kind : kBaselines)
-            entries.push_back({scene, own, kind, inputs, nullptr, certified, reference});
-    study.runs =
-        internal::run_interleaved(entries, extent.repetitions, clock, "studying", progress);
+    if (extent.baselines)
+        internal::add_baselines({scene, own, {}, inputs, nullptr, certified, reference},
+                                internal::mesh_to_walk_on(*scene, extent.resources, reference),
+                                entries);
+    study.runs = internal::run_interleaved(entries, extent.repetitions, clock, "studying", progress,
+                                           extent.most_repeated_us);
     for (StudyRun& run : study.runs) {
         if (run.baseline) continue;
         LoopDescription scenes = own;

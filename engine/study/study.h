@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -28,6 +29,11 @@ struct StudyExtent {
     bool baselines = false; ///< those of run_baselines() too, interleaved with the others
     bool converged = false; ///< distances from the converged reference, too
     int repetitions = 1;    ///< times that the path is run with each setting, >= 1
+    /// Extracts the mesh of baseline finger_proxy where the scene is a formula without one and
+    /// `converged` says where it is touched; or null.
+    const SceneResources* resources = nullptr;
+    /// A setting whose median frame took longer than this, us, is not run again: it has no spread.
+    double most_repeated_us = std::numeric_limits<double>::infinity();
 };
 
 /// Accuracy against time: every method over its range.
@@ -54,9 +60,11 @@ Study run_study(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
                 const std::vector<LoopDescription>& settings, Clock& clock,
                 const Progress& progress = {}, const StudyExtent& extent = {});
 
-/// The same frames by methods up to the paper's own, with field queries for evaluations, over the
-/// one level of a volume that the scene lets one feel, whatever its contact, and measured against
-/// that level; none where there is no level or several.                                  [setup]
+/// The same frames by methods up to the paper's own, with queries of a field or a mesh for
+/// evaluations: kBaselines over the one level of a volume that the scene lets one feel, whatever
+/// its contact, and finger_proxy on its mesh. Measured against that level or, where the surface is
+/// a mesh alone, against that. Those for which the scene has no such level or mesh are left out.
+/// [setup]
 /// Throws std::runtime_error when cancelled.
 std::vector<StudyRun> run_baselines(const Scene& scene, std::span<const DeviceState> inputs,
                                     Clock& clock, const Progress& progress = {});

@@ -114,7 +114,11 @@ json costs_json(const Study& study) {
                          {"count_per_frame", part.count},
                          {"each_ns", part.each_ns},
                          {"frame_us", part.frame_us},
-                         {"per_evaluation_ns", part.per_evaluation_ns}});
+                         {"per_evaluation_ns", part.per_evaluation_ns},
+                         {"each_instructions", or_null(part.each_instructions)},
+                         {"frame_instructions", or_null(part.frame_instructions)},
+                         {"per_evaluation_instructions", or_null(part.per_evaluation_instructions)},
+                         {"no_instructions", part.no_instructions}});
     return parts;
 }
 

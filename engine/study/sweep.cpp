@@ -5,209 +5,53 @@
 #include <cmath>
 #include <deque>
 #include <map>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/report/internal/html.h>
-#include <palpate/engine/report/internal/spread.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/study/internal/baseline_contestant.h>
 #include <palpate/engine/study/internal/interleaved.h>
-#include <palpate/engine/study/internal/scene_variants.h>
 #include <palpate/engine/study/internal/study_columns.h>
+#include <palpate/engine/study/internal/sweep_points.h>
 
 namespace palpate {
 namespace {
 
-constexpr std::array kSpeeds_m_per_s{0.05, 0.1, 0.2, 0.5, 1.0, 2.0};
-constexpr std::array kVoxels_mm{4.0, 2.0, 1.0, 0.5};
-constexpr std::array kFacets_mm{8.0, 4.0, 2.0, 1.0};
-constexpr double kFacetDistance = 0.1; // of the facet's size: as 0.2 mm is of 2 mm
-constexpr std::array kStiffness_n_per_m{100.0, 200.0, 500.0, 1000.0, 2000.0};
-constexpr std::array kRates_hz{500.0, 1000.0, 2000.0, 5000.0, 10000.0};
-constexpr std::array kContacts{ContactKind::volume, ContactKind::direct, ContactKind::guarded,
-                               ContactKind::mesh};
+// Of method paper: more than the paper's 46 sub-steps here, and less than the period at each rate.
+constexpr double kMostBudget_us = 50.0;
 
-/// One value of a sweep, with all that its rows refer to.
-struct Point {
-    SweepRow row;
-    std::shared_ptr<const Scene> scene; // null: it cannot be built
-    std::shared_ptr<const Scene> truth;
-    std::vector<DeviceState> inputs;
-    double rate_hz = 0.0;
-    ConvergedProxies converged;
-};
-
-/// Median speed of the probe where it moves, m/s.
-double speed_of(std::span<const DeviceState> inputs, double rate_hz) {
-    std::vector<double> speeds;
-    for (std::size_t i = 1; i < inputs.size(); ++i) {
-        const double way_m = glm::length(inputs[i].position - inputs[i - 1].position);
-        if (inputs[i].trial == inputs[i - 1].trial && way_m > 0.0)
-            speeds.push_back(way_m * rate_hz);
-    }
-    return internal::spread_of(std::move(speeds)).p50;
-}
-
-class Sweeping {
-public:
-    Sweeping(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inputs,
-             const SceneResources& resources, const Progress& progress)
-        : scene_(std::move(scene)), inputs_(inputs), variants_(*scene_, resources),
-          progress_(progress), rate_hz_(scene_->description().loop.rate_hz) {
-        truth_ = variants_.why_not().empty() ? variants_.by_volume() : scene_;
-    }
-
-    /// The values of a sweep, each built or with the reason why it is not.
-    std::deque<Point>& points(SweepKind kind) {
-        switch (kind) {
-        case SweepKind::speed:
-            return speeds();
-        case SweepKind::voxels:
-            return voxels();
-        case SweepKind::facets:
-            return facets();
-        case SweepKind::stiffness:
-            return stiffness();
-        case SweepKind::rate:
-            return rates();
-        case SweepKind::contact:
-            break;
-        }
-        return contacts();
-    }
-
-private:
-    Point& add(double value) {
-        points_.emplace_back();
-        Point& point = points_.back();
-        point.row.value = value;
-        point.scene = scene_;
-        point.truth = truth_;
-        point.inputs.assign(inputs_.begin(), inputs_.end());
-        point.rate_hz = rate_hz_;
-        return point;
-    }
-    template <class Build>
-    void add_built(double value, const Build& build) {
-        Point& point = add(value);
-        try {
-            if (!variants_.why_not().empty()) throw std::runtime_error(variants_.why_not());
-            point.scene = build(point);
-        } catch (const std::exception& error) {
-            point.scene = nullptr;
-            point.row.why_not = error.what();
-            if (point.row.why_not == "cancelled") throw;
-            std::replace(point.row.why_not.begin(), point.row.why_not.end(), ',', ';');
-        }
-    }
-    void require_formula() const {
-        if (variants_.why_not().empty() && !variants_.is_formula())
-            throw std::runtime_error("the volume is no formula");
-    }
-    const ConvergedProxies& touched() {
-        if (touched_.proxies.empty()) touched_ = converged_proxies(truth_, inputs_, progress_);
-        return touched_;
-    }
-
-    std::deque<Point>& speeds() {
-        const double own = speed_of(inputs_, rate_hz_);
-        for (const double speed : kSpeeds_m_per_s) {
-            Point& point = add(speed);
-            if (own > 0.0) {
-                point.inputs = resampled(inputs_, rate_hz_, speed / own, rate_hz_);
-                continue;
-            }
-            point.scene = nullptr;
-            point.row.why_not = "the probe does not move";
-        }
-        return points_;
-    }
-    std::deque<Point>& rates() {
-        for (const double rate_hz : kRates_hz) {
-            Point& point = add(rate_hz);
-            point.inputs = resampled(inputs_, rate_hz_, 1.0, rate_hz);
-            point.rate_hz = rate_hz;
-        }
-        return points_;
-    }
-    std::deque<Point>& voxels() {
-        for (const double size_mm : kVoxels_mm)
-            add_built(size_mm, [&](Point& point) {
-                require_formula();
-                Box box;
-                for (const DeviceState& input : inputs_)
-                    if (is_finite(input.position)) box.add(input.position);
-                for (const Vec3& proxy : touched().proxies)
-                    box.add(proxy);
-                const auto made = variants_.voxels_of(*truth_, box, 1e-3 * size_mm);
-                if (!made) throw std::runtime_error("the path's box has too many of these voxels");
-                point.row.size = static_cast<double>(made->voxels());
-                return variants_.over(made, 0.0);
-            });
-        return points_;
-    }
-    std::deque<Point>& facets() {
-        for (const double size_mm : kFacets_mm)
-            add_built(size_mm, [&](Point& point) {
-                require_formula();
-                IsosurfaceSettings facets;
-                facets.facet_size_m = 1e-3 * size_mm;
-                facets.facet_distance_m = kFacetDistance * facets.facet_size_m;
-                const auto mesh = variants_.mesh_of(*truth_, touched(), facets);
-                point.row.size = static_cast<double>(mesh->triangles.size());
-                return variants_.with_contact(ContactKind::mesh, mesh);
-            });
-        return points_;
-    }
-    std::deque<Point>& stiffness() {
-        for (const double n_per_m : kStiffness_n_per_m)
-            add_built(n_per_m, [&](Point& point) {
-                const auto stiff = [&](const Scene& as) {
-                    SceneDescription description = as.description();
-                    description.coupling.stiffness_n_per_m = n_per_m;
-                    return variants_.built(std::move(description));
-                };
-                point.truth = stiff(*truth_);
-                return stiff(*scene_);
-            });
-        return points_;
-    }
-    std::deque<Point>& contacts() {
-        std::shared_ptr<const TriangleMesh> mesh;
-        for (const ContactKind contact : kContacts) {
-            add_built(0.0, [&](Point&) {
-                if (variants_.is_formula() && contact != ContactKind::volume && !mesh)
-                    mesh = variants_.mesh_of(*truth_, touched(), variants_.facets());
-                return variants_.with_contact(contact, mesh);
-            });
-            points_.back().row.contact = name(contact);
-        }
-        return points_;
-    }
-
-    std::shared_ptr<const Scene> scene_;
-    std::span<const DeviceState> inputs_;
-    internal::SceneVariants variants_;
-    const Progress& progress_;
-    double rate_hz_;
-    std::shared_ptr<const Scene> truth_; // the one surface by its volume, or the scene
-    ConvergedProxies touched_;
-    std::deque<Point> points_;
-};
-
-/// The scene's own methods; paper, whose clock makes each run another, is left to the main table.
+/// The scene's own methods; paper with a budget that is the same at all rates.
 std::vector<LoopDescription> methods_of(const LoopDescription& own, double rate_hz) {
     std::vector<LoopDescription> methods;
-    for (const SteppingMethod method :
-         {SteppingMethod::single, SteppingMethod::fixed, SteppingMethod::adaptive}) {
+    for (const SteppingMethod method : {SteppingMethod::single, SteppingMethod::fixed,
+                                        SteppingMethod::paper, SteppingMethod::adaptive}) {
         methods.push_back(own);
         methods.back().method = method;
         methods.back().rate_hz = rate_hz;
         methods.back().budget_us.reset(); // longer than the period at some rates, and of paper only
+        if (method == SteppingMethod::paper)
+            methods.back().budget_us = std::min(budget_of(own), kMostBudget_us);
     }
     return methods;
+}
+
+/// All that runs at one value.
+std::vector<internal::StudyEntry> entries_of(const internal::SweepPoint& point,
+                                             const LoopDescription& own) {
+    std::vector<internal::StudyEntry> entries;
+    internal::StudyEntry entry{point.scene, own, {}, point.inputs, point.truth.get()};
+    entry.converged = &point.converged;
+    for (const LoopDescription& loop : methods_of(own, point.rate_hz)) {
+        entry.loop = loop;
+        entries.push_back(entry);
+    }
+    if (point.has_baselines)
+        internal::add_baselines(entry, point.mesh, entries);
+    else if (point.mesh)
+        internal::add_finger_proxy(entry, point.mesh, entries);
+    return entries;
 }
 
 std::vector<PowerFit> fits_of(const Sweep& sweep) {
@@ -219,7 +63,9 @@ std::vector<PowerFit> fits_of(const Sweep& sweep) {
         const std::string method{method_of(row.run)};
         const StudyRun::Error& error = against_level ? row.run.level : row.run.converged;
         errors[method].push_back({row.value, error.rms_um});
-        if (row.size > 0.0) times[method].push_back({row.size, row.run.spent_p50_us});
+        const bool chooses_time = !row.run.baseline && row.run.loop.method == SteppingMethod::paper;
+        if (row.size > 0.0 && !chooses_time)
+            times[method].push_back({row.size, row.run.spent_p50_us});
     }
     std::vector<PowerFit> fits;
     const auto add = [&](const std::map<std::string, Pairs>& all, const std::string& what) {
@@ -321,29 +167,29 @@ std::optional<PowerFit> fit_power(std::string of, std::span<const std::array<dou
 Sweep run_sweep(SweepKind kind, std::shared_ptr<const Scene> scene,
                 std::span<const DeviceState> inputs, const SceneResources& resources,
                 int repetitions, Clock& clock, const Progress& progress) {
-    Sweeping sweeping(scene, inputs, resources, progress);
-    std::deque<Point>& points = sweeping.points(kind);
+    std::deque<internal::SweepPoint> points =
+        internal::sweep_points(kind, scene, inputs, resources, progress);
     std::vector<internal::StudyEntry> entries;
-    for (Point& point : points) {
+    std::vector<const internal::SweepPoint*> point_of; // of each entry
+    for (internal::SweepPoint& point : points) {
         if (!point.scene) continue;
         point.converged = converged_proxies(point.truth, point.inputs, progress, point.rate_hz);
-        for (const LoopDescription& loop : methods_of(scene->description().loop, point.rate_hz))
-            entries.push_back(
-                {point.scene, loop, {}, point.inputs, point.truth.get(), {}, &point.converged});
+        for (internal::StudyEntry& entry : entries_of(point, scene->description().loop)) {
+            entries.push_back(std::move(entry));
+            point_of.push_back(&point);
+        }
     }
     std::vector<StudyRun> runs = internal::run_interleaved(
         entries, repetitions, clock, fmt::format("sweeping {}", name(kind)), progress);
     Sweep sweep{kind, {}, {}};
     std::size_t next = 0;
-    for (const Point& point : points) {
+    for (const internal::SweepPoint& point : points) {
         if (!point.scene) sweep.rows.push_back(point.row);
-        const std::size_t methods =
-            point.scene ? methods_of(scene->description().loop, point.rate_hz).size() : 0;
-        for (std::size_t i = 0; i < methods; ++i) {
+        for (; next < runs.size() && point_of[next] == &point; ++next) {
             SweepRow row = point.row;
             if (row.contact.empty() && !point.scene->surfaces().empty())
                 row.contact = name(point.scene->surfaces().front().contact);
-            row.run = std::move(runs[next++]);
+            row.run = std::move(runs[next]);
             sweep.rows.push_back(std::move(row));
         }
     }

@@ -56,8 +56,10 @@ struct Sweep {
                                 ///< are three points above 0
 };
 
-/// The scene's path with the methods single, fixed and adaptive as the scene has them, at each
-/// value, interleaved and repeated.                                                       [setup]
+/// The scene's path with the methods single, fixed and adaptive as the scene has them and paper
+/// with a budget of at most 50 us, at each value, interleaved and repeated. Baselines beside them
+/// where the value is theirs too: all at other speeds and rates, those over a level at other
+/// voxels, finger_proxy on other facets and beside contact mesh. None knows a coupling. [setup]
 /// Throws std::runtime_error when cancelled.
 Sweep run_sweep(SweepKind kind, std::shared_ptr<const Scene> scene,
                 std::span<const DeviceState> inputs, const SceneResources& resources,

@@ -115,12 +115,14 @@ class Traces(unittest.TestCase):
             theirs = columns_of(Path(folder) / "out" / "study.csv")
             ours = palpate.study(palpate.Scene(scene_file), positions)
         self.assertEqual(tuple(theirs), ours.columns)
+        # The command extracts a mesh of the formula for this one alone.
+        is_ours = [method != "finger_proxy" for method in theirs["method"]]
         for name in ("method", "setting", "evaluations_mean", "level_rms_um"):
             cells = [str(cell) for cell in ours[name]]
             if name != "method":
                 cells = ["" if cell == "nan" else float(cell) for cell in cells]
                 theirs[name] = [float(cell) if cell else "" for cell in theirs[name]]
-            self.assertEqual(cells, list(theirs[name]))
+            self.assertEqual(cells, [cell for cell, kept in zip(theirs[name], is_ours) if kept])
 
     def test_a_dataframe_goes_in_and_out(self):
         try:

@@ -29,7 +29,7 @@ private:
 };
 
 FrameTruth truth_of(const StudyEntry& entry) {
-    const bool of_levels = entry.truth || entry.baseline;
+    const bool of_levels = entry.truth || (entry.baseline && the_felt_level(*entry.scene));
     return FrameTruth(entry.truth ? *entry.truth : *entry.scene,
                       of_levels ? FrameTruth::Measure::levels : FrameTruth::Measure::what_is_felt);
 }
@@ -68,6 +68,8 @@ public:
     }
 
     void end() { repetitions_.push_back(spread_of(spent_us_)); }
+
+    double median_us() const { return repetitions_.back().p50; } // of the last repetition
 
     StudyRun conclude() && {
         StudyRun run = std::move(tally_).conclude(entry_.loop);
@@ -136,7 +138,7 @@ std::unique_ptr<Contestant> make_contestant(const StudyEntry& entry, Clock& cloc
 
 std::vector<StudyRun> run_interleaved(std::span<const StudyEntry> entries, int repetitions,
                                       Clock& clock, std::string_view doing,
-                                      const Progress& progress) {
+                                      const Progress& progress, double most_repeated_us) {
     std::vector<Row> rows;
     std::size_t longest = 1;
     for (const StudyEntry& entry : entries) {
@@ -148,16 +150,19 @@ std::vector<StudyRun> run_interleaved(std::span<const StudyEntry> entries, int r
                        static_cast<double>(rows.size());
     double done = 0.0;
     for (int repetition = 0; repetition < repetitions; ++repetition) {
+        std::vector<Row*> on; // in this repetition
         for (Row& row : rows)
-            row.begin(clock);
+            if (repetition == 0 || row.median_us() <= most_repeated_us) on.push_back(&row);
+        for (Row* row : on)
+            row->begin(clock);
         for (std::size_t turn = 0; turn < turns; ++turn)
-            for (Row& row : rows) {
+            for (Row* row : on) {
                 if (progress && !progress(done++ / all, doing))
                     throw std::runtime_error("cancelled");
-                row.run(turn, turns, repetition == 0);
+                row->run(turn, turns, repetition == 0);
             }
-        for (Row& row : rows)
-            row.end();
+        for (Row* row : on)
+            row->end();
     }
     std::vector<StudyRun> runs;
     runs.reserve(rows.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -36,6 +37,7 @@ struct StudyEntry {
     const ConvergedProxies* converged = nullptr; ///< the reference for positions; or null
     std::span<const std::uint8_t> timed = {}; ///< 1 for frames whose times count, instead of those
                                               ///< in contact; or empty
+    std::shared_ptr<const SurfaceScene> mesh = {}; ///< of baseline finger_proxy alone
 };
 
 /// A fresh one of an entry's kind.                                                        [setup]
@@ -47,9 +49,11 @@ StudyRun::Range range_of(std::vector<double> values);
 
 /// Runs all entries `repetitions` times, in turns: a slice of the path with each of them, then the
 /// next slice. Compares the first repetition with the truth, between the slices.          [setup]
+/// An entry whose median frame took longer than `most_repeated_us` is not run again.
 /// Throws std::runtime_error when cancelled.
-std::vector<StudyRun> run_interleaved(std::span<const StudyEntry> entries, int repetitions,
-                                      Clock& clock, std::string_view doing,
-                                      const Progress& progress);
+std::vector<StudyRun>
+run_interleaved(std::span<const StudyEntry> entries, int repetitions, Clock& clock,
+                std::string_view doing, const Progress& progress,
+                double most_repeated_us = std::numeric_limits<double>::infinity());
 
 } // namespace palpate::internal

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include <palpate/engine/study/internal/held_planes.h>
+
 namespace palpate::internal {
 namespace {
 
@@ -15,36 +17,12 @@ constexpr double kStill = 1e-9;      // m: a way that is none
 constexpr int kMostTries = 16;       // of a frame: segments that are followed
 constexpr std::size_t kCorners = 1 << 14; // that are kept: more than a frame meets
 
-/// The point nearest to `probe` that none of the planes through `at` keeps away: on one, two or
-/// three of them.
-class Held {
-public:
-    void clear() noexcept { count_ = 0; }
-    bool is_full() const noexcept { return count_ == 3; }
-    void add(const Vec3& normal) noexcept { normals_[count_++] = normal; }
-    Vec3 goal(const Vec3& at, const Vec3& probe) const noexcept {
-        const Vec3 way = probe - at;
-        if (count_ == 0) return probe;
-        if (count_ == 1) return at + way - glm::dot(way, normals_[0]) * normals_[0];
-        if (count_ == 3) return at;
-        const Vec3 edge = glm::cross(normals_[0], normals_[1]);
-        const double squared = squared_length(edge);
-        constexpr double parallel = 1e-12;
-        if (squared < parallel) return at + way - glm::dot(way, normals_[1]) * normals_[1];
-        return at + (glm::dot(way, edge) / squared) * edge;
-    }
-
-private:
-    std::array<Vec3, 3> normals_{};
-    std::size_t count_ = 0;
-};
-
 class LocalTetrahedra final : public Baseline {
 public:
     explicit LocalTetrahedra(TetrahedralLevel level) : level_(std::move(level)) {}
     void restart(const Vec3& probe) noexcept override { proxy_ = probe; }
     Step move(const Vec3& probe) noexcept override {
-        Held held;
+        HeldPlanes held;
         bool touches = false;
         for (int tries = 0; tries < kMostTries && !held.is_full(); ++tries) {
             const Vec3 goal = held.goal(proxy_, probe);

@@ -21,6 +21,29 @@ float rounded(double value, int bits) {
     return static_cast<float>(std::ldexp(std::round(std::ldexp(mantissa, bits)), exponent - bits));
 }
 
+constexpr int kFloatBits = 24;
+
+/// Puts a field's values, rounded to so many bits, into voxels whose place is set.
+void fill(VoxelVolume& voxels, const ScalarField& field, int bits) {
+    voxels.values.reserve(voxels.voxels());
+    const auto sampler = field.make_sampler();
+    for (int k = 0; k < voxels.size[2]; ++k)
+        for (int j = 0; j < voxels.size[1]; ++j)
+            for (int i = 0; i < voxels.size[0]; ++i)
+                voxels.values.push_back(
+                    rounded(sampler->value(voxels.index_to_scene.point(Vec3(i, j, k))), bits));
+}
+
+/// The box of a box's corners in another frame.
+Box mapped(const AffineTransform& to, const Box& box) {
+    Box result;
+    for (int corner = 0; corner < 8; ++corner)
+        result.add(to.point({corner & 1 ? box.upper.x : box.lower.x,
+                             corner & 2 ? box.upper.y : box.lower.y,
+                             corner & 4 ? box.upper.z : box.lower.z}));
+    return result;
+}
+
 } // namespace
 
 SceneVariants::SceneVariants(const Scene& scene, const SceneResources& resources)
@@ -74,6 +97,44 @@ std::shared_ptr<const Scene> SceneVariants::over(std::shared_ptr<const VoxelVolu
     return built(std::move(description));
 }
 
+std::shared_ptr<const Scene> SceneVariants::over_every(int n, const Box& box) const {
+    const SceneSurface& felt = scene_.surfaces().front();
+    if (!felt.baked.grid) return nullptr;
+    const AffineTransform& nodes = felt.baked.grid->index_to_scene();
+    const AffineTransform to_index = nodes.inverse();
+    const Box indices = mapped(to_index, box);
+    // Within the data: what is around them is no part of them.
+    const Box known = mapped(to_index, felt.baked.grid->bounds());
+    const Vec3 first = glm::max(glm::floor(indices.lower - kRoom * n), glm::ceil(known.lower));
+    const Vec3 last = glm::min(glm::ceil(indices.upper + kRoom * n), glm::floor(known.upper));
+    const Vec3 size = glm::floor((last - first) / static_cast<double>(n)) + 1.0;
+    constexpr double least = 4.0;
+    if (!(std::min({size.x, size.y, size.z}) >= least)) return nullptr;
+
+    auto voxels = std::make_shared<VoxelVolume>();
+    voxels->size = {static_cast<int>(size.x), static_cast<int>(size.y), static_cast<int>(size.z)};
+    voxels->index_to_scene = {static_cast<double>(n) * nodes.linear, nodes.point(first)};
+    fill(*voxels, *felt.baked.field, kFloatBits);
+
+    SceneDescription description = changed(ContactKind::volume);
+    VolumeDescription volume;
+    volume.voxels = std::move(voxels);
+    volume.line = description.volumes.at(volume_).line;
+    description.volumes.at(volume_) = std::move(volume);
+    SurfaceDescription& surface = description.surfaces.at(surface_);
+    surface.mesh.clear();
+    surface.triangle_mesh.reset();
+    surface.labels.clear();
+    surface.region_mm.reset();
+    surface.keep = {};
+    surface.iso_value = felt.level.level;
+    surface.smooth_voxels = 0.0;
+    surface.iso_after_smoothing = SurfaceDescription::IsoAfterSmoothing::as_given;
+    SceneResources resources = resources_;
+    resources.files = scene_files(); // nothing of it is kept on disk
+    return std::make_shared<const Scene>(std::move(description), resources);
+}
+
 std::shared_ptr<const Scene>
 SceneVariants::with_contact(ContactKind contact, std::shared_ptr<const TriangleMesh> mesh) const {
     SceneDescription description = changed(contact);
@@ -93,13 +154,7 @@ std::shared_ptr<const VoxelVolume> SceneVariants::voxels_of(const Scene& scene, 
     auto voxels = std::make_shared<VoxelVolume>();
     voxels->size = {static_cast<int>(size.x), static_cast<int>(size.y), static_cast<int>(size.z)};
     voxels->index_to_scene = {Mat3(spacing_m), lower};
-    voxels->values.reserve(voxels->voxels());
-    const auto sampler = scene.surfaces().front().baked.field->make_sampler();
-    for (int k = 0; k < voxels->size[2]; ++k)
-        for (int j = 0; j < voxels->size[1]; ++j)
-            for (int i = 0; i < voxels->size[0]; ++i)
-                voxels->values.push_back(
-                    rounded(sampler->value(voxels->index_to_scene.point(Vec3(i, j, k))), bits));
+    fill(*voxels, *scene.surfaces().front().baked.field, bits);
     return voxels;
 }
 

@@ -30,6 +30,10 @@ public:
     /// The same over other voxels in the place of its volume, smoothed by so many of them. [setup]
     std::shared_ptr<const Scene> over(std::shared_ptr<const VoxelVolume> voxels,
                                       double smooth_voxels) const;
+    /// The same over every n-th voxel, along each axis, of the grid that its surface is baked to,
+    /// around a box, m: the same level, and nothing smoothed or sorted out again. Null where there
+    /// is no grid, or fewer than four such voxels along an axis.                         [setup]
+    std::shared_ptr<const Scene> over_every(int n, const Box& box) const;
     /// The scene with another contact, and with a mesh where one is given; throws
     /// std::runtime_error where it cannot have it.                                       [setup]
     std::shared_ptr<const Scene> with_contact(ContactKind contact,

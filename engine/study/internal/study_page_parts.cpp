@@ -48,19 +48,27 @@ std::string trade_off_of(const Study& study, TradedError error, const char* capt
 
 std::string costs_of(const Study& study, const std::string& run) {
     Rows rows;
+    std::string no_instructions;
     for (const CostPart& part : study.costs) {
         if (part.run != run) continue;
         const bool counted = part.part != "rest";
         rows.push_back({part.part, number(counted, part.count), number(counted, part.each_ns),
                         readable(part.frame_us), readable(part.per_evaluation_ns)});
+        no_instructions = part.no_instructions;
+        if (!no_instructions.empty()) continue;
+        rows.back().push_back(readable(part.frame_instructions));
+        rows.back().push_back(readable(part.per_evaluation_instructions));
     }
-    return html_table("Where a frame of " + run + " goes",
-                      {{"", "part", false},
-                       {"", "per frame"},
-                       {"", "ns each"},
-                       {"", "us per frame"},
-                       {"", "ns per evaluation"}},
-                      rows);
+    std::vector<HtmlColumn> columns{{"", "part", false},
+                                    {"", "per frame"},
+                                    {"", "ns each"},
+                                    {"", "us per frame"},
+                                    {"", "ns per evaluation"}};
+    if (no_instructions.empty()) {
+        columns.push_back({"instructions", "per frame"});
+        columns.push_back({"instructions", "per evaluation"});
+    }
+    return html_table("Where a frame of " + run + " goes", columns, rows);
 }
 
 std::string prices_of(const Study& study) {
@@ -83,31 +91,57 @@ std::string prices_of(const Study& study) {
                       rows);
 }
 
-/// A line per method over the sweep's values; none of contacts, which have no order.
-std::string sweep_chart(const Sweep& sweep) {
-    if (sweep.kind == SweepKind::contact) return {};
+enum class Whose { loops, others };
+
+/// A line per method over the sweep's values; empty where none ran. The methods of others have a
+/// chart of their own: beside `adaptive`, whose errors are a millionth of theirs, they would be one
+/// line.
+std::string sweep_chart(const Sweep& sweep, Whose whose) {
     const bool of_level = sweep.kind == SweepKind::voxels || sweep.kind == SweepKind::facets;
+    const bool of_others = whose == Whose::others;
     SeriesChart chart{
-        fmt::format("Error over {}", name(sweep.kind)),
+        fmt::format("Error over {}{}", name(sweep.kind), of_others ? ", methods of others" : ""),
         {fmt::format("{}, {}", name(sweep.kind), unit(sweep.kind)), ChartScale::logarithmic, 1e-3},
         {of_level ? "distance from the surface, um rms"
                   : "distance from the converged proxy, um rms",
          ChartScale::logarithmic, 1e-6},
         {}};
+    constexpr std::size_t kOthersLooks = 4; // behind those of the loop's four methods
     for (const SweepRow& row : sweep.rows) {
         const StudyRun::Error& error = of_level ? row.run.level : row.run.converged;
         if (!row.why_not.empty() || error.frames == 0) continue;
+        if (row.run.baseline.has_value() != of_others) continue;
         const std::string method{method_of(row.run)};
         auto series = std::find_if(chart.series.begin(), chart.series.end(),
                                    [&](const ChartSeries& known) { return known.name == method; });
-        if (series == chart.series.end())
+        if (series == chart.series.end()) {
             series = chart.series.insert(chart.series.end(), {method, {}, {}});
+            series->look = chart.series.size() - 1 + (of_others ? kOthersLooks : 0);
+        }
         series->points.push_back({row.value, error.rms_um});
     }
-    return series_chart(chart, fmt::format("sweep-{}", name(sweep.kind)));
+    return series_chart(chart,
+                        fmt::format("sweep-{}{}", name(sweep.kind), of_others ? "-others" : ""));
+}
+
+/// The charts of a sweep; none of contacts, which have no order.
+std::string sweep_charts(const Sweep& sweep) {
+    if (sweep.kind == SweepKind::contact) return {};
+    const std::string others = sweep_chart(sweep, Whose::others);
+    return sweep_chart(sweep, Whose::loops) +
+           (others.empty() ? "" : paragraph("The methods of others:") + others);
 }
 
 std::string sweep_html(const Sweep& sweep) {
+    const std::string what = fmt::format("{} {}", name(sweep.kind), unit(sweep.kind));
+    std::vector<HtmlColumn> columns{{"", what, false}, {"", "method", false}};
+    const bool has_size = std::any_of(sweep.rows.begin(), sweep.rows.end(),
+                                      [](const SweepRow& row) { return row.size > 0.0; });
+    if (has_size) columns.push_back({"", sweep.kind == SweepKind::voxels ? "voxels" : "facets"});
+    for (const char* heading : {"median", "p10", "p90"})
+        columns.push_back({"us per frame", heading});
+    columns.push_back({"um rms", "from the surface"});
+    columns.push_back({"um rms", "from the converged proxy"});
     Rows rows;
     for (const SweepRow& row : sweep.rows) {
         const bool ran = row.why_not.empty();
@@ -115,24 +149,16 @@ std::string sweep_html(const Sweep& sweep) {
         const bool felt = ran && run.frames_in_contact > 0;
         rows.push_back(
             {sweep.kind == SweepKind::contact ? row.contact : fmt::format("{:g}", row.value),
-             ran ? title(run) : "not known: " + row.why_not, number(row.size > 0.0, row.size),
-             number(felt, run.spent_p50_us), number(felt, run.spent_p50_range_us.p10_us),
-             number(felt, run.spent_p50_range_us.p90_us),
-             number(ran && run.level.frames > 0, run.level.rms_um),
-             number(ran && run.converged.frames > 0, run.converged.rms_um)});
+             ran ? title(run) : "not known: " + row.why_not});
+        if (has_size) rows.back().push_back(number(row.size > 0.0, row.size));
+        rows.back().push_back(number(felt, run.spent_p50_us));
+        rows.back().push_back(number(felt, run.spent_p50_range_us.p10_us));
+        rows.back().push_back(number(felt, run.spent_p50_range_us.p90_us));
+        rows.back().push_back(number(ran && run.level.frames > 0, run.level.rms_um));
+        rows.back().push_back(number(ran && run.converged.frames > 0, run.converged.rms_um));
     }
-    const std::string what = fmt::format("{} {}", name(sweep.kind), unit(sweep.kind));
-    std::string html = "<h3>" + escape_html(name(sweep.kind)) + "</h3>\n" + sweep_chart(sweep);
-    html += html_table("Over " + what,
-                       {{"", what, false},
-                        {"", "method", false},
-                        {"", "voxels or facets"},
-                        {"us per frame", "median"},
-                        {"us per frame", "p10"},
-                        {"us per frame", "p90"},
-                        {"um rms", "from the surface"},
-                        {"um rms", "from the converged proxy"}},
-                       rows);
+    std::string html = "<h3>" + escape_html(name(sweep.kind)) + "</h3>\n" + sweep_charts(sweep) +
+                       html_table("Over " + what, columns, rows);
     if (sweep.fits.empty()) return html;
     Rows fits;
     for (const PowerFit& fit : sweep.fits)
@@ -181,6 +207,9 @@ std::string cost_section(const Study& study) {
         html += paragraph("Counters of the frames, times prices measured beside them: no clock is "
                           "read within a frame. The parts need not add up, and the rest is what is "
                           "left. Below 0 it says that the parts overlap within a frame.");
+    if (!study.costs.empty() && !study.costs.front().no_instructions.empty())
+        html +=
+            paragraph("Instructions are not known: " + study.costs.front().no_instructions + ".");
     return study.prices.empty() ? html : html + prices_of(study);
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -152,6 +153,9 @@ TEST(Baselines, EachSaysWhatItGetsWrong) {
         EXPECT_FALSE(name(kind).empty());
         EXPECT_FALSE(weakness(kind).empty());
     }
+    EXPECT_FALSE(weakness(BaselineKind::finger_proxy).empty());
+    EXPECT_THROW(make_baseline(BaselineKind::finger_proxy, make_slab(1e-3), 0.0),
+                 std::invalid_argument);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/study/cost_budget.h>
 #include <palpate/engine/study/frame_prices.h>
+#include <palpate/engine/study/internal/instruction_counter.h>
 #include <palpate/engine/study/trade_off.h>
 
 #include <map>
@@ -30,24 +31,48 @@ TEST(CostBudget, HasARestThatMakesItsPartsTheFrame) {
     for (const StudyRun& run : study.runs) {
         if (!run.is_the_scenes) continue;
         ++runs;
-        double sum_us = 0.0;
+        double sum_us = 0.0, sum_instructions = 0.0, frame_instructions = 0.0;
         std::map<std::string, double> counts;
         for (const CostPart& part : parts) {
             if (part.run != title(run)) continue;
+            EXPECT_EQ(part.no_instructions.empty(), part.frame_instructions.has_value());
             if (part.part == "frame") {
                 EXPECT_EQ(part.frame_us, run.spent_mean_us);
+                frame_instructions = part.frame_instructions.value_or(0.0);
                 continue;
             }
             sum_us += part.frame_us;
+            sum_instructions += part.frame_instructions.value_or(0.0);
             counts[part.part] = part.count;
         }
         EXPECT_EQ(counts["first roots"], run.root_queries_mean);
         EXPECT_EQ(counts["solver"], run.evaluations_mean);
         EXPECT_EQ(counts["clock"], 2.0) << "before and after a frame";
         EXPECT_NEAR(sum_us, run.spent_mean_us, 1e-9) << title(run);
+        EXPECT_NEAR(sum_instructions, frame_instructions, 1e-6) << title(run);
     }
     EXPECT_EQ(runs, 3u) << "single, fixed and adaptive";
     EXPECT_EQ(parts.size(), 10 * runs);
+}
+
+// A column of zeros would say that frames cost nothing where the kernel does not count.
+TEST(CostBudget, HasInstructionsOrSaysWhyNot) {
+    const auto scene = surface_cavity();
+    const Study study = study_of(scene, {scene->description().loop}, 1e-4);
+    const auto parts = cost_budget(scene, along_the_wall(1e-4), study.runs);
+    ASSERT_FALSE(parts.empty());
+    const internal::InstructionCounter counter;
+    for (const CostPart& part : parts) {
+        EXPECT_EQ(part.no_instructions, counter.why_not());
+        EXPECT_EQ(part.no_instructions.find(','), std::string::npos) << "a cell of costs.csv";
+    }
+    if (counter.why_not().empty()) {
+        EXPECT_GT(*parts.back().frame_instructions, 100.0) << "a frame of " << parts.back().part;
+        EXPECT_THAT(cost_budget_table(parts), testing::Not(HasSubstr("not known")));
+    } else {
+        EXPECT_THAT(cost_budget_table(parts), HasSubstr("instructions: not known: "));
+        EXPECT_THAT(cost_budget_csv(parts), HasSubstr(",,,," + counter.why_not() + "\n"));
+    }
 }
 
 TEST(CostBudget, IsEmptyWhereNothingIsTouched) {

@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <random>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/study/converged_proxy.h>
 
 #include "tests/engine/study/study_fixture.h"
 
@@ -78,35 +81,6 @@ TEST(ErrorBudget, SaysWhatIsNotKnownAndWhy) {
               "nothing was touched");
 }
 
-/// A sphere of 8 * 4^splits facets, its vertices on the cavity's wall.
-TriangleMesh ball(int splits) {
-    TriangleMesh mesh;
-    mesh.vertices = {{kRadius_m, 0, 0},  {-kRadius_m, 0, 0}, {0, kRadius_m, 0},
-                     {0, -kRadius_m, 0}, {0, 0, kRadius_m},  {0, 0, -kRadius_m}};
-    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                      {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-    for (int split = 0; split < splits; ++split) {
-        std::map<std::array<std::uint32_t, 2>, std::uint32_t> middles;
-        const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-            const auto [at, is_new] = middles.try_emplace(
-                {std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(mesh.vertices.size()));
-            if (is_new)
-                mesh.vertices.push_back(kRadius_m *
-                                        glm::normalize(mesh.vertices[a] + mesh.vertices[b]));
-            return at->second;
-        };
-        std::vector<std::array<std::uint32_t, 3>> finer;
-        for (const auto& [a, b, c] : mesh.triangles) {
-            const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-            for (const std::array<std::uint32_t, 3>& facet :
-                 {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-                finer.push_back(facet);
-        }
-        mesh.triangles = std::move(finer);
-    }
-    return mesh;
-}
-
 TEST(ErrorBudget, ExtractionIsTheSagittaOfItsFacets) {
     constexpr int splits = 5;
     SceneResources resources;
@@ -127,6 +101,83 @@ TEST(ErrorBudget, ExtractionIsTheSagittaOfItsFacets) {
     const double sagitta_um = 1e6 * edge_m * edge_m / 3.0 / (2.0 * kRadius_m);
     EXPECT_LT(part.level.max_um, 1.5 * sagitta_um);
     EXPECT_GT(part.level.rms_um, 0.1 * sagitta_um);
+}
+
+/// A cavity as a scan of it would be: voxels in memory, and no formula.
+std::shared_ptr<const Scene> scanned(const Scene& formula, double spacing_m,
+                                     const SceneResources& resources) {
+    SceneDescription description = formula.description();
+    const auto sampler = formula.surfaces().front().baked.field->make_sampler();
+    const double reach_m = kRadius_m + 12.0 * spacing_m;
+    auto voxels = std::make_shared<VoxelVolume>();
+    const int size = static_cast<int>(std::lround(2.0 * reach_m / spacing_m));
+    voxels->size = {size, size, size};
+    // No node is at the centre or on an axis.
+    voxels->index_to_scene = {Mat3(spacing_m), Vec3(-reach_m + 0.3 * spacing_m)};
+    for (int k = 0; k < size; ++k)
+        for (int j = 0; j < size; ++j)
+            for (int i = 0; i < size; ++i)
+                voxels->values.push_back(static_cast<float>(
+                    sampler->value(voxels->index_to_scene.point(Vec3(i, j, k)))));
+    description.volumes.at("v") = {};
+    description.volumes.at("v").voxels = std::move(voxels);
+    return std::make_shared<const Scene>(std::move(description), resources);
+}
+
+// What voxels alone let one estimate is what the formula says.
+TEST(ErrorBudget, VoxelisationOfDataIsEstimatedFromCoarserVoxels) {
+    SceneResources resources;
+    resources.files = scene_files();
+    const auto bumpy = std::make_shared<const Scene>(
+        parse_scene("[volume.v]\nanalytic = \"bumpy_cavity\"\nradius_mm = 50\namplitude_mm = 1\n"
+                    "wavelength_mm = 15\n[surface.s]\nvolume = \"v\"\n[[effect]]\ntype = "
+                    "\"surface\"\nsurface = \"s\"\n",
+                    "bumpy.toml"));
+    struct Case {
+        std::shared_ptr<const Scene> formula;
+        double spacing_m;
+    };
+    const std::vector<DeviceState> inputs = along_the_wall(3e-3);
+    for (const auto& [formula, spacing_m] :
+         {Case{surface_cavity(), 1e-3}, {surface_cavity(), 2e-3}, {bumpy, 1e-3}}) {
+        const auto scene = scanned(*formula, spacing_m, resources);
+        const auto parts = error_budget(scene, inputs, resources);
+        const ErrorPart& part = part_of(parts, "voxelisation");
+        ASSERT_EQ(part.why_not, "");
+        EXPECT_THAT(part.how, HasSubstr("estimated from every 2nd and every 4th"));
+
+        const ConvergedProxies with = converged_proxies(scene, inputs);
+        const ConvergedProxies exact = converged_proxies(formula, inputs);
+        EXPECT_NEAR(part.position.rms_um, distance_between(with, exact).rms_um, part.known_to_um);
+        EXPECT_LT(part.known_to_um, 0.7 * part.position.rms_um) << "else it says nothing";
+
+        const auto sampler = formula->surfaces().front().baked.field->make_sampler();
+        double squares = 0.0, frames = 0.0;
+        for (std::size_t i = 0; i < inputs.size(); ++i)
+            if (with.in_contact[i]) {
+                squares += std::pow(1e6 * level_distance(*sampler, with.proxies[i], 0.0, 1e-3), 2);
+                ++frames;
+            }
+        EXPECT_NEAR(part.level.rms_um / std::sqrt(squares / frames), 1.0, 0.5);
+    }
+}
+
+// Noise from voxel to voxel has no finer voxels to converge to.
+TEST(ErrorBudget, VoxelisationOfNoiseIsNotKnown) {
+    SceneResources resources;
+    resources.files = scene_files();
+    const auto clean = scanned(*surface_cavity(), 2e-3, resources);
+    SceneDescription description = clean->description();
+    auto voxels = std::make_shared<VoxelVolume>(*description.volumes.at("v").voxels);
+    std::mt19937 random(1);
+    std::normal_distribution<float> noise(0.0F, 1e-3F);
+    for (float& value : voxels->values)
+        value += noise(random);
+    description.volumes.at("v").voxels = std::move(voxels);
+    const auto noisy = std::make_shared<const Scene>(std::move(description), resources);
+    const auto parts = error_budget(noisy, along_the_wall(6e-3), resources);
+    EXPECT_THAT(part_of(parts, "voxelisation").why_not, HasSubstr("does not fall with the voxels"));
+    EXPECT_EQ(part_of(parts, "voxelisation").position.frames, 0u);
 }
 
 TEST(ErrorBudget, StopsWhenAskedTo) {

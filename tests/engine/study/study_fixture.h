@@ -2,7 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -62,6 +65,35 @@ inline Study study_of(std::shared_ptr<const Scene> scene,
                       const std::vector<LoopDescription>& settings, double in_front_m = 0.0) {
     test::ScriptedClock clock(1.0);
     return run_study(std::move(scene), along_the_wall(in_front_m), settings, clock);
+}
+
+/// A sphere of 8 * 4^splits facets, its vertices on the cavity's wall.
+inline TriangleMesh ball(int splits) {
+    TriangleMesh mesh;
+    mesh.vertices = {{kRadius_m, 0, 0},  {-kRadius_m, 0, 0}, {0, kRadius_m, 0},
+                     {0, -kRadius_m, 0}, {0, 0, kRadius_m},  {0, 0, -kRadius_m}};
+    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                      {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    for (int split = 0; split < splits; ++split) {
+        std::map<std::array<std::uint32_t, 2>, std::uint32_t> middles;
+        const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+            const auto [at, is_new] = middles.try_emplace(
+                {std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(mesh.vertices.size()));
+            if (is_new)
+                mesh.vertices.push_back(kRadius_m *
+                                        glm::normalize(mesh.vertices[a] + mesh.vertices[b]));
+            return at->second;
+        };
+        std::vector<std::array<std::uint32_t, 3>> finer;
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+            for (const std::array<std::uint32_t, 3>& facet :
+                 {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+                finer.push_back(facet);
+        }
+        mesh.triangles = std::move(finer);
+    }
+    return mesh;
 }
 
 } // namespace palpate::test::study

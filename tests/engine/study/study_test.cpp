@@ -258,6 +258,14 @@ TEST(Study, TimesAreMediansOverRepetitionsWithTheirSpread) {
     EXPECT_THAT(study_table(study), HasSubstr("100.0 %"));
 }
 
+TEST(Study, LongFramesAreNotRepeatedWhereThatIsAskedFor) {
+    SlowingClock clock(2 * kFrames); // each repetition is 1 us slower
+    const Study study = run_study(gradient_cavity(kHard), along_the_wall(), {fixed(1)}, clock, {},
+                                  {.repetitions = 3, .most_repeated_us = 1.5});
+    EXPECT_EQ(study.runs[0].repetitions, 2u) << "1 us, then 2 us, and no more";
+    EXPECT_EQ(study.runs[0].spent_p50_range_us.p90_us, 2.0);
+}
+
 // On a sphere the converged proxy is the point nearest to the probe.
 TEST(Study, TheConvergedReferenceIsTheTruthWhereThatIsKnown) {
     test::ScriptedClock clock(1.0);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/study/sweep.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -52,15 +55,15 @@ TEST(Sweep, ALagGrowsWithTheSpeed) {
     test::ScriptedClock clock(1.0);
     const Sweep sweep =
         run_sweep(SweepKind::speed, surface_cavity(), along_the_wall(1e-4), {}, 1, clock);
-    ASSERT_EQ(sweep.rows.size(), 18u) << "six speeds, three methods";
+    ASSERT_EQ(sweep.rows.size(), 6 * (4 + kBaselines.size())) << "six speeds, four methods";
     double last_um = 0.0;
     for (const SweepRow& row : sweep.rows) {
-        if (row.run.loop.method != SteppingMethod::single || row.value > 0.5) continue;
+        if (method_of(row.run) != "single" || row.value > 0.5) continue;
         EXPECT_GT(row.run.converged.rms_um, last_um) << row.value << " m/s";
         last_um = row.run.converged.rms_um;
     }
     const std::string csv = sweep_csv(std::vector{sweep});
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 19);
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), sweep.rows.size() + 1);
     EXPECT_THAT(sweep_table(sweep), HasSubstr("single: position um rms over speed: to the power"));
 }
 
@@ -72,7 +75,51 @@ TEST(Sweep, TheErrorOfVoxelsFallsWithTheirSquare) {
         if (fit.of == "adaptive: level um rms over voxels") {
             EXPECT_NEAR(fit.exponent, 2.0, 3.0 * fit.standard_error + 0.1);
         }
-    EXPECT_EQ(sweep.fits.size(), 6u) << "error and time of three methods";
+    // Of error and of time; but the time of paper is its budget.
+    EXPECT_EQ(sweep.fits.size(), 2 * (4 + kBaselines.size()) - 1);
+}
+
+TEST(Sweep, PaperHasABudgetThatFitsIntoEachPeriod) {
+    test::ScriptedClock clock(1.0);
+    const Sweep sweep =
+        run_sweep(SweepKind::rate, surface_cavity(), along_the_wall(1e-4), {}, 1, clock);
+    std::size_t papers = 0;
+    for (const SweepRow& row : sweep.rows)
+        if (method_of(row.run) == "paper") {
+            ++papers;
+            EXPECT_EQ(title(row.run), "paper 50 us");
+            EXPECT_LT(budget_of(row.run.loop), 1e6 / row.value);
+        }
+    EXPECT_EQ(papers, 5u);
+}
+
+// Rows of things that the value does not reach would be the same numbers again.
+TEST(Sweep, BaselinesAreWhereTheValueIsTheirsToo) {
+    test::ScriptedClock clock(1.0);
+    SceneResources resources;
+    resources.extract = [](const Isosurface&, const IsosurfaceSettings& facets, const Progress&) {
+        return ball(facets.facet_size_m > 3e-3 ? 4 : 5);
+    };
+    const auto names_of = [&](SweepKind kind, auto&& of) {
+        std::set<std::string> names;
+        const Sweep sweep =
+            run_sweep(kind, surface_cavity(), along_the_wall(1e-4), resources, 1, clock);
+        for (const SweepRow& row : sweep.rows) {
+            EXPECT_EQ(row.why_not, "") << name(kind);
+            EXPECT_GT(row.run.level.frames, 0u) << name(kind) << " " << title(row.run);
+            if (row.run.baseline && of(row)) names.insert(title(row.run));
+        }
+        return names;
+    };
+    const auto any = [](const SweepRow&) { return true; };
+    EXPECT_EQ(names_of(SweepKind::rate, any).size(), kBaselines.size() + 1);
+    EXPECT_EQ(names_of(SweepKind::facets, any), std::set<std::string>{"finger_proxy"});
+    EXPECT_EQ(names_of(SweepKind::contact, any), std::set<std::string>{"finger_proxy"});
+    EXPECT_EQ(
+        names_of(SweepKind::contact, [](const auto& row) { return row.contact != "mesh"; }).size(),
+        0u);
+    EXPECT_EQ(names_of(SweepKind::voxels, any).count("finger_proxy"), 0u);
+    EXPECT_EQ(names_of(SweepKind::stiffness, any).size(), 0u);
 }
 
 TEST(Sweep, SaysWhatItCannotVary) {

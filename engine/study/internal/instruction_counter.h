@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <string>
 
 #include <linux/perf_event.h>
 #include <sys/ioctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-namespace palpate::bench {
+namespace palpate::internal {
 
 /// Instructions that this thread retires outside of the kernel, by perf_event_open(2). Many virtual
-/// machines have no such counter, and some kernels do not permit it: then there is no count.
+/// machines have no such counter, and some kernels do not permit it: then there is no count. Not
+/// for two threads at once.                                                              [setup]
 class InstructionCounter {
 public:
     InstructionCounter() {
@@ -26,6 +29,7 @@ public:
         wanted.exclude_kernel = 1;
         wanted.exclude_hv = 1;
         file_ = static_cast<int>(syscall(SYS_perf_event_open, &wanted, 0, -1, -1, 0));
+        if (file_ < 0) error_ = errno;
     }
     ~InstructionCounter() {
         if (file_ >= 0) close(file_);
@@ -46,8 +50,21 @@ public:
         return count;
     }
 
+    /// Why there is no count, without a comma; empty where there is one.
+    std::string why_not() const {
+        if (file_ >= 0) return {};
+        if (error_ == ENOENT || error_ == EOPNOTSUPP)
+            return "this machine counts no instructions (perf_event_open: no such event)";
+        if (error_ == EACCES || error_ == EPERM)
+            return "the kernel does not permit counting instructions (perf_event_open: see "
+                   "kernel.perf_event_paranoid)";
+        return std::string("instructions are not counted (perf_event_open: ") +
+               std::strerror(error_) + ")";
+    }
+
 private:
     int file_ = -1;
+    int error_ = 0;
 };
 
-} // namespace palpate::bench
+} // namespace palpate::internal
