@@ -55,8 +55,8 @@ def read_path(folder):
     before = np.concatenate([[np.inf], times[:-1]])
     wrong = np.flatnonzero((times != 0) & ~(times > before))
     if len(wrong):
-        raise BadInput(f"{file}:{wrong[0] + 2}: t_s = {times[wrong[0]]:g} is neither 0 nor later than "
-                       f"the one before; {ANEW}")  # fmt: skip
+        raise BadInput(f"{file}:{wrong[0] + 2}: t_s = {times[wrong[0]]:g} is neither 0 nor later "
+                       f"than the one before; {ANEW}")  # fmt: skip
     return times, rows[:, 1:]
 
 
@@ -97,8 +97,8 @@ def _profile(file, top, bottom):
     numbers = [number(v, f"{file}:{at}: profile_mm") / 1000 for v in value.split()]
     x, z = numbers[::2], numbers[1::2]
     if len(x) < 2 or len(x) != len(z) or any(b <= a for a, b in zip(x, x[1:])):
-        raise BadInput(f'{file}:{at}: profile_mm "{value[:80]}" is not x and z of two or more points, '
-                       f"x rising; {ANEW}")  # fmt: skip
+        raise BadInput(f'{file}:{at}: profile_mm "{value[:80]}" is not x and z of two or more '
+                       f"points, x rising; {ANEW}")  # fmt: skip
     at, value = bottom
     bottom_m = number(value, f"{file}:{at}: bottom_mm") / 1000
     if bottom_m >= min(z):
@@ -114,7 +114,8 @@ def read_mesh(file):
         if not words or words[0][0] == "#":
             continue
         if words[0] not in rows or len(words) != 4:
-            raise BadInput(f'{file}:{line_number}: "{line[:80]}" is neither v nor f with 3 numbers; {ANEW}')
+            raise BadInput(f'{file}:{line_number}: "{line[:80]}" is neither v nor f with 3 numbers; '
+                           f"{ANEW}")  # fmt: skip
         rows[words[0]].append(words[1:])
         at[words[0]].append(line_number)
         if words[0] == "f":

@@ -52,7 +52,8 @@ def read_text(file):
     try:
         return file.read_text(encoding="utf-8")
     except OSError as error:
-        raise BadInput(f"{file}: cannot be read ({error.strerror}); give a file that is there") from error
+        raise BadInput(f"{file}: cannot be read ({error.strerror}); give a file that is "
+                       "there") from error  # fmt: skip
     except UnicodeDecodeError as error:
         raise BadInput(f"{file}: is no text; give a text file") from error
 
@@ -67,8 +68,8 @@ def check_writable(file):
             pass
         part.unlink()
     except OSError as error:
-        raise BadInput(f"{file}: cannot be written ({error.strerror}); name a file in a folder that "
-                       "is there") from error  # fmt: skip
+        raise BadInput(f"{file}: cannot be written ({error.strerror}); name a file in a folder "
+                       "that is there") from error  # fmt: skip
 
 
 def write_whole(file, text):

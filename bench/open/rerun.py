@@ -84,8 +84,8 @@ def _of_track(words, folder, name, seed, recorded, score, kernel):
         off += kernel.differs(f"{name}, {run}", fresh)
         found = found or off
         if said_ns[-1] > wall:
-            found.append(f"ns and reference_ns add up to {said_ns[-1] / 1e9:.3g} s, but the command "
-                         f"ended after {wall / 1e9:.3g} s")  # fmt: skip
+            found.append(f"ns and reference_ns add up to {said_ns[-1] / 1e9:.3g} s, but the "
+                         f"command ended after {wall / 1e9:.3g} s")  # fmt: skip
     took, said, frame = ((b - a) / (frames[1] - frames[0]) for a, b in (cpu_ns, said_ns, frame_ns))
     if took - said > HIDDEN_NS + HIDDEN * frame:
         found.append(f"a frame takes {took:.3g} ns of the processor, but ns and reference_ns say "
@@ -163,8 +163,8 @@ class _Kernel:
               f"{fresh['ns_p50'] / min(around):.3g} of the one measured here")  # fmt: skip
         said = fresh["reference_ns_p50"]
         if not min(around) / REFERENCE_OFF < said < max(around) * REFERENCE_OFF:
-            yield (f"its reference_ns is {said / min(around):.2g} times what the kernel takes here; "
-                   "call reference_ns() of reference_kernel.c, compiled with -O2, after each frame")
+            yield (f"its reference_ns is {said / min(around):.2g} times what the kernel takes "
+                   "here; call reference_ns() of reference_kernel.c, compiled with -O2, after each frame")
 
 
 end_as_part(__name__, "score.py")

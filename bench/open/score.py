@@ -13,9 +13,8 @@ import argparse
 import csv
 import io
 import pathlib
-import sys
 
-from program import BadInput, check_writable, end_with, write_whole
+from program import BadInput, check_writable, end_with, say, write_whole
 
 import numpy as np
 
@@ -33,8 +32,8 @@ LEAST = {"um": "1e-6", "n": "1e-9"}  # by unit, of what the decimals of entry.c'
 
 COLUMNS = """frozen frames frames_in_contact level_rms_um level_p99_um level_max_um position_rms_um
 position_p99_um position_max_um deepest_um fell_through_frames lost_frames ghost_frames
-force_error_rms_n force_error_max_n force_jumps force_jump_max_n ns_p50 ns_p99 reference_ns_p50 reference_ns_p99 time_ratio_p50
-time_ratio_p99""".split()
+force_error_rms_n force_error_max_n force_jumps force_jump_max_n ns_p50 ns_p99 reference_ns_p50
+reference_ns_p99 time_ratio_p50 time_ratio_p99""".split()
 
 
 def percentile(values, share):
@@ -76,8 +75,8 @@ class Track(TrackFiles):
         first = np.flatnonzero(self.begins)
         inside = first[self.truth.signed_distance(self.probes[first]) < -NO_FORCE_M]
         if len(inside):
-            raise BadInput(f"{self.folder / 'path.csv'}:{inside[0] + 2}: a trial begins inside of the "
-                           "material; begin it in free space")  # fmt: skip
+            raise BadInput(f"{self.folder / 'path.csv'}:{inside[0] + 2}: a trial begins inside of "
+                           "the material; begin it in free space")  # fmt: skip
 
 
 def score(track, file):
@@ -97,7 +96,8 @@ def score(track, file):
         fell |= contact & (error > ELSEWHERE_M) & nearer
         result["ghost_frames"] = int((~contact & (force > FELT_N)).sum())
         off = norms(answer.forces - track.stiffness * (track.right - track.probes))[contact]
-        result["force_error_rms_n"], result["force_error_max_n"] = np.sqrt((off**2).mean()), off.max()
+        result["force_error_rms_n"] = np.sqrt((off**2).mean())
+        result["force_error_max_n"] = off.max()
         jumps = force_jumps(answer.forces, track)
         result["force_jumps"] = int((jumps > FELT_N).sum())
         result["force_jump_max_n"] = max(0.0, jumps.max(initial=0.0))
@@ -139,14 +139,14 @@ def score_all(tracks, answers):
     scores = {}
     for name in TRACKS:
         if not (tracks / name).is_dir():
-            print(f"score.py: {name}: left out: {tracks / name} is not there", file=sys.stderr)
+            say(f"{name}: left out: {tracks / name} is not there")
         elif not (answers / f"{name}.csv").is_file():
-            print(f"score.py: {name}: left out: no {answers / name}.csv", file=sys.stderr)
+            say(f"{name}: left out: no {answers / name}.csv")
         else:
             scores[name] = score(Track(tracks / name), answers / f"{name}.csv")
             if not scores[name]["frozen"]:
-                print(f"score.py: {name}: is not the frozen track, its numbers are not comparable; "
-                      f"write it with tracks.py {tracks} --track {name}", file=sys.stderr)  # fmt: skip
+                say(f"{name}: is not the frozen track, its numbers are not comparable; write it "
+                    f"with tracks.py {tracks} --track {name}")  # fmt: skip
     if not scores:
         raise BadInput(f"{answers}: has no answer to a track of {tracks}; name it as the track, "
                        "such as plate.csv")  # fmt: skip
@@ -191,7 +191,8 @@ def main():
     parser.add_argument("--entry", default="entry", metavar="NAME", help="in the table (entry)")
     parser.add_argument("--out", type=pathlib.Path, metavar="TABLE.csv", help="all columns")
     parser.add_argument("--rerun", metavar="COMMAND", help="run as COMMAND TRACK ANSWER.csv")
-    parser.add_argument("--seed", type=int, metavar="N", help="of the fresh tracks; default: by chance")
+    parser.add_argument("--seed", type=int, metavar="N",
+                        help="of the fresh tracks; default: by chance")  # fmt: skip
     options = parser.parse_args()
     if options.seed is not None and options.rerun is None:
         parser.error("--seed is of --rerun; give both")
@@ -205,7 +206,7 @@ def main():
         return 0
     found = rerun.suspicions(options.rerun, options.seed, scores, score_once)
     for line in found:
-        print(f"score.py: {line}", file=sys.stderr)
+        say(line)
     many = "1 suspicion" if len(found) == 1 else f"{len(found)} suspicions"
     print(f"rerun: {many}" if found else "rerun: nothing suspicious")
     return 1 if found else 0

@@ -14,10 +14,9 @@ import argparse
 import hashlib
 import json
 import pathlib
-import sys
 
 from program import (BadInput, check_writable, end_with, make_folder, read_text,
-                     write_whole)  # fmt: skip
+                     say, write_whole)  # fmt: skip
 
 import numpy as np
 
@@ -263,7 +262,8 @@ def differences(entries, frozen):
 
 def main():
     parser = argparse.ArgumentParser(description="Writes the tracks of the open benchmark.")
-    parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="gets a folder for each track")
+    parser.add_argument("out", type=pathlib.Path, metavar="OUT",
+                        help="gets a folder for each track")  # fmt: skip
     parser.add_argument("--seed", type=int, default=FROZEN_SEED, metavar="N",
                         help="of which all numbers are drawn (1: the frozen tracks)")  # fmt: skip
     parser.add_argument("--track", nargs="+", choices=TRACKS, metavar="NAME",
@@ -280,8 +280,8 @@ def main():
         raise BadInput("--track skull: needs its data; get it with scripts/fetch_data.sh FOLDER "
                        "skull, then give --skull FOLDER")  # fmt: skip
     elif not options.track:
-        print("tracks.py: skull: left out: its data is not there; get it with "
-              "scripts/fetch_data.sh FOLDER skull, then give --skull FOLDER", file=sys.stderr)  # fmt: skip
+        say("skull: left out: its data is not there; get it with scripts/fetch_data.sh FOLDER "
+            "skull, then give --skull FOLDER")  # fmt: skip
     entries = write_tracks(options.out, options.seed, options.track, options.skull)
     for name, entry in entries.items():
         print(f"{name}: {entry['frames']} frames, {entry['triangles']} triangles")
