@@ -5,7 +5,7 @@
 cmake_policy(VERSION 3.25)
 set(wanted
   engine/loop/palpate.h engine/loop/device_safety.h engine/scene/validation.h engine/scene/scene_overrides.h
-  engine/scene/contact_choice.h
+  engine/scene/contact_choice.h haptics/stepping/sub_step.h
   volume/volume_check.h geometry/mesh_check.h
   volume/fields/analytic_fields.h volume/fields/function_field.h volume/fields/grid_field.h volume/fields/grid_vector_field.h
   volume/filters/*.h volume/formats/*.h geometry/formats/*.h geometry/isosurface.h geometry/mesh_intersections.h

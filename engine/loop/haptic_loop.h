@@ -16,11 +16,11 @@
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/hand/virtual_coupling.h>
 #include <palpate/haptics/stepping/clock.h>
-#include <palpate/haptics/stepping/sub_step.h>
 #include <palpate/haptics/stepping/touch.h>
 
 namespace palpate {
 
+class SubStepObserver;
 namespace internal {
 struct LoopMake;
 }
@@ -108,8 +108,8 @@ public:
     std::vector<std::string> warnings() const;
 
     /// From the next frame on `observer` is told every sub-step; null: nobody is. Frames keep their
-    /// bits and take longer: for runs that are computed again, as recorded ones. It must outlive
-    /// the loop, or be taken away before.                                                [setup]
+    /// bits and take longer: for runs that are computed again, as recorded ones. It must outlive the
+    /// loop, or be taken away before (haptics/stepping/sub_step.h).                      [setup]
     void observe(SubStepObserver* observer) noexcept;
 
     /// What couples probe and proxy.                                                      [any]
