@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Words over the view: directions of the patient, the force at its arrow, names of points, scale. */
+import * as THREE from 'three';
+import {axisNames, lettersOf, listed, readable, roundUp} from './words.js';
+
+const kBar_px = 110; // the scale bar is at most as long
+
+export class Overlay {
+  constructor(view, scene) {
+    this.view = view;
+    this.names = axisNames(scene.axes);
+    const at = selector => view.host.querySelector(selector);
+    this.edges = {west: at('.west'), east: at('.east'), north: at('.north'), south: at('.south')};
+    this.force = at('#arrow-words');
+    this.marks = at('#mark-words');
+    this.bar = at('#scale-bar i');
+    this.barWords = at('#scale-bar span');
+    this.from = at('#seen-from');
+  }
+
+  setForce(force_n) {
+    this.force_n = force_n;
+    this.force.dataset.value = String(force_n);
+  }
+
+  setMarks(marks) {
+    this.places = marks.map(mark => new THREE.Vector3(...this.view.toView(mark.at_m)));
+    this.marks.replaceChildren(...marks.map(mark => {
+      const words = document.createElement('span');
+      words.textContent = mark.name;
+      return words;
+    }));
+  }
+
+  /** After each picture: the camera may have moved. */
+  place() {
+    const {view} = this, [right, up, towards] = view.axes();
+    const minus = v => v.map(x => -x);
+    const letters = direction => lettersOf(direction, this.names).join('');
+    this.edges.east.textContent = letters(right);
+    this.edges.west.textContent = letters(minus(right));
+    this.edges.north.textContent = letters(up);
+    this.edges.south.textContent = letters(minus(up));
+    const from = lettersOf(towards, this.names);
+    this.from.textContent = `Seen from ${this.names.isPatient
+      ? `${listed(from.map(this.names.word))} (${from.join('')})` : from.join(' ')}`;
+    this.placeScale();
+    this.placeForce();
+    this.placeMarks();
+  }
+
+  placeScale() {
+    const perPixel = this.view.mmPerPixel(this.view.glyphs.group.visible ? this.view.glyphs.proxy.position
+                                                                         : this.view.controls.target);
+    let length = roundUp(kBar_px * perPixel);
+    while (length > kBar_px * perPixel * 1.001) length = length > 1e-9 ? roundUp(length * 0.45) : 0;
+    this.bar.style.width = `${length / perPixel}px`;
+    this.barWords.textContent = `${readable(length).replace(/\.0+$/, '')} mm at the proxy`;
+  }
+
+  /** A tag beside a place, within the view; hidden where the place cannot be seen. */
+  put(tag, place) {
+    const spot = place && this.view.toScreen(place);
+    tag.style.visibility = spot ? '' : 'hidden';
+    if (!spot) return undefined;
+    const {clientWidth: width, clientHeight: height} = this.view.host;
+    const x = Math.min(Math.max(spot.x + 10, 2), width - tag.offsetWidth - 2);
+    const y = Math.min(Math.max(spot.y - 26, 34), height - tag.offsetHeight - 34);
+    tag.style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
+    return {x, y, right: x + tag.offsetWidth, bottom: y + tag.offsetHeight};
+  }
+
+  placeForce() {
+    const {glyphs} = this.view;
+    const isShown = glyphs.group.visible && glyphs.arrow.visible;
+    this.force.textContent = isShown ? `${readable(this.force_n)} N` : '';
+    this.taken = [this.put(this.force, isShown ? glyphs.tip : undefined)].filter(Boolean);
+  }
+
+  /** Names of points; one that would cover another is left out, and stands in the list. */
+  placeMarks() {
+    [...this.marks.children].forEach((tag, i) => {
+      const box = this.put(tag, this.places[i]);
+      if (!box) return;
+      const covers = other => box.x < other.right + 2 && other.x < box.right + 2 && box.y < other.bottom + 1 &&
+                              other.y < box.bottom + 1;
+      if (this.taken.some(covers)) tag.style.visibility = 'hidden';
+      else this.taken.push(box);
+    });
+  }
+}
