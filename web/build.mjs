@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the one file of the page: node build.mjs [OUTPUT], by default dist/palpate_view.html. Same sources, same bytes.
-import {mkdirSync, readFileSync, renameSync, writeFileSync} from 'node:fs';
-import {dirname, join} from 'node:path';
+// Makes the one file of the page: node build.mjs FOLDER. FOLDER has node_modules, by `npm ci` beside package.json and its lock, and
+// gets palpate_view.html. Same sources, same bytes.
+import {readFileSync, renameSync, writeFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import {dirname, join, resolve} from 'node:path';
 import {fileURLToPath} from 'node:url';
-import {build} from 'esbuild';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const output = process.argv[2] ?? join(here, 'dist', 'palpate_view.html');
+if (process.argv.length !== 3) throw new Error('usage: node build.mjs FOLDER');
+const folder = resolve(process.argv[2]);
+const modules = join(folder, 'node_modules');
+const output = join(folder, 'palpate_view.html');
+const {build} = createRequire(join(folder, 'package.json'))('esbuild');
 const kDataMark = '<!-- PALPATE-DATA -->';
 
 /** The colours of the report pages, from where those have them. */
@@ -33,14 +38,13 @@ function replaceOnce(text, mark, replacement) {
 
 const bundle = await build({
   entryPoints: [join(here, 'src', 'main.js')], bundle: true, minify: true, format: 'iife', target: 'es2022',
-  legalComments: 'inline', write: false, charset: 'utf8', logLevel: 'warning',
+  legalComments: 'inline', write: false, charset: 'utf8', logLevel: 'warning', nodePaths: [modules], absWorkingDir: here,
 });
-const style = reportColors() + readFileSync(join(here, 'node_modules', 'uplot', 'dist', 'uPlot.min.css'), 'utf8') +
+const style = reportColors() + readFileSync(join(modules, 'uplot', 'dist', 'uPlot.min.css'), 'utf8') +
               readFileSync(join(here, 'style.css'), 'utf8');
 let page = readFileSync(join(here, 'index.html'), 'utf8');
 page = replaceOnce(page, '/* STYLE */', style);
 page = replaceOnce(page, '/* SCRIPT */', bundle.outputFiles[0].text.replaceAll('</script', '<\\/script'));
 if (page.split(kDataMark).length !== 2) throw new Error(`build.mjs: "${kDataMark}" does not stand once in the page`);
-mkdirSync(dirname(output), {recursive: true});
 writeFileSync(`${output}.new`, page);
 renameSync(`${output}.new`, output);

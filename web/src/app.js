@@ -79,7 +79,7 @@ export class App {
   beginAnew(scene, blob) {
     this.frames.clear();
     this.felt.clear();
-    for (const level of this.view.surfaces.all.flatMap(s => s.levels)) level.coverage?.clear();
+    for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages)) coverage.clear();
     if (scene.frames) this.frames.append(scene.frames, blob);
     this.shown = undefined;
     this.takeIn();
@@ -91,8 +91,8 @@ export class App {
     const gone = this.frames.forgetOld();
     if (gone === 0) return;
     this.felt.done = Math.max(0, this.felt.done - gone);
-    for (const level of this.view.surfaces.all.flatMap(s => s.levels))
-      if (level.coverage) level.coverage.done = Math.max(0, level.coverage.done - gone);
+    for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages))
+      coverage.done = Math.max(0, coverage.done - gone);
     this.player.index = Math.max(0, this.player.index - gone);
   }
 
@@ -172,7 +172,7 @@ export class App {
     for (const surface of this.view.surfaces.all) {
       if (surface.structure.bit < 0 || !surface.level) continue;
       const levels = new Set([surface.coverage]);
-      if (this.look.paint !== 'none') levels.add(surface.coverageOf(surface.level));
+      if (this.look.paint !== 'none') levels.add(surface.paintOf(surface.level));
       for (const coverage of levels)
         coverage.update(this.frames, surface.structure.bit, this.felt.period_s, this.view.toView);
     }
@@ -199,7 +199,7 @@ export class App {
     const surfaces = this.view.surfaces.all.filter(s => s.structure.bit >= 0 && s.level);
     if (this.look.paint !== 'none')
       for (const s of surfaces) // a level that is shown for the first time
-        s.coverageOf(s.level).update(this.frames, s.structure.bit, this.felt.period_s, this.view.toView);
+        s.paintOf(s.level).update(this.frames, s.structure.bit, this.felt.period_s, this.view.toView);
     this.most = {longest: roundUp(Math.max(0, ...surfaces.map(s => s.coverage.longest_s))),
                  hardest: this.scale_n ?? 1};
     for (const surface of surfaces) surface.paint(this.look.paint, this.most);

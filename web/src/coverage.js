@@ -1,51 +1,87 @@
 // SPDX-License-Identifier: Apache-2.0
 /**
- * Where a structure was felt: vertices within a radius of the proxy while the structure was touched,
- * for how long, and how hard. Each vertex stands for a third of the area of its facets.
+ * Where a structure was felt: points of it within a radius of the proxy while it was touched, for how
+ * long, and how hard.
  */
 
-const kLeastRadius = 1; // mm
+const kLeastRadius = 2; // mm: what counts as felt around the proxy, at least
+const kPerRadius = 3; // samples of a facet's area along a radius
+const kMostSamples = 32; // along a facet's edge
 
-/** Area of each vertex, mm^2, and the mean length of an edge, mm. */
-function measure(places, indices, vertices) {
-  const area = new Float64Array(vertices);
-  let length = 0;
-  const edge = (a, b) => Math.hypot(places[3 * a] - places[3 * b], places[3 * a + 1] - places[3 * b + 1],
-                                    places[3 * a + 2] - places[3 * b + 2]);
+const edge = (places, a, b) => Math.hypot(places[3 * a] - places[3 * b], places[3 * a + 1] - places[3 * b + 1],
+                                          places[3 * a + 2] - places[3 * b + 2]);
+
+/** Length of the edges of facet f and its area: Heron's formula. */
+function measure(places, indices, f) {
+  const [a, b, c] = [indices[f], indices[f + 1], indices[f + 2]];
+  const lengths = [edge(places, a, b), edge(places, b, c), edge(places, c, a)];
+  const s = (lengths[0] + lengths[1] + lengths[2]) / 2;
+  const area = Math.sqrt(Math.max(0, lengths.reduce((product, length) => product * (s - length), s)));
+  return {lengths, area};
+}
+
+/** Mean length of an edge. */
+function meanEdge(places, indices) {
+  let sum = 0;
+  for (let f = 0; f < indices.length; f += 3) sum += measure(places, indices, f).lengths.reduce((a, b) => a + b);
+  return indices.length ? sum / indices.length : 0;
+}
+
+/** Points all over the facets, denser than the radius, each with the area that it stands for. */
+function samplesOf(places, indices, radius) {
+  const points = [], areas = [];
   for (let f = 0; f < indices.length; f += 3) {
-    const [a, b, c] = [indices[f], indices[f + 1], indices[f + 2]];
-    const [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-    const s = (u + v + w) / 2;
-    const third = Math.sqrt(Math.max(0, s * (s - u) * (s - v) * (s - w))) / 3; // Heron
-    area[a] += third;
-    area[b] += third;
-    area[c] += third;
-    length += u + v + w;
+    const {lengths, area} = measure(places, indices, f);
+    const n = Math.min(kMostSamples, Math.max(1, Math.ceil(kPerRadius * Math.max(...lengths) / radius)));
+    // The centres of n * n equal parts: upright ones, and those upside down between them.
+    for (let i = 0; i < n; ++i)
+      for (let j = 0; j < n - i; ++j)
+        for (const shift of j < n - i - 1 ? [1 / 3, 2 / 3] : [1 / 3]) {
+          const [u, v] = [(i + shift) / n, (j + shift) / n];
+          for (let axis = 0; axis < 3; ++axis) {
+            const [a, b, c] = [0, 1, 2].map(corner => places[3 * indices[f + corner] + axis]);
+            points.push(a + u * (b - a) + v * (c - a));
+          }
+          areas.push(area / (n * n));
+        }
   }
-  return {area, edge_mm: indices.length ? length / indices.length : 0};
+  return {points: Float32Array.from(points), areas: Float64Array.from(areas)};
+}
+
+/** Coverage of a surface's area: of points all over it. */
+export function areaCoverage(geometry, radius_mm) {
+  const radius = Math.max(kLeastRadius, radius_mm);
+  const {points, areas} = samplesOf(geometry.getAttribute('position').array, geometry.index.array, radius);
+  return new Coverage(points, areas, radius);
+}
+
+/** Coverage of a surface's vertices, to be painted: with less than an edge a proxy between them had none. */
+export function vertexCoverage(geometry, radius_mm) {
+  const places = geometry.getAttribute('position').array;
+  const radius = Math.max(kLeastRadius, radius_mm, meanEdge(places, geometry.index.array));
+  return new Coverage(places, undefined, radius);
 }
 
 export class Coverage {
   /**
-   * @param {import('three').BufferGeometry} geometry in mm
-   * @param {number} radius_mm of the probe
+   * @param {Float32Array} places of the points, mm
+   * @param {Float64Array | undefined} area of each, mm^2
+   * @param {number} radius_mm what counts as felt around the proxy
    */
-  constructor(geometry, radius_mm) {
-    this.places = geometry.getAttribute('position').array;
-    this.vertices = this.places.length / 3;
-    const {area, edge_mm} = measure(this.places, geometry.index.array, this.vertices);
+  constructor(places, area, radius_mm) {
+    this.places = places;
+    this.count = places.length / 3;
     this.area = area;
-    // Less than an edge would leave a proxy between vertices without any.
-    this.radius_mm = Math.max(kLeastRadius, radius_mm, edge_mm);
-    this.total_mm2 = area.reduce((sum, one) => sum + one, 0);
+    this.radius_mm = radius_mm;
+    this.total_mm2 = area?.reduce((sum, one) => sum + one, 0) ?? 0;
     this.buildCells();
     this.clear();
   }
 
   clear() {
-    this.isTouched = new Uint8Array(this.vertices);
-    this.time_s = new Float32Array(this.vertices);
-    this.force_n = new Float32Array(this.vertices);
+    this.isTouched = new Uint8Array(this.count);
+    this.time_s = new Float32Array(this.count);
+    this.force_n = new Float32Array(this.count);
     this.touched_mm2 = 0;
     this.longest_s = 0;
     this.hardest_n = 0;
@@ -57,25 +93,25 @@ export class Coverage {
     return ((x * 73856093) ^ (y * 19349663) ^ (z * 83492791)) & this.mask;
   }
 
-  /** Vertices by cells as wide as the radius: counts, then places (a hash of cells, no pointers). */
+  /** Points by cells as wide as the radius: counts, then places (a hash of cells, no pointers). */
   buildCells() {
     let size = 1;
-    while (size < this.vertices) size *= 2;
+    while (size < this.count) size *= 2;
     this.mask = size - 1;
     this.begins = new Uint32Array(size + 1);
-    const cell = new Uint32Array(this.vertices);
+    const cell = new Uint32Array(this.count);
     const at = i => Math.floor(this.places[i] / this.radius_mm);
-    for (let v = 0; v < this.vertices; ++v) {
+    for (let v = 0; v < this.count; ++v) {
       cell[v] = this.key(at(3 * v), at(3 * v + 1), at(3 * v + 2));
       ++this.begins[cell[v] + 1];
     }
     for (let i = 0; i < size; ++i) this.begins[i + 1] += this.begins[i];
     const next = this.begins.slice();
-    this.members = new Uint32Array(this.vertices);
-    for (let v = 0; v < this.vertices; ++v) this.members[next[cell[v]]++] = v;
+    this.members = new Uint32Array(this.count);
+    for (let v = 0; v < this.count; ++v) this.members[next[cell[v]]++] = v;
   }
 
-  /** Vertices within the radius of a place, mm. */
+  /** Points within the radius of a place, mm. */
   near(x, y, z) {
     const r = this.radius_mm, found = [], seen = new Set();
     const [cx, cy, cz] = [Math.floor(x / r), Math.floor(y / r), Math.floor(z / r)];
@@ -99,12 +135,12 @@ export class Coverage {
   touch(place, time_s, force_n) {
     const [x, y, z] = place;
     const moved = this.last ? Math.hypot(x - this.last.x, y - this.last.y, z - this.last.z) : Infinity;
-    if (!(moved < this.radius_mm / 10)) // the same vertices serve while the proxy hardly moves
-      this.last = {x, y, z, vertices: this.near(x, y, z)};
-    for (const v of this.last.vertices) {
+    if (!(moved < this.radius_mm / 10)) // the same points serve while the proxy hardly moves
+      this.last = {x, y, z, points: this.near(x, y, z)};
+    for (const v of this.last.points) {
       if (!this.isTouched[v]) {
         this.isTouched[v] = 1;
-        this.touched_mm2 += this.area[v];
+        this.touched_mm2 += this.area?.[v] ?? 0;
       }
       this.time_s[v] += time_s;
       this.force_n[v] = Math.max(this.force_n[v], force_n);

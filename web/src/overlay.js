@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 import {axisNames, lettersOf, listed, readable, roundUp} from './words.js';
 
+const covers = (a, b) => a.x < b.right + 2 && b.x < a.right + 2 && a.y < b.bottom + 1 && b.y < a.bottom + 1;
 const kBar_px = 110; // the scale bar is at most as long
 
 export class Overlay {
@@ -58,34 +59,42 @@ export class Overlay {
     this.barWords.textContent = `${readable(length).replace(/\.0+$/, '')} mm at the proxy`;
   }
 
-  /** A tag beside a place, within the view; hidden where the place cannot be seen. */
+  /** A tag beside a place, within the view, where it covers no other; hidden where there is no room. */
   put(tag, place) {
     const spot = place && this.view.toScreen(place);
-    tag.style.visibility = spot ? '' : 'hidden';
-    if (!spot) return undefined;
+    tag.style.visibility = 'hidden';
+    if (!spot) return;
     const {clientWidth: width, clientHeight: height} = this.view.host;
-    const x = Math.min(Math.max(spot.x + 10, 2), width - tag.offsetWidth - 2);
-    const y = Math.min(Math.max(spot.y - 26, 34), height - tag.offsetHeight - 34);
-    tag.style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
-    return {x, y, right: x + tag.offsetWidth, bottom: y + tag.offsetHeight};
+    const [w, h] = [tag.offsetWidth, tag.offsetHeight];
+    for (const [dx, dy] of [[12, -26], [12, 8], [-12 - w, -26], [-12 - w, 8], [-w / 2, -44], [-w / 2, 24]]) {
+      const box = {x: spot.x + dx, y: spot.y + dy, right: spot.x + dx + w, bottom: spot.y + dy + h};
+      const isInside = box.x >= 0 && box.y >= 0 && box.right <= width && box.bottom <= height;
+      if (!isInside || this.taken.some(other => covers(box, other))) continue;
+      tag.style.transform = `translate(${Math.round(box.x)}px, ${Math.round(box.y)}px)`;
+      tag.style.visibility = '';
+      this.taken.push(box);
+      return;
+    }
+  }
+
+  /** What stands at the view's edges. */
+  takeEdges() {
+    this.taken = [...Object.values(this.edges), this.bar.parentElement, this.from].map(element => {
+      const {offsetLeft: x, offsetTop: y, offsetWidth: w, offsetHeight: h} = element;
+      return {x, y, right: x + w, bottom: y + h};
+    });
   }
 
   placeForce() {
     const {glyphs} = this.view;
     const isShown = glyphs.group.visible && glyphs.arrow.visible;
     this.force.textContent = isShown ? `${readable(this.force_n)} N` : '';
-    this.taken = [this.put(this.force, isShown ? glyphs.tip : undefined)].filter(Boolean);
+    this.takeEdges();
+    this.put(this.force, isShown ? glyphs.tip : undefined);
   }
 
-  /** Names of points; one that would cover another is left out, and stands in the list. */
+  /** Names of points; one without room is left out, and stands in the list. */
   placeMarks() {
-    [...this.marks.children].forEach((tag, i) => {
-      const box = this.put(tag, this.places[i]);
-      if (!box) return;
-      const covers = other => box.x < other.right + 2 && other.x < box.right + 2 && box.y < other.bottom + 1 &&
-                              other.y < box.bottom + 1;
-      if (this.taken.some(covers)) tag.style.visibility = 'hidden';
-      else this.taken.push(box);
-    });
+    [...this.marks.children].forEach((tag, i) => this.put(tag, this.places[i]));
   }
 }

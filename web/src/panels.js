@@ -209,7 +209,7 @@ export class Panels {
       });
       line.hidden = row.frames === 0;
     }
-    const radius = surfaces.all.filter(s => s.structure.bit >= 0 && s.level).map(s => s.coverage.radius_mm);
+    const radius = surfaces.all.filter(s => s.structure.bit >= 0 && s.level).map(s => s.coverage.radius_mm); // all alike
     const none = this.rows.every(entry => entry.row.frames === 0);
     at('felt-words').textContent = none ? 'Nothing was felt so far.'
       : 'Where several are felt at once, the whole force counts for each.' +
@@ -297,7 +297,7 @@ export class Panels {
     if (Number(scrub.max) !== player.last) scrub.max = String(player.last);
     if (scrub.valueAsNumber !== player.index) scrub.value = String(player.index);
     const {pace, surfaces} = view;
-    const rate = pace.mean_ms ? `${readable(1000 / pace.mean_ms)} pictures/s possible, ` : '';
+    const rate = pace.mean_ms ? `${readable(1000 / pace.mean_ms)} pictures/s, ` : '';
     const facets = n => (n >= 1000 ? `${Math.round(n / 1000)}k` : String(n));
     const drawn = `${rate}${facets(surfaces.facets)} of ${facets(surfaces.mostFacets)} facets${view.drawer.isSoftware ? ', in software' : ''}`;
     if (at('pace').textContent !== drawn) at('pace').textContent = drawn;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** The structures' surfaces: levels of detail, colours, transparency, cuts and what is painted on. */
 import * as THREE from 'three';
-import {Coverage} from './coverage.js';
+import {areaCoverage, vertexCoverage} from './coverage.js';
 import {forceColor, hexColor} from './colors.js';
 import {DamagedData} from './container.js';
 
@@ -117,16 +117,22 @@ class Surface {
     this.material.clippingPlanes = this.isCut ? planes : [];
   }
 
-  /** Coverage of a level, made when it is first asked for. */
-  coverageOf(level) {
-    return level.coverage ??= new Coverage(level.geometry, this.radius_mm);
+  /** What is painted on a level, made when it is first asked for. */
+  paintOf(level) {
+    return level.coverage ??= vertexCoverage(level.geometry, this.radius_mm);
   }
 
-  /** The coverage whose areas are told: of one level, so that the detail drawn does not change it. */
+  /** The share of the area that was felt: of one level, so that the detail drawn does not change it. */
   get coverage() {
     const here = this.levels.filter(level => level.isHere);
-    const chosen = here.filter(level => level.facets <= kCoverageFacets).at(-1) ?? here[0];
-    return chosen && this.coverageOf(chosen);
+    return this.area ??= here.length
+      ? areaCoverage((here.filter(level => level.facets <= kCoverageFacets).at(-1) ?? here[0]).geometry, this.radius_mm)
+      : undefined;
+  }
+
+  /** All that takes in frames. */
+  get coverages() {
+    return [this.area, ...this.levels.map(level => level.coverage)].filter(Boolean);
   }
 
   /**
@@ -138,15 +144,15 @@ class Surface {
     const geometry = this.mesh.geometry;
     const isPainted = kind !== 'none' && this.structure.bit >= 0 && this.level;
     if (isPainted) {
-      const coverage = this.coverageOf(this.level);
-      const colors = this.level.colors ??= new Float32Array(3 * coverage.vertices);
+      const coverage = this.paintOf(this.level);
+      const colors = this.level.colors ??= new Float32Array(3 * coverage.count);
       const paper = [this.color.r, this.color.g, this.color.b];
       const paints = Array.from({length: 65}, (_, i) => {
         const made = new THREE.Color().setRGB(...forceColor(i / 64), THREE.SRGBColorSpace);
         return [made.r, made.g, made.b];
       });
       const values = kind === 'longest' ? coverage.time_s : coverage.force_n;
-      for (let v = 0; v < coverage.vertices; ++v) {
+      for (let v = 0; v < coverage.count; ++v) {
         const share = kind === 'touched' ? 0.75 : Math.min(1, values[v] / most[kind]);
         colors.set(coverage.isTouched[v] ? paints[Math.round(64 * share)] : paper, 3 * v);
       }

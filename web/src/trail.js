@@ -7,12 +7,15 @@ import {LineSegmentsGeometry} from 'three/addons/lines/LineSegmentsGeometry.js';
 import {forceColor, hexColor} from './colors.js';
 import {feltOf} from './words.js';
 
-const kSegments = 3000; // more are not told apart, and each costs as much as two facets
+// More are not told apart; without a graphics card, each costs as much as 15 facets.
+const kSegments = {card: 4000, program: 1000};
 const kHiddenOpacity = 0.3; // of what surfaces cover
 
 export class Trail {
-  constructor(scene, toView) {
+  constructor(scene, toView, isSoftware) {
     this.scene = scene;
+    this.segmentsAtMost = isSoftware ? kSegments.program : kSegments.card;
+    this.isSoftware = isSoftware;
     this.toView = toView;
     this.group = new THREE.Group();
     const material = options => new LineMaterial({vertexColors: true, linewidth: 3, ...options});
@@ -30,6 +33,11 @@ export class Trail {
 
   setResolution(width, height) {
     for (const material of this.materials) material.resolution.set(width, height);
+  }
+
+  /** While something moves, a program draws what surfaces cover without the path behind them. */
+  setMoving(isMoving) {
+    this.lines[0].visible = !(isMoving && this.isSoftware);
   }
 
   /** Frames [begin, end] that are shown for "1", "5", "now" and "all". */
@@ -53,7 +61,7 @@ export class Trail {
    */
   update(frames, index, {span, by}, scale_n) {
     const [begin, end] = this.range(frames, index, span);
-    const stride = Math.max(1, Math.ceil((end - begin) / kSegments));
+    const stride = Math.max(1, Math.ceil((end - begin) / this.segmentsAtMost));
     const places = [], colors = [];
     const color = new THREE.Color();
     let before;

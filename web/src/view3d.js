@@ -37,10 +37,10 @@ export class View3d {
     this.toView = place => [0, 1, 2].map(i => 1000 * (place[i] - this.center[i]));
     this.fromView = place => [place.x, place.y, place.z].map((v, i) => v / 1000 + this.center[i]);
     this.surfaces = new Surfaces(scene, blob, this.toView);
-    this.trail = new Trail(scene, this.toView);
     this.glyphs = new Glyphs(scene, this.toView);
-    this.pace = new Pace();
     this.makeRenderer();
+    this.trail = new Trail(scene, this.toView, this.drawer.isSoftware);
+    this.pace = new Pace(this.drawer.isSoftware);
     this.makeScene();
     this.makeCamera();
     this.observer = new ResizeObserver(() => this.resize());
@@ -182,23 +182,19 @@ export class View3d {
 
   /** Draws where something changed; true where it did. */
   draw(now) {
-    if (!this.isDirty && !this.isStill && now - this.touched > kStillAfter_ms) {
-      this.isStill = true; // once more, as fine as may be
-      if (this.surfaces.chooseLevels(this.pace.budget(true))) {
-        this.onLevels?.();
-        this.pace.changed();
-        this.isDirty = true;
-      }
-    } else if (this.isDirty && !this.isStill) {
-      if (this.surfaces.chooseLevels(this.pace.budget(false))) {
-        this.onLevels?.();
-        this.pace.changed();
-      }
-    }
+    const isSettled = !this.isDirty && !this.isStill && now - this.touched > kStillAfter_ms;
+    if (isSettled) this.isDirty = true; // once more, as fine as may be
     if (!this.isDirty) return false;
+    this.trail.setMoving(!isSettled);
+    if (this.surfaces.chooseLevels(this.pace.budget(isSettled))) {
+      this.onLevels?.();
+      this.pace.changed();
+    }
+    this.isStill = isSettled; // onLevels touches the view
     this.isDirty = false;
     this.placeCamera();
     this.render();
+    if (this.pace.isLearning) this.touch();
     return true;
   }
 
