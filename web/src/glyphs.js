@@ -9,7 +9,7 @@ import {hexColor} from './colors.js';
 const kUp = new THREE.Vector3(0, 1, 0);
 const kForward = new THREE.Vector3(0, 0, 1);
 /** Colours that the legend has too. */
-export const kGlyphColors = {probe: '#3373c8', proxy: '#dc720c', force: '#af1f66', spring: '#666600',
+export const kGlyphColors = {probe: '#3373c8', proxy: '#dc720c', force: '#d02d78', spring: '#666600',
                              mark: '#00a184', plane: '#5b34b0'};
 const kSize = {probe: 7, proxy: 6, shaft: 2, head: 6, headLength: 15, plane: 34}; // px
 
