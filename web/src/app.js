@@ -161,7 +161,7 @@ export class App {
   }
 
   detail() {
-    return this.scene.details?.[String(this.player.index + this.frames.first)];
+    return this.scene.details?.[String(this.frames.columns.index[this.player.index])];
   }
 
   // What is computed from the frames.

@@ -28,7 +28,7 @@ export class Felt {
         row.sum_n += force;
         if (row.at < 0 || force > row.most_n) {
           row.most_n = force;
-          row.at = i + frames.first;
+          row.at = frames.columns.index[i];
         }
       }
     }

@@ -9,6 +9,7 @@ const kColumns = {
   sub_steps: ['u32', Uint32Array, 1], spent_us: ['f32', Float32Array, 1],
   late_us: ['f32', Float32Array, 1],
 };
+const kKept = {...kColumns, index: ['', Uint32Array, 1]}; // besides: the number that the loop counts for a frame
 const kLiveFrames = 600000; // kept of a live loop: 10 minutes at 1 kHz, 60 MB
 
 export class FrameStore {
@@ -18,7 +19,6 @@ export class FrameStore {
 
   clear() {
     this.count = 0; // frames here
-    this.first = 0; // index of the first one here, as the recording counts
     this.lost = 0; // frames that the page never got
     this.generation = (this.generation ?? 0) + 1; // changes where earlier frames are gone
     this.columns = {};
@@ -28,7 +28,7 @@ export class FrameStore {
   reserve(count) {
     if (this.capacity >= count && this.columns.time_s) return;
     this.capacity = Math.max(count, 2 * this.count, 1024);
-    for (const [name, [, Type, width]] of Object.entries(kColumns)) {
+    for (const [name, [, Type, width]] of Object.entries(kKept)) {
       const grown = new Type(this.capacity * width);
       if (this.columns[name]) grown.set(this.columns[name].subarray(0, this.count * width));
       this.columns[name] = grown;
@@ -50,12 +50,12 @@ export class FrameStore {
       if (source !== undefined) arrived[name] = blob(source, count * width, type);
       else if (type === 'f64') throw new DamagedData(`"frames" has no column "${name}".`);
     }
-    if (this.count === 0) this.first = frames.first ?? 0;
     this.lost += frames.lost ?? 0;
     this.reserve(this.count + count);
     for (const [name, [, , width]] of Object.entries(kColumns))
       if (arrived[name]) this.columns[name].set(arrived[name], this.count * width);
       else this.columns[name].fill(0, this.count * width, (this.count + count) * width);
+    for (let i = 0; i < count; ++i) this.columns.index[this.count + i] = (frames.first ?? 0) + i;
     this.count += count;
   }
 
@@ -63,10 +63,9 @@ export class FrameStore {
   forgetOld() {
     if (this.count <= kLiveFrames) return 0;
     const gone = this.count >> 1;
-    for (const [name, [, , width]] of Object.entries(kColumns))
+    for (const [name, [, , width]] of Object.entries(kKept))
       this.columns[name].copyWithin(0, gone * width, this.count * width);
     this.count -= gone;
-    this.first += gone;
     this.generation += 1;
     return gone;
   }

@@ -16,13 +16,17 @@ function complain(error) {
   if (!(error instanceof DamagedData)) console.warn(error);
 }
 
-/** Runs something, and says what went wrong where it did. */
+const kShown_ms = 8000; // of what one damaged message brought
+
+/** Takes a message of the loop; a damaged one is said, and left out. */
 function guarded(work) {
   try {
-    return work();
+    work();
   } catch (error) {
-    complain(error);
-    return undefined;
+    element('problem').textContent = `A message of the loop was left out. ${error.message}`;
+    element('problem').hidden = false;
+    setTimeout(() => (element('problem').hidden = true), kShown_ms);
+    if (!(error instanceof DamagedData)) console.warn(error);
   }
 }
 
@@ -32,15 +36,13 @@ function startLive() {
     data: buffer => guarded(() => {
       const {json, blob} = readContainer(buffer);
       if (json.kind === 'scene') {
-        if (app?.isSameScene(json)) return app.beginAnew(json, blob);
-        if (app) return location.reload();
+        if (app?.isSameScene(json)) return void app.beginAnew(json, blob);
+        if (app) return void location.reload();
         app = new App(json, blob, command => connection.send(command));
         window.palpate = app;
-        return undefined;
-      }
-      if (json.kind === 'frames') return app?.addFrames(json.frames, blob);
-      if (json.kind === 'mesh') return app?.addMeshes(json.structures, blob);
-      throw new DamagedData(`A message has the kind "${json.kind}".`);
+      } else if (json.kind === 'frames') app?.addFrames(json.frames, blob);
+      else if (json.kind === 'mesh') app?.addMeshes(json.structures, blob);
+      else throw new DamagedData(`A message has the kind "${json.kind}".`);
     }),
     text: message => app ? app.hear(message) : (element('link').textContent = String(message.say ?? '')),
     state: (words, isOpen) => {

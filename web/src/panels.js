@@ -307,7 +307,7 @@ export class Panels {
   showFrame(i, felt, flags) {
     const {frames, scene, state, player} = this.app;
     const time = frames.columns.time_s[i];
-    at('clock').textContent = `${time.toFixed(3)} s, frame ${i + frames.first}`;
+    at('clock').textContent = `${time.toFixed(3)} s, frame ${frames.columns.index[i]}`;
     at('clock').dataset.value = String(time);
     at('scrub').setAttribute('aria-valuetext', `${time.toFixed(3)} s of ${frames.columns.time_s[player.last].toFixed(3)} s`);
     const put = (id, value, unit) => {
