@@ -171,7 +171,7 @@ export class App {
     this.felt.update(this.frames);
     for (const surface of this.view.surfaces.all) {
       if (surface.structure.bit < 0 || !surface.level) continue;
-      const levels = new Set([surface.coverage]);
+      const levels = new Set(this.isOpen ? [surface.coverage] : []); // the first picture does not wait for areas
       if (this.look.paint !== 'none') levels.add(surface.paintOf(surface.level));
       for (const coverage of levels)
         coverage.update(this.frames, surface.structure.bit, this.felt.period_s, this.view.toView);
@@ -200,7 +200,8 @@ export class App {
     if (this.look.paint !== 'none')
       for (const s of surfaces) // a level that is shown for the first time
         s.paintOf(s.level).update(this.frames, s.structure.bit, this.felt.period_s, this.view.toView);
-    this.most = {longest: roundUp(Math.max(0, ...surfaces.map(s => s.coverage.longest_s))),
+    const longest = surfaces.map(s => (this.look.paint === 'longest' ? s.paintOf(s.level).longest_s : 0));
+    this.most = {longest: roundUp(Math.max(0, ...longest)),
                  hardest: this.scale_n ?? 1};
     for (const surface of surfaces) surface.paint(this.look.paint, this.most);
     this.panels.showLegend();
@@ -223,6 +224,9 @@ export class App {
     if (this.view.draw(now)) {
       this.overlay.place();
       this.askForDetail();
+    } else if (!this.isOpen) {
+      this.isOpen = true;
+      this.takeIn();
     }
     this.panels.showPlayer();
     this.panels.showAge(this.isLive && this.isConnected && this.arrived && now - this.arrived > kQuiet_ms

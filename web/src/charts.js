@@ -13,6 +13,9 @@ const kCharts = [
   {id: 'late_us', name: 'Lateness', unit: 'µs', series: 5, of: (f, i) => f.columns.late_us[i]},
 ];
 
+/** A number on an axis: 20000 is 20k. */
+const shortly = value => (Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value));
+
 /** Names and units of the charts' quantities, and how a frame has them. */
 export {kCharts};
 
@@ -45,7 +48,7 @@ export class Charts {
       legend: {show: false},
       scales: {x: {time: false}, y: {range: (u, low, high) => [Math.min(0, low ?? 0), roundUp(high ?? 1)]}},
       axes: [{...axis, size: 24, gap: 2, space: 60, values: (u, ticks) => ticks.map(t => `${t} s`)},
-             {...axis, size: 44, gap: 3, space: 26}],
+             {...axis, size: 46, gap: 3, space: 26, values: (u, ticks) => ticks.map(shortly)}],
       series: [{}, {stroke: styleColor(`--s${cell.series}`), width: 1.5, points: {show: false}}],
       hooks: {setSize: [() => this.moveMarker()], setScale: [() => this.moveMarker()]},
     };

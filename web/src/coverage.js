@@ -8,44 +8,51 @@ const kLeastRadius = 2; // mm: what counts as felt around the proxy, at least
 const kPerRadius = 3; // samples of a facet's area along a radius
 const kMostSamples = 32; // along a facet's edge
 
-const edge = (places, a, b) => Math.hypot(places[3 * a] - places[3 * b], places[3 * a + 1] - places[3 * b + 1],
-                                          places[3 * a + 2] - places[3 * b + 2]);
-
-/** Length of the edges of facet f and its area: Heron's formula. */
-function measure(places, indices, f) {
-  const [a, b, c] = [indices[f], indices[f + 1], indices[f + 2]];
-  const lengths = [edge(places, a, b), edge(places, b, c), edge(places, c, a)];
-  const s = (lengths[0] + lengths[1] + lengths[2]) / 2;
-  const area = Math.sqrt(Math.max(0, lengths.reduce((product, length) => product * (s - length), s)));
-  return {lengths, area};
+/** Lengths of the edges of facet f. */
+function edges(places, indices, f) {
+  return [0, 1, 2].map(i => {
+    const a = 3 * indices[f + i], b = 3 * indices[f + (i + 1) % 3];
+    const [x, y, z] = [places[a] - places[b], places[a + 1] - places[b + 1], places[a + 2] - places[b + 2]];
+    return Math.sqrt(x * x + y * y + z * z);
+  });
 }
 
-/** Mean length of an edge. */
+/** Heron's formula. */
+function area([a, b, c]) {
+  const s = (a + b + c) / 2;
+  return Math.sqrt(Math.max(0, s * (s - a) * (s - b) * (s - c)));
+}
+
 function meanEdge(places, indices) {
   let sum = 0;
-  for (let f = 0; f < indices.length; f += 3) sum += measure(places, indices, f).lengths.reduce((a, b) => a + b);
+  for (let f = 0; f < indices.length; f += 3) sum += edges(places, indices, f).reduce((a, b) => a + b);
   return indices.length ? sum / indices.length : 0;
+}
+
+/** Into how many parts each edge of facet f is divided. */
+function parts(lengths, radius) {
+  return Math.min(kMostSamples, Math.max(1, Math.ceil(kPerRadius * Math.max(...lengths) / radius)));
 }
 
 /** Points all over the facets, denser than the radius, each with the area that it stands for. */
 function samplesOf(places, indices, radius) {
-  const points = [], areas = [];
+  let count = 0;
+  for (let f = 0; f < indices.length; f += 3) count += parts(edges(places, indices, f), radius) ** 2;
+  const points = new Float32Array(3 * count), areas = new Float32Array(count);
+  let at = 0;
   for (let f = 0; f < indices.length; f += 3) {
-    const {lengths, area} = measure(places, indices, f);
-    const n = Math.min(kMostSamples, Math.max(1, Math.ceil(kPerRadius * Math.max(...lengths) / radius)));
+    const lengths = edges(places, indices, f), n = parts(lengths, radius), each = area(lengths) / (n * n);
+    const [a, b, c] = [3 * indices[f], 3 * indices[f + 1], 3 * indices[f + 2]];
     // The centres of n * n equal parts: upright ones, and those upside down between them.
     for (let i = 0; i < n; ++i)
-      for (let j = 0; j < n - i; ++j)
-        for (const shift of j < n - i - 1 ? [1 / 3, 2 / 3] : [1 / 3]) {
-          const [u, v] = [(i + shift) / n, (j + shift) / n];
-          for (let axis = 0; axis < 3; ++axis) {
-            const [a, b, c] = [0, 1, 2].map(corner => places[3 * indices[f + corner] + axis]);
-            points.push(a + u * (b - a) + v * (c - a));
-          }
-          areas.push(area / (n * n));
-        }
+      for (let j = 0; j < 2 * (n - i) - 1; ++j, ++at) {
+        const shift = j % 2 ? 2 / 3 : 1 / 3, u = (i + shift) / n, v = ((j >> 1) + shift) / n;
+        for (let axis = 0; axis < 3; ++axis)
+          points[3 * at + axis] = (1 - u - v) * places[a + axis] + u * places[b + axis] + v * places[c + axis];
+        areas[at] = each;
+      }
   }
-  return {points: Float32Array.from(points), areas: Float64Array.from(areas)};
+  return {points, areas};
 }
 
 /** Coverage of a surface's area: of points all over it. */
@@ -65,7 +72,7 @@ export function vertexCoverage(geometry, radius_mm) {
 export class Coverage {
   /**
    * @param {Float32Array} places of the points, mm
-   * @param {Float64Array | undefined} area of each, mm^2
+   * @param {Float32Array | undefined} area of each, mm^2
    * @param {number} radius_mm what counts as felt around the proxy
    */
   constructor(places, area, radius_mm) {
@@ -99,6 +106,8 @@ export class Coverage {
     while (size < this.count) size *= 2;
     this.mask = size - 1;
     this.begins = new Uint32Array(size + 1);
+    this.visits = new Uint32Array(size); // number of the last search that looked into a cell
+    this.searches = 0;
     const cell = new Uint32Array(this.count);
     const at = i => Math.floor(this.places[i] / this.radius_mm);
     for (let v = 0; v < this.count; ++v) {
@@ -113,19 +122,19 @@ export class Coverage {
 
   /** Points within the radius of a place, mm. */
   near(x, y, z) {
-    const r = this.radius_mm, found = [], seen = new Set();
+    const r = this.radius_mm, found = [], {places} = this;
     const [cx, cy, cz] = [Math.floor(x / r), Math.floor(y / r), Math.floor(z / r)];
+    ++this.searches;
     for (let i = cx - 1; i <= cx + 1; ++i)
       for (let j = cy - 1; j <= cy + 1; ++j)
         for (let k = cz - 1; k <= cz + 1; ++k) {
           const cell = this.key(i, j, k);
-          if (seen.has(cell)) continue;
-          seen.add(cell);
+          if (this.visits[cell] === this.searches) continue; // another cell with the same hash
+          this.visits[cell] = this.searches;
           for (let m = this.begins[cell]; m < this.begins[cell + 1]; ++m) {
             const v = this.members[m];
-            const d = Math.hypot(this.places[3 * v] - x, this.places[3 * v + 1] - y,
-                                 this.places[3 * v + 2] - z);
-            if (d <= r) found.push(v);
+            const [dx, dy, dz] = [places[3 * v] - x, places[3 * v + 1] - y, places[3 * v + 2] - z];
+            if (dx * dx + dy * dy + dz * dz <= r * r) found.push(v);
           }
         }
     return found;
@@ -135,7 +144,7 @@ export class Coverage {
   touch(place, time_s, force_n) {
     const [x, y, z] = place;
     const moved = this.last ? Math.hypot(x - this.last.x, y - this.last.y, z - this.last.z) : Infinity;
-    if (!(moved < this.radius_mm / 10)) // the same points serve while the proxy hardly moves
+    if (!(moved < this.radius_mm / 4)) // discs so near cover, to 1 % of r, what all between them do
       this.last = {x, y, z, points: this.near(x, y, z)};
     for (const v of this.last.points) {
       if (!this.isTouched[v]) {

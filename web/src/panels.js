@@ -201,7 +201,7 @@ export class Panels {
     const {surfaces} = this.app.view;
     for (const {row, line, cells} of this.rows) {
       const surface = surfaces.byId(row.structure.id);
-      const share = surface?.level ? 100 * surface.coverage.share : null;
+      const share = surface?.area ? 100 * surface.area.share : null;
       const values = [row.time_s, row.frames ? row.sum_n / row.frames : null, row.frames ? row.most_n : null, share];
       cells.forEach((cell, i) => {
         cell.textContent = readable(values[i]);
@@ -209,7 +209,7 @@ export class Panels {
       });
       line.hidden = row.frames === 0;
     }
-    const radius = surfaces.all.filter(s => s.structure.bit >= 0 && s.level).map(s => s.coverage.radius_mm); // all alike
+    const radius = surfaces.all.filter(s => s.area).map(s => s.area.radius_mm); // all alike
     const none = this.rows.every(entry => entry.row.frames === 0);
     at('felt-words').textContent = none ? 'Nothing was felt so far.'
       : 'Where several are felt at once, the whole force counts for each.' +

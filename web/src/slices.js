@@ -91,7 +91,7 @@ class Slice {
       this.level = level;
       if (isInside) this.fill(level);
       else this.pixels.fill(0xff000000);
-      this.caption.textContent = isInside ? `${this.name} ${level + 1} of ${volume.shape[this.through]}`
+      this.caption.textContent = isInside ? `${this.name} ${level + 1}/${volume.shape[this.through]}`
                                           : `${this.name}: outside the volume`;
     }
     this.context.putImageData(this.image, 0, 0);

@@ -85,7 +85,7 @@ export class View3d {
 
   /** Looks at the scene's centre from a direction (scene axes). */
   lookFrom(direction) {
-    const away = 1.08 * this.radius / Math.sin(THREE.MathUtils.degToRad(kFieldOfView / 2)) /
+    const away = 0.92 * this.radius / Math.sin(THREE.MathUtils.degToRad(kFieldOfView / 2)) /
                  Math.min(1, this.camera.aspect);
     const from = new THREE.Vector3(...direction).normalize();
     if (Math.abs(from.z) > 0.999) from.set(0, -0.001, Math.sign(from.z)).normalize(); // keep "up" known
