@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-# The page of `palpate view` (web/): one HTML file, ${palpate_view_html}, made by a custom command; empty where there is no Node.js.
-# npm gets what package-lock.json pins, once, and again when that changes.
+# The page of `palpate view` (web/): one HTML file, ${palpate_view_html}, made by a custom command. npm gets what package-lock.json
+# pins, once, and again when that changes. Empty without Node.js, within somebody else's project, and with -DPALPATE_NPM=OFF, which
+# a machine without the npm registry needs.
 set(palpate_view_html "")
 find_program(PALPATE_NODE NAMES node nodejs)
 find_program(PALPATE_NPM npm)
-if(PALPATE_NODE AND PALPATE_NPM)
+if(PROJECT_IS_TOP_LEVEL AND PALPATE_NODE AND PALPATE_NPM)
   set(palpate_web ${PROJECT_BINARY_DIR}/web)
   set(palpate_view_html ${palpate_web}/palpate_view.html)
   add_custom_command(OUTPUT ${palpate_web}/node_modules/.package-lock.json

@@ -36,9 +36,11 @@ function replaceOnce(text, mark, replacement) {
   return parts.join(replacement);
 }
 
+// Whoever has the page has the licences of what is in it.
+const licences = ['three', 'uplot'].map(name => `${name}\n${readFileSync(join(modules, name, 'LICENSE'), 'utf8')}`).join('\n');
 const bundle = await build({
   entryPoints: [join(here, 'src', 'main.js')], bundle: true, minify: true, format: 'iife', target: 'es2022',
-  legalComments: 'inline', write: false, charset: 'utf8', logLevel: 'warning', nodePaths: [modules], absWorkingDir: here,
+  legalComments: 'none', banner: {js: `/*!\nThis page contains:\n\n${licences.replaceAll('*/', '* /')}*/`}, write: false, charset: 'utf8', logLevel: 'warning', nodePaths: [modules], absWorkingDir: here,
 });
 const style = reportColors() + readFileSync(join(modules, 'uplot', 'dist', 'uPlot.min.css'), 'utf8') +
               readFileSync(join(here, 'style.css'), 'utf8');

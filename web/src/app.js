@@ -26,6 +26,7 @@ export class App {
     this.scene = scene;
     this.send = send;
     this.isLive = scene.mode === 'live';
+    document.body.dataset.mode = scene.mode;
     this.frames = new FrameStore();
     if (scene.frames) this.frames.append(scene.frames, blob);
     this.player = new Player(this.frames, this.isLive);
@@ -81,15 +82,17 @@ export class App {
     this.felt.clear();
     for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages)) coverage.clear();
     if (scene.frames) this.frames.append(scene.frames, blob);
-    this.shown = undefined;
+    this.player.index = 0;
+    this.player.playing = this.isLive;
     this.takeIn();
   }
 
   addFrames(frames, blob) {
     this.frames.append(frames, blob);
     this.arrived = performance.now();
+    if (!this.frames.isFull) return;
+    this.takeIn(); // a page in the background draws nothing for minutes
     const gone = this.frames.forgetOld();
-    if (gone === 0) return;
     this.felt.done = Math.max(0, this.felt.done - gone);
     for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages))
       coverage.done = Math.max(0, coverage.done - gone);
@@ -235,7 +238,7 @@ export class App {
   }
 
   showFrame() {
-    if (this.frames.count === 0) return;
+    if (this.frames.count === 0) return this.slices.draw(this.view.center, this.view.center);
     const i = this.player.index, {frames, scene} = this;
     const probe_m = frames.triple('probe_m', i), proxy_m = frames.triple('proxy_m', i);
     this.view.glyphs.setFrame(this.view.toView(probe_m), this.view.toView(proxy_m),

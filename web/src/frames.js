@@ -59,9 +59,13 @@ export class FrameStore {
     this.count += count;
   }
 
-  /** Forgets the older half where more frames are here than a live page keeps; how many. */
+  /** Whether more frames are here than a live page keeps. */
+  get isFull() {
+    return this.count > kLiveFrames;
+  }
+
+  /** Forgets the older half; how many frames. */
   forgetOld() {
-    if (this.count <= kLiveFrames) return 0;
     const gone = this.count >> 1;
     for (const [name, [, , width]] of Object.entries(kKept))
       this.columns[name].copyWithin(0, gone * width, this.count * width);

@@ -66,6 +66,7 @@ export class Glyphs {
     this.tip = new THREE.Vector3();
     this.direction = new THREE.Vector3();
     this.chords.set([]);
+    this.group.visible = false; // until there is a frame
   }
 
   setResolution(width, height) {

@@ -4,54 +4,60 @@
 const kMoving_ms = 33; // of a picture while something moves: 30 a second
 const kMore = 1.4; // where a picture without facets takes longer than that: this much of it
 const kStill_ms = 800; // of one picture when nothing moves any more
-const kMix = 0.3; // of a new measurement in the mean
-const kChecks = 30; // pictures between measurements, once there are enough
-const kFirst = 4; // measurements before the page is sure
+const kLast = 5; // measurements of a level whose median counts
+const kOld_ms = 20000; // after which a level's measurements say nothing of now
+const kChecks = 30; // pictures of a graphics card between measurements
+const kFirst = 5; // measurements before the page is sure
 // Until two levels were measured, ms of a facet: a graphics card's, and a program's (SwiftShader, two cores).
 const kPerFacet_ms = {card: 1e-5, program: 8e-4};
 
+const median = values => [...values].sort((a, b) => a - b)[values.length >> 1];
+
 export class Pace {
   constructor(isSoftware) {
+    this.isSoftware = isSoftware;
     this.guess_ms = isSoftware ? kPerFacet_ms.program : kPerFacet_ms.card;
     this.pictures = 0;
-    this.skip = 1; // compiles shaders, uploads
-    this.means = new Map(); // facets to ms
+    this.skip = 2; // they compile shaders and upload
+    this.levels = new Map(); // facets to the last measurements, ms, and their time
   }
 
   /** Whether more pictures are needed to know anything. */
   get isLearning() {
-    return this.pictures < kFirst + 1;
+    return this.pictures < kFirst;
   }
 
-  /** Whether to wait for the picture's end: that costs a graphics card its head start. */
+  /** Whether to wait for the picture's end. That costs a graphics card its head start; a program has none. */
   get isDue() {
-    return this.pictures < 12 || this.pictures % kChecks === 0;
+    return this.isSoftware || this.pictures < 2 * kFirst || this.pictures % kChecks === 0;
   }
 
   /** A picture with so many facets took so long. */
-  measured(ms, facets) {
-    ++this.pictures;
+  measured(ms, facets, now) {
     if (this.skip > 0) {
       --this.skip;
       return;
     }
-    const before = this.means.get(facets);
-    this.mean_ms = before === undefined ? ms : (1 - kMix) * before + kMix * ms;
-    this.means.set(facets, this.mean_ms);
+    ++this.pictures;
+    const level = this.levels.get(facets) ?? {values: []};
+    level.values = [...level.values.slice(1 - kLast), ms];
+    level.at = now;
+    this.levels.set(facets, level);
+    this.mean_ms = median(level.values);
+    for (const [count, {at}] of this.levels) if (now - at > kOld_ms) this.levels.delete(count);
   }
 
   /** Geometry is new: the next picture uploads it, and tells nothing. */
   changed() {
     this.skip = 1;
-    this.pictures = Math.min(this.pictures, 8);
   }
 
   /** ms of a picture without facets and of each facet, by the fewest and the most that were drawn. */
   fit() {
-    const counts = [...this.means.keys()].sort((a, b) => a - b);
+    const counts = [...this.levels.keys()].sort((a, b) => a - b);
     if (counts.length === 0) return undefined;
     const [least, most] = [counts[0], counts.at(-1)];
-    const [fast, slow] = [this.means.get(least), this.means.get(most)];
+    const [fast, slow] = [least, most].map(count => median(this.levels.get(count).values));
     const each = most > 1.5 * least ? Math.max((slow - fast) / (most - least), this.guess_ms / 10) : this.guess_ms;
     return {each, fixed: Math.max(0, fast - each * least)};
   }

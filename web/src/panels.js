@@ -104,6 +104,13 @@ export class Panels {
       if (material) label.title = material;
       return make('div', {class: 'structure'}, shown, swatch, label, opacity, make('label', {class: 'check'}, cut, 'cut'));
     }));
+    const setAll = isShown => {
+      for (const box of at('structures').querySelectorAll('input[id^=show]'))
+        if (box.checked !== isShown) box.click();
+    };
+    at('show-all').onclick = () => setAll(true);
+    at('hide-all').onclick = () => setAll(false);
+    at('all-bar').hidden = view.surfaces.all.length < 3;
     this.buildCut();
   }
 

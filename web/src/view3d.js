@@ -52,7 +52,7 @@ export class View3d {
   makeRenderer() {
     this.drawer = drawer();
     if (!this.drawer)
-      throw new Error('This browser has no WebGL 2: surfaces cannot be drawn. Charts and tables work.');
+      throw new Error('This browser has no WebGL 2, which draws the surfaces: take a newer one, or switch it on.');
     this.renderer = new THREE.WebGLRenderer({antialias: !this.drawer.isSoftware});
     this.renderer.localClippingEnabled = true;
     this.canvas = this.renderer.domElement;
@@ -215,7 +215,8 @@ export class View3d {
     if (isDue) {
       const gl = this.renderer.getContext();
       gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits for the end
-      this.pace.measured(performance.now() - began, this.surfaces.facets);
+      const now = performance.now();
+      this.pace.measured(now - began, this.surfaces.facets, now);
     } else ++this.pace.pictures;
   }
 }
