@@ -6,11 +6,11 @@ import {close, closeBrowser, openPage, output, pageText, shown} from './browser.
 import {container, frame, kCenter, kRadius, sphere} from './container.mjs';
 import {FakeServer} from './fake_server.mjs';
 
-const fine = sphere(kCenter, kRadius, 30);
+const fine = sphere(kCenter, kRadius, 22); // less than four times the facets, so that there is no level between
 const coarse = sphere(kCenter, kRadius, 12);
-const server = new FakeServer(pageText, {hand: true, device: 'mouse', marks: [], details: undefined, structures: [
+const server = new FakeServer(pageText, {device: 'mouse', marks: [], details: undefined, structures: [
   {id: 0, name: 'bone', color: '#e3d4b0', material: 'hard', bit: 0, box_m: coarse.box_m,
-   levels: [{facets: coarse.facets, positions: 'coarse_p', indices: 'coarse_i'}, {facets: fine.facets}]}]});
+   facets_most: fine.facets, levels: [{facets: coarse.facets, positions: 'coarse_p', indices: 'coarse_i'}]}]});
 const address = await server.listen();
 const page = await openPage(address);
 await page.waitForFunction(() => window.palpate?.isConnected !== false && document.getElementById('link').textContent === 'connected');
@@ -19,6 +19,9 @@ after(async () => {
   await closeBrowser();
   server.close();
 });
+
+server.send(JSON.stringify({say: '', kind: 'info', state: {recording: false, frozen: false, mouse: true, marks: 0}}));
+await page.waitForSelector('#hand:visible');
 
 test('frames are shown as they come, bit for bit', async () => {
   server.sendFrames(1000, 17, 0);
@@ -68,8 +71,7 @@ test('sliders, freeze, restart, record and points send their commands', async ()
   await page.keyboard.press('Enter');
   assert.deepEqual(await server.next('mark'), {do: 'mark', name: 'a spot'});
   assert.equal(await page.locator('#marks li').count(), 0); // until the loop has it
-  server.send(JSON.stringify({state: {marks: [{name: 'a spot', at_m: kCenter, time_s: 1, label: 'bone'}],
-                                      gains: [{effect: 0, part: 'strength', value: 0.5}]}}));
+  server.send(JSON.stringify({state: {marks: 1, gains: {0: 0.5}}}));
   await page.waitForFunction(() => document.querySelectorAll('#marks li').length === 1);
   assert.equal(await page.inputValue('input[aria-label="gain of bone"]'), '0.5');
 });

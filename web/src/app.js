@@ -33,6 +33,7 @@ export class App {
     this.felt = new Felt(scene);
     this.state = {};
     this.marks = [...(scene.marks ?? [])];
+    this.dropped = []; // points that the loop was told, and has not confirmed
     this.look = {span: this.isLive ? '5' : 'now', by: 'force', paint: 'none'};
     this.cut = {axis: 'none', follows: false, place_mm: 0};
     this.step = 0;
@@ -100,8 +101,12 @@ export class App {
   }
 
   addMeshes(structures, blob) {
-    for (const mesh of structures ?? [])
-      for (const level of mesh.levels ?? []) this.view.surfaces.byId(mesh.id)?.add(level, blob);
+    for (const mesh of structures ?? []) {
+      const surface = this.view.surfaces.byId(mesh.id);
+      if (!surface) continue;
+      surface.forgetAsked();
+      for (const level of mesh.levels ?? []) surface.add(level, blob);
+    }
     this.isAsking = false;
     this.view.touch();
   }
@@ -113,8 +118,15 @@ export class App {
       this.announcer.say(message.say);
     }
     Object.assign(this.state, message.state ?? {});
-    if (Array.isArray(message.state?.marks)) this.setMarks(message.state.marks);
+    this.hearMarks(message.state?.marks);
     this.panels.showState();
+  }
+
+  /** The loop's points: all of them, or how many it has of those that this page dropped. */
+  hearMarks(marks) {
+    if (Array.isArray(marks)) this.setMarks(marks);
+    if (Number.isInteger(marks) && marks > this.marks.length && this.dropped.length > 0)
+      this.setMarks([...this.marks, this.dropped.shift()]);
   }
 
   setConnected(isConnected) {
@@ -156,11 +168,11 @@ export class App {
 
   dropMark(name) {
     if (!this.frames.count) return;
-    if (this.send) return void this.send({do: 'mark', name});
-    const i = this.player.index;
-    this.setMarks([...this.marks, {name, at_m: this.frames.triple('proxy_m', i),
-      time_s: this.frames.columns.time_s[i],
-      label: listed(feltOf(this.scene, this.frames.columns.felt[i]).map(s => s.name))}]);
+    const i = this.send ? this.player.last : this.player.index;
+    const mark = {name, at_m: this.frames.triple('proxy_m', i), time_s: this.frames.columns.time_s[i],
+                  label: listed(feltOf(this.scene, this.frames.columns.felt[i]).map(s => s.name))};
+    if (!this.send) this.setMarks([...this.marks, mark]);
+    else if (this.send({do: 'mark', name})) this.dropped.push(mark);
   }
 
   detail() {

@@ -276,12 +276,12 @@ export class Panels {
   showState() {
     const {app} = this, {state} = app;
     if (!app.send) return;
-    at('hand').hidden = !(state.hand ?? app.scene.hand);
+    at('hand').hidden = !state.mouse;
     at('freeze').setAttribute('aria-pressed', String(Boolean(state.frozen)));
     at('record').setAttribute('aria-pressed', String(Boolean(state.recording)));
     for (const id of ['freeze', 'record', 'restart']) at(id).disabled = app.isConnected === false;
-    for (const {effect, part, value} of state.gains ?? []) {
-      const slider = at('gains').querySelector(`[data-effect="${CSS.escape(effect)}"][data-part="${CSS.escape(part)}"]`);
+    for (const [effect, value] of Object.entries(state.gains ?? {})) {
+      const slider = at('gains').querySelector(`[data-effect="${CSS.escape(effect)}"]`);
       if (!slider || slider === document.activeElement) continue;
       slider.value = String(value);
       slider.nextSibling.textContent = readable(value);
@@ -324,7 +324,8 @@ export class Panels {
     put('force', frames.force(i), 'N');
     put('depth', 1000 * frames.depth(i), 'mm');
     at('touching').textContent = listed(felt.map(s => s.name)) || 'nothing';
-    const device = [state.device ?? scene.device ?? 'unknown', state.frozen && 'frozen', state.recording && 'recording',
+    const device = [state.device ?? scene.device ?? 'unknown', state.device_ended && 'has ended', state.frozen && 'frozen',
+                    state.recording && (state.file ? `recording to ${state.file}` : 'recording'),
                     frames.lost > 0 && `${frames.lost} frames lost on the way here`].filter(Boolean);
     at('device').textContent = device.join(', ');
     at('flags').textContent = flags.length ? flags.map(f => (f.remedy ? `${f.name}: ${f.remedy}` : f.name)).join('; ') : 'none';

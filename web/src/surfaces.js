@@ -69,7 +69,15 @@ class Surface {
     this.isShown = true;
     this.isCut = true;
     for (const level of structure.levels ?? []) this.add(level, blob);
+    this.announce(structure.facets_most ?? 0);
     this.show(0);
+  }
+
+  /** Levels that can be asked for, each four times the one before, up to the finest of all. */
+  announce(most) {
+    if (this.levels.length === 0) return;
+    for (let facets = 4 * this.levels.at(-1).facets; facets < most; facets *= 4) this.levels.push(new Level({facets}));
+    if (this.levels.at(-1).facets < most) this.levels.push(new Level({facets: most}));
   }
 
   /** Adds a level, or fills in one that was only announced. */
@@ -87,6 +95,11 @@ class Surface {
 
   get facets() {
     return this.level?.facets ?? 0;
+  }
+
+  /** What was asked for has come, with as many facets as it has. */
+  forgetAsked() {
+    this.levels = this.levels.filter(level => level.isHere || !level.isAsked);
   }
 
   get finest() {
@@ -186,9 +199,9 @@ export class Surfaces {
     return this.all.reduce((sum, s) => sum + (s.mesh.visible ? s.facets : 0), 0);
   }
 
-  /** Facets with the finest levels that are here. */
+  /** Facets of the finest levels that there are, here or with the loop. */
   get mostFacets() {
-    return this.all.reduce((sum, s) => sum + (s.mesh.visible ? s.levels[s.finest]?.facets ?? 0 : 0), 0);
+    return this.all.reduce((sum, s) => sum + (s.mesh.visible ? s.levels.at(-1)?.facets ?? 0 : 0), 0);
   }
 
   /** Chooses levels: from the coarsest, the cheapest step to a finer one while facets are left. */
