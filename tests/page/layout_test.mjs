@@ -6,7 +6,7 @@ import {after, test} from 'node:test';
 import {close, closeBrowser, fileOf, openPage, pageText, ready, seek, work} from './browser.mjs';
 import {sphereScene, withData} from './container.mjs';
 
-const address = fileOf('layout.html', withData(pageText, sphereScene('playback')));
+const address = fileOf('layout.html', withData(pageText, sphereScene('playback', {device: 'A device with a long name, recording to recording-with-a-long-name-001.h5'})));
 after(closeBrowser);
 
 /** Runs in the page: what is wrong with its text. */

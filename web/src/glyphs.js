@@ -83,8 +83,7 @@ export class Glyphs {
     this.spring.set([...probe, ...proxy]);
     this.force_n = Math.hypot(...force_n);
     this.share = Math.min(1, this.force_n / scale_n);
-    this.arrow.visible = this.force_n > 0 && Number.isFinite(this.force_n);
-    if (this.arrow.visible) this.direction.set(...force_n).normalize();
+    if (this.force_n > 0) this.direction.set(...force_n).normalize();
   }
 
   /** Sizes that stay the same on the screen. */
@@ -93,11 +92,12 @@ export class Glyphs {
     this.proxy.scale.setScalar(kSize.proxy * mmPerPixel);
     for (const plane of this.planes.children) plane.scale.setScalar(kSize.plane * mmPerPixel);
     for (const mark of this.marks.children) mark.scale.setScalar(kSize.proxy * mmPerPixel);
-    if (!this.arrow.visible) return;
     const head = kSize.headLength * mmPerPixel, shaft = (this.share ?? 0) * reach_mm;
+    this.arrow.visible = shaft > mmPerPixel; // less than a pixel would be all head
+    if (!this.arrow.visible) return;
     this.arrow.position.copy(this.proxy.position);
     this.arrow.quaternion.setFromUnitVectors(kUp, this.direction);
-    this.shaft.scale.set(kSize.shaft * mmPerPixel, Math.max(shaft, 1e-6), kSize.shaft * mmPerPixel);
+    this.shaft.scale.set(kSize.shaft * mmPerPixel, shaft, kSize.shaft * mmPerPixel);
     this.shaft.position.y = shaft / 2;
     this.head.scale.set(kSize.head * mmPerPixel, head, kSize.head * mmPerPixel);
     this.head.position.y = shaft + head / 2;

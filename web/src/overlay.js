@@ -59,14 +59,20 @@ export class Overlay {
     this.barWords.textContent = `${readable(length).replace(/\.0+$/, '')} mm at the proxy`;
   }
 
-  /** A tag beside a place, within the view, where it covers no other; hidden where there is no room. */
-  put(tag, place) {
+  /** A tag beside a place, within the view, where it covers no other; hidden where there is no room.
+   *  @param {[number, number]} away where the tag stands best from the place, px, x to the right, y down */
+  put(tag, place, away = [1, -1]) {
     const spot = place && this.view.toScreen(place);
     tag.style.visibility = 'hidden';
     if (!spot) return;
     const {clientWidth: width, clientHeight: height} = this.view.host;
     const [w, h] = [tag.offsetWidth, tag.offsetHeight];
-    for (const [dx, dy] of [[12, -26], [12, 8], [-12 - w, -26], [-12 - w, 8], [-w / 2, -44], [-w / 2, 24]]) {
+    const spots = [[12, -26], [12, 8], [-12 - w, -26], [-12 - w, 8], [-w / 2, -44], [-w / 2, 24]];
+    const along = ([dx, dy]) => {
+      const middle = [dx + w / 2, dy + h / 2];
+      return (middle[0] * away[0] + middle[1] * away[1]) / Math.hypot(...middle);
+    };
+    for (const [dx, dy] of spots.sort((a, b) => along(b) - along(a))) {
       const box = {x: spot.x + dx, y: spot.y + dy, right: spot.x + dx + w, bottom: spot.y + dy + h};
       const isInside = box.x >= 0 && box.y >= 0 && box.right <= width && box.bottom <= height;
       if (!isInside || this.taken.some(other => covers(box, other))) continue;
@@ -90,7 +96,8 @@ export class Overlay {
     const isShown = glyphs.group.visible && glyphs.arrow.visible;
     this.force.textContent = isShown ? `${readable(this.force_n)} N` : '';
     this.takeEdges();
-    this.put(this.force, isShown ? glyphs.tip : undefined);
+    const [from, to] = isShown ? [glyphs.proxy.position, glyphs.tip].map(place => this.view.toScreen(place)) : [];
+    this.put(this.force, to && glyphs.tip, from && to ? [to.x - from.x, to.y - from.y] : undefined);
   }
 
   /** Names of points; one without room is left out, and stands in the list. */

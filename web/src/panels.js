@@ -325,7 +325,7 @@ export class Panels {
     put('depth', 1000 * frames.depth(i), 'mm');
     at('touching').textContent = listed(felt.map(s => s.name)) || 'nothing';
     const device = [state.device ?? scene.device ?? 'unknown', state.device_ended && 'has ended', state.frozen && 'frozen',
-                    state.recording && (state.file ? `recording to ${state.file}` : 'recording'),
+                    state.recording && (state.file ? `recording to ${state.file.split('/').at(-1)}` : 'recording'),
                     frames.lost > 0 && `${frames.lost} frames lost on the way here`].filter(Boolean);
     at('device').textContent = device.join(', ');
     at('flags').textContent = flags.length ? flags.map(f => (f.remedy ? `${f.name}: ${f.remedy}` : f.name)).join('; ') : 'none';

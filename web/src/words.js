@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Numbers and states in words. */
 
+const kDecimals = 3; // at most: a thousandth of a N, a mm, a s
+
 /** Three significant digits, all digits before the point; a dash where there is no number. */
 export function readable(value) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   if (value === 0) return '0';
   const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.abs(value))));
-  return value.toFixed(Math.min(digits, 6));
+  return value.toFixed(Math.min(digits, kDecimals));
 }
 
 /** The smallest of 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10 times a power of ten that is at least `value`. */
