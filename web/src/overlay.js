@@ -60,11 +60,12 @@ export class Overlay {
   }
 
   /** A tag beside a place, within the view, where it covers no other; hidden where there is no room.
+   *  True where it is shown.
    *  @param {[number, number]} away where the tag stands best from the place, px, x to the right, y down */
   put(tag, place, away = [1, -1]) {
     const spot = place && this.view.toScreen(place);
     tag.style.visibility = 'hidden';
-    if (!spot) return;
+    if (!spot) return false;
     const {clientWidth: width, clientHeight: height} = this.view.host;
     const [w, h] = [tag.offsetWidth, tag.offsetHeight];
     const spots = [[12, -26], [12, 8], [-12 - w, -26], [-12 - w, 8], [-w / 2, -44], [-w / 2, 24]];
@@ -79,8 +80,9 @@ export class Overlay {
       tag.style.transform = `translate(${Math.round(box.x)}px, ${Math.round(box.y)}px)`;
       tag.style.visibility = '';
       this.taken.push(box);
-      return;
+      return true;
     }
+    return false;
   }
 
   /** What stands at the view's edges. */
@@ -97,7 +99,8 @@ export class Overlay {
     this.force.textContent = isShown ? `${readable(this.force_n)} N` : '';
     this.takeEdges();
     const [from, to] = isShown ? [glyphs.proxy.position, glyphs.tip].map(place => this.view.toScreen(place)) : [];
-    this.put(this.force, to && glyphs.tip, from && to ? [to.x - from.x, to.y - from.y] : undefined);
+    const away = from && to ? [to.x - from.x, to.y - from.y] : undefined;
+    if (!this.put(this.force, to && glyphs.tip, away)) this.put(this.force, from && glyphs.proxy.position);
   }
 
   /** Names of points; one without room is left out, and stands in the list. */
