@@ -137,6 +137,18 @@ test('a damaged message is said and the page goes on', async () => {
   await page.waitForFunction(() => window.palpate.frames.count === 48);
 });
 
+test('a new run, whose clock begins anew, has its own charts; the table goes on', async () => {
+  const time = () => page.$eval('#felt td[data-of=time]', cell => Number(cell.dataset.value));
+  server.sendFrames(1051, 4, 0);
+  await page.waitForFunction(() => window.palpate.frames.count === 52 && window.palpate.felt.done === 52);
+  const before = await time();
+  server.sendFrames(1000, 10, 0); // felt, and earlier than the last
+  await page.waitForFunction(() => window.palpate.frames.count === 10 && window.palpate.felt.done === 10);
+  await shown(page, 1009);
+  assert.ok(Math.abs(await time() - before - 0.009) < 1e-9); // the first of a run has no frame before it
+  assert.equal(await page.evaluate(() => window.palpate.charts.cells[0].chart.data[0][0]), 1);
+});
+
 test('the page connects again, begins anew, and sends nothing meanwhile', async () => {
   server.socket.terminate();
   await page.waitForFunction(() => document.getElementById('link').textContent.startsWith('connection lost'));

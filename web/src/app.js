@@ -89,12 +89,14 @@ export class App {
   }
 
   addFrames(frames, blob) {
+    const before = this.frames.count;
     this.frames.append(frames, blob);
     this.arrived = performance.now();
-    if (!this.frames.isFull) return;
-    this.takeIn(); // a page in the background draws nothing for minutes
-    const gone = this.frames.forgetOld();
-    this.felt.done = Math.max(0, this.felt.done - gone);
+    const gone = this.frames.runBegin(before) || (this.frames.isFull ? this.frames.count >> 1 : 0);
+    if (gone === 0) return;
+    this.takeIn(); // tables and coverage keep what is forgotten; a page in the background draws nothing for minutes
+    this.frames.forget(gone);
+    this.felt.done -= gone;
     for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages))
       coverage.done = Math.max(0, coverage.done - gone);
     this.player.index = Math.max(0, this.player.index - gone);

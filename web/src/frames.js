@@ -64,14 +64,19 @@ export class FrameStore {
     return this.count > kLiveFrames;
   }
 
-  /** Forgets the older half; how many frames. */
-  forgetOld() {
-    const gone = this.count >> 1;
+  /** Where the last run begins among the frames from `from` on: its clock begins anew. 0: nowhere. */
+  runBegin(from) {
+    const {time_s} = this.columns;
+    for (let i = this.count - 1; i >= Math.max(1, from); --i) if (time_s[i] < time_s[i - 1]) return i;
+    return 0;
+  }
+
+  /** Forgets so many of the oldest frames. */
+  forget(gone) {
     for (const [name, [, , width]] of Object.entries(kKept))
       this.columns[name].copyWithin(0, gone * width, this.count * width);
     this.count -= gone;
     this.generation += 1;
-    return gone;
   }
 
   /** Three numbers of a column, exactly as they were sent. */
