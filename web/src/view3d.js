@@ -65,7 +65,7 @@ export class View3d {
   makeScene() {
     this.scene = new THREE.Scene();
     this.scene.add(this.surfaces.group, this.trail.group, this.glyphs.group);
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x666a70, 1.3));
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x666a70, 1.8));
     this.cut = new THREE.Plane();
     this.isCut = false;
   }
@@ -73,7 +73,7 @@ export class View3d {
   makeCamera() {
     this.camera = new THREE.PerspectiveCamera(kFieldOfView, 1, 1, 1000);
     this.camera.up.set(0, 0, 1);
-    const lamp = new THREE.DirectionalLight(0xffffff, 1.6);
+    const lamp = new THREE.DirectionalLight(0xffffff, 1.5);
     lamp.position.set(-0.4, 0.6, 1);
     this.camera.add(lamp);
     this.scene.add(this.camera);
