@@ -161,5 +161,5 @@ test('the page connects again, begins anew, and sends nothing meanwhile', async 
 });
 
 test('a loop that is silent is said to be', async () => {
-  await page.waitForFunction(() => /^no frame for \d s$/.test(document.getElementById('link').textContent));
+  await page.waitForFunction(() => /^no frame for \d+ s$/.test(document.getElementById('link').textContent));
 });
