@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// A page beside a loop: frames as they come, and each control's command.
+import assert from 'node:assert/strict';
+import {after, test} from 'node:test';
+import {close, closeBrowser, openPage, output, pageText, shown} from './browser.mjs';
+import {container, frame, kCenter, kRadius, sphere} from './container.mjs';
+import {FakeServer} from './fake_server.mjs';
+
+const fine = sphere(kCenter, kRadius, 22); // less than four times the facets, so that there is no level between
+const coarse = sphere(kCenter, kRadius, 12);
+const server = new FakeServer(pageText, {device: 'mouse', marks: [], details: undefined, structures: [
+  {id: 0, name: 'bone', color: '#e3d4b0', material: 'hard', bit: 0, box_m: coarse.box_m,
+   facets_most: fine.facets, levels: [{facets: coarse.facets, positions: 'coarse_p', indices: 'coarse_i'}]}]});
+const address = await server.listen();
+const page = await openPage(address);
+await page.waitForFunction(() => window.palpate?.isConnected !== false && document.getElementById('link').textContent === 'connected');
+after(async () => {
+  await close(page);
+  await closeBrowser();
+  server.close();
+});
+
+server.send(JSON.stringify({say: '', kind: 'info', state: {recording: false, frozen: false, mouse: true, marks: 0}}));
+await page.waitForSelector('#hand:visible');
+
+test('frames are shown as they come, bit for bit', async () => {
+  server.sendFrames(1000, 17, 0);
+  await shown(page, 1016);
+  server.sendFrames(1020, 16, 3);
+  await shown(page, 1035);
+  const f = frame(1035);
+  assert.equal(Number((await output(page, 'force')).value), Math.hypot(...f.force_n));
+  assert.deepEqual(await page.evaluate(() => window.palpate.frames.triple('proxy_m', 32)), f.proxy_m);
+  assert.match((await output(page, 'device')).text, /^mouse, 3 frames lost/);
+});
+
+test('the newest frame is followed, held and followed again', async () => {
+  await page.click('#play');
+  server.sendFrames(1036, 10, 0);
+  await page.waitForFunction(() => window.palpate.frames.count === 43);
+  await page.waitForTimeout(100);
+  assert.match(await page.textContent('#clock'), /frame 1035$/);
+  await page.click('#play');
+  await shown(page, 1045);
+});
+
+test('a finer surface is asked for once and shown', async () => {
+  assert.deepEqual(await server.next('level'), {do: 'level', structure: 0, facets: fine.facets});
+  server.send(container({kind: 'mesh', structures: [{id: 0, levels: [{facets: fine.facets, positions: 'p', indices: 'i'}]}]},
+                        {p: fine.positions, i: fine.indices}));
+  await page.waitForFunction(facets => window.palpate.view.surfaces.facets === facets, fine.facets);
+  assert.deepEqual(server.take('level'), []);
+});
+
+test('sliders, freeze, restart, record and points send their commands', async () => {
+  await page.locator('input[aria-label="gain of water"]').fill('0.25');
+  assert.deepEqual(await server.next('gain'), {do: 'gain', effect: 1, part: 'strength', value: 0.25});
+  await page.click('#freeze');
+  assert.deepEqual(await server.next('freeze'), {do: 'freeze', on: true});
+  server.send(JSON.stringify({say: 'frozen', kind: 'info', state: {frozen: true}}));
+  await page.waitForSelector('#freeze[aria-pressed=true]');
+  assert.equal(await page.textContent('#link'), 'frozen');
+  await page.locator('#view canvas').focus();
+  await page.keyboard.press('f');
+  assert.deepEqual(await server.next('freeze'), {do: 'freeze', on: false});
+  await page.click('#restart');
+  assert.deepEqual(await server.next('restart'), {do: 'restart'});
+  await page.click('#record');
+  assert.deepEqual(await server.next('record'), {do: 'record', on: true});
+  await page.fill('#mark-name', 'a spot');
+  await page.keyboard.press('Enter');
+  assert.deepEqual(await server.next('mark'), {do: 'mark', name: 'a spot'});
+  assert.equal(await page.locator('#marks li').count(), 0); // until the loop has it
+  server.send(JSON.stringify({state: {marks: 1, gains: {0: 0.5}}}));
+  await page.waitForFunction(() => document.querySelectorAll('#marks li').length === 1);
+  assert.equal(await page.inputValue('input[aria-label="gain of bone"]'), '0.5');
+});
+
+test('the mouse moves the hand in the plane of the view, the wheel along it', async () => {
+  await page.keyboard.press('Escape');
+  await page.locator('#view canvas').focus();
+  await page.keyboard.press('1'); // from the front: right is L (+x), up is S (+z), away is P (+y)
+  await page.waitForFunction(() => document.getElementById('seen-from').textContent.endsWith('(A)'));
+  assert.deepEqual(server.take('probe'), []);
+  await page.click('#hand');
+  const box = await page.locator('#view').boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  const start = frame(1045).probe_m;
+  const scale = await page.evaluate(() => window.palpate.view.mmPerPixel(window.palpate.view.glyphs.probe.position) / 1000);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 50, y - 20);
+  await page.mouse.up();
+  const near = (a, b) => assert.ok(a.every((v, i) => Math.abs(v - b[i]) < 1e-9), `${a} is not ${b}`); // camera angles round
+  near((await server.next('probe')).at_m, [start[0] + 50 * scale, start[1], start[2] + 20 * scale]);
+  await page.mouse.wheel(0, -200);
+  near((await server.next('probe')).at_m, [start[0] + 50 * scale, start[1] + 0.001, start[2] + 20 * scale]);
+});
+
+test('the keyboard moves the hand, finer with Alt', async () => {
+  const before = await page.evaluate(() => window.palpate.hand.place);
+  const near = (a, b) => assert.ok(a.every((v, i) => Math.abs(v - b[i]) < 1e-9), `${a} is not ${b}`);
+  await page.locator('#view canvas').focus();
+  await page.keyboard.press('ArrowRight');
+  near((await server.next('probe')).at_m, [before[0] + 0.0005, before[1], before[2]]);
+  await page.keyboard.press('Alt+PageUp');
+  near((await server.next('probe')).at_m, [before[0] + 0.0005, before[1] + 0.0001, before[2]]);
+  await page.click('#hand');
+  await page.locator('#view canvas').focus();
+  await page.keyboard.press('ArrowRight'); // turns the view again
+  await page.waitForTimeout(100);
+  assert.deepEqual(server.take('probe'), []);
+});
+
+test('a flood of commands is one a picture', async () => {
+  await page.click('#hand');
+  const pictures = await page.evaluate(async () => {
+    const {hand} = window.palpate;
+    let count = 0;
+    for (let i = 0; i < 500; ++i) {
+      hand.by(1e-6, 0, 0);
+      if (i % 100 === 0) await new Promise(done => requestAnimationFrame(() => done(++count)));
+    }
+    return count;
+  });
+  await page.waitForTimeout(200);
+  assert.ok(server.take('probe').length <= pictures + 2);
+  await page.click('#hand');
+});
+
+test('a damaged message is said and the page goes on', async () => {
+  server.send(Buffer.from('garbage'));
+  await page.waitForFunction(() => document.getElementById('problem').textContent.includes('ends after 7 bytes'));
+  server.send('no JSON');
+  await page.waitForFunction(() => document.getElementById('link').textContent === 'no JSON');
+  server.sendFrames(1046, 5, 0);
+  await page.waitForFunction(() => window.palpate.frames.count === 48);
+});
+
+test('a new run, whose clock begins anew, has its own charts; the table goes on', async () => {
+  const time = () => page.$eval('#felt td[data-of=time]', cell => Number(cell.dataset.value));
+  server.sendFrames(1051, 4, 0);
+  await page.waitForFunction(() => window.palpate.frames.count === 52 && window.palpate.felt.done === 52);
+  const before = await time();
+  server.sendFrames(1000, 10, 0); // felt, and earlier than the last
+  await page.waitForFunction(() => window.palpate.frames.count === 10 && window.palpate.felt.done === 10);
+  await shown(page, 1009);
+  assert.ok(Math.abs(await time() - before - 0.009) < 1e-9); // the first of a run has no frame before it
+  assert.equal(await page.evaluate(() => window.palpate.charts.cells[0].chart.data[0][0]), 1);
+});
+
+test('the page connects again, begins anew, and sends nothing meanwhile', async () => {
+  server.socket.terminate();
+  await page.waitForFunction(() => document.getElementById('link').textContent.startsWith('connection lost'));
+  assert.equal(await page.isDisabled('#freeze'), true);
+  await page.waitForFunction(() => document.getElementById('link').textContent === 'connected');
+  assert.equal(server.connections, 2);
+  server.sendFrames(0, 5, 0);
+  await shown(page, 4);
+  assert.equal(await page.evaluate(() => window.palpate.frames.count), 5);
+});
+
+test('a loop that is silent is said to be', async () => {
+  await page.waitForFunction(() => /^no frame for \d+ s$/.test(document.getElementById('link').textContent));
+});

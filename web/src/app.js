@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+/** The page as a whole: what is shown of which frame, and what the controls do. */
+import {Charts} from './charts.js';
+import {Felt} from './felt.js';
+import {FrameStore} from './frames.js';
+import {Hand} from './hand.js';
+import {bindKeys} from './keys.js';
+import {Overlay} from './overlay.js';
+import {Panels} from './panels.js';
+import {Player} from './player.js';
+import {Slices} from './slices.js';
+import {View3d} from './view3d.js';
+import {Announcer, feltOf, flagsOf, listed, readable, roundUp} from './words.js';
+
+const kForceRank = 0.99; // share of the frames in contact at or below the last colour's force
+const kTables_ms = 500; // between two looks at charts and tables of a live loop
+const kQuiet_ms = 1000; // without a frame: said
+
+export class App {
+  /**
+   * @param {any} scene
+   * @param {(name: string, count?: number, type?: string) => any} blob
+   * @param {((command: any) => boolean) | undefined} send to the loop; nothing in a playback
+   */
+  constructor(scene, blob, send) {
+    this.scene = scene;
+    this.send = send;
+    this.isLive = scene.mode === 'live';
+    document.body.dataset.mode = scene.mode;
+    this.frames = new FrameStore();
+    if (scene.frames) this.frames.append(scene.frames, blob);
+    this.player = new Player(this.frames, this.isLive);
+    this.felt = new Felt(scene);
+    this.state = {};
+    this.marks = [...(scene.marks ?? [])];
+    this.dropped = []; // points that the loop was told, and has not confirmed
+    this.look = {span: this.isLive ? '5' : 'now', by: 'force', paint: 'none'};
+    this.cut = {axis: 'none', follows: false, place_mm: 0};
+    this.step = 0;
+    document.getElementById('main').hidden = false;
+    this.view = new View3d(document.getElementById('view'), scene, blob);
+    this.overlay = new Overlay(this.view, scene);
+    this.slices = new Slices(scene, blob, document.getElementById('slices'));
+    this.charts = new Charts(document.getElementById('charts'), this.frames, i => this.seek(i), this.isLive);
+    this.announcer = new Announcer(document.getElementById('said'));
+    this.hand = send && new Hand(this.view, send, () => this.probe());
+    this.panels = new Panels(this);
+    bindKeys(this);
+    this.view.onLevels = () => this.repaint();
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+      this.view.retheme();
+      this.charts.rebuild();
+    });
+    this.takeIn();
+    this.setMarks(this.marks);
+    this.seekFirst();
+    this.before = performance.now();
+    requestAnimationFrame(now => this.tick(now));
+  }
+
+  /** A playback begins with the first frame that felt something. */
+  seekFirst() {
+    if (this.isLive || this.frames.count === 0) return;
+    const at = this.frames.columns.felt.subarray(0, this.frames.count).findIndex(bits => bits !== 0);
+    this.seek(Math.max(0, at));
+  }
+
+  /** Where the loop's probe is, scene m. */
+  probe() {
+    return this.frames.count ? this.frames.triple('probe_m', this.frames.count - 1) : undefined;
+  }
+
+  // What comes from the loop.
+
+  isSameScene(scene) {
+    const parts = s => JSON.stringify([s.title, s.mode, s.view, s.volumes,
+      (s.structures ?? []).map(one => [one.id, one.name, one.color, one.box_m])]);
+    return parts(scene) === parts(this.scene);
+  }
+
+  beginAnew(scene, blob) {
+    this.frames.clear();
+    this.felt.clear();
+    for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages)) coverage.clear();
+    if (scene.frames) this.frames.append(scene.frames, blob);
+    this.player.index = 0;
+    this.player.playing = this.isLive;
+    this.takeIn();
+  }
+
+  addFrames(frames, blob) {
+    const before = this.frames.count;
+    this.frames.append(frames, blob);
+    this.arrived = performance.now();
+    const gone = this.frames.runBegin(before) || (this.frames.isFull ? this.frames.count >> 1 : 0);
+    if (gone === 0) return;
+    this.takeIn(); // tables and coverage keep what is forgotten; a page in the background draws nothing for minutes
+    this.frames.forget(gone);
+    this.felt.done -= gone;
+    for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages))
+      coverage.done = Math.max(0, coverage.done - gone);
+    this.player.index = Math.max(0, this.player.index - gone);
+  }
+
+  addMeshes(structures, blob) {
+    for (const mesh of structures ?? []) {
+      const surface = this.view.surfaces.byId(mesh.id);
+      if (!surface) continue;
+      surface.forgetAsked();
+      for (const level of mesh.levels ?? []) surface.add(level, blob);
+    }
+    this.isAsking = false;
+    this.view.touch();
+  }
+
+  /** What the loop says in words, and its state. */
+  hear(message) {
+    if (message.say) {
+      document.getElementById('link').textContent = message.say;
+      this.announcer.say(message.say);
+    }
+    Object.assign(this.state, message.state ?? {});
+    this.hearMarks(message.state?.marks);
+    this.panels.showState();
+  }
+
+  /** The loop's points: all of them, or how many it has of those that this page dropped. */
+  hearMarks(marks) {
+    if (Array.isArray(marks)) this.setMarks(marks);
+    if (Number.isInteger(marks) && marks > this.marks.length && this.dropped.length > 0)
+      this.setMarks([...this.marks, this.dropped.shift()]);
+  }
+
+  setConnected(isConnected) {
+    this.isConnected = isConnected;
+    this.panels.showState();
+  }
+
+  // What the controls do.
+
+  seek(index) {
+    this.player.seek(index);
+    this.step = 0;
+  }
+
+  seekBy(frames) {
+    this.player.step(frames);
+    this.step = 0;
+  }
+
+  setCut() {
+    const normals = {'+x': [1, 0, 0], '-x': [-1, 0, 0], '+y': [0, 1, 0], '-y': [0, -1, 0],
+                     '+z': [0, 0, 1], '-z': [0, 0, -1]};
+    const normal = normals[this.cut.axis];
+    if (!normal) return this.view.setCut(null);
+    const proxy = this.frames.count ? this.frames.triple('proxy_m', this.player.index) : this.view.center;
+    const place = this.cut.follows ? proxy
+      : this.view.center.map((c, i) => c + normal[i] * -this.cut.place_mm / 1000);
+    // Kept is the side that the normal points to: the near side is taken away.
+    return this.view.setCut(normal.map(v => -v), place);
+  }
+
+  setMarks(marks) {
+    this.marks = marks;
+    this.view.glyphs.setMarks(marks);
+    this.overlay.setMarks(marks);
+    this.panels.showMarks();
+    this.view.touch();
+  }
+
+  dropMark(name) {
+    if (!this.frames.count) return;
+    const i = this.send ? this.player.last : this.player.index;
+    const mark = {name, at_m: this.frames.triple('proxy_m', i), time_s: this.frames.columns.time_s[i],
+                  label: listed(feltOf(this.scene, this.frames.columns.felt[i]).map(s => s.name))};
+    if (!this.send) this.setMarks([...this.marks, mark]);
+    else if (this.send({do: 'mark', name})) this.dropped.push(mark);
+  }
+
+  detail() {
+    return this.scene.details?.[String(this.frames.columns.index[this.player.index])];
+  }
+
+  // What is computed from the frames.
+
+  /** Takes frames that came into tables and coverage. */
+  takeIn() {
+    this.felt.update(this.frames);
+    for (const surface of this.view.surfaces.all) {
+      if (surface.structure.bit < 0 || !surface.level) continue;
+      const levels = new Set(this.isOpen ? [surface.coverage] : []); // the first picture does not wait for areas
+      if (this.look.paint !== 'none') levels.add(surface.paintOf(surface.level));
+      for (const coverage of levels)
+        coverage.update(this.frames, surface.structure.bit, this.felt.period_s, this.view.toView);
+    }
+    this.scale_n = this.forceScale();
+    this.repaint();
+    this.charts.update();
+    this.panels.showFelt();
+    this.taken = performance.now();
+    this.takenCount = this.frames.count;
+    this.shown = undefined;
+  }
+
+  /** The force of the last colour: a round number at or above 99 % of the frames that felt something. */
+  forceScale() {
+    const {felt} = this.frames.columns, forces = [];
+    const stride = Math.max(1, Math.floor(this.frames.count / 20000));
+    for (let i = 0; i < this.frames.count; i += stride) if (felt[i]) forces.push(this.frames.force(i));
+    if (forces.length === 0) return 1;
+    forces.sort((a, b) => a - b);
+    return roundUp(forces[Math.floor(kForceRank * (forces.length - 1))]);
+  }
+
+  repaint() {
+    const surfaces = this.view.surfaces.all.filter(s => s.structure.bit >= 0 && s.level);
+    if (this.look.paint !== 'none')
+      for (const s of surfaces) // a level that is shown for the first time
+        s.paintOf(s.level).update(this.frames, s.structure.bit, this.felt.period_s, this.view.toView);
+    const longest = surfaces.map(s => (this.look.paint === 'longest' ? s.paintOf(s.level).longest_s : 0));
+    this.most = {longest: roundUp(Math.max(0, ...longest)),
+                 hardest: this.scale_n ?? 1};
+    for (const surface of surfaces) surface.paint(this.look.paint, this.most);
+    this.panels.showLegend();
+    this.view.touch();
+  }
+
+  // One picture.
+
+  tick(now) {
+    const elapsed_s = Math.max(0, now - this.before) / 1000;
+    this.before = now;
+    this.player.advance(elapsed_s);
+    if (this.isLive && this.frames.count !== this.takenCount && now - this.taken > kTables_ms) this.takeIn();
+    if (this.hand) this.hand.flush();
+    const shown = `${this.player.index} ${this.frames.generation} ${this.frames.count && 1} ${this.step}`;
+    if (shown !== this.shown) {
+      this.shown = shown;
+      this.showFrame();
+    }
+    if (this.view.draw(now)) {
+      this.overlay.place();
+      this.askForDetail();
+    } else if (!this.isOpen) {
+      this.isOpen = true;
+      this.takeIn();
+    }
+    this.panels.showPlayer();
+    this.panels.showAge(this.isLive && this.isConnected && this.arrived && now - this.arrived > kQuiet_ms
+      ? Math.round((now - this.arrived) / 1000) : 0);
+    requestAnimationFrame(next => this.tick(next));
+  }
+
+  showFrame() {
+    if (this.frames.count === 0) return this.slices.draw(this.view.center, this.view.center);
+    const i = this.player.index, {frames, scene} = this;
+    const probe_m = frames.triple('probe_m', i), proxy_m = frames.triple('proxy_m', i);
+    this.view.glyphs.setFrame(this.view.toView(probe_m), this.view.toView(proxy_m),
+                              frames.triple('force_n', i), this.scale_n);
+    this.view.trail.update(frames, i, this.look, this.scale_n);
+    this.showDetail();
+    if (this.cut.follows) this.setCut();
+    this.view.touch();
+    this.overlay.setForce(frames.force(i));
+    this.slices.draw(proxy_m, probe_m);
+    this.charts.show(i, (chart, value) => `${readable(value)} ${chart.unit}`);
+    this.panels.showFrame(i, feltOf(scene, frames.columns.felt[i]), flagsOf(scene, frames.columns.flags[i]));
+    this.announce(i);
+  }
+
+  showDetail() {
+    const steps = this.detail();
+    this.step = Math.min(this.step, Math.max(0, (steps?.length ?? 1) - 1));
+    this.view.glyphs.setDetail(steps, this.step);
+    this.panels.showDetail(steps, this.step);
+  }
+
+  /** What is touched and which flags are set, when that changes. */
+  announce(i) {
+    const touched = listed(feltOf(this.scene, this.frames.columns.felt[i]).map(s => s.name)) || 'nothing';
+    const flags = flagsOf(this.scene, this.frames.columns.flags[i]).map(flag => flag.name).join(', ');
+    const words = `Touching ${touched}.${flags ? ` Flags: ${flags}.` : ''}`;
+    if (words === this.announced) return;
+    this.announced = words;
+    this.announcer.say(words);
+  }
+
+  /** Asks the loop's side for a finer surface, one at a time, while pictures come fast enough. */
+  askForDetail() {
+    if (!this.send || this.isAsking) return;
+    const {surfaces, pace} = this.view;
+    const wanted = surfaces.wanted(pace.budget(true) - surfaces.facets);
+    if (!wanted) return;
+    wanted.level.isAsked = true;
+    this.isAsking = this.send({do: 'level', structure: wanted.surface.structure.id, facets: wanted.level.facets});
+  }
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Colours that are numbers: of forces, as in the pictures of a report, and of the style sheet. */
+
+const kForce = [[0.09, 0.16, 0.55], [0.32, 0.14, 0.66], [0.60, 0.13, 0.60], [0.82, 0.17, 0.40],
+                [0.94, 0.36, 0.17], [1.00, 0.62, 0.10]];
+
+/** Colour of a share of the greatest force: sRGB, 0 to 1. */
+export function forceColor(share) {
+  if (!(share > 0)) return kForce[0];
+  if (share >= 1) return kForce.at(-1);
+  const at = share * (kForce.length - 1), low = Math.floor(at), part = at - low;
+  return kForce[low].map((value, i) => value + part * (kForce[low + 1][i] - value));
+}
+
+/** CSS of the colours of forces from left to right. */
+export function forceGradient() {
+  const stops = kForce.map(color => `rgb(${color.map(c => Math.round(255 * c)).join(' ')})`);
+  return `linear-gradient(90deg, ${stops.join(', ')})`;
+}
+
+/** "#rrggbb" as three numbers from 0 to 1, grey for anything else. */
+export function hexColor(text) {
+  const match = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})$/i.exec(text ?? '');
+  return match ? match.slice(1).map(part => parseInt(part, 16) / 255) : [0.7, 0.7, 0.7];
+}
+
+/** A colour of the style sheet, as it is now (light or dark). */
+export function styleColor(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+/** The frames that were sent: columns that grow, with a bound on what is kept. */
+import {DamagedData} from './container.js';
+
+const kColumns = {
+  time_s: ['f64', Float64Array, 1], probe_m: ['f64', Float64Array, 3],
+  proxy_m: ['f64', Float64Array, 3], force_n: ['f64', Float64Array, 3],
+  flags: ['u32', Uint32Array, 1], felt: ['u32', Uint32Array, 1],
+  sub_steps: ['u32', Uint32Array, 1], spent_us: ['f32', Float32Array, 1],
+  late_us: ['f32', Float32Array, 1],
+};
+const kKept = {...kColumns, index: ['', Uint32Array, 1]}; // besides: the number that the loop counts for a frame
+const kLiveFrames = 600000; // kept of a live loop: 10 minutes at 1 kHz, 60 MB
+
+export class FrameStore {
+  constructor() {
+    this.clear();
+  }
+
+  clear() {
+    this.count = 0; // frames here
+    this.lost = 0; // frames that the page never got
+    this.generation = (this.generation ?? 0) + 1; // changes where earlier frames are gone
+    this.columns = {};
+    this.reserve(0);
+  }
+
+  reserve(count) {
+    if (this.capacity >= count && this.columns.time_s) return;
+    this.capacity = Math.max(count, 2 * this.count, 1024);
+    for (const [name, [, Type, width]] of Object.entries(kKept)) {
+      const grown = new Type(this.capacity * width);
+      if (this.columns[name]) grown.set(this.columns[name].subarray(0, this.count * width));
+      this.columns[name] = grown;
+    }
+  }
+
+  /**
+   * Adds frames behind those here.
+   * @param {any} frames the entry "frames" of the description
+   * @param {(name: string, count: number, type: string) => any} blob
+   */
+  append(frames, blob) {
+    const count = frames.count;
+    if (!Number.isSafeInteger(count) || count < 0)
+      throw new DamagedData(`"frames" has the count ${count}.`);
+    const arrived = {};
+    for (const [name, [type, , width]] of Object.entries(kColumns)) {
+      const source = frames.columns?.[name];
+      if (source !== undefined) arrived[name] = blob(source, count * width, type);
+      else if (type === 'f64') throw new DamagedData(`"frames" has no column "${name}".`);
+    }
+    this.lost += frames.lost ?? 0;
+    this.reserve(this.count + count);
+    for (const [name, [, , width]] of Object.entries(kColumns))
+      if (arrived[name]) this.columns[name].set(arrived[name], this.count * width);
+      else this.columns[name].fill(0, this.count * width, (this.count + count) * width);
+    for (let i = 0; i < count; ++i) this.columns.index[this.count + i] = (frames.first ?? 0) + i;
+    this.count += count;
+  }
+
+  /** Whether more frames are here than a live page keeps. */
+  get isFull() {
+    return this.count > kLiveFrames;
+  }
+
+  /** Where the last run begins among the frames from `from` on: its clock begins anew. 0: nowhere. */
+  runBegin(from) {
+    const {time_s} = this.columns;
+    for (let i = this.count - 1; i >= Math.max(1, from); --i) if (time_s[i] < time_s[i - 1]) return i;
+    return 0;
+  }
+
+  /** Forgets so many of the oldest frames. */
+  forget(gone) {
+    for (const [name, [, , width]] of Object.entries(kKept))
+      this.columns[name].copyWithin(0, gone * width, this.count * width);
+    this.count -= gone;
+    this.generation += 1;
+  }
+
+  /** Three numbers of a column, exactly as they were sent. */
+  triple(name, i) {
+    return [...this.columns[name].subarray(3 * i, 3 * i + 3)];
+  }
+
+  /** Length of the force, N. */
+  force(i) {
+    const f = this.columns.force_n;
+    return Math.hypot(f[3 * i], f[3 * i + 1], f[3 * i + 2]);
+  }
+
+  /** Distance from probe to proxy, m. */
+  depth(i) {
+    const {probe_m: a, proxy_m: b} = this.columns;
+    return Math.hypot(a[3 * i] - b[3 * i], a[3 * i + 1] - b[3 * i + 1], a[3 * i + 2] - b[3 * i + 2]);
+  }
+
+  /** Time that frame i stands for, s: up to the next period where frames before it are missing. */
+  duration(i, period_s) {
+    if (i === 0) return period_s;
+    const passed = this.columns.time_s[i] - this.columns.time_s[i - 1];
+    return passed > 0 ? Math.min(passed, 2 * period_s) : 0;
+  }
+
+  /** The last frame that is not after this time; 0 before the first. */
+  at(time_s) {
+    let low = 0, high = this.count - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.columns.time_s[middle] <= time_s) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+}
