@@ -18,15 +18,12 @@ EOT
 
 say() { printf 'palpate.sh: %s\n' "$*" >&2; }
 
-# Names in scripts/packages.txt that are not installed, a line each.
+# Names in scripts/packages.txt that no installed package has or provides, a line each: Node.js of its own makers provides npm.
 missing_packages() {
-    local package
-    while read -r package; do
-        case $(dpkg-query -W -f='${db:Status-Abbrev}' "$package" 2>/dev/null) in
-        ii*) ;;
-        *) echo "$package" ;;
-        esac
-    done < <(sed 's/#.*//' scripts/packages.txt | tr -s ' \t' '\n' | grep .)
+    local there
+    there=$(dpkg-query -W -f='${db:Status-Abbrev}\t${Package}, ${Provides}\n' | sed -n 's/^ii[^\t]*\t//p' |
+        sed 's/([^)]*)//g' | tr ',' '\n' | tr -d ' ')
+    sed 's/#.*//' scripts/packages.txt | tr -s ' \t' '\n' | grep . | grep -vxF "$there" || true
 }
 
 install_packages() {

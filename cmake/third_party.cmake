@@ -59,6 +59,12 @@ find_package(PNG REQUIRED)
 add_library(palpate_png INTERFACE IMPORTED)
 target_link_libraries(palpate_png INTERFACE PNG::PNG)
 
+# Beast and Asio: headers alone. Boost's own search would look for compiled libraries.
+find_path(PALPATE_BOOST_INCLUDE boost/beast.hpp REQUIRED)
+add_library(palpate_boost INTERFACE IMPORTED)
+target_include_directories(palpate_boost SYSTEM INTERFACE ${PALPATE_BOOST_INCLUDE})
+target_link_libraries(palpate_boost INTERFACE Threads::Threads)
+
 # Its hidraw side alone: the libusb side takes devices away from the kernel and drops the wrong reports.
 find_path(PALPATE_HIDAPI_INCLUDE hidapi/hidapi.h REQUIRED)
 find_library(PALPATE_HIDAPI_LIBRARY hidapi-hidraw REQUIRED)

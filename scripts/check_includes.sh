@@ -7,7 +7,7 @@
 #   geometry <- volume <- haptics <- engine <- { c, python }, geometry <- drivers <- engine     (docs/architecture.md)
 # The rooms of a folder stand on floors, in the order of `floors` below: a room includes what is below it.
 # Rooms belong to libraries, as CMakeLists.txt lists them: the run time includes nothing of palpate::files or palpate::report,
-# palpate::files nothing of palpate::report.
+# palpate::files nothing of palpate::report, and none of them anything of palpate::view.
 # Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
 # sources named below. c/ and python/ include public headers alone, as a program does that embeds palpate.
 # haptics does its work in the loop: nothing there may wait, print or open files.
@@ -32,6 +32,7 @@ rooms_of() {
 }
 files_rooms=$(rooms_of files)
 report_rooms=$(rooms_of report)
+view_rooms=$(rooms_of view)
 
 library_sources() {
     local folder folders=()
@@ -52,7 +53,7 @@ check_includes() {
     local sources
     mapfile -t sources < <(library_sources)
     [ ${#sources[@]} -gt 0 ] || return 0
-    awk -v files_rooms="$files_rooms" -v report_rooms="$report_rooms" '
+    awk -v files_rooms="$files_rooms" -v report_rooms="$report_rooms" -v view_rooms="$view_rooms" '
     function complain(what) { printf "%s:%d: %s\n", FILENAME, FNR, what; bad = 1 }
 
     # In which sources a library may be included; "" for a library that nobody knows.
@@ -63,14 +64,15 @@ check_includes() {
         if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
         if (header ~ /^itk/) return "^volume/(filters|formats)/.*\\.cpp$"
         if (header ~ /^gdcm/) return "^volume/formats/internal/dicom_pixels\\.cpp$"
-        if (header ~ /^zlib\.h$/) return "^volume/formats/.*\\.cpp$"
+        if (header ~ /^zlib\.h$/) return "^(volume/formats/.*|engine/view/view_page)\\.cpp$"
+        if (header ~ /^boost\//) return "^engine/view/(.*\\.cpp|internal/live_answer\\.h)$"
         if (header ~ /^hidapi/) return "^drivers/internal/hid_port\\.cpp$"
         if (header ~ /^hdf5/) return "^engine/record/internal/recording_store\\.cpp$"
         if (header ~ /^openssl\//) return "^engine/files/internal/sha256\\.cpp$"
         if (header ~ /^toml/) return "^engine/scene/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
         if (header ~ /^png\.h$/) return "^engine/picture/internal/canvas\\.cpp$"
         if (header ~ /^fmt\//) return "^engine/(.*\\.cpp|command/command\\.h)$"
-        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|text/internal/json_text\\.h)$"
+        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|text/internal/json_text\\.h|view/internal/container\\.h)$"
         if (header ~ /^CLI\//) return "^engine/command/"
         if (header ~ /^(pybind11|python)\//) return "^python/bindings/"
         return ""
@@ -87,7 +89,7 @@ check_includes() {
     # 0 of what is in the run time, else the place in `library`; the command, C and Python may include all of them.
     function library_of(path,    i) {
         if (path ~ /^(engine\/command|c|python)\//) return 9
-        for (i = 2; i >= 1; --i) if (path ~ rooms_of[i]) return i
+        for (i = 3; i >= 1; --i) if (path ~ rooms_of[i]) return i
         return 0
     }
 
@@ -136,12 +138,14 @@ check_includes() {
         floors["geometry"] = "formats"
         floors["volume"] = "internal fields filters formats"
         floors["haptics"] = "solver contact effects stepping hand"
-        floors["engine"] = "text scene loop truth devices run files record baking picture info report study command"
+        floors["engine"] = "text scene loop truth devices run files record baking picture info report study view command"
         library[0] = "palpate::palpate"
         library[1] = "palpate::files"
         library[2] = "palpate::report"
+        library[3] = "palpate::view"
         rooms_of[1] = "^(" files_rooms ")/"
         rooms_of[2] = "^(" report_rooms ")/"
+        rooms_of[3] = "^(" view_rooms ")/"
         never_in_haptics = "^(thread|mutex|shared_mutex|condition_variable|future|iostream|fstream|filesystem|cstdio|stdio\\.h)$"
         system_header = "^((sys|linux)/)?[a-z0-9_]+\\.h$"  # of the C library, kernel and compiler; libraries are above
     }

@@ -15,6 +15,7 @@
 #include <palpate/engine/report/internal/html.h>
 #include <palpate/engine/report/internal/report_style.h>
 #include <palpate/engine/report/internal/trace_summary_reader.h>
+#include <palpate/engine/text/base64.h>
 #include <palpate/engine/text/whole_file.h>
 
 namespace palpate {
@@ -344,7 +345,7 @@ std::string picture(const SurfaceScene& scene, const ReportSubject& subject,
         "<figure><img width=\"{}\" height=\"{}\" alt=\"{}\" src=\"data:image/png;base64,{}\">"
         "<figcaption>{}</figcaption></figure>\n",
         view.width, view.height, escape_html(alt),
-        internal::base64(render_png(scene, trace.frames, view)), escape_html(from.name));
+        base64(render_png(scene, trace.frames, view)), escape_html(from.name));
 }
 
 std::string pictures(const ReportSubject& subject) {

@@ -170,6 +170,30 @@ private:
     bool adopted_ = false;
 };
 
+/// Tells who watches of a loop, and of its end before it goes.
+class ShownLoop {
+public:
+    ShownLoop(HapticLoop& loop, const RunWatch& watch) : watch_(watch) {
+        if (watch_.loop) watch_.loop(&loop);
+    }
+    ~ShownLoop() {
+        if (watch_.loop) watch_.loop(nullptr);
+    }
+    ShownLoop(const ShownLoop&) = delete;
+    ShownLoop& operator=(const ShownLoop&) = delete;
+
+private:
+    const RunWatch& watch_;
+};
+
+/// Frees what a run without an end has recorded so far.
+void forget_frames(Run& run) {
+    run.inputs.clear();
+    run.frames.clear();
+    run.steps_left.clear();
+    run.touches.clear();
+}
+
 void count(const RunFrame& run, RealtimeCounts& counts) {
     counts.own_work += run.overrun == Overrun::own_work ? 1 : 0;
     counts.woken_late += run.overrun == Overrun::woken_late ? 1 : 0;
@@ -204,12 +228,14 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     trace.device = placed.placement.to_scene(placed.device.properties());
     warn_of_coupling(*scene, trace.device, watch);
     HapticLoop loop(scene, clock, description, trace.device);
+    const ShownLoop shown(loop, watch);
     Rings rings(description.rate_hz, description.method == SteppingMethod::paper);
     ServoLoop servo(loop, placed.device, placed.placement, clock,
                     servo_settings(settings, description.rate_hz, trace.device), rings.frames,
                     rings.keeps_steps ? &rings.decisions : nullptr, &rings.touches);
     RealtimeCounts counts;
     NextScene next(scene, settings);
+    std::uint64_t recorded = 0; // frames
 
     const auto record = [&] {
         RunFrame run;
@@ -217,13 +243,14 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
             count(run, counts);
             next.see(run.frame);
             if (watch.frame) watch.frame(run);
+            ++recorded;
+            if (settings.keep == RealtimeSettings::Keep::none) forget_frames(trace);
         }
     };
     const auto done = [&] {
-        const double by_frames =
-            static_cast<double>(trace.frames.size()) / static_cast<double>(settings.most_frames);
-        const double by_time =
-            static_cast<double>(trace.frames.size()) / (settings.longest_s * description.rate_hz);
+        const auto frames = static_cast<double>(recorded);
+        const double by_frames = frames / static_cast<double>(settings.most_frames);
+        const double by_time = frames / (settings.longest_s * description.rate_hz);
         return std::clamp(std::max(by_frames, by_time), 0.0, 1.0);
     };
 

@@ -24,6 +24,10 @@ struct RealtimeSettings {
     std::uint64_t most_frames = std::numeric_limits<std::uint64_t>::max(); ///< then the run ends
     double longest_s = std::numeric_limits<double>::infinity(); ///< of the clock, s: then it ends
 
+    /// Which frames the result has: none of a run without an end, which would fill the memory.
+    enum class Keep : std::uint8_t { all, none };
+    Keep keep = Keep::all; ///< RunWatch::frame is told of every frame either way
+
     /// Another scene with the same surfaces, which the loop adopts (HapticLoop::adopt()) as soon as
     /// it is ready, if each contact goes on from what it was, as `guarded` does from `volume`. Else
     /// once no surface has been felt for kFree_s: a new contact with a surface that holds the proxy

@@ -67,6 +67,7 @@ expect_violation(engine/scene/effects/a.h "#include <palpate/engine/scene/intern
 # Libraries of ours.
 expect_violation(engine/scene/a.cpp "#include <palpate/volume/formats/volume_file.h>" "palpate::palpate must not include palpate::files")
 expect_violation(engine/scene/a.h "#include <palpate/geometry/formats/mesh_file.h>" "palpate::palpate must not include palpate::files")
+expect_violation(engine/report/a.cpp "#include <palpate/engine/view/view_page.h>" "engine/report must not include")
 
 make_clean_tree()
 file(WRITE ${WORK}/CMakeLists.txt "# SPDX-License-Identifier: Apache-2.0\nset(files_rooms engine/files)\n")
@@ -91,7 +92,8 @@ expect_violation(engine/a.cpp "#include <CLI/CLI.hpp>" "belongs to")
 expect_violation(engine/a.h "#include <nlohmann/json.hpp>" "belongs to")
 expect_violation(haptics/a.cpp "#include <fmt/format.h>" "belongs to")
 expect_violation(engine/a.h "#include <unistd.h>" "neither ours")
-expect_violation(volume/a.cpp "#include <boost/any.hpp>" "neither ours")
+expect_violation(volume/a.cpp "#include <boost/beast.hpp>" "belongs to")
+expect_violation(volume/a.cpp "#include <eigen/dense.hpp>" "neither ours")
 
 # The loop neither waits nor prints, and the library does not print.
 expect_violation(haptics/a.cpp "#include <thread>" "haptics must not include <thread>")

@@ -12,9 +12,6 @@ namespace palpate::internal {
 /// spaces.      [any]
 std::string escape_html(std::string_view text);
 
-/// Base 64 (RFC 4648, with padding).                                                    [any]
-std::string base64(std::string_view bytes);
-
 /// A number for people: three significant digits, all digits of integers and before the point; an
 /// en dash where there is none or it is not finite. [any]
 std::string readable(std::optional<double> value);

@@ -295,17 +295,6 @@ TEST(ForceChart, ForcesThatAreNoNumbersLeaveAGap) {
     EXPECT_EQ(internal::force_chart({}, 1.0, "", "x"), "");
 }
 
-TEST(Html, Base64GivesTheValuesOfRfc4648) {
-    EXPECT_EQ(internal::base64(""), "");
-    EXPECT_EQ(internal::base64("f"), "Zg==");
-    EXPECT_EQ(internal::base64("fo"), "Zm8=");
-    EXPECT_EQ(internal::base64("foo"), "Zm9v");
-    EXPECT_EQ(internal::base64("foob"), "Zm9vYg==");
-    EXPECT_EQ(internal::base64("fooba"), "Zm9vYmE=");
-    EXPECT_EQ(internal::base64("foobar"), "Zm9vYmFy");
-    EXPECT_EQ(internal::base64("\xff\xfe\xfd"), "//79");
-}
-
 TEST(Html, ControlCharactersBecomeSpaces) {
     EXPECT_EQ(internal::escape_html(std::string("a\0b\x1b[1m\n", 8)), "a b [1m ");
 }

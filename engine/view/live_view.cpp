@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/view/live_view.h>
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/record/recorded_run.h>
+#include <palpate/engine/record/recording_journal.h>
+#include <palpate/engine/text/whole_file.h>
+
+namespace palpate {
+namespace {
+
+using namespace view_commands;
+
+constexpr std::size_t kMostMarks = 10'000; // more than a hand drops
+
+/// The first name in a folder that nothing has: recording-001.h5 and so on.
+std::filesystem::path free_name(const std::filesystem::path& folder) {
+    for (int number = 1;; ++number) {
+        std::filesystem::path file = folder / fmt::format("recording-{:03}.h5", number);
+        if (!std::filesystem::exists(file) && !std::filesystem::exists(marks_file(file)) &&
+            !std::filesystem::exists(RecordingJournal::file_of(file)))
+            return file;
+    }
+}
+
+/// Where a hand is in free space, as near as can be to where it was: one that presses would begin a
+/// trial inside, where nothing is felt.
+Vec3 in_front_of(const FrameReport& last) {
+    constexpr double kClear_m = 0.5e-3; // more than a proxy may be behind a surface
+    const Vec3 out = last.proxy - last.probe;
+    const double depth_m = glm::length(out);
+    return last.surfaces_felt == 0 || depth_m == 0.0 ? last.probe
+                                                     : last.proxy + out * (kClear_m / depth_m);
+}
+
+/// Triangles of the level that a page is sent which asks for `facets` of a structure: few numbers,
+/// so that each level is made once.
+std::size_t rung(const ViewDocument& document, const Level& level) {
+    constexpr std::size_t kCoarsest = 4'000;
+    if (level.structure < document.structures.size()) {
+        const auto& mesh = document.structures[level.structure].mesh;
+        if (mesh && level.facets >= mesh->triangles.size()) return mesh->triangles.size() + 1;
+    }
+    std::size_t most = kCoarsest;
+    while (2 * most <= level.facets)
+        most *= 2;
+    return most;
+}
+
+} // namespace
+
+/// Of two threads: the one that runs and records, and the server's, which answers.
+class LiveView::View {
+public:
+    View(std::shared_ptr<const Scene> scene, ViewDocument document, const LiveDevice& device,
+         const LiveViewSettings& settings, std::string page)
+        : scene_(std::move(scene)), document_(std::move(document)), device_(device),
+          settings_(settings), felt_names_(felt_names(*scene_)),
+          server_(settings.server, std::move(page),
+                  std::make_shared<const std::string>(scene_message(document_, settings.detail)),
+                  [this](const ViewCommand& command) { return answer(command); }) {
+        tell("", false);
+    }
+
+    const LiveServer& server() const noexcept { return server_; }
+    void run(const RunWatch& watch);
+
+private:
+    Trace run_once(const RunWatch& watch, bool is_recording);
+    void write(const Trace& trace);
+    LiveReply answer(const ViewCommand& command);
+    LiveReply obey(const Probe& probe);
+    LiveReply obey(const EffectGain& gain);
+    LiveReply obey(const Freeze& freeze);
+    LiveReply obey(const Restart&);
+    LiveReply obey(const Record& record);
+    LiveReply obey(const Mark& mark);
+    LiveReply obey(const Level& level);
+    LiveReply obey(const Button& button);
+    void see(const RunFrame& run);
+    void use(HapticLoop* loop);
+    std::string state() const;
+    void tell(const std::string& said, bool is_error) { server_.tell(said, is_error, state()); }
+
+    const std::shared_ptr<const Scene> scene_;
+    const ViewDocument document_;
+    const LiveDevice device_;
+    const LiveViewSettings settings_;
+    const std::vector<std::string> felt_names_;
+
+    std::atomic<bool> wants_recording_{false};
+    std::filesystem::path file_; ///< of the recording that is under way
+
+    mutable std::mutex mutex_; ///< of what follows
+    bool is_recording_ = false;
+    HapticLoop* loop_ = nullptr;
+    std::map<std::size_t, double> gains_; ///< that are not 1, by effect
+    FrameReport last_;
+    bool has_last_ = false;
+    std::vector<ViewMark> marks_;  ///< of the recording that is under way
+    std::size_t marks_in_all_ = 0; ///< also outside of recordings
+    std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const std::string>> meshes_;
+
+    LiveServer server_; // last: its thread uses all of the above
+};
+
+void LiveView::View::run(const RunWatch& watch) {
+    for (;;) {
+        const bool is_recording = wants_recording_;
+        const Trace trace = run_once(watch, is_recording);
+        if (is_recording) write(trace);
+        if (wants_recording_ == is_recording) return;
+    }
+}
+
+Trace LiveView::View::run_once(const RunWatch& watch, bool is_recording) {
+    std::optional<RecordingJournal> journal;
+    if (is_recording) {
+        std::filesystem::create_directories(settings_.folder);
+        file_ = free_name(settings_.folder);
+        journal.emplace(file_, recorded(*scene_, settings_.overrides, {}));
+        if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
+    }
+    {
+        const std::lock_guard lock(mutex_);
+        is_recording_ = is_recording;
+        marks_.clear();
+    }
+    tell(is_recording ? fmt::format("recording to {}", file_.string()) : std::string(), false);
+
+    RunWatch both = watch;
+    both.loop = [this](HapticLoop* loop) { use(loop); };
+    both.frame = [this, &watch](const RunFrame& run) {
+        see(run);
+        if (watch.frame) watch.frame(run);
+    };
+    both.progress = [this, &watch, is_recording](double done, std::string_view what) {
+        const bool goes_on = !watch.progress || watch.progress(done, what);
+        return goes_on && wants_recording_ == is_recording;
+    };
+    if (journal)
+        both.kept = [this, &journal, is_told = false](const Trace& so_far) mutable {
+            if (journal->add(so_far) || std::exchange(is_told, true)) return;
+            tell("what is recorded cannot be kept while it goes on; check the space in its folder",
+                 true);
+        };
+    RealtimeSettings settings = settings_.run;
+    settings.keep = is_recording ? RealtimeSettings::Keep::all : RealtimeSettings::Keep::none;
+    return run_realtime(scene_, {device_.device, device_.placement}, settings, both);
+}
+
+/// What cannot be written stays in the journal, and the view goes on.
+void LiveView::View::write(const Trace& trace) {
+    std::vector<ViewMark> marks;
+    {
+        const std::lock_guard lock(mutex_);
+        is_recording_ = false;
+        marks.swap(marks_);
+    }
+    try {
+        Recording recording = recorded(*scene_, settings_.overrides, trace);
+        write_recording(file_, recording);
+        if (!marks.empty()) write_whole_file(marks_file(file_), marks_as_json(marks));
+        RecordingJournal(file_, std::move(recording)).remove();
+        tell(fmt::format("written: {}, {} frames, {} marks", file_.string(), trace.frames.size(),
+                         marks.size()),
+             false);
+    } catch (const std::runtime_error& error) {
+        tell(fmt::format("{}; what was recorded is in {}", error.what(),
+                         RecordingJournal::file_of(file_).string()),
+             true);
+    }
+}
+
+void LiveView::View::see(const RunFrame& run) {
+    {
+        const std::lock_guard lock(mutex_);
+        last_ = run.frame;
+        has_last_ = true;
+    }
+    server_.add(run.frame);
+}
+
+void LiveView::View::use(HapticLoop* loop) {
+    const std::lock_guard lock(mutex_);
+    loop_ = loop;
+    if (loop == nullptr) return;
+    for (const auto& [effect, gain] : gains_)
+        loop->set_gain(effect, gain);
+}
+
+std::string LiveView::View::state() const {
+    const std::lock_guard lock(mutex_);
+    nlohmann::json gains = nlohmann::json::object();
+    for (const auto& [effect, gain] : gains_)
+        gains[std::to_string(effect)] = gain;
+    const nlohmann::json state = {{"recording", is_recording_},
+                                  {"file", is_recording_ ? file_.string() : std::string()},
+                                  {"frozen", device_.device.is_frozen()},
+                                  {"device", document_.device},
+                                  {"device_ended", device_.device.has_ended()},
+                                  {"mouse", device_.mouse != nullptr},
+                                  {"gains", gains},
+                                  {"marks", marks_in_all_}};
+    return state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+LiveReply LiveView::View::answer(const ViewCommand& command) {
+    return std::visit([this](const auto& one) { return obey(one); }, command);
+}
+
+LiveReply LiveView::View::obey(const Probe& probe) {
+    if (device_.mouse == nullptr)
+        return {fmt::format("the probe is moved by {}; begin with --device page to move it here",
+                            document_.device),
+                true};
+    device_.mouse->aim_at(probe.at);
+    return {};
+}
+
+LiveReply LiveView::View::obey(const EffectGain& gain) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (loop_ == nullptr)
+            return {"the loop begins anew just now; move the slider once more", true};
+        if (!loop_->set_gain(gain.effect, gain.value))
+            return {
+                fmt::format("effect {} has no gain that may be {}: it is left out, or something "
+                            "relies on it; `palpate explain` says why",
+                            gain.effect, gain.value),
+                true};
+        gains_[gain.effect] = gain.value;
+    }
+    tell("", false);
+    return {};
+}
+
+LiveReply LiveView::View::obey(const Freeze& freeze) {
+    device_.device.freeze(freeze.on);
+    tell(freeze.on ? "frozen" : "goes on", false);
+    return {};
+}
+
+LiveReply LiveView::View::obey(const Restart&) {
+    device_.device.restart();
+    tell("a new trial", false);
+    return {};
+}
+
+LiveReply LiveView::View::obey(const Record& record) {
+    wants_recording_ = record.on; // the run ends by that, and another one begins
+    return {};
+}
+
+LiveReply LiveView::View::obey(const Mark& mark) {
+    ViewMark set;
+    bool is_kept = false;
+    {
+        const std::lock_guard lock(mutex_);
+        if (!has_last_) return {"nothing is felt yet; mark a place once the loop runs", true};
+        if (marks_.size() >= kMostMarks)
+            return {
+                fmt::format("{} marks are enough for one recording; begin another one", kMostMarks),
+                true};
+        set.name = mark.name;
+        set.at = last_.proxy;
+        set.time_s = last_.time_s;
+        set.felt = felt_in_words(last_.surfaces_felt, felt_names_);
+        is_kept = is_recording_;
+        if (is_kept) marks_.push_back(set);
+        ++marks_in_all_;
+    }
+    tell(fmt::format("mark {}: {:.1f}, {:.1f}, {:.1f} mm LPS{}", set.name, 1e3 * set.at.x,
+                     1e3 * set.at.y, 1e3 * set.at.z,
+                     is_kept ? "" : "; it is shown, and kept only while a recording goes on"),
+         false);
+    return {};
+}
+
+LiveReply LiveView::View::obey(const Level& level) {
+    LiveReply reply;
+    reply.later = [this, key = std::pair(level.structure, rung(document_, level))] {
+        {
+            const std::lock_guard lock(mutex_);
+            if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;
+        }
+        auto made =
+            std::make_shared<const std::string>(mesh_message(document_, key.first, key.second));
+        const std::lock_guard lock(mutex_);
+        return meshes_[key] = std::move(made);
+    };
+    return reply;
+}
+
+LiveReply LiveView::View::obey(const Button& button) {
+    device_.device.press(button.on);
+    return {};
+}
+
+LiveView::LiveView(std::shared_ptr<const Scene> scene, ViewDocument document,
+                   const LiveDevice& device, const LiveViewSettings& settings, std::string page)
+    : view_(std::make_unique<View>(std::move(scene), std::move(document), device, settings,
+                                   std::move(page))) {}
+
+LiveView::~LiveView() = default;
+
+const LiveServer& LiveView::server() const noexcept { return view_->server(); }
+
+void LiveView::run(const RunWatch& watch) { view_->run(watch); }
+
+} // namespace palpate

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/view/coarse_mesh.h>
+#include <palpate/engine/view/internal/container.h>
+#include <palpate/engine/view/view_document.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+#include <palpate/version.h>
+
+namespace palpate {
+namespace {
+
+using internal::Container;
+using nlohmann::json;
+
+// Of all that is drawn, the least that a structure gets, however small it is beside the others.
+constexpr std::size_t kLeastTriangles = 500;
+
+json of(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+json of(const Box& box) { return {of(box.lower), of(box.upper)}; }
+
+const char* name(ViewMode mode) {
+    switch (mode) {
+    case ViewMode::live:
+        return "live";
+    case ViewMode::playback:
+        return "playback";
+    case ViewMode::explore:
+        break;
+    }
+    return "explore";
+}
+
+/// One level of detail of structure `id`, in the box of the structure: positions of a coarse one
+/// are means, and stay within.
+json add_level(Container& container, std::size_t id, const TriangleMesh& mesh, const Box& box) {
+    const QuantisedMesh numbers = quantised(mesh, box);
+    const std::string place = fmt::format("structure{}/{}", id, mesh.triangles.size());
+    return {{"facets", mesh.triangles.size()},
+            {"positions", container.add<std::uint16_t>(place + "/positions", numbers.positions)},
+            {"indices", container.add<std::uint32_t>(place + "/indices", numbers.indices)}};
+}
+
+std::size_t triangles(const ViewStructure& structure) {
+    return structure.mesh ? structure.mesh->triangles.size() : 0;
+}
+
+json add_structure(Container& container, const ViewDocument& document, std::size_t id,
+                   const std::vector<std::size_t>& most_triangles) {
+    const ViewStructure& structure = document.structures[id];
+    json described = {{"id", id},
+                      {"name", structure.name},
+                      {"color", structure.color},
+                      {"material", structure.material},
+                      {"bit", structure.bit},
+                      {"facets_most", triangles(structure)},
+                      {"levels", json::array()}};
+    if (triangles(structure) == 0) return described;
+    const Box box = box_of(*structure.mesh);
+    described["box_m"] = of(box);
+    std::size_t last = 0;
+    for (const std::size_t most : most_triangles) {
+        const TriangleMesh mesh = coarse_mesh(*structure.mesh, most);
+        if (mesh.triangles.size() > last)
+            described["levels"].push_back(add_level(container, id, mesh, box));
+        last = std::max(last, mesh.triangles.size());
+    }
+    return described;
+}
+
+json add_structures(Container& container, const ViewDocument& document, const ViewDetail& detail) {
+    std::size_t all = 0;
+    for (const ViewStructure& structure : document.structures)
+        all += triangles(structure);
+    json structures = json::array();
+    for (std::size_t id = 0; id < document.structures.size(); ++id) {
+        std::vector<std::size_t> most;
+        for (const std::size_t total : detail.triangles) {
+            const double share = static_cast<double>(triangles(document.structures[id])) /
+                                 static_cast<double>(std::max<std::size_t>(all, 1));
+            most.push_back(std::max(kLeastTriangles,
+                                    static_cast<std::size_t>(share * static_cast<double>(total))));
+        }
+        structures.push_back(add_structure(container, document, id, most));
+    }
+    return structures;
+}
+
+json add_volumes(Container& container, const ViewDocument& document) {
+    json volumes = json::array();
+    for (const SliceVoxels& volume : document.volumes) {
+        const Mat3& m = volume.index_to_scene.linear;
+        const Vec3& o = volume.index_to_scene.offset;
+        volumes.push_back({{"name", volume.name},
+                           {"shape", volume.shape},
+                           {"to_scene",
+                            {m[0].x, m[1].x, m[2].x, o.x, m[0].y, m[1].y, m[2].y, o.y, m[0].z,
+                             m[1].z, m[2].z, o.z, 0.0, 0.0, 0.0, 1.0}},
+                           {"voxels", container.add<std::uint8_t>(
+                                          "volume/" + volume.name + "/voxels", volume.values)},
+                           {"low", volume.low},
+                           {"high", volume.high},
+                           {"window", volume.window},
+                           {"unit", ""}});
+    }
+    return volumes;
+}
+
+json effects_of(const ViewDocument& document) {
+    json effects = json::array();
+    for (const ViewEffect& effect : document.effects)
+        effects.push_back({{"id", effect.id},
+                           {"name", effect.name},
+                           {"kind", effect.kind},
+                           {"parts", {{{"name", "strength"}, {"gain", 1.0}, {"most", 1.0}}}}});
+    return effects;
+}
+
+json flags() {
+    json flags = json::array();
+    int bit = 0;
+    for (const FrameFlagText& text : kFrameFlagTexts)
+        flags.push_back({{"bit", bit++}, {"name", text.name}, {"remedy", text.meaning}});
+    return flags;
+}
+
+/// Where to look: around all that is drawn, or the slices where nothing is.
+json view_of(const ViewDocument& document) {
+    Box box;
+    for (const ViewStructure& structure : document.structures)
+        if (triangles(structure) > 0) {
+            const Box own = box_of(*structure.mesh);
+            box.add(own.lower);
+            box.add(own.upper);
+        }
+    if (box.empty())
+        for (const SliceVoxels& volume : document.volumes)
+            for (int corner = 0; corner < 8; ++corner)
+                box.add(volume.index_to_scene.point(Vec3((corner & 1) * volume.shape[0],
+                                                         ((corner >> 1) & 1) * volume.shape[1],
+                                                         (corner >> 2) * volume.shape[2])));
+    constexpr double kAnyRadius_m = 0.1;
+    if (box.empty()) return {{"center_m", of(Vec3(0.0))}, {"radius_m", kAnyRadius_m}};
+    return {{"center_m", of(box.center())}, {"radius_m", 0.5 * glm::length(box.extent())}};
+}
+
+json marks_of(const ViewDocument& document) {
+    json marks = json::array();
+    for (const ViewMark& mark : document.marks)
+        marks.push_back({{"name", mark.name},
+                         {"at_m", of(mark.at)},
+                         {"time_s", mark.time_s},
+                         {"label", mark.felt}});
+    return marks;
+}
+
+/// One column of frames; `of` gives the numbers of one of them.
+template <class Number, std::size_t kWidth, class Function>
+std::string add_column(Container& container, const char* name, const ViewFrames& frames,
+                       const Function& numbers_of) {
+    std::vector<Number> column;
+    column.reserve(kWidth * frames.frames.size());
+    for (const FrameReport& frame : frames.frames)
+        for (const auto number : numbers_of(frame))
+            column.push_back(static_cast<Number>(number));
+    return container.add<Number>(std::string("frames/") + name, column);
+}
+
+json add_frames(Container& container, const ViewFrames& frames) {
+    const auto scalar = [&]<class Number>(const char* name, auto member, Number) {
+        return add_column<Number, 1>(container, name, frames, [member](const FrameReport& frame) {
+            return std::array{frame.*member};
+        });
+    };
+    const auto vector = [&](const char* name, Vec3 FrameReport::*member) {
+        return add_column<double, 3>(container, name, frames, [member](const FrameReport& frame) {
+            const Vec3& v = frame.*member;
+            return std::array{v.x, v.y, v.z};
+        });
+    };
+    json columns;
+    columns["time_s"] = scalar("time_s", &FrameReport::time_s, double{});
+    columns["probe_m"] = vector("probe_m", &FrameReport::probe);
+    columns["proxy_m"] = vector("proxy_m", &FrameReport::proxy);
+    columns["force_n"] = vector("force_n", &FrameReport::force);
+    columns["flags"] = scalar("flags", &FrameReport::flags, std::uint32_t{});
+    columns["felt"] = scalar("felt", &FrameReport::surfaces_felt, std::uint32_t{});
+    columns["sub_steps"] = scalar("sub_steps", &FrameReport::sub_steps, std::uint32_t{});
+    columns["spent_us"] = scalar("spent_us", &FrameReport::spent_us, float{});
+    columns["late_us"] = scalar("late_us", &FrameReport::late_us, float{});
+    return {{"first", frames.first},
+            {"count", frames.frames.size()},
+            {"lost", frames.lost},
+            {"columns", columns}};
+}
+
+} // namespace
+
+std::string scene_message(const ViewDocument& document, const ViewDetail& detail,
+                          const ViewFrames* frames) {
+    Container container("scene");
+    json& said = container.document;
+    said["title"] = document.title;
+    said["mode"] = name(document.mode);
+    said["program"] = std::string("palpate ") + kVersion;
+    said["rate_hz"] = document.rate_hz;
+    said["method"] = document.method;
+    said["device"] = document.device;
+    said["force_limit_n"] = document.force_limit_n;
+    said["axes"] = "LPS";
+    said["unit"] = "m";
+    said["structures"] = add_structures(container, document, detail);
+    said["volumes"] = add_volumes(container, document);
+    said["effects"] = effects_of(document);
+    said["flags"] = flags();
+    said["probe"] = {{"radius_m", 0.0}};
+    said["view"] = view_of(document);
+    said["marks"] = marks_of(document);
+    if (frames != nullptr) said["frames"] = add_frames(container, *frames);
+    return container.bytes();
+}
+
+std::string frames_message(const ViewFrames& frames) {
+    Container container("frames");
+    container.document["frames"] = add_frames(container, frames);
+    return container.bytes();
+}
+
+std::string mesh_message(const ViewDocument& document, std::size_t id, std::size_t most_triangles) {
+    if (id >= document.structures.size() || triangles(document.structures[id]) == 0)
+        throw std::invalid_argument(
+            fmt::format("structure {} has no mesh; ask for one of those in the scene's list", id));
+    Container container("mesh");
+    container.document["structures"] =
+        json::array({add_structure(container, document, id, {most_triangles})});
+    return container.bytes();
+}
+
+} // namespace palpate

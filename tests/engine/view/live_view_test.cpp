@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/view/live_view.h>
+
+#include <atomic>
+#include <exception>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <palpate/engine/record/recorded_run.h>
+#include <palpate/engine/scene/scene_file.h>
+
+#include "tests/engine/view/frame_columns.h"
+#include "tests/engine/view/live_client.h"
+#include "tests/support/temporary_folder.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+/// A ball of 30 mm, and a mouse in front of it, felt in a thread of its own.
+class Ball : public testing::Test {
+protected:
+    Ball() {
+        LiveViewSettings settings;
+        settings.folder = folder_ / "out";
+        settings.run.scheduler = Scheduler::ordinary;
+        view_.emplace(scene_, view_document(*scene_, ViewMode::live),
+                      LiveDevice{device_, {}, &mouse_}, settings, "<html></html>");
+        thread_ = std::thread([this] {
+            RunWatch watch;
+            watch.progress = [this](double, std::string_view) { return goes_on_.load(); };
+            try {
+                view_->run(watch);
+            } catch (const std::exception& error) {
+                failure_ = error.what();
+            }
+        });
+        client_ = std::make_unique<test::LiveClient>(view_->server());
+        EXPECT_TRUE(client_->open(view_->server()));
+    }
+    ~Ball() override { end(); }
+    void end() {
+        goes_on_ = false;
+        if (thread_.joinable()) thread_.join();
+        EXPECT_EQ(failure_, "");
+    }
+
+    /// Reads messages until one is what is looked for.
+    template <class Function>
+    bool sees(const Function& is_it) {
+        for (int i = 0; i < 3000; ++i) {
+            const std::string message = client_->next();
+            if (message.empty()) return false;
+            if (client_->is_text() ? is_it(message, nullptr) : sees_frames(message, is_it))
+                return true;
+        }
+        return false;
+    }
+    bool is_told(const std::string& words) {
+        return sees([&](const std::string& text, const FrameReport* frame) {
+            return frame == nullptr && text.find(words) != std::string::npos;
+        });
+    }
+    template <class Function>
+    bool feels(const Function& is_felt) {
+        return sees([&](const std::string&, const FrameReport* frame) {
+            return frame != nullptr && is_felt(*frame);
+        });
+    }
+
+    test::TemporaryFolder folder_;
+    std::shared_ptr<const Scene> scene_ = std::make_shared<const Scene>(parse_scene(
+        "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 30\n[surface.s]\nvolume = \"v\"\n"
+        "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+        "ball.toml"));
+    PageDevice mouse_{{0.035, 0.0, 0.0}, 1000.0};
+    SteeredDevice device_{mouse_};
+    std::optional<LiveView> view_;
+    std::atomic<bool> goes_on_{true};
+    std::string failure_;
+    std::thread thread_;
+    std::unique_ptr<test::LiveClient> client_;
+
+private:
+    template <class Function>
+    static bool sees_frames(const std::string& bytes, const Function& is_it) {
+        const test::ContainerReader read(bytes);
+        if (read.document.at("kind") != "frames") return false;
+        for (const FrameReport& frame : test::frames_in(read))
+            if (is_it(std::string(), &frame)) return true;
+        return false;
+    }
+};
+using LiveViewTest = Ball;
+
+constexpr const char* kPress = R"({"do": "probe", "at_m": [0.026, 0, 0]})"; // 4 mm: 2 N
+
+TEST_F(LiveViewTest, TheMouseFeelsTheBallAndGainsChangeTheForce) {
+    client_->send(kPress);
+    // 500 N/m over 4 mm.
+    EXPECT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+    EXPECT_TRUE(feels([](const FrameReport& frame) {
+        return frame.surfaces_felt == 1 && std::abs(glm::length(frame.proxy) - 0.03) < 1e-4;
+    }));
+    client_->send(R"({"do": "gain", "effect": 0, "part": "strength", "value": 0})");
+    EXPECT_TRUE(is_told("\"gains\":{\"0\":0.0}"));
+    EXPECT_TRUE(feels([](const FrameReport& frame) { return glm::length(frame.force) < 0.01; }));
+    client_->send(R"({"do": "gain", "effect": 7, "part": "strength", "value": 1})");
+    EXPECT_TRUE(is_told("effect 7 has no gain"));
+}
+
+TEST_F(LiveViewTest, FrozenTheProbeStays) {
+    client_->send(R"({"do": "freeze", "on": true})");
+    EXPECT_TRUE(is_told("\"frozen\":true"));
+    client_->send(kPress);
+    Vec3 probe{0.0};
+    for (int i = 0; i < 3; ++i)
+        feels([&](const FrameReport& frame) {
+            probe = frame.probe;
+            return true;
+        });
+    EXPECT_EQ(probe, Vec3(0.035, 0.0, 0.0));
+    client_->send(R"({"do": "freeze", "on": false})");
+    EXPECT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+}
+
+TEST_F(LiveViewTest, ARecordingIsWrittenWithItsMarksAndReplaysBitForBit) {
+    client_->send(kPress);
+    ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+    client_->send(R"({"do": "record", "on": true})");
+    ASSERT_TRUE(is_told("\"recording\":true"));
+    ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+    client_->send(R"({"do": "mark", "name": "top"})");
+    ASSERT_TRUE(is_told("mark top"));
+    client_->send(R"({"do": "record", "on": false})");
+    ASSERT_TRUE(is_told("written: "));
+    end();
+
+    const std::filesystem::path file = folder_ / "out/recording-001.h5";
+    const Recording recording = read_recording(file);
+    ASSERT_FALSE(recording.frames.empty());
+    EXPECT_GT(recording.frames.back().force.x, 1.0);
+    const Trace again = run_again(scene_, recording);
+    if (recording.frames.back().frame + 1 == recording.frames.size()) { // none was dropped
+        EXPECT_EQ(difference(recording, again).frames, 0u);
+    }
+    const std::vector<ViewMark> marks = read_marks(marks_file(file));
+    ASSERT_EQ(marks.size(), 1u);
+    EXPECT_EQ(marks[0].name, "top");
+    EXPECT_EQ(marks[0].felt, "s");
+    EXPECT_NEAR(glm::length(marks[0].at), 0.03, 1e-4);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out/recording-001.h5.part"));
+}
+
+TEST_F(LiveViewTest, AFinerMeshComesOnRequest) {
+    client_->send(R"({"do": "level", "structure": 0, "facets": 1000000})");
+    bool is_mesh = false;
+    for (int i = 0; i < 3000 && !is_mesh; ++i) {
+        const std::string message = client_->next();
+        ASSERT_FALSE(message.empty());
+        if (client_->is_text()) continue;
+        const test::ContainerReader read(message);
+        if (read.document.at("kind") != "mesh") continue;
+        is_mesh = true;
+        const auto& structure = read.document.at("structures").at(0);
+        EXPECT_EQ(structure.at("levels").at(0).at("facets"), structure.at("facets_most"));
+    }
+    EXPECT_TRUE(is_mesh);
+    client_->send(R"({"do": "level", "structure": 5, "facets": 1000})");
+    EXPECT_TRUE(is_told("structure 5 has no mesh"));
+}
+
+} // namespace
+} // namespace palpate

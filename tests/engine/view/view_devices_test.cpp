@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/view/view_devices.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scripted_device.h"
+
+namespace palpate {
+namespace {
+
+TEST(PageDevice, MovesAsAHandCanAndGetsThere) {
+    PageDevice device(Vec3{0.0}, 1000.0);
+    const Vec3 target{0.3, -0.2, 0.1};
+    device.aim_at(target);
+    DeviceState before, state;
+    ASSERT_TRUE(device.read(before));
+    EXPECT_EQ(before.position, Vec3(0.0));
+    Vec3 velocity_before{0.0};
+    for (int i = 1; i <= 3000; ++i) {
+        ASSERT_TRUE(device.read(state));
+        const Vec3 velocity = (state.position - before.position) / 1e-3;
+        EXPECT_LE(glm::length(velocity), PageDevice::kFastest_m_per_s * (1.0 + 1e-9));
+        EXPECT_LE(glm::length(velocity - velocity_before) / 1e-3,
+                  PageDevice::kMostAcceleration_m_per_s2 * (1.0 + 1e-6));
+        EXPECT_DOUBLE_EQ(state.time_s, 1e-3 * i);
+        velocity_before = velocity;
+        before = state;
+    }
+    EXPECT_LT(glm::length(state.position - target), 1e-6); // e^(-30 * 2 s) of 0.4 m is less
+}
+
+TEST(PageDevice, LeavesAloneWhatIsNoPlace) {
+    PageDevice device({0.01, 0.0, 0.0}, 1000.0);
+    device.aim_at({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0});
+    device.aim_at({std::numeric_limits<double>::infinity(), 0.0, 0.0});
+    device.aim_at({1e9, 0.0, 0.0});
+    DeviceState state;
+    for (int i = 0; i < 10; ++i)
+        device.read(state);
+    EXPECT_EQ(state.position, Vec3(0.01, 0.0, 0.0));
+    device.put_at({0.02, 0.0, 0.0});
+    device.read(state);
+    EXPECT_LE(glm::length(state.position - Vec3(0.02, 0.0, 0.0)), 1e-5); // 10 m/s^2 for 1 ms
+}
+
+std::vector<DeviceState> row(int count) {
+    std::vector<DeviceState> states(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i)
+        states[static_cast<std::size_t>(i)].position.x = i;
+    return states;
+}
+
+TEST(SteeredDevice, PlaysStatesAgainAsANewTrial) {
+    SteeredDevice device(row(3), 1000.0);
+    DeviceState state;
+    for (int i = 0; i < 9; ++i) {
+        ASSERT_TRUE(device.read(state));
+        EXPECT_EQ(state.position.x, i % 3);
+        EXPECT_EQ(state.trial, static_cast<std::uint32_t>(i / 3));
+        EXPECT_DOUBLE_EQ(state.time_s, 1e-3 * i);
+    }
+    device.restart();
+    device.read(state);
+    EXPECT_EQ(state.position.x, 0.0);
+    EXPECT_EQ(state.trial, 3u);
+    EXPECT_THROW(SteeredDevice({}, 1000.0), std::invalid_argument);
+}
+
+TEST(SteeredDevice, FrozenStaysWhereItIsWhileTimeGoesOn) {
+    SteeredDevice device(row(100), 1000.0);
+    DeviceState state;
+    device.read(state);
+    device.read(state);
+    device.freeze(true);
+    for (int i = 2; i < 5; ++i) {
+        device.read(state);
+        EXPECT_EQ(state.position.x, 1.0);
+        EXPECT_DOUBLE_EQ(state.time_s, 1e-3 * i);
+    }
+    device.freeze(false);
+    device.press(true);
+    device.read(state);
+    EXPECT_EQ(state.position.x, 2.0);
+    EXPECT_EQ(state.trial, 0u);
+    EXPECT_EQ(state.buttons, 1u);
+}
+
+TEST(SteeredDevice, FreezesAHandWithoutMotorsInPlaceAndOneWithMotorsWithoutForce) {
+    for (const double force_n : {0.0, 4.0}) {
+        test::ScriptedDevice hand;
+        hand.force_n = force_n;
+        hand.on_read = [](std::size_t read, DeviceState& state) {
+            state.position.x = static_cast<double>(read);
+        };
+        SteeredDevice device(hand);
+        device.open();
+        device.start();
+        DeviceState state;
+        device.read(state);
+        const double at = state.position.x;
+        device.freeze(true);
+        device.read(state);
+        EXPECT_EQ(state.freshness, force_n > 0.0 ? Freshness::stale : Freshness::fresh);
+        if (force_n == 0.0) {
+            EXPECT_EQ(state.position.x, at);
+        }
+        device.freeze(false);
+        device.restart();
+        device.read(state);
+        EXPECT_EQ(state.freshness, Freshness::fresh);
+        EXPECT_EQ(state.trial, 1u);
+    }
+}
+
+} // namespace
+} // namespace palpate
