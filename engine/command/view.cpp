@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,6 +24,7 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/view/live_view.h>
+#include <palpate/engine/view/sub_steps.h>
 #include <palpate/engine/view/view_page.h>
 
 namespace palpate::command {
@@ -32,6 +34,7 @@ struct ViewOptions {
     std::string what;
     std::string out;
     std::string page;
+    std::string sub_steps; // as the command line has them
     std::string listen = "127.0.0.1";
     std::uint16_t port = 0;
     bool allow_remote = false;
@@ -84,6 +87,47 @@ std::shared_ptr<const Scene> felt_scene(const Recording& recording,
     return recorded_scene(alone, file, resources());
 }
 
+/// The frames that a reader wants the sub-steps of: "FROM-TO", "none", or the hardest ones.
+std::vector<std::uint64_t> wanted_frames(const std::string& words, const Run& run) {
+    constexpr std::size_t kHardest = 200;
+    constexpr std::uint64_t kMost = 10'000;
+    if (words.empty()) return hard_frames(run, kHardest);
+    if (words == "none") return {};
+    std::uint64_t from = 0, to = 0;
+    const char* end = words.data() + words.size();
+    const auto first = std::from_chars(words.data(), end, from);
+    const bool has_dash = first.ec == std::errc() && first.ptr != end && *first.ptr == '-';
+    const auto last = has_dash ? std::from_chars(first.ptr + 1, end, to) : first;
+    if (!has_dash || last.ec != std::errc() || last.ptr != end || to < from || to - from >= kMost)
+        throw UsageError(
+            fmt::format("--sub-steps {}: give FROM-TO, frames of the recording, at most "
+                        "{} of them, as 1200-1300; or none",
+                        words, kMost));
+    std::vector<std::uint64_t> frames;
+    for (std::uint64_t frame = from; frame <= to; ++frame)
+        frames.push_back(frame);
+    return frames;
+}
+
+/// The recording's scene, and the sub-steps of the frames that are wanted, computed again. A
+/// recording that cannot be computed again plays without them.
+std::shared_ptr<const Scene> replayed_scene(const Recording& recording,
+                                            const std::filesystem::path& file,
+                                            std::span<const std::uint64_t> wanted,
+                                            std::vector<ViewFrameSteps>& sub_steps) {
+    if (wanted.empty()) return felt_scene(recording, file);
+    std::shared_ptr<const Scene> scene;
+    try {
+        scene = recorded_scene(recording, file, resources());
+    } catch (const std::runtime_error& error) {
+        std::shared_ptr<const Scene> felt = felt_scene(recording, file);
+        tell("palpate: note: the page has no sub-steps: {}\n", error.what());
+        return felt;
+    }
+    sub_steps = sub_steps_of(scene, recording, wanted, progress_bar());
+    return scene;
+}
+
 int view_recording(const ViewOptions& options) {
     const std::filesystem::path file = found_recording(options.what);
     const std::filesystem::path out =
@@ -95,11 +139,14 @@ int view_recording(const ViewOptions& options) {
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
     check_outputs(outputs, inputs, options.replace);
+    const std::vector<std::uint64_t> wanted = wanted_frames(options.sub_steps, recording);
     const std::string page = view_page(options.page);
-    const auto scene = felt_scene(recording, file);
+    std::vector<ViewFrameSteps> sub_steps;
+    const auto scene = replayed_scene(recording, file, wanted, sub_steps);
     ViewDocument document = view_document(*scene, ViewMode::playback);
     document.device = recording.device.name;
     document.marks = read_marks(marks_file(file));
+    document.sub_steps = std::move(sub_steps);
     const ViewDetail detail{{30'000, 400'000}};
     const ViewFrames frames{recording.frames, recording.frames.front().frame, 0};
     write_whole_file(out, playback_page(page, scene_message(document, detail, &frames)));
@@ -258,6 +305,9 @@ void add_view(CLI::App& app, Action& run) {
     command->add_flag("--allow-remote", options->allow_remote,
                       "with --listen: others that have the link may see the scene and move the "
                       "probe");
+    command->add_option("--sub-steps", options->sub_steps,
+                        "of a recording: FROM-TO, the frames whose sub-steps can be looked at, or "
+                        "none (default: the 200 hardest)");
     command->add_option("--page", options->page, "another page than the one that is built in");
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return view(*options); }; });

@@ -16,6 +16,7 @@
 #include <palpate/engine/loop/internal/surface_identity.h>
 #include <palpate/engine/run/internal/loop_thread.h>
 #include <palpate/engine/run/internal/servo_loop.h>
+#include <palpate/engine/run/internal/shown_loop.h>
 #include <palpate/engine/run/paced_clock.h>
 #include <palpate/engine/scene/scene_surface.h>
 
@@ -170,22 +171,6 @@ private:
     bool adopted_ = false;
 };
 
-/// Tells who watches of a loop, and of its end before it goes.
-class ShownLoop {
-public:
-    ShownLoop(HapticLoop& loop, const RunWatch& watch) : watch_(watch) {
-        if (watch_.loop) watch_.loop(&loop);
-    }
-    ~ShownLoop() {
-        if (watch_.loop) watch_.loop(nullptr);
-    }
-    ShownLoop(const ShownLoop&) = delete;
-    ShownLoop& operator=(const ShownLoop&) = delete;
-
-private:
-    const RunWatch& watch_;
-};
-
 /// Frees what a run without an end has recorded so far.
 void forget_frames(Run& run) {
     run.inputs.clear();
@@ -228,7 +213,7 @@ Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& place
     trace.device = placed.placement.to_scene(placed.device.properties());
     warn_of_coupling(*scene, trace.device, watch);
     HapticLoop loop(scene, clock, description, trace.device);
-    const ShownLoop shown(loop, watch);
+    const internal::ShownLoop shown(loop, watch);
     Rings rings(description.rate_hz, description.method == SteppingMethod::paper);
     ServoLoop servo(loop, placed.device, placed.placement, clock,
                     servo_settings(settings, description.rate_hz, trace.device), rings.frames,

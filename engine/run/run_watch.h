@@ -36,8 +36,8 @@ class HapticLoop;
 /// Who is told of a run while it goes on, in the thread that started it. Each may be empty.
 struct RunWatch {
     std::function<void(const std::string&)> warning; ///< before the first frame, each once
-    std::function<void(HapticLoop*)> loop; ///< in real time: the loop before its first frame, for
-                                           ///< what may be called from any thread, and null
+    std::function<void(HapticLoop*)> loop; ///< the loop before its first frame, in real time for
+                                           ///< what may be called from any thread; and null
                                            ///< before it goes, whatever is thrown meanwhile
     std::function<void(const RunFrame&)> frame; ///< every frame that is recorded, in order
     std::function<void(const Trace&)> kept; ///< in real time, twice a second and at the end: all

@@ -10,6 +10,7 @@
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/engine/loop/device_safety.h>
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/run/internal/shown_loop.h>
 #include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
@@ -53,6 +54,7 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const LoopDescription& de
     trace.frames.reserve(std::min(expected, most_reserved));
 
     HapticLoop loop(scene, clock, description, properties);
+    const internal::ShownLoop shown(loop, watch);
     DeviceState state;
     while (trace.frames.size() < most_frames && placed.device.read(state)) {
         RunFrame run;
@@ -87,11 +89,9 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const LoopDescription& de
 /// The frames of given inputs.
 Trace trace_inputs(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
                    std::vector<DeviceState> inputs, const DeviceProperties& properties,
-                   Clock& clock, const Progress& progress, Decisions decisions) {
+                   Clock& clock, const RunWatch& watch, Decisions decisions) {
     const std::size_t count = inputs.size();
     SequenceDevice sequence(std::make_shared<const std::vector<DeviceState>>(std::move(inputs)));
-    RunWatch watch;
-    watch.progress = progress;
     return trace_device(std::move(scene), loop, {sequence, {}}, properties, clock, count, count,
                         watch, decisions);
 }
@@ -117,14 +117,22 @@ Trace run_trace(std::shared_ptr<const Scene> scene, std::span<const DeviceState>
 
 Trace run_trace(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
                 std::vector<DeviceState> inputs, Clock& clock, const Progress& progress) {
-    return trace_inputs(std::move(scene), loop, std::move(inputs), {}, clock, progress,
+    RunWatch watch;
+    watch.progress = progress;
+    return trace_inputs(std::move(scene), loop, std::move(inputs), {}, clock, watch,
                         Decisions({}, {}));
 }
 
 Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress) {
+    RunWatch watch;
+    watch.progress = progress;
+    return run_again(std::move(scene), run, watch);
+}
+
+Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const RunWatch& watch) {
     SteadyClock clock;
     const LoopDescription loop = scene->description().loop;
-    return trace_inputs(std::move(scene), loop, run.inputs, run.device, clock, progress,
+    return trace_inputs(std::move(scene), loop, run.inputs, run.device, clock, watch,
                         Decisions(run.steps_left, run.frames));
 }
 

@@ -62,6 +62,8 @@ Trace run_trace(std::shared_ptr<const Scene> scene, const LoopDescription& loop,
 /// The same frames again, bit for bit: the clock decides nothing, and nobody takes the forces.
 /// [setup] Throws std::runtime_error when cancelled.
 Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progress& progress = {});
+/// The same, and tells `watch` of the loop and of each frame.                             [setup]
+Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const RunWatch& watch);
 
 /// Fills in the audits of a run that had no time for them, by computing its frames again; leaves a
 /// run without of which frames are missing, or which felt two scenes.                   [setup]

@@ -11,6 +11,7 @@
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/view/slice_voxels.h>
+#include <palpate/engine/view/sub_steps.h>
 #include <palpate/geometry/triangle_mesh.h>
 
 namespace palpate {
@@ -58,6 +59,7 @@ struct ViewDocument {
     std::vector<SliceVoxels> volumes;      ///< for slices
     std::vector<ViewEffect> effects;       ///< those that are on
     std::vector<ViewMark> marks;           ///< places that were marked
+    std::vector<ViewFrameSteps> sub_steps; ///< of some frames of a playback
 };
 
 /// The document of a scene: its surfaces as meshes (their own, else the preview of their field, of

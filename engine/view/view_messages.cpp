@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -159,6 +160,47 @@ json marks_of(const ViewDocument& document) {
     return marks;
 }
 
+const char* name(SubStep::Kind kind) {
+    switch (kind) {
+    case SubStep::Kind::none:
+        return "rests";
+    case SubStep::Kind::look:
+        return "looks again";
+    case SubStep::Kind::chord:
+        return "goes straight";
+    case SubStep::Kind::slide:
+        break;
+    }
+    return "slides";
+}
+
+/// The sub-steps of each frame, by its number.
+json sub_steps_of(const ViewDocument& document) {
+    json frames = json::object();
+    for (const ViewFrameSteps& frame : document.sub_steps) {
+        json steps = json::array();
+        for (const ViewSubStep& step : frame.steps) {
+            json planes = json::array();
+            for (const ViewPlane& plane : step.planes)
+                planes.push_back(
+                    {{"at_m", of(plane.at)},
+                     {"normal", of(plane.normal)},
+                     {"strength_n",
+                      std::isfinite(plane.strength_n) ? json(plane.strength_n) : json(nullptr)},
+                     {"structure", plane.structure},
+                     {"active", plane.active}});
+            steps.push_back({{"kind", name(step.kind)},
+                             {"proxy_m", of(step.from)},
+                             {"candidate_m", of(step.candidate)},
+                             {"wanted_m", of(step.wanted)},
+                             {"to_m", of(step.to)},
+                             {"planes", std::move(planes)}});
+        }
+        frames[std::to_string(frame.frame)] = std::move(steps);
+    }
+    return frames;
+}
+
 /// One column of frames; `of` gives the numbers of one of them.
 template <class Number, std::size_t kWidth, class Function>
 std::string add_column(Container& container, const char* name, const ViewFrames& frames,
@@ -221,6 +263,7 @@ std::string scene_message(const ViewDocument& document, const ViewDetail& detail
     said["probe"] = {{"radius_m", 0.0}};
     said["view"] = view_of(document);
     said["marks"] = marks_of(document);
+    if (!document.sub_steps.empty()) said["details"] = sub_steps_of(document);
     if (frames != nullptr) said["frames"] = add_frames(container, *frames);
     return container.bytes();
 }

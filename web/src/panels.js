@@ -61,6 +61,8 @@ export class Panels {
     at('speed').value = '1';
     at('speed').onchange = () => (player.speed = Number(at('speed').value));
     at('speed').closest('label').hidden = app.isLive;
+    at('next-detail').hidden = !app.scene.details;
+    at('next-detail').onclick = () => this.nextDetail();
     at('step-back').onclick = () => this.stepBy(-1);
     at('step-forth').onclick = () => this.stepBy(1);
   }
@@ -70,6 +72,16 @@ export class Panels {
     if (!all) return;
     app.player.playing = false;
     app.step = Math.min(Math.max(0, app.step + steps), all.length - 1);
+  }
+
+  /** To the next frame whose sub-steps are known, and after the last one to the first. */
+  nextDetail() {
+    const {app} = this, {index} = app.frames.columns;
+    const all = Object.keys(app.scene.details ?? {}).map(frame => Number(frame) - index[0]).sort((a, b) => a - b);
+    if (all.length === 0) return;
+    app.player.playing = false;
+    app.step = 0;
+    app.seek(all.find(i => i > app.player.index) ?? all[0]);
   }
 
   /** One speed slower (1) or faster (-1). */
