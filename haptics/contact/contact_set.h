@@ -11,7 +11,7 @@ namespace palpate {
 
 /// A plane that a surface offers at the proxy, with what curvature corrections need to know of it.
 struct ContactPlane {
-    PlanePrimitive plane;
+    PlanePrimitive plane;   ///< that holds the proxy, m, scene frame
     double level_gap = 0.0; ///< c0 - f at the sampled point, unit U; < 0: deeper than the level
     Vec3 slope{0.0}; ///< exact derivative of f there, U/m; zero: not known, take the plane as it is
     double gradient_length = 0.0; ///< length of the continuous gradient, U/m, > 0
@@ -22,7 +22,7 @@ struct ContactPlane {
 /// The planes of one evaluation, in canonical order: surface by surface.
 class ContactSet {
 public:
-    static constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
+    static constexpr std::size_t kCapacity = PrimitiveSet::kCapacity; ///< planes
     /// Planes that no surface is touched at: those of magnets.
     static constexpr std::size_t kNoSurface = static_cast<std::size_t>(-1);
 

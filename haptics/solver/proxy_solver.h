@@ -19,7 +19,7 @@ enum class TetherState {
     held,     ///< the proxy is on it: |w| <= s
     slipping, ///< the proxy is off it, which draws with its strength: |w| = s
 };
-
+/// How exact a solution is.
 enum class SolveStatus {
     exact,  ///< residual_m within rounding of the problem's scale
     capped, ///< cap or rounding reached first: residual_m and error_bound_m say how far from exact
@@ -27,14 +27,14 @@ enum class SolveStatus {
 
 /// What a plane does in a solution.
 struct PlaneOutcome {
-    double multiplier_n = 0.0; ///< lambda, N
-    MultiplierState state = MultiplierState::released;
+    double multiplier_n = 0.0;                         ///< lambda, N
+    MultiplierState state = MultiplierState::released; ///< where lambda is
 };
 
 /// What a line or a point does in a solution.
 struct TetherOutcome {
-    Vec3 force_n{0.0}; ///< on the proxy, N, scene frame
-    TetherState state = TetherState::released;
+    Vec3 force_n{0.0};                         ///< on the proxy, N, scene frame
+    TetherState state = TetherState::released; ///< whether it holds
 };
 
 /// What solve_proxy() found; planes, lines and points each numbered as in the PrimitiveSet.
@@ -55,10 +55,10 @@ struct ProxySolution {
         status = SolveStatus::exact;
     }
 
-    Vec3 proxy{0.0}; ///< m, scene frame
-    FixedVector<PlaneOutcome, PrimitiveSet::kCapacity> planes;
-    FixedVector<TetherOutcome, PrimitiveSet::kCapacity> lines;
-    FixedVector<TetherOutcome, PrimitiveSet::kCapacity> points;
+    Vec3 proxy{0.0};                                            ///< m, scene frame
+    FixedVector<PlaneOutcome, PrimitiveSet::kCapacity> planes;  ///< of each plane
+    FixedVector<TetherOutcome, PrimitiveSet::kCapacity> lines;  ///< of each line
+    FixedVector<TetherOutcome, PrimitiveSet::kCapacity> points; ///< of each point
     double residual_m = 0.0; ///< natural residual of the optimality conditions, m (numerics 1.1)
     /// The minimiser x* is no further than this from `proxy`, m: with E and its dual D in units of
     /// k, E - D >= 1/2 |x - x*|^2 + 1/2 |x - x*|^2, since both are strongly convex and the proxy is
@@ -69,7 +69,7 @@ struct ProxySolution {
     double error_bound_m = 0.0;
     int passes = 0; ///< over all primitives, where lines or points are among several; else 0
     int work = 0;   ///< primitives looked at, each as often as it was: what solving took
-    SolveStatus status = SolveStatus::exact;
+    SolveStatus status = SolveStatus::exact; ///< says whether the cap was reached first
 };
 
 /// Passes over the primitives after which a sub-step's solution must do: about 20 us with sixteen.

@@ -20,11 +20,11 @@ struct SubStep {
         chord, ///< straight to `wanted`, as far as every certificate holds
         slide, ///< along the surface that alone holds it, drawn to `wanted`
     };
-    Kind kind = Kind::none;
-    Vec3 from{0.0};      ///< where primitives were gathered (6)
-    Vec3 candidate{0.0}; ///< where their forces balance the coupling's (7)
-    Vec3 wanted{0.0};    ///< a share of the way there (9), or a step that follows the curvature
-    Vec3 to{0.0};        ///< as far as it came
+    Kind kind = Kind::none; ///< how it went on
+    Vec3 from{0.0};         ///< where primitives were gathered (6)
+    Vec3 candidate{0.0};    ///< where their forces balance the coupling's (7)
+    Vec3 wanted{0.0};       ///< a share of the way there (9), or a step that follows the curvature
+    Vec3 to{0.0};           ///< as far as it came
     const ContactSet& contacts;     ///< planes of surfaces, then of magnets
     const PrimitiveSet& primitives; ///< these, and what effects and friction add
     const ProxySolution& solution;  ///< of the primitives; `proxy` is the candidate
