@@ -34,8 +34,8 @@ struct ViewSubStep {
 
 /// The sub-steps of one frame.
 struct ViewFrameSteps {
-    std::uint64_t frame = 0; ///< FrameReport::frame
-    std::vector<ViewSubStep> steps;
+    std::uint64_t frame = 0;        ///< FrameReport::frame
+    std::vector<ViewSubStep> steps; ///< in their order
 };
 
 /// The sub-steps of some frames of a run, which is computed again up to the last of them. `frames`:
