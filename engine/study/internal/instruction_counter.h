@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <system_error>
 
 #include <linux/perf_event.h>
 #include <sys/ioctl.h>
@@ -59,7 +60,7 @@ public:
             return "the kernel does not permit counting instructions (perf_event_open: see "
                    "kernel.perf_event_paranoid)";
         return std::string("instructions are not counted (perf_event_open: ") +
-               std::strerror(error_) + ")";
+               std::generic_category().message(error_) + ")";
     }
 
 private:
