@@ -111,8 +111,9 @@ IsosurfaceExtractor extracting_once(IsosurfaceExtractor extract) {
         TriangleMesh mesh;
     };
     const auto all = std::make_shared<std::vector<Known>>();
-    return [all, extract = std::move(extract)](const Isosurface& surface, const IsosurfaceSettings& settings,
-                          const Progress& progress) {
+    return [all, extract = std::move(extract)](const Isosurface& surface,
+                                               const IsosurfaceSettings& settings,
+                                               const Progress& progress) {
         for (const Known& known : *all)
             if (known.seeds == surface.seeds &&
                 known.settings.facet_angle_deg == settings.facet_angle_deg &&
