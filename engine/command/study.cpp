@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
