@@ -47,7 +47,7 @@ constexpr std::size_t kMostConnections = 64; // requests that are under way incl
 constexpr std::size_t kMostErrors = 100;     // then a page is no page of ours
 constexpr std::size_t kMostCommands = 64;    // of one page in a tick; more wait for the next one
 constexpr std::size_t kMostWaiting = 32;     // messages besides frames that a page has not taken
-constexpr std::size_t kPiece = 64 * 1024;    // bytes of a message that are sent at a time
+constexpr std::size_t kPiece = 65'536;       // bytes of a message that are sent at a time
 constexpr std::uint32_t kHeader = 8192;      // bytes of a request
 
 using internal::LiveRequest;
@@ -400,7 +400,7 @@ private:
 
     Server& server_;
     beast::tcp_stream stream_;
-    beast::flat_buffer buffer_{2 * kHeader};
+    beast::flat_buffer buffer_{std::size_t{2} * kHeader};
     http::request_parser<http::empty_body> parser_;
     internal::LiveResponse response_;
 };

@@ -85,6 +85,7 @@ std::vector<std::uint64_t> hard_frames(const Run& run, std::size_t most) {
         frames, [&](const FrameReport* a, const FrameReport* b) { return rank(a) > rank(b); });
     frames.resize(std::min(frames.size(), most));
     std::vector<std::uint64_t> numbers;
+    numbers.reserve(frames.size());
     for (const FrameReport* frame : frames)
         numbers.push_back(frame->frame);
     std::ranges::sort(numbers);

@@ -126,7 +126,7 @@ ViewCommand parse_view_command(std::string_view text) {
     if (what == message.end() || !what->is_string())
         throw std::invalid_argument(fmt::format("\"do\" is missing; give one of {}", kAll));
     Keys keys(message);
-    const ViewCommand command = of(what->get<std::string>(), keys);
+    ViewCommand command = of(what->get<std::string>(), keys);
     keys.done();
     return command;
 }
