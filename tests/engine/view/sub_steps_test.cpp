@@ -71,7 +71,7 @@ TEST(SubSteps, OfNoFrameAreNone) {
 }
 
 TEST(HardFrames, AreThoseWithAFlagThenThoseWithTheMostEvaluations) {
-    Run run;
+    palpate::Run run;
     for (std::uint64_t i = 0; i < 6; ++i) {
         FrameReport frame;
         frame.frame = 100 + i;
