@@ -49,18 +49,18 @@ foreach(component IN LISTS COMPONENTS)
   endif()
 endforeach()\n")
 set(ask ${CMAKE_COMMAND} -S ${WORK}/asking -B ${WORK}/asking/build ${settings})
-run_refused("an unknown component" "palpate has no component wood; it has palpate, files, report, c, extraction, c_extraction"
+run_refused("an unknown component" "palpate has no component wood; it has palpate, files, report, view, c, extraction, c_extraction"
   ${ask} -DCOMPONENTS=files,wood)
-set(components palpate,files,report,c)
+set(components palpate,files,report,view,c)
 if(EXISTS ${prefix}/lib/cmake/palpate/palpate_extraction_targets.cmake)
   string(APPEND components ,extraction,c_extraction)
 endif()
 run("all components" ${ask} -DCOMPONENTS=${components})
 install_to(${WORK}/apache run_time development)
 set(ask ${ask} -DCMAKE_PREFIX_PATH=${WORK}/apache -Dpalpate_DIR=)
-run("components without what is under the GPL" ${ask} -DCOMPONENTS=palpate,files,report,c)
+run("components without what is under the GPL" ${ask} -DCOMPONENTS=palpate,files,report,view,c)
 run_refused("a component that is not installed"
-  "the component extraction is not installed in ${WORK}/apache, which has: palpate files report c."
+  "the component extraction is not installed in ${WORK}/apache, which has: palpate files report view c."
   ${ask} -DCOMPONENTS=files,extraction)
 
 set(example ${CMAKE_CURRENT_LIST_DIR}/../../examples/custom_effect)
