@@ -233,9 +233,11 @@ LiveReply LiveView::View::obey(const Probe& probe) {
 LiveReply LiveView::View::obey(const EffectGain& gain) {
     {
         const std::lock_guard lock(mutex_);
-        if (loop_ == nullptr)
-            return {"the loop begins anew just now; move the slider once more", true};
-        if (!loop_->set_gain(gain.effect, gain.value))
+        const bool is_known = std::ranges::any_of(
+            document_.effects, [&](const ViewEffect& effect) { return effect.id == gain.effect; });
+        // Where the loop begins anew just now, use() sets it.
+        const bool is_set = loop_ == nullptr || loop_->set_gain(gain.effect, gain.value);
+        if (!is_known || !is_set)
             return {
                 fmt::format("effect {} has no gain that may be {}: it is left out, or something "
                             "relies on it; `palpate explain` says why",
