@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <charconv>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/command/command.h>
+#include <palpate/engine/command/session.h>
+#include <palpate/engine/command/view_options.h>
+#include <palpate/engine/record/recorded_run.h>
+#include <palpate/engine/text/whole_file.h>
+#include <palpate/engine/view/live_view.h>
+#include <palpate/engine/view/sub_steps.h>
+#include <palpate/engine/view/view_page.h>
+
+namespace palpate::command {
+namespace {
+
+/// The scene that was felt. A view needs its surfaces as they were; what else a replay needs does
+/// not matter.
+std::shared_ptr<const Scene> felt_scene(const Recording& recording,
+                                        const std::filesystem::path& file) {
+    constexpr std::uint32_t kOther = kBodyMoved | kSceneAdopted;
+    for (const FrameReport& frame : recording.frames)
+        if ((frame.flags & kOther) != 0)
+            throw std::runtime_error(fmt::format(
+                "{}: from frame {} on its surfaces were not where its scene has them, which a "
+                "recording does not keep; record a run for each scene, with its bodies in place",
+                file.string(), frame.frame));
+    Recording alone = recording;
+    static_cast<Run&>(alone) = {};
+    return recorded_scene(alone, file, resources());
+}
+
+/// The frames that a reader wants the sub-steps of: "FROM-TO", "none", or the hardest ones.
+std::vector<std::uint64_t> wanted_frames(const std::string& words, const Run& run) {
+    constexpr std::size_t kHardest = 200;
+    constexpr std::uint64_t kMost = 10'000;
+    if (words.empty()) return hard_frames(run, kHardest);
+    if (words == "none") return {};
+    std::uint64_t from = 0, to = 0;
+    const char* end = words.data() + words.size();
+    const auto first = std::from_chars(words.data(), end, from);
+    const bool has_dash = first.ec == std::errc() && first.ptr != end && *first.ptr == '-';
+    const auto last = has_dash ? std::from_chars(first.ptr + 1, end, to) : first;
+    if (!has_dash || last.ec != std::errc() || last.ptr != end || to < from || to - from >= kMost)
+        throw UsageError(
+            fmt::format("--sub-steps {}: give FROM-TO, frames of the recording, at most "
+                        "{} of them, as 1200-1300; or none",
+                        words, kMost));
+    std::vector<std::uint64_t> frames;
+    for (std::uint64_t frame = from; frame <= to; ++frame)
+        frames.push_back(frame);
+    return frames;
+}
+
+/// The recording's scene, and the sub-steps of the frames that are wanted, computed again. A
+/// recording that cannot be computed again plays without them.
+std::shared_ptr<const Scene> replayed_scene(const Recording& recording,
+                                            const std::filesystem::path& file,
+                                            std::span<const std::uint64_t> wanted,
+                                            std::vector<ViewFrameSteps>& sub_steps) {
+    if (wanted.empty()) return felt_scene(recording, file);
+    std::shared_ptr<const Scene> scene;
+    try {
+        scene = recorded_scene(recording, file, resources());
+    } catch (const std::runtime_error& error) {
+        std::shared_ptr<const Scene> felt = felt_scene(recording, file);
+        tell("palpate: note: the page has no sub-steps: {}\n", error.what());
+        return felt;
+    }
+    sub_steps = sub_steps_of(scene, recording, wanted, progress_bar());
+    return scene;
+}
+
+} // namespace
+
+int view_recording(const ViewOptions& options) {
+    const std::filesystem::path file = found_recording(options.what);
+    const std::filesystem::path out =
+        options.out.empty() ? file.stem().string() + ".html" : options.out;
+    const Recording recording = read_recording(file);
+    if (recording.frames.empty())
+        throw std::runtime_error(file.string() + ": has no frames to play; record a longer run");
+    const std::array<std::filesystem::path, 1> outputs{out};
+    std::vector<std::filesystem::path> inputs = input_files(recording, file);
+    inputs.push_back(marks_file(file));
+    check_outputs(outputs, inputs, options.replace);
+    const std::vector<std::uint64_t> wanted = wanted_frames(options.sub_steps, recording);
+    const std::string page = view_page(options.page);
+    std::vector<ViewFrameSteps> sub_steps;
+    const auto scene = replayed_scene(recording, file, wanted, sub_steps);
+    ViewDocument document = view_document(*scene, ViewMode::playback);
+    document.device = recording.device.name;
+    document.marks = read_marks(marks_file(file));
+    document.sub_steps = std::move(sub_steps);
+    const ViewDetail detail{{30'000, 400'000}};
+    const ViewFrames frames{recording.frames, recording.frames.front().frame, 0};
+    write_whole_file(out, playback_page(page, scene_message(document, detail, &frames)));
+    print(fmt::format("view: {}", std::filesystem::absolute(out).string()));
+    if (options.open) open_browser(std::filesystem::absolute(out).string());
+    return kDone;
+}
+} // namespace palpate::command

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/command/command.h>
+#include <palpate/engine/command/interrupt.h>
+#include <palpate/engine/command/run_display.h>
+#include <palpate/engine/command/session.h>
+#include <palpate/engine/command/view_options.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/report/scene_in_words.h>
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/view/live_view.h>
+#include <palpate/engine/view/view_page.h>
+
+namespace palpate::command {
+namespace {
+
+/// Where a hand begins that a page moves: in front of the first surface, as a simulated one does.
+Vec3 start_of(const Scene& scene) {
+    const SceneDevice hand = make_device(scene);
+    DeviceState state;
+    hand.device->read(state);
+    return hand.placement.to_scene(state).position;
+}
+
+/// A scene's device as a page may steer it. What it refers to, it holds.
+struct SteeredScene {
+    explicit SteeredScene(const Scene& scene, bool by_mouse) {
+        const SceneDescription& description = scene.description();
+        const double rate_hz = description.loop.rate_hz;
+        if (by_mouse) {
+            mouse.emplace(start_of(scene), rate_hz);
+            steered.emplace(*mouse);
+        } else if (is_sequence(description.device)) {
+            steered.emplace(device_states(scene, 1, &notes), rate_hz);
+        } else {
+            attached = make_device(scene);
+            steered.emplace(*attached->device);
+        }
+    }
+    DevicePlacement placement() const { return attached ? attached->placement : DevicePlacement(); }
+
+    std::optional<PageDevice> mouse;
+    std::optional<SceneDevice> attached;
+    std::optional<SteeredDevice> steered;
+    std::vector<std::string> notes;
+};
+
+/// What moves the probe, in words.
+std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
+    using Kind = DeviceDescription::Kind;
+    if (by_mouse) return "page";
+    switch (scene.device.kind) {
+    case Kind::path:
+        return "path";
+    case Kind::orbit:
+        return "orbit";
+    case Kind::tour:
+        return "tour";
+    case Kind::recording:
+        return "recording";
+    case Kind::hand:
+        return "hand";
+    case Kind::hid:
+        return "hid:" + scene.device.address;
+    case Kind::none:
+        break;
+    }
+    return "none";
+}
+
+void check_listen(const ViewOptions& options) {
+    const bool is_own = options.listen.starts_with("127.") || options.listen == "::1";
+    if (!is_own && !options.allow_remote)
+        throw UsageError(fmt::format(
+            "--listen {}: whoever reaches this address and has the link sees the scene, which may "
+            "be a patient's, and moves the probe, and nothing on the way is encrypted; use "
+            "ssh -L PORT:127.0.0.1:PORT instead, or add --allow-remote where that is meant",
+            options.listen));
+}
+
+} // namespace
+
+void open_browser(const std::string& where) {
+    std::string program = "xdg-open";
+    std::string argument = where;
+    std::array<char*, 3> arguments{program.data(), argument.data(), nullptr};
+    pid_t process = 0;
+    const auto fail = [](const std::string& link) {
+        tell("palpate: warning: --open: no browser could be started with xdg-open; install one, or "
+             "open this yourself: {}\n",
+             link);
+    };
+    if (posix_spawnp(&process, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0)
+        return fail(where);
+    std::thread([process, where, fail] {
+        int status = 0;
+        if (waitpid(process, &status, 0) == process && status != 0) fail(where);
+    }).detach();
+}
+
+int view_scene(const ViewOptions& options) {
+    outlive_readers();
+    check_listen(options);
+    const SceneDescription given = read_scene(options.what);
+    const bool by_mouse = options.device ? *options.device == "page"
+                                         : given.device.kind == DeviceDescription::Kind::none;
+    SceneOverrides overrides;
+    // A simulated hand knows where free space is; the page's begins there.
+    overrides.device = by_mouse ? std::optional<std::string>("hand") : options.device;
+    const SceneDescription description = changed_scene(given, overrides);
+    std::string page = view_page(options.page);
+    try {
+        check_duty(description.loop);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(fmt::format("view: {}", error.what()));
+    }
+    const auto scene = std::make_shared<const Scene>(description, resources());
+    warn_of_sources(*scene);
+    SteeredScene device(*scene, by_mouse);
+    for (const std::string& warning : scene_warnings(*scene))
+        tell("palpate: warning: {}\n", warning);
+    for (const std::string& note : device.notes)
+        tell("palpate: warning: {}\n", note);
+    ViewDocument document = view_document(*scene, ViewMode::live);
+    document.device = device_in_words(description, by_mouse);
+
+    LiveViewSettings settings;
+    settings.server.address = options.listen;
+    settings.server.port = options.port;
+    settings.server.rate_hz = description.loop.rate_hz;
+    settings.run.cpu = options.cpu;
+    settings.run.longest_s = options.seconds;
+    settings.overrides = overrides;
+    settings.folder =
+        options.out.empty() ? description.file.stem().string() + "-view" : options.out;
+    LiveView view(scene, std::move(document),
+                  {*device.steered, device.placement(), device.mouse ? &*device.mouse : nullptr},
+                  settings, std::move(page));
+    print("view: " + view.server().link());
+    if (options.open) open_browser(view.server().link());
+    RunDisplay display(*scene, Shown::line);
+    const SignalsOnlyAsk one_is_enough;
+    view.run(display.watch());
+    return kDone;
+}
+} // namespace palpate::command
