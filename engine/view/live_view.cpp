@@ -136,6 +136,7 @@ Trace LiveView::View::run_once(const RunWatch& watch, bool is_recording) {
     {
         const std::lock_guard lock(mutex_);
         is_recording_ = is_recording;
+        has_last_ = false; // a mark is of the run that it is dropped in
         marks_.clear();
     }
     tell(is_recording ? fmt::format("recording to {}", file_.string()) : std::string(), false);

@@ -67,7 +67,13 @@ void SteeredDevice::open() {
 }
 
 void SteeredDevice::start() {
-    if (device_ == nullptr) return;
+    if (device_ == nullptr) {
+        next_ = 0;
+        reads_ = 0;
+        trial_ = 0;
+        has_last_ = false;
+        return;
+    }
     device_->start();
     has_motors_ = device_->properties().force_n > 0.0;
 }

@@ -30,6 +30,8 @@ public:
     void put_at(const Vec3& position) noexcept;
 
     DeviceProperties properties() const override;
+    /// Its clock begins anew with each run.                                               [setup]
+    void start() override { reads_ = 0; }
     bool read(DeviceState& state) noexcept override;
     void write(const Vec3&) noexcept override {}
 
@@ -50,8 +52,8 @@ public:
     /// begins a new trial.                                                              [setup]
     explicit SteeredDevice(HapticDevice& device) : device_(&device) {}
     /// Of states that are known, one each period of `rate_hz`: they begin again, with a new trial,
-    /// at their end and at a restart, and stay where they are while frozen. Time goes on. Throws
-    /// std::invalid_argument where there are none.                                       [setup]
+    /// at their end and at a restart, and stay where they are while frozen. Time goes on within a
+    /// run. Throws std::invalid_argument where there are none.                           [setup]
     SteeredDevice(std::vector<DeviceState> states, double rate_hz);
 
     /// The probe stays where it is, or goes on.                                            [any]
@@ -64,6 +66,7 @@ public:
 
     DeviceProperties properties() const override;
     void open() override;
+    /// States and their clock begin anew with each run; a device does as it does.         [setup]
     void start() override;
     void stop() noexcept override;
     void close() noexcept override;

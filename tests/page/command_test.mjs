@@ -105,20 +105,25 @@ test('a page moves the probe of a loop, changes its gain, and its recording has 
     const {frames} = window.palpate, i = frames.count - 1;
     return frames.columns.felt[i] && Math.hypot(...frames.triple('proxy_m', i).map((v, axis) => v - from[axis])) > 0.001;
   }, pressed.proxy);
-  await page.waitForTimeout(500);
-  const slid = await newest();
 
+  // A recording is a run of its own: its time begins anew, and the probe comes from in front of the surface again.
+  const before = await page.evaluate(() => window.palpate.frames.columns.time_s[window.palpate.frames.count - 1]);
   await page.click('#record');
   await page.waitForSelector('#record[aria-pressed=true]');
-  await page.locator('input[aria-label^="gain of"]').fill('0.5');
-  await page.waitForFunction(() => window.palpate.state.gains?.[0] === 0.5);
-  await page.waitForFunction(force => window.palpate.frames.force(window.palpate.frames.count - 1) < 0.9 * force, slid.force);
+  await page.waitForFunction(time => {
+    const {frames} = window.palpate, i = frames.count - 1;
+    return frames.columns.time_s[i] < time && frames.columns.felt[i] && frames.force(i) > 0.1;
+  }, before);
+  const held = await newest();
+  await page.locator('input[aria-label^="gain of"]').fill('0');
+  await page.waitForFunction(() => window.palpate.state.gains?.[0] === 0);
+  await page.waitForFunction(force => window.palpate.frames.force(window.palpate.frames.count - 1) < 0.1 * force, held.force);
   await page.fill('#mark-name', 'here');
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => window.palpate.marks.length === 1);
+  const live = await framesOf(page), lost = (await output(page, 'device')).text; // the next run begins with other frames
   await page.click('#record');
   await page.waitForSelector('#record[aria-pressed=false]');
-  const live = await framesOf(page), lost = (await output(page, 'device')).text;
   await close(page);
   await loop.stop();
 

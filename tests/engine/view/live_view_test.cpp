@@ -131,9 +131,15 @@ TEST_F(LiveViewTest, FrozenTheProbeStays) {
 
 TEST_F(LiveViewTest, ARecordingIsWrittenWithItsMarksAndReplaysBitForBit) {
     client_->send(kPress);
-    ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+    double time_s = 0.0;
+    ASSERT_TRUE(feels([&](const FrameReport& frame) {
+        time_s = frame.time_s;
+        return frame.force.x > 1.9;
+    }));
     client_->send(R"({"do": "record", "on": true})");
     ASSERT_TRUE(is_told("\"recording\":true"));
+    // Frames of the run before may still be on their way: the time begins anew with the recording.
+    ASSERT_TRUE(feels([&](const FrameReport& frame) { return frame.time_s < time_s; }));
     ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
     client_->send(R"({"do": "mark", "name": "top"})");
     ASSERT_TRUE(is_told("mark top"));

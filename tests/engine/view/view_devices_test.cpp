@@ -69,6 +69,25 @@ TEST(SteeredDevice, PlaysStatesAgainAsANewTrial) {
     EXPECT_THROW(SteeredDevice({}, 1000.0), std::invalid_argument);
 }
 
+TEST(SteeredDevice, BeginsAnewWithEachRun) {
+    SteeredDevice states(row(5), 1000.0);
+    PageDevice mouse({0.0, 0.0, 0.0}, 1000.0);
+    SteeredDevice page(mouse);
+    for (int run = 0; run < 2; ++run) {
+        states.start();
+        page.start();
+        for (int i = 0; i < 3; ++i) {
+            DeviceState state;
+            ASSERT_TRUE(states.read(state));
+            EXPECT_EQ(state.position.x, i);
+            EXPECT_EQ(state.trial, 0u);
+            EXPECT_DOUBLE_EQ(state.time_s, 1e-3 * i);
+            ASSERT_TRUE(page.read(state));
+            EXPECT_DOUBLE_EQ(state.time_s, 1e-3 * i);
+        }
+    }
+}
+
 TEST(SteeredDevice, FrozenStaysWhereItIsWhileTimeGoesOn) {
     SteeredDevice device(row(100), 1000.0);
     DeviceState state;
