@@ -90,6 +90,7 @@ run_tests() {
 benchmark_options() {
     case $1 in
     bench_jitter) echo --seconds 5 ;;
+    bench_view_jitter) echo --seconds 2 --rounds 3 ;;
     bench_first_touch | bench_extraction) ;;
     *) echo --benchmark_repetitions=3 --benchmark_enable_random_interleaving=true --benchmark_min_time=0.03 ;;
     esac

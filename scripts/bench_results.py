@@ -100,7 +100,7 @@ def place_of(run):
 
 
 def rows_of_jitter(runs):
-    """bench_jitter is no Google Benchmark: a row for each of its runs."""
+    """bench_jitter and bench_view_jitter are no Google Benchmarks: a row for each of their runs."""
     for run in runs:
         name = "/".join(["jitter", run["method"], run["scheduler"], run["machine"]])
         for counter, number in run.items():
