@@ -68,6 +68,15 @@ SceneDescription SceneVariants::changed(ContactKind contact) const {
     return description;
 }
 
+SceneDescription SceneVariants::felt_in(std::shared_ptr<const VoxelVolume> voxels) const {
+    SceneDescription description = changed(ContactKind::volume);
+    VolumeDescription volume;
+    volume.voxels = std::move(voxels);
+    volume.line = description.volumes.at(volume_).line;
+    description.volumes.at(volume_) = std::move(volume);
+    return description;
+}
+
 std::shared_ptr<const Scene> SceneVariants::built(SceneDescription description) const {
     // Variants of a formula are made for this study: nothing of them is kept on disk.
     SceneResources resources = resources_;
@@ -85,11 +94,7 @@ std::shared_ptr<const Scene> SceneVariants::by_volume() const {
 
 std::shared_ptr<const Scene> SceneVariants::over(std::shared_ptr<const VoxelVolume> voxels,
                                                  double smooth_voxels) const {
-    SceneDescription description = changed(ContactKind::volume);
-    VolumeDescription volume;
-    volume.voxels = std::move(voxels);
-    volume.line = description.volumes.at(volume_).line;
-    description.volumes.at(volume_) = std::move(volume);
+    SceneDescription description = felt_in(std::move(voxels));
     SurfaceDescription& surface = description.surfaces.at(surface_);
     surface.smooth_voxels = smooth_voxels;
     // The box cuts the material of a cavity: its faces would take part in keeping the position.
@@ -116,11 +121,7 @@ std::shared_ptr<const Scene> SceneVariants::over_every(int n, const Box& box) co
     voxels->index_to_scene = {static_cast<double>(n) * nodes.linear, nodes.point(first)};
     fill(*voxels, *felt.baked.field, kFloatBits);
 
-    SceneDescription description = changed(ContactKind::volume);
-    VolumeDescription volume;
-    volume.voxels = std::move(voxels);
-    volume.line = description.volumes.at(volume_).line;
-    description.volumes.at(volume_) = std::move(volume);
+    SceneDescription description = felt_in(std::move(voxels));
     SurfaceDescription& surface = description.surfaces.at(surface_);
     surface.mesh.clear();
     surface.triangle_mesh.reset();

@@ -58,6 +58,8 @@ public:
 
 private:
     SceneDescription changed(ContactKind contact) const;
+    /// The surface over other voxels than its own, by contact `volume`.
+    SceneDescription felt_in(std::shared_ptr<const VoxelVolume> voxels) const;
 
     const Scene& scene_;
     const SceneResources& resources_;
