@@ -48,6 +48,8 @@ void add_view(CLI::App& app, Action& run) {
         ->check(between(1e-3, 1e6));
     command->add_option("--cpu", options->cpu, "processor for the loop, from 0")
         ->check(CLI::Range(0, 1023));
+    command->add_flag("--no-button-marks", options->no_button_marks,
+                      "of a scene: the device's button 0 drops no mark");
     command->add_option("--listen", options->listen,
                         "address of this computer to be reached at (default: 127.0.0.1, nobody "
                         "else's)");

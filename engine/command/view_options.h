@@ -20,6 +20,7 @@ struct ViewOptions {
     std::uint16_t port = 0;                                   ///< 0: any that is free
     bool allow_remote = false;                                ///< `listen` may be reached by others
     bool open = false;                                        ///< a browser is started
+    bool no_button_marks = false;                             ///< buttons of the device drop none
     double seconds = std::numeric_limits<double>::infinity(); ///< of a scene, s
     std::optional<int> cpu;                                   ///< processor of the loop, from 0
     std::optional<std::string> device;                        ///< instead of the scene's

@@ -143,6 +143,7 @@ int view_scene(const ViewOptions& options) {
     settings.run.cpu = options.cpu;
     settings.run.longest_s = options.seconds;
     settings.overrides = overrides;
+    settings.button_marks = !options.no_button_marks;
     settings.folder =
         options.out.empty() ? description.file.stem().string() + "-view" : options.out;
     LiveView view(scene, std::move(document),

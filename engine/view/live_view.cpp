@@ -17,13 +17,15 @@
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/record/recording_journal.h>
 #include <palpate/engine/text/whole_file.h>
+#include <palpate/engine/view/internal/page_marks.h>
 
 namespace palpate {
 namespace {
 
 using namespace view_commands;
 
-constexpr std::size_t kMostMarks = 10'000; // more than a hand drops
+constexpr std::size_t kMostMarks = 1'000; // more than a hand drops, and every page is told them all
+constexpr std::uint32_t kMarking = 1u << 0; // the device's button that drops a mark
 
 /// The first name in a folder that nothing has: recording-001.h5 and so on.
 std::filesystem::path free_name(const std::filesystem::path& folder) {
@@ -90,6 +92,7 @@ private:
     LiveReply obey(const Level& level);
     LiveReply obey(const Button& button);
     void see(const RunFrame& run);
+    LiveReply drop(std::string name, const FrameReport& at);
     void use(HapticLoop* loop);
     std::string state() const;
     void tell(const std::string& said, bool is_error) { server_.tell(said, is_error, state()); }
@@ -102,6 +105,8 @@ private:
 
     std::atomic<bool> wants_recording_{false};
     std::filesystem::path file_; ///< of the recording that is under way
+    std::uint32_t buttons_ = 0;  ///< of the last frame
+    std::size_t presses_ = 0;    ///< of the button that drops marks
 
     mutable std::mutex mutex_; ///< of what follows
     bool is_recording_ = false;
@@ -109,8 +114,8 @@ private:
     std::map<std::size_t, double> gains_; ///< that are not 1, by effect
     FrameReport last_;
     bool has_last_ = false;
-    std::vector<ViewMark> marks_;  ///< of the recording that is under way
-    std::size_t marks_in_all_ = 0; ///< also outside of recordings
+    std::vector<ViewMark> marks_;   ///< all, for pages
+    std::size_t recorded_from_ = 0; ///< of marks_, the first of the recording that is under way
     std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const std::string>> meshes_;
 
     LiveServer server_; // last: its thread uses all of the above
@@ -137,7 +142,7 @@ Trace LiveView::View::run_once(const RunWatch& watch, bool is_recording) {
         const std::lock_guard lock(mutex_);
         is_recording_ = is_recording;
         has_last_ = false; // a mark is of the run that it is dropped in
-        marks_.clear();
+        recorded_from_ = marks_.size();
     }
     tell(is_recording ? fmt::format("recording to {}", file_.string()) : std::string(), false);
 
@@ -168,7 +173,7 @@ void LiveView::View::write(const Trace& trace) {
     {
         const std::lock_guard lock(mutex_);
         is_recording_ = false;
-        marks.swap(marks_);
+        marks.assign(marks_.begin() + static_cast<std::ptrdiff_t>(recorded_from_), marks_.end());
     }
     try {
         Recording recording = recorded(*scene_, settings_.overrides, trace);
@@ -192,6 +197,11 @@ void LiveView::View::see(const RunFrame& run) {
         has_last_ = true;
     }
     server_.add(run.frame);
+    const std::uint32_t pressed = run.input.buttons & ~std::exchange(buttons_, run.input.buttons);
+    if (!settings_.button_marks || (pressed & kMarking) == 0) return;
+    if (const LiveReply reply = drop(fmt::format("button {}", ++presses_), run.frame);
+        reply.is_error)
+        tell(reply.said, true);
 }
 
 void LiveView::View::use(HapticLoop* loop) {
@@ -214,7 +224,7 @@ std::string LiveView::View::state() const {
                                   {"device_ended", device_.device.has_ended()},
                                   {"mouse", device_.mouse != nullptr},
                                   {"gains", gains},
-                                  {"marks", marks_in_all_}};
+                                  {"marks", internal::marks_for_page(marks_)}};
     return state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -268,22 +278,27 @@ LiveReply LiveView::View::obey(const Record& record) {
 }
 
 LiveReply LiveView::View::obey(const Mark& mark) {
-    ViewMark set;
-    bool is_kept = false;
+    FrameReport newest;
     {
         const std::lock_guard lock(mutex_);
         if (!has_last_) return {"nothing is felt yet; mark a place once the loop runs", true};
+        newest = last_;
+    }
+    return drop(mark.name, newest);
+}
+
+LiveReply LiveView::View::drop(std::string name, const FrameReport& at) {
+    const ViewMark set{std::move(name), at.proxy, at.time_s,
+                       felt_in_words(at.surfaces_felt, felt_names_)};
+    bool is_kept = false;
+    {
+        const std::lock_guard lock(mutex_);
         if (marks_.size() >= kMostMarks)
             return {
-                fmt::format("{} marks are enough for one recording; begin another one", kMostMarks),
+                fmt::format("{} marks are enough; begin `palpate view` again for more", kMostMarks),
                 true};
-        set.name = mark.name;
-        set.at = last_.proxy;
-        set.time_s = last_.time_s;
-        set.felt = felt_in_words(last_.surfaces_felt, felt_names_);
+        marks_.push_back(set);
         is_kept = is_recording_;
-        if (is_kept) marks_.push_back(set);
-        ++marks_in_all_;
     }
     tell(fmt::format("mark {}: {:.1f}, {:.1f}, {:.1f} mm LPS{}", set.name, 1e3 * set.at.x,
                      1e3 * set.at.y, 1e3 * set.at.z,

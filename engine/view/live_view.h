@@ -20,6 +20,7 @@ struct LiveViewSettings {
     SceneOverrides overrides;     ///< that the scene was made with, for recordings
     std::filesystem::path folder; ///< of recordings; made with the first one
     ViewDetail detail;            ///< of the scene's first message
+    bool button_marks = true;     ///< the device's button 0 drops a mark where the proxy is
 };
 
 /// Who moves the probe.

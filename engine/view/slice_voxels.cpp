@@ -6,34 +6,19 @@
 #include <limits>
 #include <utility>
 
+#include <palpate/engine/view/internal/voxel_blocks.h>
+
 namespace palpate {
 namespace {
 
-/// Blocks of voxels along each axis, ends cut off where they do not fit.
-struct Blocks {
-    std::array<int, 3> edge;  // voxels
-    std::array<int, 3> count; // blocks
-};
-
-Blocks blocks_of(const VoxelVolume& volume, int most_edge) {
-    Blocks blocks{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        blocks.edge[axis] = std::max(1, (volume.size[axis] + most_edge - 1) / most_edge);
-        blocks.count[axis] = (volume.size[axis] + blocks.edge[axis] - 1) / blocks.edge[axis];
-    }
-    return blocks;
-}
-
-/// Mean of what is finite in the block that begins at `from`; NaN where nothing is.
-double block_mean(const VoxelVolume& volume, const Blocks& blocks, const std::array<int, 3>& from) {
-    std::array<int, 3> end{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        end[axis] = std::min(from[axis] + blocks.edge[axis], volume.size[axis]);
+/// Mean of what is finite in a block of voxels; NaN where nothing is.
+double block_mean(const VoxelVolume& volume, const std::array<int, 3>& first,
+                  const std::array<int, 3>& end) {
     double sum = 0.0;
     int count = 0;
-    for (int k = from[2]; k < end[2]; ++k)
-        for (int j = from[1]; j < end[1]; ++j)
-            for (int i = from[0]; i < end[0]; ++i)
+    for (int k = first[2]; k < end[2]; ++k)
+        for (int j = first[1]; j < end[1]; ++j)
+            for (int i = first[0]; i < end[0]; ++i)
                 if (const double value = volume.at(i, j, k); std::isfinite(value)) {
                     sum += value;
                     ++count;
@@ -50,25 +35,17 @@ double percentile(const std::vector<double>& sorted, double share) {
 } // namespace
 
 SliceVoxels slice_voxels(std::string name, const VoxelVolume& volume, int most_edge) {
-    const Blocks blocks = blocks_of(volume, most_edge);
+    const internal::VoxelBlocks blocks = internal::voxel_blocks(volume.size, most_edge);
     SliceVoxels slices;
     slices.name = std::move(name);
     slices.shape = blocks.count;
-    const Vec3 edge(blocks.edge[0], blocks.edge[1], blocks.edge[2]);
-    slices.index_to_scene = volume.index_to_scene;
-    for (int axis = 0; axis < 3; ++axis)
-        slices.index_to_scene.linear[axis] *= edge[axis];
-    slices.index_to_scene.offset = volume.index_to_scene.point(0.5 * (edge - Vec3(1.0)));
+    slices.index_to_scene = blocks.index_to_scene(volume.index_to_scene);
 
     std::vector<double> means;
-    means.reserve(static_cast<std::size_t>(blocks.count[0]) *
-                  static_cast<std::size_t>(blocks.count[1]) *
-                  static_cast<std::size_t>(blocks.count[2]));
-    for (int k = 0; k < blocks.count[2]; ++k)
-        for (int j = 0; j < blocks.count[1]; ++j)
-            for (int i = 0; i < blocks.count[0]; ++i)
-                means.push_back(block_mean(
-                    volume, blocks, {i * blocks.edge[0], j * blocks.edge[1], k * blocks.edge[2]}));
+    means.reserve(blocks.all());
+    blocks.for_each([&](const std::array<int, 3>& first, const std::array<int, 3>& end) {
+        means.push_back(block_mean(volume, first, end));
+    });
 
     std::vector<double> sorted;
     sorted.reserve(means.size());

@@ -121,6 +121,41 @@ bool is_scalar(const Scene& scene, const std::string& volume) {
            });
 }
 
+bool has_labels(const Scene& scene, const std::string& volume) {
+    const auto& surfaces = scene.description().surfaces;
+    return std::any_of(surfaces.begin(), surfaces.end(), [&](const auto& surface) {
+        return surface.second.volume == volume && !surface.second.labels.empty();
+    });
+}
+
+bool has_voxels(const VolumeDescription& volume) { return !volume.file.empty() || volume.voxels; }
+
+/// A volume that nothing feels is there to be looked at.
+bool is_only_seen(const SceneDescription& scene, const std::string& volume) {
+    const bool is_felt =
+        std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                    [&](const auto& surface) { return surface.second.volume == volume; }) ||
+        std::any_of(scene.effects.begin(), scene.effects.end(),
+                    [&](const EffectDescription& effect) { return volume_of(effect) == volume; });
+    return !is_felt && scene.volumes.at(volume).labels.empty();
+}
+
+/// A label volume for slices: what is felt of it looks like its surface.
+LabelSlices labels_of(const std::string& name, const LabelVolume& volume,
+                      const SceneDescription& scene, const std::vector<ViewStructure>& structures) {
+    LabelSlices slices = label_slices(name, volume);
+    for (std::size_t place = 0; place < structures.size(); ++place) {
+        const SurfaceDescription& surface = scene.surfaces.at(structures[place].name);
+        if (surface.volume != name || surface.labels.empty()) continue;
+        for (const std::size_t label : find_labels(volume, surface.labels)) {
+            if (label >= slices.labels.size() || slices.labels[label].structure >= 0) continue;
+            slices.labels[label].structure = static_cast<int>(place);
+            slices.labels[label].color = structures[place].color;
+        }
+    }
+    return slices;
+}
+
 std::string subject_of(const EffectDescription& effect) {
     if (!surface_of(effect).empty()) return surface_of(effect);
     return volume_of(effect).empty() ? std::string(name(effect)) : volume_of(effect);
@@ -151,9 +186,13 @@ ViewDocument view_document(const Scene& scene, ViewMode mode) {
         structure.mesh = mesh_of(surface);
         document.structures.push_back(std::move(structure));
     }
-    for (const auto& [name, volume] : description.volumes)
-        if ((!volume.file.empty() || volume.voxels) && is_scalar(scene, name))
+    for (const auto& [name, volume] : description.volumes) {
+        if (has_voxels(volume) && (is_scalar(scene, name) || is_only_seen(description, name)))
             document.volumes.push_back(slice_voxels(name, reader.volume(name)));
+        if (has_labels(scene, name))
+            document.labels.push_back(
+                labels_of(name, reader.labels(name), description, document.structures));
+    }
     for (const PlannedEffect& planned : scene.plan().effects)
         if (planned.on) {
             const EffectDescription& effect = description.effects[planned.effect];

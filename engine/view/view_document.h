@@ -10,6 +10,7 @@
 
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/view/label_slices.h>
 #include <palpate/engine/view/slice_voxels.h>
 #include <palpate/engine/view/sub_steps.h>
 #include <palpate/geometry/triangle_mesh.h>
@@ -57,6 +58,7 @@ struct ViewDocument {
     double force_limit_n = 5.0;            ///< longest force, N
     std::vector<ViewStructure> structures; ///< in the order of Scene::surfaces()
     std::vector<SliceVoxels> volumes;      ///< for slices
+    std::vector<LabelSlices> labels;       ///< for slices, over the volumes or alone
     std::vector<ViewEffect> effects;       ///< those that are on
     std::vector<ViewMark> marks;           ///< places that were marked
     std::vector<ViewFrameSteps> sub_steps; ///< of some frames of a playback
@@ -64,7 +66,7 @@ struct ViewDocument {
 
 /// The document of a scene: its surfaces as meshes (their own, else the preview of their field, of
 /// a formula on a grid of 96 nodes), in the colours of a segmentation or in ours; its volumes of
-/// scalars for slices. Reads their files again.                                           [setup]
+/// scalars and labels for slices. Reads their files again.                                [setup]
 /// Throws std::runtime_error as read_volume() and read_label_volume().
 ViewDocument view_document(const Scene& scene, ViewMode mode);
 

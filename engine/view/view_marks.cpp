@@ -6,6 +6,7 @@
 
 #include <palpate/engine/text/internal/json_text.h>
 #include <palpate/engine/text/text_file.h>
+#include <palpate/engine/view/internal/page_marks.h>
 #include <palpate/engine/view/live_view.h>
 
 namespace palpate {
@@ -41,6 +42,16 @@ std::string marks_as_json(const std::vector<ViewMark>& marks) {
            {"coordinateUnits", "mm"},
            {"controlPoints", points}}}}};
     return internal::json_text(document) + "\n";
+}
+
+nlohmann::json internal::marks_for_page(const std::vector<ViewMark>& marks) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const ViewMark& mark : marks)
+        list.push_back({{"name", mark.name},
+                        {"at_m", {mark.at.x, mark.at.y, mark.at.z}},
+                        {"time_s", mark.time_s},
+                        {"felt", mark.felt}});
+    return list;
 }
 
 std::vector<ViewMark> read_marks(const std::filesystem::path& file) {

@@ -8,6 +8,7 @@
 
 #include <palpate/engine/view/coarse_mesh.h>
 #include <palpate/engine/view/internal/container.h>
+#include <palpate/engine/view/internal/page_marks.h>
 #include <palpate/engine/view/view_document.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 #include <palpate/version.h>
@@ -92,22 +93,42 @@ json add_structures(Container& container, const ViewDocument& document, const Vi
     return structures;
 }
 
+/// Rows of the 4 x 4 matrix.
+json of(const AffineTransform& transform) {
+    const Mat3& m = transform.linear;
+    const Vec3& o = transform.offset;
+    return {m[0].x, m[1].x, m[2].x, o.x, m[0].y, m[1].y, m[2].y, o.y,
+            m[0].z, m[1].z, m[2].z, o.z, 0.0,    0.0,    0.0,    1.0};
+}
+
 json add_volumes(Container& container, const ViewDocument& document) {
     json volumes = json::array();
-    for (const SliceVoxels& volume : document.volumes) {
-        const Mat3& m = volume.index_to_scene.linear;
-        const Vec3& o = volume.index_to_scene.offset;
+    for (const SliceVoxels& volume : document.volumes)
         volumes.push_back({{"name", volume.name},
                            {"shape", volume.shape},
-                           {"to_scene",
-                            {m[0].x, m[1].x, m[2].x, o.x, m[0].y, m[1].y, m[2].y, o.y, m[0].z,
-                             m[1].z, m[2].z, o.z, 0.0, 0.0, 0.0, 1.0}},
+                           {"to_scene", of(volume.index_to_scene)},
                            {"voxels", container.add<std::uint8_t>(
                                           "volume/" + volume.name + "/voxels", volume.values)},
                            {"low", volume.low},
                            {"high", volume.high},
                            {"window", volume.window},
                            {"unit", ""}});
+    return volumes;
+}
+
+json add_label_volumes(Container& container, const ViewDocument& document) {
+    json volumes = json::array();
+    for (const LabelSlices& volume : document.labels) {
+        json labels = json::array();
+        for (const SliceLabel& label : volume.labels)
+            labels.push_back(
+                {{"name", label.name}, {"color", label.color}, {"structure", label.structure}});
+        volumes.push_back({{"name", volume.name},
+                           {"shape", volume.shape},
+                           {"to_scene", of(volume.index_to_scene)},
+                           {"voxels", container.add<std::uint16_t>(
+                                          "labels/" + volume.name + "/voxels", volume.values)},
+                           {"labels", labels}});
     }
     return volumes;
 }
@@ -139,25 +160,19 @@ json view_of(const ViewDocument& document) {
             box.add(own.lower);
             box.add(own.upper);
         }
-    if (box.empty())
-        for (const SliceVoxels& volume : document.volumes)
-            for (int corner = 0; corner < 8; ++corner)
-                box.add(volume.index_to_scene.point(Vec3((corner & 1) * volume.shape[0],
-                                                         ((corner >> 1) & 1) * volume.shape[1],
-                                                         (corner >> 2) * volume.shape[2])));
+    const auto add_corners = [&box](const auto& volume) {
+        for (int corner = 0; corner < 8; ++corner)
+            box.add(volume.index_to_scene.point(Vec3((corner & 1) * volume.shape[0],
+                                                     ((corner >> 1) & 1) * volume.shape[1],
+                                                     (corner >> 2) * volume.shape[2])));
+    };
+    if (box.empty()) {
+        std::ranges::for_each(document.volumes, add_corners);
+        std::ranges::for_each(document.labels, add_corners);
+    }
     constexpr double kAnyRadius_m = 0.1;
     if (box.empty()) return {{"center_m", of(Vec3(0.0))}, {"radius_m", kAnyRadius_m}};
     return {{"center_m", of(box.center())}, {"radius_m", 0.5 * glm::length(box.extent())}};
-}
-
-json marks_of(const ViewDocument& document) {
-    json marks = json::array();
-    for (const ViewMark& mark : document.marks)
-        marks.push_back({{"name", mark.name},
-                         {"at_m", of(mark.at)},
-                         {"time_s", mark.time_s},
-                         {"label", mark.felt}});
-    return marks;
 }
 
 const char* name(SubStep::Kind kind) {
@@ -258,11 +273,12 @@ std::string scene_message(const ViewDocument& document, const ViewDetail& detail
     said["unit"] = "m";
     said["structures"] = add_structures(container, document, detail);
     said["volumes"] = add_volumes(container, document);
+    if (!document.labels.empty()) said["label_volumes"] = add_label_volumes(container, document);
     said["effects"] = effects_of(document);
     said["flags"] = flags();
     said["probe"] = {{"radius_m", 0.0}};
     said["view"] = view_of(document);
-    said["marks"] = marks_of(document);
+    said["marks"] = internal::marks_for_page(document.marks);
     if (!document.sub_steps.empty()) said["details"] = sub_steps_of(document);
     if (frames != nullptr) said["frames"] = add_frames(container, *frames);
     return container.bytes();
