@@ -26,9 +26,10 @@ export const closeBrowser = () => browser.close();
 
 const errors = new Map();
 
-/** A new page that remembers what went wrong in it. */
-export async function openPage(address, {width = 1200, height = 800, scheme = 'light'} = {}) {
-  const page = await browser.newPage({viewport: {width, height}, colorScheme: scheme, acceptDownloads: true});
+/** A new page that remembers what went wrong in it. `script` runs in it before its own. */
+export async function openPage(address, {width = 1200, height = 800, scheme = 'light', motion = 'no-preference', script} = {}) {
+  const page = await browser.newPage({viewport: {width, height}, colorScheme: scheme, reducedMotion: motion, acceptDownloads: true});
+  if (script) await page.addInitScript(script);
   const found = [];
   errors.set(page, found);
   page.on('console', message => message.type() === 'error' && found.push(message.text()));

@@ -96,8 +96,8 @@ function volume() {
                           window: [-200, 800], unit: 'HU'}};
 }
 
-/** The whole scene as a container. @param {'playback' | 'live'} mode */
-export function sphereScene(mode, changes = {}) {
+/** The whole scene as a container. @param {'playback' | 'live'} mode @param {any} changes of its description @param {any} arrays more */
+export function sphereScene(mode, changes = {}, arrays = {}) {
   const levels = [12, 60].map(rings => sphere(kCenter, kRadius, rings));
   const inner = sphere(kCenter, 0.02, 12), {voxels, entry} = volume();
   const played = mode === 'playback' ? framesOf(0, kFrames) : {arrays: {}};
@@ -124,5 +124,5 @@ export function sphereScene(mode, changes = {}) {
     ...changes,
   };
   return container(json, {coarse_p: levels[0].positions, coarse_i: levels[0].indices, fine_p: levels[1].positions,
-                          fine_i: levels[1].indices, inner_p: inner.positions, inner_i: inner.indices, voxels, ...played.arrays});
+                          fine_i: levels[1].indices, inner_p: inner.positions, inner_i: inner.indices, voxels, ...played.arrays, ...arrays});
 }

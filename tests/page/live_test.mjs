@@ -20,7 +20,7 @@ after(async () => {
   server.close();
 });
 
-server.send(JSON.stringify({say: '', kind: 'info', state: {recording: false, frozen: false, mouse: true, marks: 0}}));
+server.send(JSON.stringify({say: '', kind: 'info', state: {recording: false, frozen: false, mouse: true, marks: []}}));
 await page.waitForSelector('#hand:visible');
 
 test('frames are shown as they come, bit for bit', async () => {
@@ -71,8 +71,9 @@ test('sliders, freeze, restart, record and points send their commands', async ()
   await page.keyboard.press('Enter');
   assert.deepEqual(await server.next('mark'), {do: 'mark', name: 'a spot'});
   assert.equal(await page.locator('#marks li').count(), 0); // until the loop has it
-  server.send(JSON.stringify({state: {marks: 1, gains: {0: 0.5}}}));
+  server.send(JSON.stringify({state: {marks: [{name: 'a spot', at_m: kCenter, time_s: 1.5, felt: 'bone'}], gains: {0: 0.5}}}));
   await page.waitForFunction(() => document.querySelectorAll('#marks li').length === 1);
+  assert.equal(await page.textContent('#marks li'), 'a spot1.50 s, bone');
   assert.equal(await page.inputValue('input[aria-label="gain of bone"]'), '0.5');
 });
 

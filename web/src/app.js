@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 /** The page as a whole: what is shown of which frame, and what the controls do. */
 import {Charts} from './charts.js';
+import {DeviceButton} from './device_button.js';
 import {Felt} from './felt.js';
 import {FrameStore} from './frames.js';
 import {Hand} from './hand.js';
 import {bindKeys} from './keys.js';
 import {Overlay} from './overlay.js';
 import {Panels} from './panels.js';
+import {Picking} from './picking.js';
 import {Player} from './player.js';
 import {Slices} from './slices.js';
+import {SpaceMouse} from './space_mouse.js';
 import {View3d} from './view3d.js';
 import {Announcer, feltOf, flagsOf, listed, readable, roundUp} from './words.js';
 
 const kForceRank = 0.99; // share of the frames in contact at or below the last colour's force
 const kTables_ms = 500; // between two looks at charts and tables of a live loop
 const kQuiet_ms = 1000; // without a frame: said
+const kMostFacets = 4e6; // asked for from the loop: 200 MB at some 50 bytes each, here and on the card
 
 export class App {
   /**
@@ -33,7 +37,6 @@ export class App {
     this.felt = new Felt(scene);
     this.state = {};
     this.marks = [...(scene.marks ?? [])];
-    this.dropped = []; // points that the loop was told, and has not confirmed
     this.look = {span: this.isLive ? '5' : 'now', by: 'force', paint: 'none'};
     this.cut = {axis: 'none', follows: false, place_mm: 0};
     this.step = 0;
@@ -44,7 +47,11 @@ export class App {
     this.charts = new Charts(document.getElementById('charts'), this.frames, i => this.seek(i), this.isLive);
     this.announcer = new Announcer(document.getElementById('said'));
     this.hand = send && new Hand(this.view, send, () => this.probe());
+    this.button = send && new DeviceButton(document.getElementById('button'), send);
+    this.spaceMouse = send && new SpaceMouse(isDown => (isDown ? this.button.press() : this.button.release()),
+                                             () => this.panels.showSpaceMouse());
     this.panels = new Panels(this);
+    this.picking = new Picking(this.view, document.getElementById('pointed'), surface => this.panels.structures.find(surface));
     bindKeys(this);
     this.view.onLevels = () => this.repaint();
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
@@ -73,7 +80,7 @@ export class App {
   // What comes from the loop.
 
   isSameScene(scene) {
-    const parts = s => JSON.stringify([s.title, s.mode, s.view, s.volumes,
+    const parts = s => JSON.stringify([s.title, s.mode, s.view, s.volumes, s.label_volumes,
       (s.structures ?? []).map(one => [one.id, one.name, one.color, one.box_m])]);
     return parts(scene) === parts(this.scene);
   }
@@ -106,7 +113,7 @@ export class App {
     for (const mesh of structures ?? []) {
       const surface = this.view.surfaces.byId(mesh.id);
       if (!surface) continue;
-      surface.forgetAsked();
+      surface.leaveAsked();
       for (const level of mesh.levels ?? []) surface.add(level, blob);
     }
     this.isAsking = false;
@@ -119,20 +126,20 @@ export class App {
       document.getElementById('link').textContent = message.say;
       this.announcer.say(message.say);
     }
+    if (message.kind === 'error') this.isAsking = false; // it may have been about a surface: the next one is asked for
+    const before = JSON.stringify(this.state.marks);
     Object.assign(this.state, message.state ?? {});
-    this.hearMarks(message.state?.marks);
+    if (Array.isArray(this.state.marks) && JSON.stringify(this.state.marks) !== before) this.setMarks(this.state.marks);
     this.panels.showState();
   }
 
-  /** The loop's points: all of them, or how many it has of those that this page dropped. */
-  hearMarks(marks) {
-    if (Array.isArray(marks)) this.setMarks(marks);
-    if (Number.isInteger(marks) && marks > this.marks.length && this.dropped.length > 0)
-      this.setMarks([...this.marks, this.dropped.shift()]);
-  }
-
   setConnected(isConnected) {
+    if (this.isConnected !== isConnected) this.announcer.say(isConnected ? 'Connected.' : 'Connection lost.');
     this.isConnected = isConnected;
+    if (!isConnected) {
+      this.isAsking = false; // whatever was under way
+      this.view.surfaces.forgetAsked();
+    }
     this.panels.showState();
   }
 
@@ -170,11 +177,11 @@ export class App {
 
   dropMark(name) {
     if (!this.frames.count) return;
-    const i = this.send ? this.player.last : this.player.index;
-    const mark = {name, at_m: this.frames.triple('proxy_m', i), time_s: this.frames.columns.time_s[i],
-                  label: listed(feltOf(this.scene, this.frames.columns.felt[i]).map(s => s.name))};
-    if (!this.send) this.setMarks([...this.marks, mark]);
-    else if (this.send({do: 'mark', name})) this.dropped.push(mark);
+    if (this.send) return void this.send({do: 'mark', name}); // the loop answers with all points
+    const i = this.player.index;
+    this.setMarks([...this.marks, {
+      name, at_m: this.frames.triple('proxy_m', i), time_s: this.frames.columns.time_s[i],
+      felt: listed(feltOf(this.scene, this.frames.columns.felt[i]).map(s => s.name))}]);
   }
 
   detail() {
@@ -232,12 +239,13 @@ export class App {
     this.before = now;
     this.player.advance(elapsed_s);
     if (this.isLive && this.frames.count !== this.takenCount && now - this.taken > kTables_ms) this.takeIn();
-    if (this.hand) this.hand.flush();
+    if (this.hand) this.moveHand(now, elapsed_s);
     const shown = `${this.player.index} ${this.frames.generation} ${this.frames.count && 1} ${this.step}`;
     if (shown !== this.shown) {
       this.shown = shown;
       this.showFrame();
     }
+    this.picking.update();
     if (this.view.draw(now)) {
       this.overlay.place();
       this.askForDetail();
@@ -251,8 +259,26 @@ export class App {
     requestAnimationFrame(next => this.tick(next));
   }
 
+  /** A cap that is pushed moves the hand; what moved it is sent. */
+  moveHand(now, elapsed_s) {
+    if (this.panels.usesSpaceMouse && !this.state.frozen) this.hand.drive(this.spaceMouse.deflection(now), elapsed_s);
+    this.hand.flush();
+  }
+
+  /** What is drawn of this frame is to be drawn anew. */
+  redraw() {
+    this.shown = undefined;
+    this.view.touch();
+  }
+
+  showSlices(proxy_m, probe_m) {
+    this.slices.draw(proxy_m, probe_m);
+    this.view.planes.update(this.slices.slices);
+    this.panels.showSliceWords(proxy_m);
+  }
+
   showFrame() {
-    if (this.frames.count === 0) return this.slices.draw(this.view.center, this.view.center);
+    if (this.frames.count === 0) return this.showSlices(this.view.center, this.view.center);
     const i = this.player.index, {frames, scene} = this;
     const probe_m = frames.triple('probe_m', i), proxy_m = frames.triple('proxy_m', i);
     this.view.glyphs.setFrame(this.view.toView(probe_m), this.view.toView(proxy_m),
@@ -262,7 +288,7 @@ export class App {
     if (this.cut.follows) this.setCut();
     this.view.touch();
     this.overlay.setForce(frames.force(i));
-    this.slices.draw(proxy_m, probe_m);
+    this.showSlices(proxy_m, probe_m);
     this.charts.show(i, (chart, value) => `${readable(value)} ${chart.unit}`);
     this.panels.showFrame(i, feltOf(scene, frames.columns.felt[i]), flagsOf(scene, frames.columns.flags[i]));
     this.announce(i);
@@ -289,7 +315,7 @@ export class App {
   askForDetail() {
     if (!this.send || this.isAsking) return;
     const {surfaces, pace} = this.view;
-    const wanted = surfaces.wanted(pace.budget(true) - surfaces.facets);
+    const wanted = surfaces.wanted(Math.min(kMostFacets, pace.budget(true)));
     if (!wanted) return;
     wanted.level.isAsked = true;
     this.isAsking = this.send({do: 'level', structure: wanted.surface.structure.id, facets: wanted.level.facets});

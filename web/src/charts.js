@@ -29,7 +29,7 @@ export class Charts {
     this.cells = kCharts.map(chart => {
       const cell = document.createElement('div');
       cell.className = 'chart';
-      cell.innerHTML = `<h3>${chart.name}<output></output></h3><div class="plot"></div>`;
+      cell.innerHTML = `<h3>${chart.name}<output aria-live="off"></output></h3><div class="plot"></div>`;
       host.append(cell);
       return {...chart, cell, output: cell.querySelector('output'), plot: cell.querySelector('.plot')};
     });

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The mouse and the keyboard as a device: drag in the view's plane, wheel and page keys along it. */
+/** The mouse, the keyboard and a SpaceMouse as a device: drag in the view's plane, wheel and page keys along it; or a cap's push. */
 
 const kKeyStep_m = 0.0005;
 const kFineStep_m = 0.0001; // with Alt
 const kWheel_m = 0.0005; // of one notch, 100 px
+const kCap_m_per_s = 0.1; // with a cap that is pushed all the way, as the driver of one has it
+const kLongest_s = 0.05; // of a cap's push at a time: after a pause the hand does not jump
 
 export class Hand {
   /**
@@ -61,6 +63,15 @@ export class Hand {
     event.stopImmediatePropagation();
     const pixels = event.deltaMode === 1 ? 33 * event.deltaY : event.deltaY;
     this.by(0, 0, kWheel_m * pixels / 100); // away from the reader's finger is into the picture
+  }
+
+  /** A cap's push for so long: its length is at most 1, along the view's axes. */
+  drive([right, up, towards], seconds) {
+    const isPushed = right !== 0 || up !== 0 || towards !== 0;
+    if (isPushed && !this.isDriven) this.place = undefined; // from the probe on
+    this.isDriven = isPushed;
+    const step = kCap_m_per_s * Math.min(seconds, kLongest_s);
+    if (isPushed) this.by(step * right, step * up, step * towards);
   }
 
   /** True where the key was the hand's. */

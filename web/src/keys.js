@@ -21,6 +21,7 @@ function actions(app) {
     'n': () => press('step-forth'), 'b': () => press('step-back'), 'j': () => press('next-detail'),
     '+': () => app.view.zoom(1 / 1.15), '=': () => app.view.zoom(1 / 1.15), '-': () => app.view.zoom(1.15),
     'h': () => press('hand'), 'f': () => press('freeze'),
+    's': () => press('planes'),
     'm': () => document.getElementById('mark-name').focus(),
   };
 }
@@ -28,7 +29,7 @@ function actions(app) {
 /** The list that the page shows. */
 export function keyList(app) {
   const live = [['H', 'hand: drag and wheel, or arrow keys and Page Up, Page Down, move the probe (Alt: finer)'],
-                ['F', 'freeze']];
+                ['F', 'freeze'], ['P', "the device's button, for as long as the key is down"]];
   return [
     ['Drag, wheel', 'turn and zoom the view; right button: shift it'],
     ['Arrows, + −', 'turn and zoom, with the view focused'],
@@ -37,14 +38,18 @@ export function keyList(app) {
     [', and .', 'one frame back, on (with Shift: 100)'], ['[ and ]', 'slower, faster'],
     ['Home, End', app.isLive ? 'oldest, newest frame' : 'first, last frame'],
     ['B and N', 'one sub-step back, on, where the frame has them'], ['J', 'the next frame that has them'], ['M', 'name a point'],
+    ['S', 'slices as planes among the surfaces'],
     ...(app.send ? live : []),
   ];
 }
 
 export function bindKeys(app) {
   const table = actions(app);
+  const isPress = event => event.key.toLowerCase() === 'p' && !event.ctrlKey && !event.metaKey && !isText(event.target);
   const isText = target => target.closest?.('input:not([type=range]):not([type=checkbox]), select, textarea');
+  document.addEventListener('keyup', event => isPress(event) && app.button?.release());
   document.addEventListener('keydown', event => {
+    if (isPress(event) && app.button) return event.repeat ? undefined : app.button.press();
     if (event.ctrlKey || event.metaKey || isText(event.target)) return;
     const isView = event.target === app.view.canvas || event.target === document.body;
     if (isView && app.hand?.key(event)) return event.preventDefault();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Named points as a Slicer markups file. */
 
-/** @param {{name: string, at_m: number[], label?: string}[]} marks in the scene's frame @param {string} axes */
+/** @param {{name: string, at_m: number[], felt?: string, label?: string}[]} marks in the scene's frame @param {string} axes */
 export function markupsJson(marks, axes) {
   const controlPoints = marks.map((mark, i) => ({
-    id: String(i + 1), label: mark.name, description: mark.label ?? '',
+    id: String(i + 1), label: mark.name, description: mark.felt ?? mark.label ?? '',
     position: mark.at_m.map(v => 1000 * v), positionStatus: 'defined',
   }));
   return JSON.stringify({

@@ -3,21 +3,13 @@
 import {forceGradient} from './colors.js';
 import {kGlyphColors} from './glyphs.js';
 import {kViews, keyList} from './keys.js';
+import {at, make} from './make.js';
 import {download, markupsJson} from './markups.js';
+import {StructureList} from './structure_list.js';
 import {axisNames, listed, readable} from './words.js';
 
 const kSpeeds = [[4, '4'], [2, '2'], [1, '1'], [0.5, '1/2'], [0.2, '1/5'], [0.1, '1/10'], [0.05, '1/20'],
                  [0.02, '1/50'], [0.01, '1/100']];
-
-const at = id => document.getElementById(id);
-
-/** An element with text and attributes. */
-function make(tag, attributes = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...children);
-  return element;
-}
 
 export class Panels {
   /** @param {import('./app.js').App} app */
@@ -31,7 +23,8 @@ export class Panels {
                               scene.program].filter(Boolean).join(', ');
     this.buildView();
     this.buildTransport();
-    this.buildStructures();
+    this.structures = new StructureList(app);
+    this.buildCut();
     this.buildLook();
     this.buildSlices();
     this.buildFelt();
@@ -91,41 +84,6 @@ export class Panels {
     this.app.player.speed = kSpeeds[index][0];
   }
 
-  buildStructures() {
-    const {view} = this.app;
-    at('structures').replaceChildren(...view.surfaces.all.map(surface => {
-      const {name, color, material, id} = surface.structure;
-      const shown = make('input', {type: 'checkbox', 'aria-label': `show ${name}`, id: `show-${id}`});
-      const opacity = make('input', {type: 'range', min: 0, max: 1, step: 0.05, 'aria-label': `opacity of ${name}`});
-      const cut = make('input', {type: 'checkbox', 'aria-label': `cut ${name}`});
-      const swatch = make('span', {class: 'swatch'});
-      swatch.style.background = color;
-      shown.checked = cut.checked = true;
-      opacity.value = '1';
-      const change = work => () => {
-        work();
-        view.touch();
-      };
-      shown.onchange = change(() => surface.setShown(shown.checked));
-      opacity.oninput = change(() => surface.setOpacity(opacity.valueAsNumber));
-      cut.onchange = change(() => {
-        surface.isCut = cut.checked;
-        this.app.setCut();
-      });
-      const label = make('label', {class: 'name', for: `show-${id}`}, name);
-      if (material) label.title = material;
-      return make('div', {class: 'structure'}, shown, swatch, label, opacity, make('label', {class: 'check'}, cut, 'cut'));
-    }));
-    const setAll = isShown => {
-      for (const box of at('structures').querySelectorAll('input[id^=show]'))
-        if (box.checked !== isShown) box.click();
-    };
-    at('show-all').onclick = () => setAll(true);
-    at('hide-all').onclick = () => setAll(false);
-    at('all-bar').hidden = view.surfaces.all.length < 3;
-    this.buildCut();
-  }
-
   buildCut() {
     const {app} = this, radius = Math.ceil(app.view.radius);
     const sides = ['x', 'y', 'z'].flatMap((axis, i) => [[`+${axis}`, this.names.plus[i]], [`-${axis}`, this.names.minus[i]]]);
@@ -180,31 +138,81 @@ export class Panels {
   }
 
   buildSlices() {
-    const {slices} = this.app;
-    at('slices-panel').hidden = slices.volumes.length === 0;
-    if (slices.volumes.length === 0) return;
+    const {app} = this, {slices} = app;
+    at('slices-panel').hidden = slices.isEmpty;
+    if (slices.isEmpty) return;
+    const choices = list => list.map((one, i) => make('option', {value: i}, one.name));
     at('volume-row').hidden = slices.volumes.length < 2;
-    at('volume').replaceChildren(...slices.volumes.map((volume, i) => make('option', {value: i}, volume.name)));
-    const set = () => {
-      const [width, level] = [at('window').valueAsNumber, at('level').valueAsNumber];
-      slices.setWindow(width, level);
-      const unit = slices.volume.unit ?? '';
-      at('window-words').textContent = `${readable(width)} ${unit}`;
-      at('level-words').textContent = `${readable(level)} ${unit}`;
-      this.app.shown = undefined;
-    };
-    const begin = () => {
-      const {low, high} = slices.volume, [from, to] = slices.window, step = (high - low) / 500;
-      Object.assign(at('window'), {min: step, max: high - low, step: 'any', value: to - from});
-      Object.assign(at('level'), {min: low, max: high, step: 'any', value: (from + to) / 2});
-      set();
-    };
-    at('window').oninput = at('level').oninput = set;
+    at('volume').replaceChildren(...choices(slices.volumes));
     at('volume').onchange = () => {
       slices.choose(Number(at('volume').value));
-      begin();
+      this.beginWindow();
     };
-    begin();
+    at('labels-row').hidden = slices.labelMaps.length === 0;
+    at('labels').replaceChildren(...choices(slices.labelMaps), ...(slices.volumes.length ? [make('option', {value: -1}, 'none')] : []));
+    at('labels').onchange = () => {
+      slices.chooseLabels(Number(at('labels').value));
+      app.redraw();
+    };
+    at('labels-opacity').hidden = slices.volumes.length === 0;
+    at('labels-opacity').value = String(slices.opacity);
+    at('labels-opacity').oninput = () => {
+      slices.setOpacity(at('labels-opacity').valueAsNumber);
+      app.redraw();
+    };
+    at('planes').onchange = () => {
+      app.view.planes.setShown(at('planes').checked);
+      app.redraw();
+    };
+    for (const id of ['window', 'level']) {
+      at(id).closest('.row').hidden = slices.volumes.length === 0;
+      at(id).oninput = () => this.setWindow();
+    }
+    this.pointAtSlices();
+    this.beginWindow();
+  }
+
+  beginWindow() {
+    const {slices} = this.app;
+    if (!slices.volume) return;
+    const {low, high} = slices.volume, [width, level] = slices.firstWindow();
+    Object.assign(at('window'), {min: (high - low) / 500, max: high - low, step: 'any', value: width});
+    Object.assign(at('level'), {min: low, max: high, step: 'any', value: level});
+    this.setWindow();
+  }
+
+  setWindow() {
+    const {slices} = this.app, [width, level] = [at('window').valueAsNumber, at('level').valueAsNumber];
+    slices.setWindow(width, level);
+    const unit = slices.volume.unit ?? '';
+    at('window-words').textContent = `${readable(width)} ${unit}`;
+    at('level-words').textContent = `${readable(level)} ${unit}`;
+    this.app.redraw();
+  }
+
+  /** What is under the pointer in a slice is named, instead of what is at the proxy. */
+  pointAtSlices() {
+    const {slices} = this.app;
+    at('slices').addEventListener('pointermove', event => {
+      const slice = slices.slices.find(one => one.canvas === event.target);
+      if (!slice?.isInside) return;
+      const box = slice.canvas.getBoundingClientRect();
+      const spot = [(event.clientX - box.left) * slice.width / box.width, (event.clientY - box.top) * slice.height / box.height];
+      this.pointed = slice.grid.place(slice.indexAt(spot, slice.depth));
+      this.showSliceWords();
+    });
+    at('slices').addEventListener('pointerleave', () => {
+      this.pointed = undefined;
+      this.showSliceWords();
+    });
+  }
+
+  /** @param {number[]} [proxy_m] where that has moved */
+  showSliceWords(proxy_m = this.proxy_m) {
+    this.proxy_m = proxy_m;
+    if (!proxy_m || this.app.slices.isEmpty) return;
+    const words = `${this.pointed ? 'Under the pointer' : 'At the proxy'}: ${this.app.slices.wordsAt(this.pointed ?? proxy_m)}`;
+    if (at('slice-words').textContent !== words) at('slice-words').textContent = words;
   }
 
   buildFelt() {
@@ -254,7 +262,7 @@ export class Panels {
         if (!app.isLive && Number.isFinite(mark.time_s)) app.seek(app.frames.at(mark.time_s));
         app.view.centerOn(mark.at_m);
       };
-      const words = [Number.isFinite(mark.time_s) && `${mark.time_s.toFixed(2)} s`, mark.label].filter(Boolean).join(', ');
+      const words = [Number.isFinite(mark.time_s) && `${mark.time_s.toFixed(2)} s`, mark.felt ?? mark.label].filter(Boolean).join(', ');
       return make('li', {}, button, make('span', {}, words));
     }));
   }
@@ -270,11 +278,13 @@ export class Panels {
       at('hand').setAttribute('aria-pressed', String(app.hand.isOn));
       app.view.canvas.focus({preventScroll: true});
     };
+    at('space-mouse').onclick = () => this.toggleSpaceMouse();
+    this.showSpaceMouse();
     at('gains').replaceChildren(...(app.scene.effects ?? []).flatMap(effect => effect.parts.map(part => {
       const words = effect.parts.length > 1 || part.name !== 'strength' ? `${effect.name}, ${part.name}` : effect.name;
       const slider = make('input', {type: 'range', min: 0, max: part.most, step: 0.01, 'aria-label': `gain of ${words}`,
                                     'data-effect': effect.id, 'data-part': part.name});
-      const output = make('output', {}, readable(part.gain));
+      const output = make('output', {'aria-live': 'off'}, readable(part.gain));
       slider.value = String(part.gain);
       slider.oninput = () => {
         output.textContent = readable(slider.valueAsNumber);
@@ -285,13 +295,36 @@ export class Panels {
     this.showState();
   }
 
+  async toggleSpaceMouse() {
+    const {spaceMouse, announcer} = this.app;
+    this.usesSpaceMouse = !this.usesSpaceMouse;
+    try {
+      if (!this.usesSpaceMouse) spaceMouse.close();
+      else if (!await spaceMouse.open()) this.usesSpaceMouse = false;
+    } catch (error) { // a device file that this user may not open, say
+      this.usesSpaceMouse = false;
+      at('link').textContent = `The SpaceMouse cannot be opened: ${error.message}`;
+      announcer.say(at('link').textContent);
+    }
+    this.showSpaceMouse();
+  }
+
+  showSpaceMouse() {
+    const {app} = this;
+    if (!app.panels) return; // not built yet
+    if (!app.spaceMouse.device && !app.spaceMouse.pad) this.usesSpaceMouse = false;
+    at('space-mouse').hidden = !app.state.mouse || !app.spaceMouse.isPossible;
+    at('space-mouse').setAttribute('aria-pressed', String(Boolean(this.usesSpaceMouse)));
+  }
+
   showState() {
     const {app} = this, {state} = app;
     if (!app.send) return;
     at('hand').hidden = !state.mouse;
+    this.showSpaceMouse();
     at('freeze').setAttribute('aria-pressed', String(Boolean(state.frozen)));
     at('record').setAttribute('aria-pressed', String(Boolean(state.recording)));
-    for (const id of ['freeze', 'record', 'restart']) at(id).disabled = app.isConnected === false;
+    for (const id of ['freeze', 'record', 'restart', 'button']) at(id).disabled = app.isConnected === false;
     for (const [effect, value] of Object.entries(state.gains ?? {})) {
       const slider = at('gains').querySelector(`[data-effect="${CSS.escape(effect)}"]`);
       if (!slider || slider === document.activeElement) continue;

@@ -6,6 +6,7 @@ import {forceColor, hexColor} from './colors.js';
 import {DamagedData} from './container.js';
 
 const kQuantum = 65535; // positions are 16 bits in the box
+const kGlow = 0.45; // of its own colour, where a structure is selected
 const kCoverageFacets = 150000; // at most, of the level on which areas are measured
 
 /** Positions in the page's frame (mm from the scene's centre) and corners of one level. */
@@ -98,7 +99,7 @@ class Surface {
   }
 
   /** What was asked for has come, with as many facets as it has. */
-  forgetAsked() {
+  leaveAsked() {
     this.levels = this.levels.filter(level => level.isHere || !level.isAsked);
   }
 
@@ -124,6 +125,18 @@ class Surface {
   setShown(isShown) {
     this.isShown = isShown;
     this.mesh.visible = isShown && this.material.opacity > 0;
+  }
+
+  /** Brighter than the light makes it. */
+  setSelected(isSelected) {
+    this.material.emissive.copy(this.color).multiplyScalar(isSelected ? kGlow : 0);
+  }
+
+  /** What a pointer's ray is tried on: the coarsest level, which no picture has. */
+  get target() {
+    const coarsest = this.levels.find(level => level.isHere);
+    if (coarsest && !this.aimed) this.aimed = new THREE.Mesh(coarsest.geometry, this.material);
+    return this.aimed;
   }
 
   setPlanes(planes) {
@@ -227,13 +240,18 @@ export class Surfaces {
     return isChanged;
   }
 
-  /** The next finer level that could be asked for, with this many facets left over. */
-  wanted(spare) {
-    for (const surface of this.all) {
-      const next = surface.levels.find(level => !level.isHere && !level.isAsked &&
-                                                level.facets - surface.facets <= spare);
-      if (next && surface.mesh.visible) return {surface, level: next};
-    }
-    return undefined;
+  /** The finer level to be asked for next, so that the finest of all have at most so many facets: the smallest first. */
+  wanted(most) {
+    const seen = this.all.filter(s => s.mesh.visible && s.levels.length > 0);
+    const held = s => s.levels.filter(level => level.isHere).at(-1)?.facets ?? 0;
+    const spare = most - seen.reduce((sum, s) => sum + held(s), 0);
+    const steps = seen.map(surface => ({surface, level: surface.levels.find(level => !level.isHere && !level.isAsked)}))
+      .filter(({surface, level}) => level && level.facets - held(surface) <= spare);
+    return steps.sort((a, b) => a.level.facets - b.level.facets)[0];
+  }
+
+  /** What was asked for will not come: it can be asked for again. */
+  forgetAsked() {
+    for (const level of this.all.flatMap(s => s.levels)) level.isAsked = false;
   }
 }

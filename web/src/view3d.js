@@ -4,6 +4,7 @@ import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {Glyphs} from './glyphs.js';
 import {Pace} from './pace.js';
+import {SlicePlanes} from './slice_planes.js';
 import {Surfaces} from './surfaces.js';
 import {Trail} from './trail.js';
 import {styleColor} from './colors.js';
@@ -38,6 +39,7 @@ export class View3d {
     this.fromView = place => [place.x, place.y, place.z].map((v, i) => v / 1000 + this.center[i]);
     this.surfaces = new Surfaces(scene, blob, this.toView);
     this.glyphs = new Glyphs(scene, this.toView);
+    this.planes = new SlicePlanes(this.toView);
     this.makeRenderer();
     this.trail = new Trail(scene, this.toView, this.drawer.isSoftware);
     this.pace = new Pace(this.drawer.isSoftware);
@@ -64,7 +66,7 @@ export class View3d {
 
   makeScene() {
     this.scene = new THREE.Scene();
-    this.scene.add(this.surfaces.group, this.trail.group, this.glyphs.group);
+    this.scene.add(this.surfaces.group, this.planes.group, this.trail.group, this.glyphs.group);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x666a70, 1.8));
     this.cut = new THREE.Plane();
     this.isCut = false;
