@@ -25,10 +25,12 @@ const browser = await require('playwright-core').chromium.launch({executablePath
 export const closeBrowser = () => browser.close();
 
 const errors = new Map();
+const kPatience_ms = 120000; // on a machine that has other things to do
 
 /** A new page that remembers what went wrong in it. `script` runs in it before its own. */
 export async function openPage(address, {width = 1200, height = 800, scheme = 'light', motion = 'no-preference', script} = {}) {
   const page = await browser.newPage({viewport: {width, height}, colorScheme: scheme, reducedMotion: motion, acceptDownloads: true});
+  page.setDefaultTimeout(kPatience_ms);
   if (script) await page.addInitScript(script);
   const found = [];
   errors.set(page, found);

@@ -4,51 +4,12 @@ import assert from 'node:assert/strict';
 import {join} from 'node:path';
 import {after, test} from 'node:test';
 import {close, closeBrowser, fileOf, openPage, pageText, ready, seek, work} from './browser.mjs';
-import {container, frame, kCenter, kRadius, sphere, sphereScene, withData} from './container.mjs';
+import {container, frame, kCenter, withData} from './container.mjs';
+import {kColors, kEdge, kNames, kSpacing, labelAt, labelScene, labelVolume} from './label_scene.mjs';
 
 after(closeBrowser);
 
-const kEdge = 41, kSpacing = 0.0025; // voxels along each edge, m; their borders are no multiples of the other volume's
-const kNames = ['bone', 'core', ...Array.from({length: 10}, (_, i) => `Nucleus ${i + 1} ${i % 2 ? 'right' : 'left'}`)];
-const kColors = kNames.map((_, i) => `#${(0x2f6b95 + 0x1d3f17 * i & 0xffffff).toString(16).padStart(6, '0')}`);
-
-/** Which label covers a place of the scene, m: 1 the shell, 2 the core, 3 what no structure has; 0 outside. */
-function labelAt(place) {
-  const d = Math.hypot(...place.map((v, i) => v - kCenter[i]));
-  return d < 0.02 ? 2 : d < 0.03 ? 3 : d < kRadius ? 1 : 0;
-}
-
-function labelVolume() {
-  const voxels = new Uint16Array(kEdge ** 3), start = kCenter.map(v => v - kSpacing * (kEdge - 1) / 2);
-  for (let k = 0, at = 0; k < kEdge; ++k)
-    for (let j = 0; j < kEdge; ++j)
-      for (let i = 0; i < kEdge; ++i, ++at) voxels[at] = labelAt([i, j, k].map((v, axis) => start[axis] + kSpacing * v));
-  const s = kSpacing, to_scene = [s, 0, 0, start[0], 0, s, 0, start[1], 0, 0, s, start[2], 0, 0, 0, 1];
-  return {voxels, entry: {name: 'atlas', shape: [kEdge, kEdge, kEdge], to_scene, voxels: 'atlas', labels: [
-    {name: 'Bone', color: kColors[0], structure: 0}, {name: 'Core', color: kColors[1], structure: 1},
-    {name: 'Between', color: '#ff0000', structure: -1}]}};
-}
-
-/** Twelve structures: the ball of the frames, its core, and ten small ones around; a volume of labels over that of numbers. */
-function scene({hasVolume = true} = {}) {
-  const ring = kNames.slice(2).map((_, i) => {
-    const angle = 2 * Math.PI * i / 10;
-    return sphere(kCenter.map((v, axis) => v + 0.055 * [Math.cos(angle), Math.sin(angle), 0][axis]), 0.008, 8);
-  });
-  const all = [sphere(kCenter, kRadius, 24), sphere(kCenter, 0.02, 12), ...ring], meshes = {};
-  const structures = all.map((one, id) => {
-    meshes[`p${id}`] = one.positions;
-    meshes[`i${id}`] = one.indices;
-    return {id, name: kNames[id], color: kColors[id], material: 'hard', bit: id, box_m: one.box_m,
-            levels: [{facets: one.facets, positions: `p${id}`, indices: `i${id}`}]};
-  });
-  const {voxels, entry} = labelVolume();
-  const changes = {structures, label_volumes: [entry], marks: [], details: undefined, view: {center_m: kCenter, radius_m: 0.07},
-                   ...(hasVolume ? {} : {volumes: []})};
-  return sphereScene('playback', changes, {atlas: voxels, ...meshes});
-}
-
-const address = fileOf('labels.html', withData(pageText, scene()));
+const address = fileOf('labels.html', withData(pageText, labelScene('playback')));
 const page = await openPage(address, {width: 1400, height: 900});
 await ready(page);
 after(() => close(page));
@@ -200,7 +161,7 @@ test('a surface that is cut away is not pointed at', async () => {
 });
 
 test('without a volume of numbers the labels stand alone, opaque on black', async () => {
-  const alone = await openPage(fileOf('labels_alone.html', withData(pageText, scene({hasVolume: false}))));
+  const alone = await openPage(fileOf('labels_alone.html', withData(pageText, labelScene('playback', {volumes: []}))));
   await ready(alone);
   await seek(alone, 1500);
   const found = await alone.evaluate(() => {

@@ -18,6 +18,8 @@ import {Announcer, feltOf, flagsOf, listed, readable, roundUp} from './words.js'
 const kForceRank = 0.99; // share of the frames in contact at or below the last colour's force
 const kTables_ms = 500; // between two looks at charts and tables of a live loop
 const kQuiet_ms = 1000; // without a frame: said
+const kSame_px = 0.25; // what moved by less is where it was
+const kSameForce = 0.005; // of the last colour's force
 const kMostFacets = 4e6; // asked for from the loop: 200 MB at some 50 bytes each, here and on the card
 
 export class App {
@@ -283,15 +285,28 @@ export class App {
     const probe_m = frames.triple('probe_m', i), proxy_m = frames.triple('proxy_m', i);
     this.view.glyphs.setFrame(this.view.toView(probe_m), this.view.toView(proxy_m),
                               frames.triple('force_n', i), this.scale_n);
-    this.view.trail.update(frames, i, this.look, this.scale_n);
+    const isTrailNew = this.view.trail.update(frames, i, this.look, this.scale_n);
     this.showDetail();
     if (this.cut.follows) this.setCut();
-    this.view.touch();
+    // A live loop has a new frame for each picture; where nothing moves in it, the view is at rest, and drawn as fine as may be.
+    if (this.hasMoved(i) || isTrailNew || !this.isLive) this.view.touch();
     this.overlay.setForce(frames.force(i));
     this.showSlices(proxy_m, probe_m);
     this.charts.show(i, (chart, value) => `${readable(value)} ${chart.unit}`);
     this.panels.showFrame(i, feltOf(scene, frames.columns.felt[i]), flagsOf(scene, frames.columns.flags[i]));
     this.announce(i);
+  }
+
+  /** Whether a frame looks different from the last one that did. */
+  hasMoved(i) {
+    const {frames, view} = this, names = ['probe_m', 'proxy_m', 'force_n'];
+    const [probe, proxy, force] = names.map(name => frames.triple(name, i));
+    const pixel_m = view.mmPerPixel(view.glyphs.proxy.position) / 1000;
+    const most = [kSame_px * pixel_m, kSame_px * pixel_m, kSameForce * this.scale_n];
+    const isNew = !this.drawn || [probe, proxy, force].some((now, k) =>
+      !(Math.hypot(...now.map((v, axis) => v - this.drawn[k][axis])) <= most[k]));
+    if (isNew) this.drawn = [probe, proxy, force];
+    return isNew;
   }
 
   showDetail() {

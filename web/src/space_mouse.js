@@ -24,7 +24,11 @@ export class SpaceMouse {
     this.push = [0, 0, 0];
     this.isDown = false;
     navigator.hid?.addEventListener('disconnect', event => event.device === this.device && this.close());
-    for (const name of ['gamepadconnected', 'gamepaddisconnected']) addEventListener(name, () => this.onChange());
+    addEventListener('gamepadconnected', () => this.onChange());
+    addEventListener('gamepaddisconnected', () => {
+      if (!this.device && !this.pad) this.setButton(false);
+      this.onChange();
+    });
   }
 
   /** Whether a page may ask for one: the browser has WebHID, or has shown a cap as a gamepad. */

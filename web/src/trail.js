@@ -9,6 +9,7 @@ import {feltOf} from './words.js';
 
 // More are not told apart; without a graphics card, each costs as much as 15 facets.
 const kSegments = {card: 4000, program: 1000};
+const kSame_mm = 0.01; // what moved by less is where it was
 const kHiddenOpacity = 0.3; // of what surfaces cover
 
 export class Trail {
@@ -56,7 +57,7 @@ export class Trail {
   }
 
   /**
-   * Draws the path anew.
+   * Draws the path anew; true where it looks different.
    * @param {import('./frames.js').FrameStore} frames
    */
   update(frames, index, {span, by}, scale_n) {
@@ -68,20 +69,28 @@ export class Trail {
     // Whole strides from the first frame, so that the path does not crawl while it grows.
     for (let i = Math.ceil(begin / stride) * stride; i <= end; i += stride) {
       const place = this.toView(frames.columns.proxy_m.subarray(3 * i, 3 * i + 3));
-      if (before && place.every(Number.isFinite)) {
+      const isWhole = place.every(Number.isFinite);
+      if (isWhole && before && Math.hypot(...place.map((v, axis) => v - before[axis])) <= kSame_mm) continue; // it rests
+      if (isWhole && before) {
         color.setRGB(...this.colorOf(frames, i, by, scale_n), THREE.SRGBColorSpace);
         places.push(...before, ...place);
         colors.push(color.r, color.g, color.b, color.r, color.g, color.b);
       }
-      before = place.every(Number.isFinite) ? place : undefined;
+      before = isWhole ? place : undefined;
     }
+    const paint = `${by} ${scale_n}`;
+    const isNew = paint !== this.paint || places.length !== this.places?.length || places.some((v, i) => Math.abs(v - this.places[i]) > kSame_mm);
+    if (!isNew) return false;
+    this.places = places;
+    this.paint = paint;
     this.segments = places.length / 6;
     this.group.visible = this.segments > 0;
-    if (!this.group.visible) return;
+    if (!this.group.visible) return true;
     const geometry = new LineSegmentsGeometry();
     geometry.setPositions(places);
     geometry.setColors(colors);
     this.lines[0].geometry.dispose();
     for (const line of this.lines) line.geometry = geometry;
+    return true;
   }
 }
