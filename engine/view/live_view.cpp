@@ -136,8 +136,9 @@ Trace LiveView::View::run_once(const RunWatch& watch, bool is_recording) {
         std::filesystem::create_directories(settings_.folder);
         file_ = free_name(settings_.folder);
         journal.emplace(file_, recorded(*scene_, settings_.overrides, {}));
-        if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
     }
+    // Also after a recording: what a run begins inside is not felt.
+    if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
     {
         const std::lock_guard lock(mutex_);
         is_recording_ = is_recording;

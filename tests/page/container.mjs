@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the page's container, from its description alone (docs/view.md), and a sphere that is felt along a known path.
+// Writes the page's container, from its description alone (docs/view_protocol.md), and a sphere that is felt along a known path.
 import {gzipSync} from 'node:zlib';
 
 const kTypes = {Uint8Array: 'u8', Int16Array: 'i16', Uint16Array: 'u16', Uint32Array: 'u32', Float32Array: 'f32', Float64Array: 'f64'};

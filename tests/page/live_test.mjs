@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import {after, test} from 'node:test';
 import {close, closeBrowser, openPage, output, pageText, shown} from './browser.mjs';
-import {container, frame, kCenter, kRadius, sphere} from './container.mjs';
+import {container, frame, framesOf, kCenter, kRadius, sphere} from './container.mjs';
 import {FakeServer} from './fake_server.mjs';
 
 const fine = sphere(kCenter, kRadius, 22); // less than four times the facets, so that there is no level between
@@ -50,6 +50,29 @@ test('a finer surface is asked for once and shown', async () => {
                         {p: fine.positions, i: fine.indices}));
   await page.waitForFunction(facets => window.palpate.view.surfaces.facets === facets, fine.facets);
   assert.deepEqual(server.take('level'), []);
+});
+
+test('a view in which nothing moves is at rest though frames go on, and moves again with the probe', async () => {
+  /** Frames a second apart, so that the path of the last 5 s is soon that of a probe that rests. */
+  const send = (first, count, place) => {
+    const {frames, arrays} = framesOf(1046, count);
+    for (let i = 0; i < count; ++i) {
+      arrays.time_s[i] = 2 + first + i;
+      for (const name of ['probe_m', 'proxy_m', 'force_n']) arrays[name].set(place[name], 3 * i);
+    }
+    server.send(container({kind: 'frames', frames: {...frames, first: 1046 + first}}, arrays));
+  };
+  const sent = [];
+  const timer = setInterval(() => send(sent.push(0), 1, frame(1045)), 50);
+  await page.waitForFunction(() => window.palpate.view.isStill && window.palpate.player.playing);
+  const before = await page.evaluate(() => window.palpate.frames.count);
+  await page.waitForFunction(count => window.palpate.frames.count > count + 5 && window.palpate.view.isStill, before);
+  clearInterval(timer);
+  send(sent.push(0), 1, frame(1300));
+  await page.waitForFunction(() => !window.palpate.view.isStill);
+  send(sent.push(0), 1, frame(1045));
+  server.sendFrames(1000, 46, 0); // a run from 1 s on, as it was
+  await shown(page, 1045);
 });
 
 test('sliders, freeze, restart, record and points send their commands', async () => {
@@ -135,13 +158,13 @@ test('a damaged message is said and the page goes on', async () => {
   server.send('no JSON');
   await page.waitForFunction(() => document.getElementById('link').textContent === 'no JSON');
   server.sendFrames(1046, 5, 0);
-  await page.waitForFunction(() => window.palpate.frames.count === 48);
+  await page.waitForFunction(() => window.palpate.frames.count === 51);
 });
 
 test('a new run, whose clock begins anew, has its own charts; the table goes on', async () => {
   const time = () => page.$eval('#felt td[data-of=time]', cell => Number(cell.dataset.value));
   server.sendFrames(1051, 4, 0);
-  await page.waitForFunction(() => window.palpate.frames.count === 52 && window.palpate.felt.done === 52);
+  await page.waitForFunction(() => window.palpate.frames.count === 55 && window.palpate.felt.done === 55);
   const before = await time();
   server.sendFrames(1000, 10, 0); // felt, and earlier than the last
   await page.waitForFunction(() => window.palpate.frames.count === 10 && window.palpate.felt.done === 10);

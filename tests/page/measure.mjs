@@ -12,6 +12,12 @@ export function measure() {
     }
     return [255, 255, 255];
   };
+  const contrastOf = element => {
+    const shades = [channels(getComputedStyle(element).color), behind(element)].map(luminance).sort((a, b) => a - b);
+    return (shades[1] + 0.05) / (shades[0] + 0.05);
+  };
+  for (const control of document.querySelectorAll('select, input:not([type=range]):not([type=checkbox])')) // their text is no text node
+    if (!control.disabled && control.getClientRects().length && contrastOf(control) < 4.5) found.push(`contrast of ${control.id}`);
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const node = walker.currentNode, element = node.parentElement, style = getComputedStyle(element);
@@ -23,8 +29,7 @@ export function measure() {
     const boxes = [...range.getClientRects()].filter(box => box.width > 0 && box.height > 0);
     if (boxes.length === 0) continue;
     if (size < 11) found.push(`text of ${size} px: ${name}`);
-    const shades = [style.color, behind(element)].map((c, i) => luminance(i ? c : channels(c))).sort((a, b) => a - b);
-    const contrast = (shades[1] + 0.05) / (shades[0] + 0.05);
+    const contrast = contrastOf(element);
     if (contrast < 4.5) found.push(`contrast ${contrast.toFixed(1)} : 1: ${name}`);
     const clip = element.closest('aside, #structures, .scroll')?.getBoundingClientRect();
     for (const box of boxes) {

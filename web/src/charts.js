@@ -5,6 +5,7 @@ import {roundUp} from './words.js';
 import {styleColor} from './colors.js';
 
 const kLiveWindow_s = 10;
+// Names and units of the quantities, and how a frame has them.
 const kCharts = [
   {id: 'force', name: 'Force', unit: 'N', series: 1, of: (f, i) => f.force(i)},
   {id: 'depth', name: 'Depth', unit: 'mm', series: 4, of: (f, i) => 1000 * f.depth(i)},
@@ -15,9 +16,6 @@ const kCharts = [
 
 /** A number on an axis: 20000 is 20k. */
 const shortly = value => (Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value));
-
-/** Names and units of the charts' quantities, and how a frame has them. */
-export {kCharts};
 
 export class Charts {
   /** @param {HTMLElement} host @param {(index: number) => void} onSeek */

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /**
- * The binary container of the page (docs/view.md): "PALPVIEW", version, JSON, blobs; little-endian.
+ * The binary container of the page (docs/view_protocol.md): "PALPVIEW", version, JSON, blobs; little-endian.
  * @typedef {{json: any, blob: (name: string, count?: number, type?: string) => any}} Container
  */
 

@@ -7,7 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/scene/scene.h>
 #include <palpate/engine/view/view_document.h>
 
 #include "tests/engine/view/container_reader.h"
@@ -118,8 +119,9 @@ TEST(ViewDocument, HasLabelsForSlicesWithTheColoursOfWhatIsFelt) {
     description.surfaces["felt"].labels = {"cord"};
     description.surfaces["felt"].contact = ContactKind::volume;
     description.effects.push_back(effects::Surface{.surface = "felt"});
-    const ViewDocument document =
-        view_document(Scene(description, SceneResources{}), ViewMode::live);
+    SceneResources resources;
+    resources.files = scene_files();
+    const ViewDocument document = view_document(Scene(description, resources), ViewMode::live);
 
     ASSERT_EQ(document.structures.size(), 1u);
     ASSERT_EQ(document.volumes.size(), 1u);
