@@ -72,7 +72,7 @@ check_includes() {
         if (header ~ /^toml/) return "^engine/scene/(scene_file\\.cpp|internal/toml_reader\\.(h|cpp))$"
         if (header ~ /^png\.h$/) return "^engine/picture/internal/canvas\\.cpp$"
         if (header ~ /^fmt\//) return "^engine/(.*\\.cpp|command/command\\.h)$"
-        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|text/internal/json_text\\.h|view/internal/container\\.h)$"
+        if (header ~ /^nlohmann\//) return "^engine/(.*\\.cpp|text/internal/json_text\\.h|view/internal/(container|page_marks)\\.h)$"
         if (header ~ /^CLI\//) return "^engine/command/"
         if (header ~ /^(pybind11|python)\//) return "^python/bindings/"
         return ""
