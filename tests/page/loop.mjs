@@ -6,8 +6,9 @@ import {join} from 'node:path';
 import {work} from './browser.mjs';
 
 export class Loop {
-  /** @param {string} name of a folder for all that it writes @param {string} scene TOML */
-  constructor(name, scene) {
+  /** Ends with the test. @param {string} name of a folder for all that it writes @param {any} t the test @param {string} scene TOML */
+  constructor(name, t, scene) {
+    t.after(() => this.stop());
     this.folder = join(work, name);
     this.environment = {...process.env, PALPATE_CACHE: join(work, 'cache')};
     rmSync(this.folder, {recursive: true, force: true});
@@ -35,8 +36,9 @@ export class Loop {
     });
   }
 
+  /** The recording that is under way is written. */
   stop() {
-    return new Promise(done => this.child.on('exit', done).kill('SIGINT'));
+    return this.child && new Promise(done => (this.child.exitCode === null ? this.child.on('exit', done).kill('SIGINT') : done()));
   }
 
   read(file) {

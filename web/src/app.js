@@ -202,8 +202,11 @@ export class App {
       for (const coverage of levels)
         coverage.update(this.frames, surface.structure.bit, this.felt.period_s, this.view.toView);
     }
-    this.scale_n = this.forceScale();
-    this.repaint();
+    const scale_n = this.forceScale();
+    if (scale_n !== this.scale_n || this.look.paint !== 'none') {
+      this.scale_n = scale_n;
+      this.repaint();
+    }
     this.charts.update();
     this.panels.showFelt();
     this.taken = performance.now();
