@@ -253,11 +253,11 @@ export class App {
     this.picking.update();
     if (this.view.draw(now)) {
       this.overlay.place();
-      this.askForDetail();
     } else if (!this.isOpen) {
       this.isOpen = true;
       this.takeIn();
     }
+    this.askForDetail(); // also at rest, when nothing is drawn
     this.panels.showPlayer();
     this.panels.showAge(this.isLive && this.isConnected && this.arrived && now - this.arrived > kQuiet_ms
       ? Math.round((now - this.arrived) / 1000) : 0);
