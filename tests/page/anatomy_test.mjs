@@ -66,7 +66,7 @@ test('skull, live: the probe is dragged, the proxy slides on the bone, and the r
     await page.mouse.move(x, y);
     await page.mouse.down();
     for (let i = 1; i <= 20; ++i) {
-      await page.mouse.move(x + 2 * i, y);
+      await page.mouse.move(x + i, y);
       await page.waitForTimeout(20);
     }
     await page.mouse.up();
