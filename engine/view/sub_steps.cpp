@@ -2,6 +2,7 @@
 #include <palpate/engine/view/sub_steps.h>
 
 #include <algorithm>
+#include <optional>
 #include <unordered_set>
 #include <utility>
 
@@ -31,12 +32,65 @@ std::vector<ViewPlane> planes_of(const SubStep& step) {
     return planes;
 }
 
+ViewStop stop_of(const SubStep::Stop& stop) {
+    if (stop.surface == ContactSet::kNoSurface) return {};
+    using By = ViewStop::By;
+    By by = stop.chord.engaged ? By::certificate : By::contact;
+    if (stop.chord.bends) by = By::edge;
+    if (stop.chord.leashed) by = By::leash;
+    return {by, static_cast<int>(stop.surface), stop.at};
+}
+
+/// The leashes of surfaces whose mesh is on guard. The plane of one is the last of its surface's.
+std::vector<ViewLeash> leashes_of(const SubStep& step) {
+    std::vector<ViewLeash> leashes;
+    for (std::size_t i = 0; i < step.surfaces.size(); ++i) {
+        const std::optional<Leash> leash = step.surfaces[i].contact().leash();
+        if (!leash) continue;
+        ViewLeash view{static_cast<int>(i), leash->guard, leash->length_m};
+        for (std::size_t c = 0; leash->offered && c < step.contacts.size(); ++c)
+            if (step.contacts[c].surface == i) view.plane = static_cast<int>(c);
+        leashes.push_back(view);
+    }
+    return leashes;
+}
+
+/// Friction's lines come last, one for each plane of a surface that rubs, as far as there was room.
+std::vector<ViewFriction> friction_of(const SubStep& step) {
+    std::vector<ViewFriction> found;
+    const auto lines = step.primitives.lines();
+    std::size_t line = lines.size() - step.friction.lines();
+    for (std::size_t c = 0; c < step.contacts.size() && line < lines.size(); ++c) {
+        const std::size_t surface = step.contacts[c].surface;
+        if (surface == ContactSet::kNoSurface || !step.friction.rubs(surface)) continue;
+        const PlanePrimitive& plane = step.primitives.planes()[c];
+        const Vec3& n = plane.normal;
+        const Vec3& q = lines[line].anchor;
+        found.push_back({c, q + glm::dot(n, plane.anchor - q) * n, n,
+                         step.friction.coefficient(surface), step.solution.planes[c].multiplier_n,
+                         lines[line].strength_n, glm::length(step.solution.lines[line].force_n),
+                         step.solution.lines[line].state == TetherState::held});
+        ++line;
+    }
+    return found;
+}
+
 /// Keeps the sub-steps of the frame that is computed.
 class Keeper final : public SubStepObserver {
 public:
     void sub_step(const SubStep& step) noexcept override {
-        steps_.push_back(
-            {step.kind, step.from, step.candidate, step.wanted, step.to, planes_of(step)});
+        steps_.push_back({step.kind,
+                          step.from,
+                          step.candidate,
+                          step.wanted,
+                          step.to,
+                          planes_of(step),
+                          step.primitives.pull(step.frame.probe, step.frame.stiffness),
+                          step.primitives.total_stiffness(step.frame.stiffness),
+                          {step.way.begin(), step.way.end()},
+                          stop_of(step.stop),
+                          leashes_of(step),
+                          friction_of(step)});
     }
     std::vector<ViewSubStep> take() { return std::exchange(steps_, {}); }
 

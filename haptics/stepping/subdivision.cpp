@@ -352,9 +352,15 @@ void Subdivision::count_steps_left() noexcept {
     steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
 }
 
-void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) const noexcept {
-    observer_->sub_step(
-        {move.kind, from, solution_.proxy, move.to, to, contacts_, primitives_, solution_});
+void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) noexcept {
+    const std::span<const Vec3> corners = path_.corners();
+    std::size_t begin = corners.size() - 1;
+    while (begin > 0 && corners[begin] != from)
+        --begin;
+    observer_->sub_step({move.kind, from, solution_.proxy, move.to, to, stop_,
+                         corners.subspan(begin), contacts_, primitives_, solution_, frame_,
+                         surfaces_, friction_});
+    stop_ = {};
 }
 
 /// Whether another evaluation follows the one that moved the proxy from `before` to `proxy`: in the
