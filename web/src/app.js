@@ -149,12 +149,12 @@ export class App {
 
   seek(index) {
     this.player.seek(index);
-    this.step = 0;
+    this.step = Infinity; // the frame's end; showDetail() makes a sub-step of it
   }
 
   seekBy(frames) {
     this.player.step(frames);
-    this.step = 0;
+    this.step = Infinity;
   }
 
   setCut() {
@@ -314,9 +314,10 @@ export class App {
 
   showDetail() {
     const steps = this.detail();
+    if (this.player.playing) this.step = Infinity;
     this.step = Math.min(this.step, Math.max(0, (steps?.length ?? 1) - 1));
-    this.view.glyphs.setDetail(steps, this.step);
-    this.panels.showDetail(steps, this.step);
+    this.view.glyphs.setSteps(steps, this.step);
+    this.panels.steps.show(steps, this.step);
   }
 
   /** What is touched and which flags are set, when that changes. */
