@@ -87,22 +87,6 @@ test('slow motion passes a hundredth of the time, and play ends at the last fram
   assert.equal(await page.textContent('#play'), 'Play');
 });
 
-test('a frame with sub-steps shows each with its planes', async () => {
-  await seek(page, 1499);
-  assert.equal(await page.isVisible('#steps'), false);
-  await seek(page, 1500);
-  assert.equal(await page.textContent('#step-words'), 'sub-step 1 of 3, 1 of 2 planes hold');
-  assert.equal(await page.evaluate(() => window.palpate.view.glyphs.planes.children.length), 2);
-  await page.click('#step-forth');
-  await page.waitForFunction(() => document.getElementById('step-words').textContent.startsWith('sub-step 2'));
-  assert.match(await page.textContent('#step-words'), /stopped by the certificate$/);
-  const place = await page.evaluate(() => {
-    const {x, y, z} = window.palpate.view.glyphs.planes.children[0].position;
-    return [x, y, z];
-  });
-  assert.deepEqual(place, [0, -kRadius, 0].map((v, i) => 1000 * (kCenter[i] + v - kCenter[i])));
-});
-
 test('the table has time, mean and greatest force, and the share of the area', async () => {
   const cells = await page.$$eval('#felt tbody tr:not([hidden]) td', all => all.map(one => Number(one.dataset.value)));
   let sum = 0, most = 0, time = 0;

@@ -242,7 +242,9 @@ export class App {
   tick(now) {
     const elapsed_s = Math.max(0, now - this.before) / 1000;
     this.before = now;
+    const before = this.player.index;
     this.player.advance(elapsed_s);
+    if (this.player.index !== before) this.step = Infinity;
     if (this.isLive && this.frames.count !== this.takenCount && now - this.taken > kTables_ms) this.takeIn();
     if (this.hand) this.moveHand(now, elapsed_s);
     const shown = `${this.player.index} ${this.frames.generation} ${this.frames.count && 1} ${this.step}`;
@@ -314,7 +316,6 @@ export class App {
 
   showDetail() {
     const steps = this.detail();
-    if (this.player.playing) this.step = Infinity;
     this.step = Math.min(this.step, Math.max(0, (steps?.length ?? 1) - 1));
     this.view.glyphs.setSteps(steps, this.step);
     this.panels.steps.show(steps, this.step);

@@ -22,7 +22,7 @@ function circle(center, radius, across, aside) {
 const through = corners => corners.slice(1).flatMap((corner, i) => [...corners[i], ...corner]);
 
 /** The corners of a sub-step's move, scene m. */
-export const wayOf = step => step.way_m ?? (step.to_m ? [step.proxy_m, step.to_m] : [step.proxy_m]);
+export const wayOf = step => step.way_m ?? [step.proxy_m, step.to_m];
 
 /** Whether a leash has a say, or soon may: where mesh and volume agree, the guard is beside the proxy. */
 export function isTaut(leash, step) {
@@ -75,8 +75,8 @@ export class StepGlyphs {
     this.put('stop', view(step.stop?.at_m));
     this.went.set(steps.slice(0, at + 1).flatMap(one => through(wayOf(one).map(view))));
     const from = view(step.proxy_m);
-    if (step.wanted_m) this.asked.set([...from, ...view(step.wanted_m)]);
-    if (step.candidate_m) this.drawn.set([...from, ...view(step.candidate_m)]);
+    this.asked.set([...from, ...view(step.wanted_m)]);
+    this.drawn.set([...from, ...view(step.candidate_m)]);
     this.setPlanes(step);
     this.setLeashes(step);
     this.setCones(step);

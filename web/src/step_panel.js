@@ -5,8 +5,8 @@ import {stepDetails, stepInWords} from './step_words.js';
 
 const kKeys = [
   ['proxy', 'way of the proxy, to the full ball'], ['plane', 'what it was led to; thin: where forces balance; discs: planes'],
-  ['probe', 'diamond: where probe and forces draw it'], ['stop', 'diamond: where a move was stopped'],
-  ['leash', 'guard, leash and its plane'], ['cone', 'cone of friction: it holds while the blue diamond is inside'],
+  ['probe', 'where probe and forces draw it'], ['stop', 'where a move was stopped'],
+  ['leash', 'guard, leash and its plane'], ['cone', 'cone of friction: it holds while what draws the proxy is inside'],
 ];
 
 const kLeastRadius_mm = 0.02; // of what fills the view: surfaces are drawn no finer

@@ -38,7 +38,6 @@ function chordInWords(step, structures) {
 
 /** One line: what this sub-step did. */
 export function stepInWords(step, structures) {
-  if (!step.to_m || !step.wanted_m) return 'looked'; // of a page that was written before moves were told
   switch (step.kind) {
     case 'rests': return 'stays: the forces balance here';
     case 'looks again': return 'stays, and looks again';
@@ -64,10 +63,8 @@ function planesInWords(step, structures) {
 /** What else is to be known of it: a line each. */
 export function stepDetails(step, structures) {
   const lines = [planesInWords(step, structures)];
-  if (step.candidate_m) {
-    const away = distance(step.proxy_m, step.candidate_m);
-    lines.push(`forces balance ${away < kNothing_m ? 'here' : `${lengthInWords(away)} from here`}`);
-  }
+  const away = distance(step.proxy_m, step.candidate_m);
+  lines.push(`forces balance ${away < kNothing_m ? 'here' : `${lengthInWords(away)} from here`}`);
   for (const leash of (step.leashes ?? []).filter(one => isTaut(one, step)))
     lines.push(`leash of ${nameOf(structures, leash.structure)}: the guard is ${lengthInWords(distance(step.proxy_m, leash.guard_m))} ` +
                `away, ${lengthInWords(leash.length_m)} at most`);
