@@ -134,6 +134,29 @@ test('structures are hidden, made transparent and cut one by one', async () => {
   await page.selectOption('#cut-axis', 'none');
 });
 
+test('where surfaces are cut, a line follows them', async () => {
+  await page.selectOption('#cut-axis', '+z'); // through the centre
+  await page.waitForFunction(() => window.palpate.view.cutEdge.lines.places.length > 0);
+  const {places, facets} = await page.evaluate(() => {
+    const {cutEdge, surfaces} = window.palpate.view;
+    return {places: cutEdge.lines.places, facets: surfaces.byId(0).facets};
+  });
+  const rings = facets === 2 * 2 * 12 * 11 ? 12 : 60, radius = 1000 * kRadius;
+  let outer = 0;
+  for (let i = 0; i < places.length; i += 3) {
+    const away = Math.hypot(places[i], places[i + 1]);
+    assert.ok(Math.abs(places[i + 2]) < 1e-4, 'on the plane, within single precision');
+    const isOuter = away > radius / 2 + 5; // the core has half of it
+    outer += isOuter;
+    // A chord of the circle is nearer to its centre than the circle by this; positions have 16 bits.
+    const wanted = isOuter ? radius : radius / 2, least = Math.cos(Math.PI / (2 * (isOuter ? rings : 12)));
+    assert.ok(away < wanted + 0.002 && away > least * wanted - 0.002, `${away} of ${wanted} mm`);
+  }
+  assert.ok(outer >= 4 * rings, 'two ends for each sector');
+  await page.selectOption('#cut-axis', 'none');
+  await page.waitForFunction(() => !window.palpate.view.cutEdge.object.visible);
+});
+
 test('the level of detail is the finest within the facets that there is time for', async () => {
   const facets = await page.evaluate(() => {
     const {surfaces} = window.palpate.view, of = budget => {
