@@ -2,7 +2,6 @@
 #include <palpate/engine/view/sub_steps.h>
 
 #include <algorithm>
-#include <optional>
 #include <unordered_set>
 #include <utility>
 
@@ -33,44 +32,34 @@ std::vector<ViewPlane> planes_of(const SubStep& step) {
 }
 
 ViewStop stop_of(const SubStep::Stop& stop) {
-    if (stop.surface == ContactSet::kNoSurface) return {};
-    using By = ViewStop::By;
-    By by = stop.chord.engaged ? By::certificate : By::contact;
-    if (stop.chord.bends) by = By::edge;
-    if (stop.chord.leashed) by = By::leash;
-    return {by, static_cast<int>(stop.surface), stop.at};
+    if (stop.by == SubStep::Stop::By::nothing) return {};
+    return {stop.by, static_cast<int>(stop.surface), stop.at};
 }
 
-/// The leashes of surfaces whose mesh is on guard. The plane of one is the last of its surface's.
 std::vector<ViewLeash> leashes_of(const SubStep& step) {
     std::vector<ViewLeash> leashes;
-    for (std::size_t i = 0; i < step.surfaces.size(); ++i) {
-        const std::optional<Leash> leash = step.surfaces[i].contact().leash();
-        if (!leash) continue;
-        ViewLeash view{static_cast<int>(i), leash->guard, leash->length_m};
-        for (std::size_t c = 0; leash->offered && c < step.contacts.size(); ++c)
-            if (step.contacts[c].surface == i) view.plane = static_cast<int>(c);
+    leashes.reserve(step.leashes.size());
+    for (const SubStep::Leash& leash : step.leashes) {
+        ViewLeash view{static_cast<int>(leash.surface), leash.guard, leash.length_m};
+        for (std::size_t c = 0; leash.offered && c < step.contacts.size(); ++c)
+            if (step.contacts[c].surface == leash.surface) view.plane = static_cast<int>(c);
         leashes.push_back(view);
     }
     return leashes;
 }
 
-/// Friction's lines come last, one for each plane of a surface that rubs, as far as there was room.
 std::vector<ViewFriction> friction_of(const SubStep& step) {
     std::vector<ViewFriction> found;
-    const auto lines = step.primitives.lines();
-    std::size_t line = lines.size() - step.friction.lines();
-    for (std::size_t c = 0; c < step.contacts.size() && line < lines.size(); ++c) {
-        const std::size_t surface = step.contacts[c].surface;
-        if (surface == ContactSet::kNoSurface || !step.friction.rubs(surface)) continue;
-        const PlanePrimitive& plane = step.primitives.planes()[c];
+    found.reserve(step.friction.size());
+    for (const SubStep::Friction& at : step.friction) {
+        const PlanePrimitive& plane = step.primitives.planes()[at.plane];
+        const LinePrimitive& line = step.primitives.lines()[at.line];
+        const TetherOutcome& outcome = step.solution.lines[at.line];
         const Vec3& n = plane.normal;
-        const Vec3& q = lines[line].anchor;
-        found.push_back({c, q + glm::dot(n, plane.anchor - q) * n, n,
-                         step.friction.coefficient(surface), step.solution.planes[c].multiplier_n,
-                         lines[line].strength_n, glm::length(step.solution.lines[line].force_n),
-                         step.solution.lines[line].state == TetherState::held});
-        ++line;
+        found.push_back({at.plane, line.anchor + glm::dot(n, plane.anchor - line.anchor) * n, n,
+                         at.coefficient, step.solution.planes[at.plane].multiplier_n,
+                         line.strength_n, glm::length(outcome.force_n),
+                         outcome.state == TetherState::held});
     }
     return found;
 }
@@ -85,8 +74,8 @@ public:
                           step.wanted,
                           step.to,
                           planes_of(step),
-                          step.primitives.pull(step.frame.probe, step.frame.stiffness),
-                          step.primitives.total_stiffness(step.frame.stiffness),
+                          step.primitives.pull(step.probe, step.stiffness_n_per_m),
+                          step.primitives.total_stiffness(step.stiffness_n_per_m),
                           {step.way.begin(), step.way.end()},
                           stop_of(step.stop),
                           leashes_of(step),

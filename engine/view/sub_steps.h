@@ -24,17 +24,10 @@ struct ViewPlane {
 
 /// What ended a move before the place that was wanted.
 struct ViewStop {
-    /// Why.
-    enum class By : std::uint8_t {
-        nothing,     ///< it went all the way
-        contact,     ///< it met a surface that it had not felt before
-        edge,        ///< the way goes on round an edge of the mesh that it follows
-        certificate, ///< beyond, it would be deeper behind a level than that level's tolerance
-        leash,       ///< beyond, it would be farther behind a mesh than the leash is long
-    };
-    By by = By::nothing; ///< why it ended
-    int structure = -1;  ///< whose, as ViewPlane::structure
-    Vec3 at{0.0};        ///< up to where the way was certified, m, scene frame
+    using By = SubStep::Stop::By; ///< the loop's own reasons
+    By by = By::nothing;          ///< why it ended
+    int structure = -1;           ///< whose, as ViewPlane::structure
+    Vec3 at{0.0};                 ///< up to where the way was certified, m, scene frame
 };
 
 /// The leash of a surface that has both a volume and a mesh.

@@ -7,12 +7,8 @@
 
 #include <palpate/geometry/vec.h>
 #include <palpate/haptics/contact/contact_set.h>
-#include <palpate/haptics/contact/surface_contact.h>
-#include <palpate/haptics/effects/coulomb_friction.h>
-#include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/solver/primitives.h>
 #include <palpate/haptics/solver/proxy_solver.h>
-#include <palpate/haptics/stepping/loop_surface.h>
 
 namespace palpate {
 
@@ -31,10 +27,32 @@ struct SubStep {
     /// What ended a move before `wanted`: the surface whose certificate holds for the shortest part
     /// of the way.
     struct Stop {
-        std::size_t surface = ContactSet::kNoSurface; ///< in canonical order; kNoSurface: nothing
-        Chord chord;  ///< what the surface said; its share is of the way `from` to `to`
-        Vec3 at{0.0}; ///< where the certificate ends. The proxy may have been left nearer: a move
-                      ///< that is blocked is shortened to 1/2, 1/4, 1/8 or 1/16
+        /// Why it ended.
+        enum class By : std::uint8_t {
+            nothing,     ///< it went all the way
+            contact,     ///< there it met a surface that was not felt before
+            edge,        ///< the way goes on round an edge of the mesh that it follows
+            certificate, ///< beyond, a surface that is felt has no certificate for it
+            leash,       ///< beyond, it would be farther behind a mesh than the leash is long
+        };
+        By by = By::nothing;     ///< why it ended
+        std::size_t surface = 0; ///< whose, in canonical order
+        double share = 1.0;      ///< of the way that is certified, [0, 1]
+        Vec3 at{0.0}; ///< where that ends, m. The proxy may have been left nearer: a move that is
+                      ///< blocked is shortened to 1/2, 1/4, 1/8 or 1/16
+    };
+    /// The leash of a surface that has a volume and a mesh on guard (docs/contact.md, 4).
+    struct Leash {
+        std::size_t surface = 0; ///< whose, in canonical order
+        Vec3 guard{0.0};         ///< the mesh's own proxy, m, scene frame
+        double length_m = 0.0;   ///< how far from it a chord may end, m, > 0
+        bool offered = false;    ///< the last plane of that surface is the leash's
+    };
+    /// Friction at a plane: a line across which it draws the proxy back (composition.md 3.1).
+    struct Friction {
+        std::size_t plane = 0;    ///< of the contacts, and of the primitives
+        std::size_t line = 0;     ///< of the primitives
+        double coefficient = 0.0; ///< mu in this frame: static until it slides, then dynamic
     };
     Kind kind = Kind::none; ///< how it went on
     Vec3 from{0.0};         ///< where primitives were gathered (6)
@@ -42,13 +60,14 @@ struct SubStep {
     Vec3 wanted{0.0};       ///< a share of the way there (9), or a step that follows the curvature
     Vec3 to{0.0};           ///< as far as it came
     Stop stop;              ///< of a chord, or of the last leg of a slide
-    std::span<const Vec3> way;             ///< corners of the move: `from` to `to`
-    const ContactSet& contacts;            ///< planes of surfaces, then of magnets
-    const PrimitiveSet& primitives;        ///< these, and what effects and friction add
-    const ProxySolution& solution;         ///< of the primitives; `proxy` is the candidate
-    const FrameContext& frame;             ///< the probe and the coupling's stiffness
-    std::span<const LoopSurface> surfaces; ///< in canonical order
-    const CoulombFriction& friction;       ///< its lines are the last ones of the primitives
+    Vec3 probe{0.0};        ///< that the coupling draws to
+    double stiffness_n_per_m = 0.0;     ///< of the coupling
+    std::span<const Vec3> way;          ///< corners of the move: `from` to `to`
+    std::span<const Leash> leashes;     ///< of the first surfaces that have one, at most 32
+    std::span<const Friction> friction; ///< in the order of the planes
+    const ContactSet& contacts;         ///< planes of surfaces, then of magnets
+    const PrimitiveSet& primitives;     ///< these, and what effects and friction add
+    const ProxySolution& solution;      ///< of the primitives; `proxy` is the candidate
 };
 
 /// Is told every sub-step of every frame, within HapticLoop::frame() and in its thread. What it

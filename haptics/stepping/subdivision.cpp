@@ -357,9 +357,22 @@ void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) noexc
     std::size_t begin = corners.size() - 1;
     while (begin > 0 && corners[begin] != from)
         --begin;
-    observer_->sub_step({move.kind, from, solution_.proxy, move.to, to, stop_,
-                         corners.subspan(begin), contacts_, primitives_, solution_, frame_,
-                         surfaces_, friction_});
+    FixedVector<SubStep::Leash, PrimitiveSet::kCapacity> leashes;
+    for (std::size_t i = 0; i < surfaces_.size() && !leashes.full(); ++i)
+        if (const std::optional<Leash> leash = surfaces_[i].contact().leash())
+            leashes.push_back({i, leash->guard, leash->length_m, leash->offered});
+    // Friction's lines come last, one for each plane that rubs, as far as there was room.
+    FixedVector<SubStep::Friction, PrimitiveSet::kCapacity> rubbing;
+    std::size_t line = primitives_.lines().size() - friction_.lines();
+    for (std::size_t c = 0; c < contacts_.size() && line < primitives_.lines().size(); ++c) {
+        const std::size_t surface = contacts_[c].surface;
+        if (surface != ContactSet::kNoSurface && friction_.rubs(surface))
+            rubbing.push_back({c, line++, friction_.coefficient(surface)});
+    }
+    observer_->sub_step(
+        {move.kind, from, solution_.proxy, move.to, to, stop_, frame_.probe, frame_.stiffness,
+         corners.subspan(begin), std::span(leashes.begin(), leashes.size()),
+         std::span(rubbing.begin(), rubbing.size()), contacts_, primitives_, solution_});
     stop_ = {};
 }
 

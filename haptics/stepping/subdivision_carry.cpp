@@ -218,11 +218,14 @@ Vec3 Subdivision::carry(const Vec3& from, const Vec3& to) noexcept {
 /// Remembers for the observer what stops a move: the shortest share, and of equals what blocks it.
 void Subdivision::note_stop(const LoopSurface& surface, const Chord& chord, const Vec3& from,
                             const Vec3& to) noexcept {
-    const bool nothing_yet = stop_.surface == ContactSet::kNoSurface;
-    const bool nearer = chord.fraction < stop_.chord.fraction ||
-                        (chord.fraction == stop_.chord.fraction && chord.engaged);
-    if (!nothing_yet && !nearer) return;
-    stop_ = {static_cast<std::size_t>(&surface - surfaces_.data()), chord,
+    using By = SubStep::Stop::By;
+    const bool nearer =
+        chord.fraction < stop_.share || (chord.fraction == stop_.share && chord.engaged);
+    if (!nearer) return;
+    By by = chord.engaged ? By::certificate : By::contact;
+    if (chord.bends) by = By::edge;
+    if (chord.leashed) by = By::leash;
+    stop_ = {by, static_cast<std::size_t>(&surface - surfaces_.data()), chord.fraction,
              from + chord.fraction * (to - from)};
 }
 

@@ -163,8 +163,8 @@ TEST(GuardedContact, AHeldProbeOnTheLeashMovesNoBit) {
 class LeashListener final : public SubStepObserver {
 public:
     void sub_step(const SubStep& step) noexcept override {
-        const std::optional<Leash> leash = step.surfaces.front().contact().leash();
-        ASSERT_TRUE(leash);
+        ASSERT_EQ(step.leashes.size(), 1u);
+        const SubStep::Leash* leash = &step.leashes.front();
         ASSERT_EQ(leash->length_m, kLeash);
         const double away_m = glm::length(step.from - leash->guard);
         if (leash->offered) {
@@ -173,19 +173,21 @@ public:
             const PlanePrimitive& plane = step.contacts[step.contacts.size() - 1].plane;
             EXPECT_NEAR(glm::dot(plane.normal, leash->guard - step.from), away_m, kRounding_m);
             const double held_m = glm::dot(plane.normal, leash->guard - plane.anchor);
-            if (step.surfaces.front().is_rationed()) {
+            if (loop->surface(0).is_rationed()) {
                 EXPECT_GE(held_m, 0.8 * kLeash - kRounding_m);
             } else {
                 EXPECT_NEAR(held_m, 0.8 * kLeash, kRounding_m);
                 ++planes;
             }
         }
-        if (!step.stop.chord.leashed || step.from == leash->guard) return; // else it flies along
+        if (step.stop.by != SubStep::Stop::By::leash || step.from == leash->guard)
+            return; // else it flies along
         // Nothing that it stops ends farther than the leash from the guard, or than it was.
         EXPECT_LE(glm::length(step.to - leash->guard), std::max(away_m, kLeash) + kRounding_m);
         ++stops;
     }
     static constexpr double kRounding_m = 1e-15; // of places within 20 mm
+    const Subdivision* loop = nullptr;
     int planes = 0, stops = 0;
 };
 
@@ -193,6 +195,7 @@ TEST(GuardedContact, AnObserverSeesTheLeash) {
     const LeaningWall wall;
     ContactLoop loop({}, guarded(wall.field(), wall.mesh()));
     LeashListener listener;
+    listener.loop = &loop.subdivision();
     loop.subdivision().observe(&listener);
     stroke_through(loop, wall);
     EXPECT_GT(listener.planes, 100);

@@ -40,7 +40,7 @@ public:
                         step.contacts.size(),
                         step.primitives.planes().size(),
                         step.solution.planes.size(),
-                        solve_proxy(step.primitives, step.frame.probe, step.frame.stiffness).proxy,
+                        solve_proxy(step.primitives, step.probe, step.stiffness_n_per_m).proxy,
                         step.stop,
                         {step.way.begin(), step.way.end()}});
     }
@@ -59,12 +59,13 @@ void expect_it_says_what_stopped_it(const Told& step) {
     ASSERT_EQ(step.way.back(), step.to);
     if (step.kind == SubStep::Kind::slide) return;
     const bool moves = step.kind == SubStep::Kind::chord || step.kind == SubStep::Kind::settle;
-    ASSERT_EQ(step.stop.surface == ContactSet::kNoSurface, !moves || step.to == step.wanted);
-    if (step.stop.surface == ContactSet::kNoSurface) return;
-    ASSERT_LT(step.stop.chord.fraction, 1.0);
+    using By = SubStep::Stop::By;
+    ASSERT_EQ(step.stop.by == By::nothing, !moves || step.to == step.wanted);
+    if (step.stop.by == By::nothing) return;
+    ASSERT_LT(step.stop.share, 1.0);
     expect_on_the_way(step.stop.at, step.from, step.wanted);
     // What is felt already blocks a chord: the proxy stays nearer. Else it goes there.
-    if (step.stop.chord.engaged)
+    if (step.stop.by == By::certificate)
         expect_on_the_way(step.to, step.from, step.stop.at);
     else
         EXPECT_EQ(step.to, step.stop.at);
