@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** The list of a frame's sub-steps in words, and the legend of what is drawn of one. */
 import {kGlyphColors} from './ink.js';
+import {at, make} from './make.js';
 import {stepDetails, stepInWords} from './step_words.js';
 
 const kKeys = [
@@ -10,15 +11,6 @@ const kKeys = [
 ];
 
 const kLeastRadius_mm = 0.02; // of what fills the view: surfaces are drawn no finer
-
-const at = id => document.getElementById(id);
-
-function make(tag, attributes, ...children) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...children);
-  return element;
-}
 
 export class StepPanel {
   /** @param {import('./app.js').App} app */
