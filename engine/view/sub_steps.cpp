@@ -31,12 +31,55 @@ std::vector<ViewPlane> planes_of(const SubStep& step) {
     return planes;
 }
 
+ViewStop stop_of(const SubStep::Stop& stop) {
+    if (stop.by == SubStep::Stop::By::nothing) return {};
+    return {stop.by, static_cast<int>(stop.surface), stop.at};
+}
+
+std::vector<ViewLeash> leashes_of(const SubStep& step) {
+    std::vector<ViewLeash> leashes;
+    leashes.reserve(step.leashes.size());
+    for (const SubStep::Leash& leash : step.leashes) {
+        ViewLeash view{static_cast<int>(leash.surface), leash.guard, leash.length_m};
+        for (std::size_t c = 0; leash.offered && c < step.contacts.size(); ++c)
+            if (step.contacts[c].surface == leash.surface) view.plane = static_cast<int>(c);
+        leashes.push_back(view);
+    }
+    return leashes;
+}
+
+std::vector<ViewFriction> friction_of(const SubStep& step) {
+    std::vector<ViewFriction> found;
+    found.reserve(step.friction.size());
+    for (const SubStep::Friction& at : step.friction) {
+        const PlanePrimitive& plane = step.primitives.planes()[at.plane];
+        const LinePrimitive& line = step.primitives.lines()[at.line];
+        const TetherOutcome& outcome = step.solution.lines[at.line];
+        const Vec3& n = plane.normal;
+        found.push_back({at.plane, line.anchor + glm::dot(n, plane.anchor - line.anchor) * n, n,
+                         at.coefficient, step.solution.planes[at.plane].multiplier_n,
+                         line.strength_n, glm::length(outcome.force_n),
+                         outcome.state == TetherState::held});
+    }
+    return found;
+}
+
 /// Keeps the sub-steps of the frame that is computed.
 class Keeper final : public SubStepObserver {
 public:
     void sub_step(const SubStep& step) noexcept override {
-        steps_.push_back(
-            {step.kind, step.from, step.candidate, step.wanted, step.to, planes_of(step)});
+        steps_.push_back({step.kind,
+                          step.from,
+                          step.candidate,
+                          step.wanted,
+                          step.to,
+                          planes_of(step),
+                          step.primitives.pull(step.probe, step.stiffness_n_per_m),
+                          step.primitives.total_stiffness(step.stiffness_n_per_m),
+                          {step.way.begin(), step.way.end()},
+                          stop_of(step.stop),
+                          leashes_of(step),
+                          friction_of(step)});
     }
     std::vector<ViewSubStep> take() { return std::exchange(steps_, {}); }
 

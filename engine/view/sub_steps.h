@@ -22,6 +22,37 @@ struct ViewPlane {
     bool active = false;     ///< it pushes in this sub-step's solution
 };
 
+/// What ended a move before the place that was wanted.
+struct ViewStop {
+    using By = SubStep::Stop::By; ///< the loop's own reasons
+    By by = By::nothing;          ///< why it ended
+    int structure = -1;           ///< whose, as ViewPlane::structure
+    Vec3 at{0.0};                 ///< up to where the way was certified, m, scene frame
+};
+
+/// The leash of a surface that has both a volume and a mesh.
+struct ViewLeash {
+    int structure = -1;    ///< whose, as ViewPlane::structure
+    Vec3 guard{0.0};       ///< the mesh's own proxy, m, scene frame
+    double length_m = 0.0; ///< how far from it a chord may end, m
+    int plane = -1;        ///< ViewSubStep::planes[plane] is its plane; -1: it has none here
+};
+
+/// Friction at a plane, as the solver has it: a line through the place where the frame found the
+/// proxy on the surface. It draws the proxy back with at most `most_n`. So the proxy stays there
+/// as long as what draws it lies within the cone from `apex` about -`axis` of the half-angle
+/// atan(most_n / normal_n).
+struct ViewFriction {
+    std::size_t plane = 0;    ///< ViewSubStep::planes[plane] is rubbed at
+    Vec3 apex{0.0};           ///< where the line meets that plane, m, scene frame
+    Vec3 axis{0.0};           ///< of the line: the plane's normal, unit
+    double coefficient = 0.0; ///< mu in this frame: the static or the dynamic one
+    double normal_n = 0.0;    ///< the plane's force in this solution, N, >= 0
+    double most_n = 0.0;      ///< the line's strength in this solution, N, >= 0
+    double force_n = 0.0;     ///< what it bears, N, >= 0
+    bool holds = false;       ///< it holds the proxy; false: it slips, or nothing presses
+};
+
 /// A sub-step to be drawn: an evaluation and the move after it (SubStep). m, scene frame.
 struct ViewSubStep {
     SubStep::Kind kind = SubStep::Kind::none; ///< how the proxy went on
@@ -30,6 +61,12 @@ struct ViewSubStep {
     Vec3 wanted{0.0};                         ///< where the method led it
     Vec3 to{0.0};                             ///< the proxy after
     std::vector<ViewPlane> planes;            ///< of surfaces and magnets, then of effects
+    Vec3 pull{0.0};                           ///< where coupling, forces and springs draw it
+    double stiffness_n_per_m = 0.0;           ///< of all of these together
+    std::vector<Vec3> way;                    ///< corners of the move, `from` to `to`
+    ViewStop stop;                            ///< what ended it
+    std::vector<ViewLeash> leashes;           ///< of surfaces in their order
+    std::vector<ViewFriction> friction;       ///< of planes in their order
 };
 
 /// The sub-steps of one frame.

@@ -184,9 +184,87 @@ const char* name(SubStep::Kind kind) {
     case SubStep::Kind::chord:
         return "goes straight";
     case SubStep::Kind::slide:
+        return "slides";
+    case SubStep::Kind::settle:
         break;
     }
-    return "slides";
+    return "ends the frame";
+}
+
+const char* name(ViewStop::By by) {
+    switch (by) {
+    case ViewStop::By::nothing:
+        return "nothing";
+    case ViewStop::By::contact:
+        return "contact";
+    case ViewStop::By::edge:
+        return "edge";
+    case ViewStop::By::certificate:
+        return "certificate";
+    case ViewStop::By::leash:
+        break;
+    }
+    return "leash";
+}
+
+json planes_of(const ViewSubStep& step) {
+    json planes = json::array();
+    for (const ViewPlane& plane : step.planes)
+        planes.push_back({{"at_m", of(plane.at)},
+                          {"normal", of(plane.normal)},
+                          {"strength_n", std::isfinite(plane.strength_n) ? json(plane.strength_n)
+                                                                         : json(nullptr)},
+                          {"structure", plane.structure},
+                          {"active", plane.active}});
+    return planes;
+}
+
+json leashes_of(const ViewSubStep& step) {
+    json leashes = json::array();
+    for (const ViewLeash& leash : step.leashes)
+        leashes.push_back({{"structure", leash.structure},
+                           {"guard_m", of(leash.guard)},
+                           {"length_m", leash.length_m},
+                           {"plane", leash.plane}});
+    return leashes;
+}
+
+json friction_of(const ViewSubStep& step) {
+    json friction = json::array();
+    for (const ViewFriction& at : step.friction)
+        friction.push_back({{"plane", at.plane},
+                            {"apex_m", of(at.apex)},
+                            {"axis", of(at.axis)},
+                            {"coefficient", at.coefficient},
+                            {"normal_n", at.normal_n},
+                            {"most_n", at.most_n},
+                            {"force_n", at.force_n},
+                            {"holds", at.holds}});
+    return friction;
+}
+
+json sub_step_of(const ViewSubStep& step) {
+    json said = {{"kind", name(step.kind)},
+                 {"proxy_m", of(step.from)},
+                 {"candidate_m", of(step.candidate)},
+                 {"wanted_m", of(step.wanted)},
+                 {"to_m", of(step.to)},
+                 {"pull_m", of(step.pull)},
+                 {"stiffness_n_per_m", step.stiffness_n_per_m},
+                 {"planes", planes_of(step)}};
+    if (step.way.size() > 2) {
+        json way = json::array();
+        for (const Vec3& corner : step.way)
+            way.push_back(of(corner));
+        said["way_m"] = std::move(way);
+    }
+    if (step.stop.by != ViewStop::By::nothing)
+        said["stop"] = {{"by", name(step.stop.by)},
+                        {"structure", step.stop.structure},
+                        {"at_m", of(step.stop.at)}};
+    if (!step.leashes.empty()) said["leashes"] = leashes_of(step);
+    if (!step.friction.empty()) said["friction"] = friction_of(step);
+    return said;
 }
 
 /// The sub-steps of each frame, by its number.
@@ -194,23 +272,8 @@ json sub_steps_of(const ViewDocument& document) {
     json frames = json::object();
     for (const ViewFrameSteps& frame : document.sub_steps) {
         json steps = json::array();
-        for (const ViewSubStep& step : frame.steps) {
-            json planes = json::array();
-            for (const ViewPlane& plane : step.planes)
-                planes.push_back(
-                    {{"at_m", of(plane.at)},
-                     {"normal", of(plane.normal)},
-                     {"strength_n",
-                      std::isfinite(plane.strength_n) ? json(plane.strength_n) : json(nullptr)},
-                     {"structure", plane.structure},
-                     {"active", plane.active}});
-            steps.push_back({{"kind", name(step.kind)},
-                             {"proxy_m", of(step.from)},
-                             {"candidate_m", of(step.candidate)},
-                             {"wanted_m", of(step.wanted)},
-                             {"to_m", of(step.to)},
-                             {"planes", std::move(planes)}});
-        }
+        for (const ViewSubStep& step : frame.steps)
+            steps.push_back(sub_step_of(step));
         frames[std::to_string(frame.frame)] = std::move(steps);
     }
     return frames;

@@ -166,7 +166,7 @@ Chord GuardedContact::carry(const Vec3& from, const Vec3& to) noexcept {
     follow(from);
     if (!on_duty_) return chord;
     const double share = leash_share(from, to);
-    return share < chord.fraction ? Chord{share, leash_offered_} : chord;
+    return share < chord.fraction ? Chord{share, leash_offered_, false, true} : chord;
 }
 
 std::optional<Vec3> GuardedContact::obstructed(const Vec3& from, const Vec3& to,

@@ -54,6 +54,9 @@ public:
     double opens_above_n() const noexcept override { return volume_.opens_above_n(); }
     void open() noexcept override;
     bool guarded() const noexcept override { return leash_holds_; }
+    std::optional<Leash> leash() const noexcept override {
+        return on_duty_ ? std::optional(Leash{guard_, leash_m_, leash_offered_}) : std::nullopt;
+    }
     QueryCount queries() const noexcept override;
     std::any save_state() const override;
     void restore_state(const std::any& state) override;

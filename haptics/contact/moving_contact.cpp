@@ -97,6 +97,12 @@ void MovingContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept 
     contact_->commit(proxy_in_body(proxy), yielded, felt);
 }
 
+std::optional<Leash> MovingContact::leash() const noexcept {
+    std::optional<Leash> leash = contact_->leash();
+    if (leash) leash->guard = map_.point(leash->guard);
+    return leash;
+}
+
 SlideLeg MovingContact::slide(const Vec3& from, const Vec3& pull) noexcept {
     SlideLeg leg = contact_->sliding()->slide(proxy_in_body(from), map_.point_back(pull));
     leg.corner = place_in_scene(leg.corner);

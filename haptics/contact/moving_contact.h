@@ -41,6 +41,7 @@ public:
     void commit(const Vec3& proxy, bool yielded, bool felt) noexcept override;
     SurfaceState state() const noexcept override { return contact_->state(); }
     bool guarded() const noexcept override { return contact_->guarded(); }
+    std::optional<Leash> leash() const noexcept override;
     QueryCount queries() const noexcept override { return contact_->queries(); }
     std::any save_state() const override;
     void restore_state(const std::any& state) override;

@@ -32,6 +32,14 @@ struct Chord {
     bool engaged = false;  ///< the surface is felt at the chord's start already; false: the chord
                            ///< ends where it first meets the surface
     bool bends = false;    ///< the rest of the way goes round an edge of this mesh: no obstacle
+    bool leashed = false;  ///< it is the leash that ends the chord, not the level (contact.md 4)
+};
+
+/// What keeps the proxy of a volume's level from getting far behind a mesh of the same surface.
+struct Leash {
+    Vec3 guard{0.0};       ///< where the mesh's own proxy is, m, scene frame
+    double length_m = 0.0; ///< how far from it a chord may end, m, > 0
+    bool offered = false;  ///< the last plane of the last offer() was the leash's
 };
 
 /// A straight piece of the way on which a surface leads the proxy by itself.
@@ -194,6 +202,9 @@ public:
     /// Whether, in the frame just committed, the surface's mesh held back what its volume would
     /// have let through.  [any]
     virtual bool guarded() const noexcept { return false; }
+
+    /// Its leash as of the last offer() or carry(); nothing where it has none now.       [loop]
+    virtual std::optional<Leash> leash() const noexcept { return std::nullopt; }
 
     virtual QueryCount queries() const noexcept = 0; ///< [any]
 

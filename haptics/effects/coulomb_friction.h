@@ -67,6 +67,8 @@ public:
 
     /// Whether a surface rubs.                                                           [loop]
     bool rubs(std::size_t surface) const noexcept { return !surfaces_[surface].of.none(); }
+    /// Coefficient of a surface in this frame: static until it slides, then dynamic.     [loop]
+    double coefficient(std::size_t surface) const noexcept { return surfaces_[surface].mu; }
     /// Lines that gather() added last.                                                   [loop]
     std::size_t lines() const noexcept { return contacts_.size(); }
     /// Whether friction holds the proxy, in the last solution.                           [loop]

@@ -352,9 +352,28 @@ void Subdivision::count_steps_left() noexcept {
     steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
 }
 
-void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) const noexcept {
+void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) noexcept {
+    const std::span<const Vec3> corners = path_.corners();
+    std::size_t begin = corners.size() - 1;
+    while (begin > 0 && corners[begin] != from)
+        --begin;
+    FixedVector<SubStep::Leash, PrimitiveSet::kCapacity> leashes;
+    for (std::size_t i = 0; i < surfaces_.size() && !leashes.full(); ++i)
+        if (const std::optional<Leash> leash = surfaces_[i].contact().leash())
+            leashes.push_back({i, leash->guard, leash->length_m, leash->offered});
+    // Friction's lines come last, one for each plane that rubs, as far as there was room.
+    FixedVector<SubStep::Friction, PrimitiveSet::kCapacity> rubbing;
+    std::size_t line = primitives_.lines().size() - friction_.lines();
+    for (std::size_t c = 0; c < contacts_.size() && line < primitives_.lines().size(); ++c) {
+        const std::size_t surface = contacts_[c].surface;
+        if (surface != ContactSet::kNoSurface && friction_.rubs(surface))
+            rubbing.push_back({c, line++, friction_.coefficient(surface)});
+    }
     observer_->sub_step(
-        {move.kind, from, solution_.proxy, move.to, to, contacts_, primitives_, solution_});
+        {move.kind, from, solution_.proxy, move.to, to, stop_, frame_.probe, frame_.stiffness,
+         corners.subspan(begin), std::span(leashes.begin(), leashes.size()),
+         std::span(rubbing.begin(), rubbing.size()), contacts_, primitives_, solution_});
+    stop_ = {};
 }
 
 /// Whether another evaluation follows the one that moved the proxy from `before` to `proxy`: in the

@@ -213,7 +213,7 @@ private:
     void count_steps_left() noexcept;
     Move next_move(const Vec3& proxy) noexcept;
     Vec3 follow(const Move& move, const Vec3& proxy) noexcept;
-    void tell(const Move& move, const Vec3& from, const Vec3& to) const noexcept;
+    void tell(const Move& move, const Vec3& from, const Vec3& to) noexcept;
     bool goes_on(const Move& move, const Vec3& before, const Vec3& proxy) noexcept;
     bool open_a_membrane() noexcept;
     bool let_friction_slip() noexcept;
@@ -236,9 +236,12 @@ private:
     std::optional<Vec3> restored(const Vec3& proxy) noexcept;
     Vec3 curved_candidate(const Vec3& proxy) noexcept;
     Vec3 carry(const Vec3& from, const Vec3& to) noexcept;
+    void note_stop(const LoopSurface& surface, const Chord& chord, const Vec3& from,
+                   const Vec3& to) noexcept;
     Vec3 slide_along(Vec3 proxy, const Vec3& pull) noexcept;
     Vec3 record_move(const Vec3& proxy) noexcept;
     Vec3 final_proxy(Vec3 proxy) noexcept;
+    Vec3 settled(const Vec3& proxy, const Vec3& to) noexcept;
     bool is_astray(const Vec3& proxy) const noexcept;
     Vec3 within(Vec3 wanted) const noexcept;
 
@@ -264,6 +267,7 @@ private:
     Needs needs_;
     int work_of_a_frame_ = 0; // grows with the evaluations of the method
     SubStepObserver* observer_ = nullptr;
+    SubStep::Stop stop_; // of the move that is under way, where there is an observer
 };
 
 } // namespace palpate

@@ -190,6 +190,7 @@ Vec3 Subdivision::carry(const Vec3& from, const Vec3& to) noexcept {
             continue;
         }
         const Chord chord = surfaces_[i].contact().carry(from, to);
+        if (chord.fraction < 1.0 && observer_) note_stop(surfaces_[i], chord, from, to);
         if (!chord.engaged) {
             if (chord.fraction < stopped_at) bends = chord.bends;
             stopped_at = std::min(stopped_at, chord.fraction);
@@ -212,6 +213,20 @@ Vec3 Subdivision::carry(const Vec3& from, const Vec3& to) noexcept {
     const std::optional<Vec3> reached =
         blocking ? blocking->obstructed(from, to, blocked_at) : std::nullopt;
     return record_move(reached.value_or(from));
+}
+
+/// Remembers for the observer what stops a move: the shortest share, and of equals what blocks it.
+void Subdivision::note_stop(const LoopSurface& surface, const Chord& chord, const Vec3& from,
+                            const Vec3& to) noexcept {
+    using By = SubStep::Stop::By;
+    const bool nearer =
+        chord.fraction < stop_.share || (chord.fraction == stop_.share && chord.engaged);
+    if (!nearer) return;
+    By by = chord.engaged ? By::certificate : By::contact;
+    if (chord.bends) by = By::edge;
+    if (chord.leashed) by = By::leash;
+    stop_ = {by, static_cast<std::size_t>(&surface - surfaces_.data()), chord.fraction,
+             from + chord.fraction * (to - from)};
 }
 
 /// Lets the leading surface lead the proxy towards `pull`, as far as the certificates of the other
@@ -237,6 +252,7 @@ Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
         for (const LoopSurface& other : surfaces_) {
             if (&other == &leader()) continue;
             const Chord theirs = other.contact().carry(proxy, leg.corner);
+            if (theirs.fraction < 1.0 && observer_) note_stop(other, theirs, proxy, leg.corner);
             if (theirs.fraction < chord.fraction) chord = theirs;
         }
         if (chord.fraction < 1.0) {
@@ -280,13 +296,20 @@ Vec3 Subdivision::final_proxy(Vec3 proxy) noexcept {
     // A frame of one evaluation has no second try: if it did not move, it is stalled.
     if (path_.sub_steps() == 0 && path_.stands_still()) result_.flags |= kStalled;
     if (stepping_.is_unfinished() && !primitives_.is_free()) {
-        if (is_astray(proxy)) proxy = carry(proxy, frame_.start);
+        if (is_astray(proxy)) proxy = settled(proxy, frame_.start);
         for (LoopSurface& surface : surfaces_)
             if (const std::optional<Vec3> level = surface.settle(proxy))
-                proxy = carry(proxy, *level);
+                proxy = settled(proxy, *level);
     }
     const Vec3 inside = within(proxy);
-    return inside == proxy ? proxy : carry(proxy, inside);
+    return inside == proxy ? proxy : settled(proxy, inside);
+}
+
+/// As far on a last chord as the certificates hold.
+Vec3 Subdivision::settled(const Vec3& proxy, const Vec3& to) noexcept {
+    const Vec3 end = carry(proxy, to);
+    if (observer_) tell({Move::Kind::settle, to}, proxy, end);
+    return end;
 }
 
 /// Whether the proxy is farther from the pull than any balance can be. A balance is no farther away

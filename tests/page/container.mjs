@@ -103,6 +103,7 @@ export function sphereScene(mode, changes = {}, arrays = {}) {
   const played = mode === 'playback' ? framesOf(0, kFrames) : {arrays: {}};
   const level = (one, name) => ({facets: one.facets, positions: `${name}_p`, indices: `${name}_i`});
   const plane = (normal, active) => ({at_m: kCenter.map((v, i) => v + kRadius * normal[i]), normal, strength_n: null, structure: 0, active});
+  const onPlane = t => [kCenter[0] + 0.004 * t, kCenter[1] - kRadius, kCenter[2]];
   const json = {
     kind: 'scene', title: 'sphere.toml', mode, program: 'palpate 0.1.0', rate_hz: 1000, method: 'adaptive', device: 'orbit',
     force_limit_n: 5, axes: 'LPS', unit: 'm',
@@ -118,9 +119,9 @@ export function sphereScene(mode, changes = {}, arrays = {}) {
     probe: {radius_m: 0}, view: {center_m: kCenter, radius_m: 0.05}, frames: played.frames,
     marks: [{name: 'start', at_m: [kCenter[0] + kRadius, kCenter[1], kCenter[2]], time_s: 0, label: 'bone'}],
     details: {1500: [1, 0.5, 0].map((t, i) => ({
-      probe_m: frame(1500).probe_m, proxy_m: [kCenter[0] + 0.004 * t, kCenter[1] - kRadius, kCenter[2]],
-      candidate_m: frame(1500).proxy_m, planes: [plane([0, -1, 0], true), plane([1, 0, 0], false)],
-      stopped_by: i === 1 ? 'certificate' : null, leash: false}))},
+      kind: 'goes straight', proxy_m: onPlane(t), candidate_m: onPlane(0), wanted_m: onPlane(0), to_m: onPlane(i === 0 ? 0.5 : 0),
+      planes: [plane([0, -1, 0], true), plane([1, 0, 0], false)],
+      ...(i === 0 ? {stop: {by: 'certificate', structure: 0, at_m: onPlane(0.25)}} : {})}))},
     ...changes,
   };
   return container(json, {coarse_p: levels[0].positions, coarse_i: levels[0].indices, fine_p: levels[1].positions,

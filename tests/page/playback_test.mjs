@@ -87,22 +87,6 @@ test('slow motion passes a hundredth of the time, and play ends at the last fram
   assert.equal(await page.textContent('#play'), 'Play');
 });
 
-test('a frame with sub-steps shows each with its planes', async () => {
-  await seek(page, 1499);
-  assert.equal(await page.isVisible('#steps'), false);
-  await seek(page, 1500);
-  assert.equal(await page.textContent('#step-words'), 'sub-step 1 of 3, 1 of 2 planes hold');
-  assert.equal(await page.evaluate(() => window.palpate.view.glyphs.planes.children.length), 2);
-  await page.click('#step-forth');
-  await page.waitForFunction(() => document.getElementById('step-words').textContent.startsWith('sub-step 2'));
-  assert.match(await page.textContent('#step-words'), /stopped by the certificate$/);
-  const place = await page.evaluate(() => {
-    const {x, y, z} = window.palpate.view.glyphs.planes.children[0].position;
-    return [x, y, z];
-  });
-  assert.deepEqual(place, [0, -kRadius, 0].map((v, i) => 1000 * (kCenter[i] + v - kCenter[i])));
-});
-
 test('the table has time, mean and greatest force, and the share of the area', async () => {
   const cells = await page.$$eval('#felt tbody tr:not([hidden]) td', all => all.map(one => Number(one.dataset.value)));
   let sum = 0, most = 0, time = 0;
@@ -148,6 +132,29 @@ test('structures are hidden, made transparent and cut one by one', async () => {
   assert.deepEqual(state, [[false, 1, 1], [true, 0.5, 0]]);
   await page.check('#show-0');
   await page.selectOption('#cut-axis', 'none');
+});
+
+test('where surfaces are cut, a line follows them', async () => {
+  await page.selectOption('#cut-axis', '+z'); // through the centre
+  await page.waitForFunction(() => window.palpate.view.cutEdge.lines.places.length > 0);
+  const {places, facets} = await page.evaluate(() => {
+    const {cutEdge, surfaces} = window.palpate.view;
+    return {places: cutEdge.lines.places, facets: surfaces.byId(0).facets};
+  });
+  const rings = facets === 2 * 2 * 12 * 11 ? 12 : 60, radius = 1000 * kRadius;
+  let outer = 0;
+  for (let i = 0; i < places.length; i += 3) {
+    const away = Math.hypot(places[i], places[i + 1]);
+    assert.ok(Math.abs(places[i + 2]) < 1e-4, 'on the plane, within single precision');
+    const isOuter = away > radius / 2 + 5; // the core has half of it
+    outer += isOuter;
+    // A chord of the circle is nearer to its centre than the circle by this; positions have 16 bits.
+    const wanted = isOuter ? radius : radius / 2, least = Math.cos(Math.PI / (2 * (isOuter ? rings : 12)));
+    assert.ok(away < wanted + 0.002 && away > least * wanted - 0.002, `${away} of ${wanted} mm`);
+  }
+  assert.ok(outer >= 4 * rings, 'two ends for each sector');
+  await page.selectOption('#cut-axis', 'none');
+  await page.waitForFunction(() => !window.palpate.view.cutEdge.object.visible);
 });
 
 test('the level of detail is the finest within the facets that there is time for', async () => {

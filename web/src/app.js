@@ -149,12 +149,12 @@ export class App {
 
   seek(index) {
     this.player.seek(index);
-    this.step = 0;
+    this.step = Infinity; // the frame's end; showDetail() makes a sub-step of it
   }
 
   seekBy(frames) {
     this.player.step(frames);
-    this.step = 0;
+    this.step = Infinity;
   }
 
   setCut() {
@@ -242,7 +242,9 @@ export class App {
   tick(now) {
     const elapsed_s = Math.max(0, now - this.before) / 1000;
     this.before = now;
+    const before = this.player.index;
     this.player.advance(elapsed_s);
+    if (this.player.index !== before) this.step = Infinity;
     if (this.isLive && this.frames.count !== this.takenCount && now - this.taken > kTables_ms) this.takeIn();
     if (this.hand) this.moveHand(now, elapsed_s);
     const shown = `${this.player.index} ${this.frames.generation} ${this.frames.count && 1} ${this.step}`;
@@ -315,8 +317,8 @@ export class App {
   showDetail() {
     const steps = this.detail();
     this.step = Math.min(this.step, Math.max(0, (steps?.length ?? 1) - 1));
-    this.view.glyphs.setDetail(steps, this.step);
-    this.panels.showDetail(steps, this.step);
+    this.view.glyphs.setSteps(steps, this.step);
+    this.panels.steps.show(steps, this.step);
   }
 
   /** What is touched and which flags are set, when that changes. */

@@ -18,7 +18,7 @@ function actions(app) {
     ',': () => app.seekBy(-1), '.': () => app.seekBy(1), '<': () => app.seekBy(-100), '>': () => app.seekBy(100),
     'Home': () => app.seek(0), 'End': () => (app.isLive ? (app.player.playing = true) : app.seek(app.player.last)),
     '[': () => app.panels.slower(1), ']': () => app.panels.slower(-1),
-    'n': () => press('step-forth'), 'b': () => press('step-back'), 'j': () => press('next-detail'),
+    'n': () => press('step-forth'), 'b': () => press('step-back'), 'j': () => press('next-detail'), 'z': () => press('step-zoom'),
     '+': () => app.view.zoom(1 / 1.15), '=': () => app.view.zoom(1 / 1.15), '-': () => app.view.zoom(1.15),
     'h': () => press('hand'), 'f': () => press('freeze'),
     's': () => press('planes'),
@@ -37,7 +37,8 @@ export function keyList(app) {
     ['Space', app.isLive ? 'follow the newest frame, or hold' : 'play, stop'],
     [', and .', 'one frame back, on (with Shift: 100)'], ['[ and ]', 'slower, faster'],
     ['Home, End', app.isLive ? 'oldest, newest frame' : 'first, last frame'],
-    ['B and N', 'one sub-step back, on, where the frame has them'], ['J', 'the next frame that has them'], ['M', 'name a point'],
+    ['B and N', 'one sub-step back, on, where the frame has them'], ['J', 'the next frame that has them'],
+    ['Z', 'fill the view with them'], ['M', 'name a point'],
     ['S', 'slices as planes among the surfaces'],
     ...(app.send ? live : []),
   ];

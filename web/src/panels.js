@@ -5,6 +5,7 @@ import {kGlyphColors} from './glyphs.js';
 import {kViews, keyList} from './keys.js';
 import {at, make} from './make.js';
 import {download, markupsJson} from './markups.js';
+import {StepPanel} from './step_panel.js';
 import {StructureList} from './structure_list.js';
 import {axisNames, listed, readable} from './words.js';
 
@@ -56,15 +57,7 @@ export class Panels {
     at('speed').closest('label').hidden = app.isLive;
     at('next-detail').hidden = !app.scene.details;
     at('next-detail').onclick = () => this.nextDetail();
-    at('step-back').onclick = () => this.stepBy(-1);
-    at('step-forth').onclick = () => this.stepBy(1);
-  }
-
-  stepBy(steps) {
-    const {app} = this, all = app.detail();
-    if (!all) return;
-    app.player.playing = false;
-    app.step = Math.min(Math.max(0, app.step + steps), all.length - 1);
+    this.steps = new StepPanel(app);
   }
 
   /** To the next frame whose sub-steps are known, and after the last one to the first. */
@@ -73,8 +66,8 @@ export class Panels {
     const all = Object.keys(app.scene.details ?? {}).map(frame => Number(frame) - index[0]).sort((a, b) => a - b);
     if (all.length === 0) return;
     app.player.playing = false;
-    app.step = 0;
     app.seek(all.find(i => i > app.player.index) ?? all[0]);
+    app.step = 0;
   }
 
   /** One speed slower (1) or faster (-1). */
@@ -374,14 +367,5 @@ export class Panels {
                     frames.lost > 0 && `${frames.lost} frames lost on the way here`].filter(Boolean);
     at('device').textContent = device.join(', ');
     at('flags').textContent = flags.length ? flags.map(f => (f.remedy ? `${f.name}: ${f.remedy}` : f.name)).join('; ') : 'none';
-  }
-
-  showDetail(steps, step) {
-    at('steps').hidden = !steps;
-    if (!steps) return;
-    const one = steps[step], planes = one.planes ?? [];
-    at('step-words').textContent = [`sub-step ${step + 1} of ${steps.length}`,
-      `${planes.filter(plane => plane.active).length} of ${planes.length} planes hold`,
-      one.stopped_by && `stopped by the ${one.stopped_by}`, one.leash && 'leash'].filter(Boolean).join(', ');
   }
 }

@@ -2,6 +2,7 @@
 /** The three-dimensional view: camera, light, cut, and drawing only when something changed. */
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {CutEdge} from './cut_edge.js';
 import {Glyphs} from './glyphs.js';
 import {Pace} from './pace.js';
 import {SlicePlanes} from './slice_planes.js';
@@ -66,7 +67,8 @@ export class View3d {
 
   makeScene() {
     this.scene = new THREE.Scene();
-    this.scene.add(this.surfaces.group, this.planes.group, this.trail.group, this.glyphs.group);
+    this.cutEdge = new CutEdge();
+    this.scene.add(this.surfaces.group, this.planes.group, this.trail.group, this.glyphs.group, this.cutEdge.object);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x666a70, 1.8));
     this.cut = new THREE.Plane();
     this.isCut = false;
@@ -124,6 +126,13 @@ export class View3d {
     this.touch();
   }
 
+  /** Fills the view with a ball about a place (scene m), and keeps the direction. */
+  fill(place_m, radius_mm) {
+    this.centerOn(place_m);
+    const away = radius_mm / Math.sin(THREE.MathUtils.degToRad(kFieldOfView / 2)) / Math.min(1, this.camera.aspect);
+    this.zoom(1.1 * away / this.camera.position.distanceTo(this.controls.target));
+  }
+
   /** Something moved: draw again, with what can be drawn in time. */
   touch() {
     this.isDirty = true;
@@ -143,6 +152,7 @@ export class View3d {
     this.renderer.setSize(width, height, false);
     this.trail.setResolution(width, height);
     this.glyphs.setResolution(width, height);
+    this.cutEdge.lines.material.resolution.set(width, height);
     const before = this.camera.aspect;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
@@ -194,6 +204,7 @@ export class View3d {
     }
     this.isStill = isSettled; // onLevels touches the view
     this.isDirty = false;
+    this.cutEdge.update(this.surfaces.all, this.isCut ? this.cut : undefined);
     this.placeCamera();
     this.render();
     if (this.pace.isLearning) this.touch();
@@ -202,7 +213,8 @@ export class View3d {
 
   placeCamera() {
     const away = this.camera.position.length();
-    this.camera.near = Math.max(0.02 * this.radius, away - 4 * this.radius);
+    const toTarget = this.camera.position.distanceTo(this.controls.target); // near it, what is nearer is looked at, too
+    this.camera.near = Math.max(Math.min(0.02 * this.radius, 0.1 * toTarget), away - 4 * this.radius);
     this.camera.far = away + 4 * this.radius;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();

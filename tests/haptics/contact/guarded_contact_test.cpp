@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/contact/guarded_contact.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -155,6 +157,49 @@ TEST(GuardedContact, AHeldProbeOnTheLeashMovesNoBit) {
         ASSERT_LE(glm::length(loop.proxy() - above), 1e-12);
     }
     EXPECT_GT(held_by_the_guard, 10);
+}
+
+/// Checks every sub-step in which the leash has a say.
+class LeashListener final : public SubStepObserver {
+public:
+    void sub_step(const SubStep& step) noexcept override {
+        ASSERT_EQ(step.leashes.size(), 1u);
+        const SubStep::Leash* leash = &step.leashes.front();
+        ASSERT_EQ(leash->length_m, kLeash);
+        const double away_m = glm::length(step.from - leash->guard);
+        if (leash->offered) {
+            // Its plane stands across the way to the guard, at 0.8 of the leash from it; or below,
+            // where the energy bank lets the planes back by and by.
+            const PlanePrimitive& plane = step.contacts[step.contacts.size() - 1].plane;
+            EXPECT_NEAR(glm::dot(plane.normal, leash->guard - step.from), away_m, kRounding_m);
+            const double held_m = glm::dot(plane.normal, leash->guard - plane.anchor);
+            if (loop->surface(0).is_rationed()) {
+                EXPECT_GE(held_m, 0.8 * kLeash - kRounding_m);
+            } else {
+                EXPECT_NEAR(held_m, 0.8 * kLeash, kRounding_m);
+                ++planes;
+            }
+        }
+        if (step.stop.by != SubStep::Stop::By::leash || step.from == leash->guard)
+            return; // else it flies along
+        // Nothing that it stops ends farther than the leash from the guard, or than it was.
+        EXPECT_LE(glm::length(step.to - leash->guard), std::max(away_m, kLeash) + kRounding_m);
+        ++stops;
+    }
+    static constexpr double kRounding_m = 1e-15; // of places within 20 mm
+    const Subdivision* loop = nullptr;
+    int planes = 0, stops = 0;
+};
+
+TEST(GuardedContact, AnObserverSeesTheLeash) {
+    const LeaningWall wall;
+    ContactLoop loop({}, guarded(wall.field(), wall.mesh()));
+    LeashListener listener;
+    listener.loop = &loop.subdivision();
+    loop.subdivision().observe(&listener);
+    stroke_through(loop, wall);
+    EXPECT_GT(listener.planes, 100);
+    EXPECT_GT(listener.stops, 100);
 }
 
 // A hand that lifts off fast: the guard flies along, and the frame ends where the hand is.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <random>
 #include <thread>
 #include <vector>
@@ -30,8 +31,8 @@ constexpr std::array kKinds{Kind::formula, Kind::volume, Kind::mesh, Kind::guard
 
 std::vector<std::unique_ptr<SurfaceContact>> moving_ball(Kind kind) {
     std::vector<std::unique_ptr<SurfaceContact>> surfaces;
-    surfaces.push_back(std::make_unique<MovingContact>(
-        test::ball(kind, kRadius, kInfinity, Yielding::holds, 4)));
+    surfaces.push_back(
+        std::make_unique<MovingContact>(test::ball(kind, kRadius, kInfinity, Yielding::holds, 4)));
     return surfaces;
 }
 std::vector<std::unique_ptr<SurfaceContact>> still_ball(Kind kind) {
@@ -112,6 +113,31 @@ TEST(MovingContact, ElsewhereItIsTheSameWithinRounding) {
     }
 }
 
+TEST(MovingContact, TellsItsLeashInTheScenesFrame) {
+    std::mt19937_64 random(8);
+    for (int i = 0; i < 10; ++i) {
+        const RigidPose pose = random_pose(random, 0.1);
+        const RigidMap map(pose);
+        ContactLoop moving({}, moving_ball(Kind::guarded)), still({}, still_ball(Kind::guarded));
+        body(moving).set_pose(pose);
+        const Vec3 above{0, 0, kRadius + 2e-3}, within{1e-3, 0, kRadius - 1e-3};
+        moving.start(map.point(above));
+        still.start(above);
+        for (const Vec3& probe : {above, within}) {
+            moving.move(map.point(probe));
+            still.move(probe);
+        }
+        const std::optional<Leash> found = moving.surface(0).leash(),
+                                   wanted = still.surface(0).leash();
+        ASSERT_TRUE(found && wanted);
+        EXPECT_EQ(found->length_m, wanted->length_m);
+        EXPECT_NEAR(glm::length(found->guard - map.point(wanted->guard)), 0.0, 1e-6); // as above
+    }
+    ContactLoop mesh({}, moving_ball(Kind::mesh));
+    mesh.start({0, 0, 2 * kRadius});
+    EXPECT_FALSE(mesh.surface(0).leash()) << "a mesh alone has none";
+}
+
 TEST(MovingContact, ABodyPushesAHeldProbe) {
     for (const Kind kind : kKinds) {
         ContactLoop loop({}, moving_ball(kind));
@@ -177,8 +203,8 @@ TEST(MovingContact, StatesAreRestoredToTheBit) {
         Quaternion turned{1, 0, 0, 0};
         for (int frame = 0; frame < 200; ++frame) {
             at += 1e-4 * random_vector(random);
-            turned = glm::normalize(
-                turned * glm::angleAxis(0.01, glm::normalize(random_vector(random))));
+            turned = glm::normalize(turned *
+                                    glm::angleAxis(0.01, glm::normalize(random_vector(random))));
             poses.push_back({at, turned});
             probe = next_probe(random, probe - at) + at;
             probes.push_back(probe);

@@ -24,17 +24,52 @@ struct Told {
     SubStep::Kind kind;
     Vec3 from, candidate, wanted, to;
     std::size_t contacts, planes, outcomes;
+    Vec3 solved; // the candidate, by primitives and frame
+    SubStep::Stop stop;
+    std::vector<Vec3> way;
 };
 
 class Listener final : public SubStepObserver {
 public:
     void sub_step(const SubStep& step) noexcept override {
-        told.push_back({step.kind, step.from, step.candidate, step.wanted, step.to,
-                        step.contacts.size(), step.primitives.planes().size(),
-                        step.solution.planes.size()});
+        told.push_back({step.kind,
+                        step.from,
+                        step.candidate,
+                        step.wanted,
+                        step.to,
+                        step.contacts.size(),
+                        step.primitives.planes().size(),
+                        step.solution.planes.size(),
+                        solve_proxy(step.primitives, step.probe, step.stiffness_n_per_m).proxy,
+                        step.stop,
+                        {step.way.begin(), step.way.end()}});
     }
     std::vector<Told> told;
 };
+
+/// A place on the way between two others.
+void expect_on_the_way(const Vec3& at, const Vec3& from, const Vec3& to) {
+    const double all = glm::length(to - from);
+    EXPECT_NEAR(glm::length(at - from) + glm::length(to - at), all, 1e-12 * kRadius_m);
+}
+
+/// A move ends where it was led to, or says what ended it.
+void expect_it_says_what_stopped_it(const Told& step) {
+    ASSERT_EQ(step.way.front(), step.from);
+    ASSERT_EQ(step.way.back(), step.to);
+    if (step.kind == SubStep::Kind::slide) return;
+    const bool moves = step.kind == SubStep::Kind::chord || step.kind == SubStep::Kind::settle;
+    using By = SubStep::Stop::By;
+    ASSERT_EQ(step.stop.by == By::nothing, !moves || step.to == step.wanted);
+    if (step.stop.by == By::nothing) return;
+    ASSERT_LT(step.stop.share, 1.0);
+    expect_on_the_way(step.stop.at, step.from, step.wanted);
+    // What is felt already blocks a chord: the proxy stays nearer. Else it goes there.
+    if (step.stop.by == By::certificate)
+        expect_on_the_way(step.to, step.from, step.stop.at);
+    else
+        EXPECT_EQ(step.to, step.stop.at);
+}
 
 template <class Make>
 void expect_it_tells_the_frame(const Make& make) {
@@ -65,7 +100,11 @@ void expect_it_tells_the_frame(const Make& make) {
             const std::span<const Vec3> path = observed.subdivision().path();
             ASSERT_TRUE(std::ranges::equal(plain.subdivision().path(), path));
 
-            ASSERT_EQ(listener.told.size(), b.evaluations);
+            ASSERT_EQ(std::ranges::count_if(
+                          listener.told,
+                          [](const Told& step) { return step.kind != SubStep::Kind::settle; }),
+                      b.evaluations);
+            ASSERT_EQ(listener.told.back().to, b.proxy);
             Vec3 at = path.front();
             for (const Told& step : listener.told) {
                 ASSERT_EQ(step.from, at) << "one begins where the one before has ended";
@@ -75,6 +114,9 @@ void expect_it_tells_the_frame(const Make& make) {
                 if (step.kind == SubStep::Kind::none) {
                     ASSERT_EQ(step.to, step.from);
                 }
+                // The solver's own closed forms differ by rounding.
+                ASSERT_NEAR(glm::length(step.solved - step.candidate), 0.0, 1e-12 * kRadius_m);
+                expect_it_says_what_stopped_it(step);
                 moves += step.kind == SubStep::Kind::chord || step.kind == SubStep::Kind::slide;
                 at = step.to;
             }
