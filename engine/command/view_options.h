@@ -59,6 +59,12 @@ Recording read_shown(const std::filesystem::path& file);
 std::string recording_page(const Recording& recording, const std::filesystem::path& file,
                            std::string_view page, std::span<const std::uint64_t> sub_steps);
 
+/// Writes recording_page() with the sub-steps that the words of --sub-steps ask for.      [setup]
+/// Throws as view_recording().
+void write_playback(const Recording& recording, const std::filesystem::path& file,
+                    const std::filesystem::path& out, const std::string& sub_steps,
+                    const std::string& page = {});
+
 /// The options of pictures and films.                                                     [setup]
 void add_pictures(CLI::App& command, PictureOptions& options);
 

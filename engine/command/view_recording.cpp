@@ -101,6 +101,14 @@ std::string recording_page(const Recording& recording, const std::filesystem::pa
     return playback_page(page, scene_message(document, detail, &frames));
 }
 
+void write_playback(const Recording& recording, const std::filesystem::path& file,
+                    const std::filesystem::path& out, const std::string& sub_steps,
+                    const std::string& page) {
+    const std::vector<std::uint64_t> wanted = wanted_frames(sub_steps, recording);
+    const std::string empty = view_page(page);
+    write_whole_file(out, recording_page(recording, file, empty, wanted));
+}
+
 int view_recording(const ViewOptions& options) {
     const std::filesystem::path file = found_recording(options.what);
     const std::filesystem::path out =
@@ -110,9 +118,7 @@ int view_recording(const ViewOptions& options) {
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
     check_outputs(outputs, inputs, options.replace);
-    const std::vector<std::uint64_t> wanted = wanted_frames(options.sub_steps, recording);
-    const std::string page = view_page(options.page);
-    write_whole_file(out, recording_page(recording, file, page, wanted));
+    write_playback(recording, file, out, options.sub_steps, options.page);
     print(fmt::format("view: {}", std::filesystem::absolute(out).string()));
     if (options.open) open_browser(std::filesystem::absolute(out).string());
     return kDone;

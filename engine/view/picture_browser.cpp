@@ -57,6 +57,14 @@ std::vector<std::string> browser_options(const std::filesystem::path& folder) {
     return options;
 }
 
+/// Where its folder is: its socket there may have a path of 107 bytes (sockaddr_un), of which it
+/// and our folder's name need 59.
+std::filesystem::path folder_for_browser() {
+    constexpr std::size_t longest = 48;
+    std::filesystem::path usual = std::filesystem::temp_directory_path();
+    return usual.string().size() <= longest ? usual : "/tmp";
+}
+
 /// Our mark in somebody else's picture, by which we may replace it.
 std::string marked_png(std::string png) {
     if (!png.starts_with("\x89PNG") || png.size() < internal::kPngMarkAt)
@@ -87,8 +95,7 @@ class PictureBrowser::Session {
 public:
     Session(const std::filesystem::path& program, std::string_view page, const PictureLook& look,
             GoOn go_on)
-        : folder_(std::filesystem::temp_directory_path()), program_(program),
-          go_on_(std::move(go_on)),
+        : folder_(folder_for_browser()), program_(program), go_on_(std::move(go_on)),
           // It reads messages at 3, and writes them at 4.
           browser_(program, browser_options(folder_.path()), {3, 4}, folder_.path()) {
         const std::filesystem::path file = folder_.path() / "page.html";

@@ -175,10 +175,9 @@ std::optional<int> ChildProcess::wait(Clock::time_point until, const GoOn& go_on
 std::string ChildProcess::last_words() const {
     std::ifstream file(says_);
     std::string line, last;
-    while (std::getline(file, line))
+    while (last.find(":FATAL:") == std::string::npos && std::getline(file, line))
         if (!line.empty()) last = line;
-    // "[pid:thread:date/time:ERROR:file(line)] words" of Chromium, "[part @ 0x55..] words" of
-    // FFmpeg.
+    // "[pid:thread:date/time:FATAL:file] words" of Chromium, "[part @ 0x55..] words" of FFmpeg.
     if (last.starts_with('[')) last.erase(0, std::min(last.find("] "), last.size() - 2) + 2);
     return last;
 }

@@ -41,7 +41,7 @@ public:
     /// [setup]
     std::optional<int> wait(Clock::time_point until, const GoOn& go_on);
 
-    /// The last line of what it said, without the time and place before it; for an error. [setup]
+    /// What it said in its last line, or in the one that it died of; for an error.        [setup]
     std::string last_words() const;
 
 private:
