@@ -71,8 +71,8 @@ playback=()
 # A build without npm has no page that could play anything.
 if [ -f "$top/build/release/web/palpate_view.html" ]; then
     playback=(--playback)
-    for name in "${subjects[@]}" labels; do
-        [ ! -d "$out/$name-adaptive" ] || playback+=("$out/$name-adaptive")
+    for folder in "${traces[@]}"; do
+        [[ $folder != *-adaptive ]] || playback+=("$folder")
     done
 fi
 
