@@ -140,6 +140,10 @@ void take(const Sitting& sitting, const std::filesystem::path& program,
     sitting.progress(1.0, "pictures");
 }
 
+std::string counted(std::size_t pictures) {
+    return fmt::format("{} picture{}", pictures, pictures == 1 ? "" : "s");
+}
+
 /// All pictures have their names, or none has.
 void write_pictures(const Sitting& sitting, const std::filesystem::path& program,
                     const std::filesystem::path& folder,
@@ -150,7 +154,7 @@ void write_pictures(const Sitting& sitting, const std::filesystem::path& program
     });
     for (const std::filesystem::path& file : files)
         std::filesystem::rename(parts.path() / file.filename(), file);
-    print(fmt::format("view: {} picture{} in {}", files.size(), files.size() == 1 ? "" : "s",
+    print(fmt::format("view: {} in {}", counted(files.size()),
                       std::filesystem::absolute(folder).string()));
 }
 
@@ -160,8 +164,9 @@ void write_film(const Sitting& sitting, const std::filesystem::path& program,
     FilmFile film(encoder, file, rate_hz, [] { return !stop_wanted(); });
     take(sitting, program, [&](std::size_t, const std::string& png) { film.add(png); });
     film.finish();
-    print(fmt::format("view: {}: {} pictures, {:.1f} s", std::filesystem::absolute(file).string(),
-                      sitting.frames.size(), static_cast<double>(sitting.frames.size()) / rate_hz));
+    print(fmt::format("view: {}: {}, {:.1f} s", std::filesystem::absolute(file).string(),
+                      counted(sitting.frames.size()),
+                      static_cast<double>(sitting.frames.size()) / rate_hz));
 }
 
 /// The pictures' files in their folder, by the numbers of their frames.
