@@ -37,7 +37,7 @@ std::vector<std::string> film_options(double rate_hz, const std::filesystem::pat
 } // namespace
 
 std::filesystem::path film_program() {
-    const auto found = internal::found_program({"ffmpeg"});
+    std::filesystem::path found = internal::found_program({"ffmpeg"});
     if (found.empty())
         throw std::runtime_error("films need ffmpeg, and there is none in PATH; install it "
                                  "(apt-get install ffmpeg), or write pictures with --png");

@@ -77,7 +77,7 @@ std::string marked_png(std::string png) {
 std::filesystem::path picture_browser() {
     const char* const given = std::getenv("PALPATE_BROWSER");
     const bool is_given = given != nullptr && *given != '\0';
-    const auto found =
+    std::filesystem::path found =
         is_given ? internal::found_program({given})
                  : internal::found_program({"chromium", "chromium-browser", "google-chrome"});
     if (!found.empty()) return found;
