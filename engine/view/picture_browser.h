@@ -14,6 +14,7 @@ namespace palpate {
 
 /// What pictures of a page look like.
 struct PictureLook {
+    /// Of its colours.
     enum class Scheme : std::uint8_t {
         light, ///< dark on light
         dark   ///< light on dark
