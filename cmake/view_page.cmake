@@ -21,6 +21,7 @@ if(PROJECT_IS_TOP_LEVEL AND PALPATE_NODE AND PALPATE_NPM)
   add_custom_command(OUTPUT ${palpate_view_html} COMMAND ${PALPATE_NODE} ${PROJECT_SOURCE_DIR}/web/build.mjs ${palpate_web}
     DEPENDS ${palpate_web_sources} ${palpate_web}/node_modules/.package-lock.json
       ${PROJECT_SOURCE_DIR}/engine/report/internal/series_look.h
+      ${PROJECT_SOURCE_DIR}/engine/picture/internal/force_colors.cpp
     COMMENT "the page of palpate view" VERBATIM)
   add_custom_target(palpate_view_page ALL DEPENDS ${palpate_view_html})
 endif()

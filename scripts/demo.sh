@@ -67,9 +67,17 @@ trace "$main-paper" "$top/examples/$main.toml" --method paper
 trace "$main-direct" "$top/examples/$main.toml" --contact direct
 for subject in "${subjects[@]:1}"; do trace "$subject-adaptive" "$top/examples/$subject.toml"; done
 [ $labels = no ] || trace labels-adaptive "$top/examples/aal.toml"
+playback=()
+# A build without npm has no page that could play anything.
+if [ -f "$top/build/release/web/palpate_view.html" ]; then
+    playback=(--playback)
+    for folder in "${traces[@]}"; do
+        [[ $folder != *-adaptive ]] || playback+=("$folder")
+    done
+fi
 
 step "The same bits again"
 "$palpate" replay "$out/$main-adaptive/recording.h5" --check
 
 step "Report"
-"$palpate" report "${traces[@]}" -o "$out/index.html" "${notes[@]}"
+"$palpate" report "${traces[@]}" "${playback[@]}" -o "$out/index.html" "${notes[@]}"

@@ -29,6 +29,15 @@ function reportColors() {
   return `:root { ${css[0]} }\n@media (prefers-color-scheme: dark) { :root { ${css[1]} } }\n`;
 }
 
+/** The colours of forces in the pictures of a report, from where those have them. */
+function forceColors() {
+  const file = join(here, '..', 'engine', 'picture', 'internal', 'force_colors.cpp');
+  const text = readFileSync(file, 'utf8'), begin = text.indexOf('kColors{{{');
+  const numbers = [...text.slice(begin, text.indexOf(';', begin)).matchAll(/\d+\.\d+/g)].map(m => Number(m[0]));
+  if (begin < 0 || numbers.length < 6 || numbers.length % 3) throw new Error(`${file}: kColors is not there: see forceColors in build.mjs`);
+  return Array.from({length: numbers.length / 3}, (_, i) => numbers.slice(3 * i, 3 * i + 3));
+}
+
 /** Replaces exactly one mark; a replacement may hold any characters. */
 function replaceOnce(text, mark, replacement) {
   const parts = text.split(mark);
@@ -40,7 +49,8 @@ function replaceOnce(text, mark, replacement) {
 const licences = ['three', 'uplot'].map(name => `${name}\n${readFileSync(join(modules, name, 'LICENSE'), 'utf8')}`).join('\n');
 const bundle = await build({
   entryPoints: [join(here, 'src', 'main.js')], bundle: true, minify: true, format: 'iife', target: 'es2022',
-  legalComments: 'none', banner: {js: `/*!\nThis page contains:\n\n${licences.replaceAll('*/', '* /')}*/`}, write: false, charset: 'utf8', logLevel: 'warning', nodePaths: [modules], absWorkingDir: here,
+  legalComments: 'none', banner: {js: `/*!\nThis page contains:\n\n${licences.replaceAll('*/', '* /')}*/`}, write: false, charset: 'utf8',
+  define: {PALPATE_FORCE_COLORS: JSON.stringify(forceColors())}, logLevel: 'warning', nodePaths: [modules], absWorkingDir: here,
 });
 const style = reportColors() + readFileSync(join(modules, 'uplot', 'dist', 'uPlot.min.css'), 'utf8') +
               readFileSync(join(here, 'style.css'), 'utf8');

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
+#include <algorithm>
+#include <filesystem>
 #include <map>
+#include <memory>
 #include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/command/view_options.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/report_page.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -64,11 +70,51 @@ std::string method_of(const std::string& summary, const std::filesystem::path& f
     }
 }
 
+/// What the command line said.
+struct ReportOptions {
+    std::vector<std::string> folders; ///< that a trace wrote; with `interactive` also a recording
+    std::string out = "report.html";  ///< page to write
+    std::vector<std::string> notes;   ///< paragraphs above the table
+    std::vector<std::string> played;  ///< those of the folders that get a page that plays them
+    bool interactive = false;         ///< the page that plays one recording, and no report
+    Replace replace = Replace::own;   ///< what of files that are there
+};
+
+/// The page that plays a trace, beside the report: report-FOLDER.html of report.html.
+std::filesystem::path playback_of(std::filesystem::path folder, const std::string& out) {
+    folder = std::filesystem::absolute(folder).lexically_normal();
+    if (!folder.has_filename()) folder = folder.parent_path();
+    const std::filesystem::path report = out;
+    return report.parent_path() /
+           fmt::format("{}-{}.html", report.stem().string(), folder.filename().string());
+}
+
+/// The report and the pages beside it.
+std::vector<std::filesystem::path> outputs_of(const ReportOptions& options) {
+    std::vector<std::filesystem::path> outputs{options.out};
+    outputs.reserve(1 + options.played.size());
+    for (const std::string& folder : options.played) {
+        const auto is_same = [&](const std::string& one) {
+            std::error_code ignored;
+            return std::filesystem::equivalent(one, folder, ignored);
+        };
+        if (std::none_of(options.folders.begin(), options.folders.end(), is_same))
+            throw UsageError(fmt::format("--playback {}: is none of the FOLDERs of this report; "
+                                         "name it there, too",
+                                         folder));
+        outputs.push_back(playback_of(folder, options.out));
+        if (std::count(outputs.begin(), outputs.end(), outputs.back()) > 1)
+            throw UsageError(fmt::format("--playback {}: another page is {} already; give the "
+                                         "folders different names",
+                                         folder, outputs.back().string()));
+    }
+    return outputs;
+}
+
 /// Before meshes are extracted and pictures drawn.
-void check_output(const std::vector<std::string>& folders, const std::string& out,
-                  Replace replace) {
+void check_output(const ReportOptions& options) {
     std::vector<std::filesystem::path> inputs;
-    for (const std::filesystem::path folder : folders) {
+    for (const std::filesystem::path folder : options.folders) {
         const std::filesystem::path file = folder / "recording.h5";
         const std::vector<std::filesystem::path> read = input_files(read_recording(file), file);
         inputs.insert(inputs.end(), read.begin(), read.end());
@@ -77,17 +123,27 @@ void check_output(const std::vector<std::string>& folders, const std::string& ou
         for (const char* const of_trace : {"summary.json", "frames.csv", "timing.csv"})
             inputs.push_back(folder / of_trace);
     }
-    const std::array<std::filesystem::path, 1> outputs{out};
-    check_outputs(outputs, inputs, replace);
+    check_outputs(outputs_of(options), inputs, options.replace);
+}
+
+/// Writes the page that plays a trace where that is asked for: its name in the report's folder.
+std::string playback(const ReportOptions& options, const std::filesystem::path& folder,
+                     const Recording& recording) {
+    for (const std::string& played : options.played) {
+        if (!std::filesystem::equivalent(played, folder)) continue;
+        const std::filesystem::path out = playback_of(folder, options.out);
+        write_playback(recording, folder / "recording.h5", out, {});
+        return out.filename().string();
+    }
+    return {};
 }
 
 /// Traces over the same scene are one subject: its first surface gives the picture.
-int report(const std::vector<std::string>& folders, const std::string& out,
-           const std::vector<std::string>& notes, Replace replace) {
-    check_output(folders, out, replace);
+int report(const ReportOptions& options) {
+    check_output(options);
     std::vector<ReportSubject> subjects;
     std::map<std::string, std::size_t> subject_of;
-    for (const std::filesystem::path folder : folders) {
+    for (const std::filesystem::path folder : options.folders) {
         const Recording recording = read_recording(folder / "recording.h5");
         if (!subject_of.contains(recording.scene_file)) {
             const auto scene = recorded_scene(recording, folder / "recording.h5", resources());
@@ -103,34 +159,49 @@ int report(const std::vector<std::string>& folders, const std::string& out,
         subject.traces.push_back(
             {fmt::format("{}, {}", std::filesystem::path(recording.scene_file).stem().string(),
                          method_of(summary, folder)),
-             summary, recording.frames});
+             summary, recording.frames, playback(options, folder, recording)});
     }
     print(report_table(subjects));
-    write_report_page(out, subjects, notes);
-    print("report: " + std::filesystem::absolute(out).string());
+    write_report_page(options.out, subjects, options.notes);
+    print("report: " + std::filesystem::absolute(options.out).string());
     return kDone;
+}
+
+/// The page of `palpate view`, by this command's name for it.
+int play(const ReportOptions& options) {
+    if (options.folders.size() != 1)
+        throw UsageError("--interactive: the page is of one recording; name one, or let a report "
+                         "link to such pages with --playback");
+    if (!options.notes.empty() || !options.played.empty())
+        throw UsageError("--note, --playback: they are of a report, and --interactive writes none; "
+                         "leave them out");
+    const std::filesystem::path given = options.folders.front();
+    ViewOptions view;
+    view.what =
+        std::filesystem::is_directory(given) ? (given / "recording.h5").string() : given.string();
+    view.out = options.out;
+    view.replace = options.replace;
+    return view_recording(view);
 }
 
 } // namespace
 
 void add_report(CLI::App& app, Action& run) {
-    struct Options {
-        std::vector<std::string> folders;
-        std::string out = "report.html";
-        std::vector<std::string> notes;
-        Replace replace = Replace::own;
-    };
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ReportOptions>();
     CLI::App* command =
         app.add_subcommand("report", "a page with table, pictures and charts of traces");
     command->add_option("FOLDER", options->folders, "folders that palpate trace wrote")->required();
     command->add_option("-o,--out", options->out, "HTML file to write");
     command->add_option("--note", options->notes, "a paragraph of text above the table");
+    command->add_option("--playback", options->played,
+                        "those of the folders that get a page that plays them, beside the report, "
+                        "which links to it");
+    command->add_flag(
+        "--interactive", options->interactive,
+        "writes the page that plays one recording instead: as palpate view RECORDING");
     add_force(*command, options->replace);
     command->callback([options, &run] {
-        run = [options] {
-            return report(options->folders, options->out, options->notes, options->replace);
-        };
+        run = [options] { return options->interactive ? play(*options) : report(*options); };
     });
 }
 

@@ -18,7 +18,14 @@ bool is_recording(const std::filesystem::path& file) {
 
 int view(const ViewOptions& options) {
     const std::filesystem::path what = options.what;
-    if (is_recording(what)) return view_recording(options);
+    const bool is_of_pictures = has_pictures(options.pictures);
+    if (is_recording(what))
+        return is_of_pictures ? view_pictures(options) : view_recording(options);
+    if (is_of_pictures)
+        throw UsageError(
+            fmt::format("{}: is no recording (.h5), and pictures are of one; trace the "
+                        "scene, or record while you look at it",
+                        what.string()));
     if (std::filesystem::exists(what) && what.extension() != ".toml")
         throw UsageError(fmt::format("{}: is neither a scene (.toml) nor a recording (.h5); make a "
                                      "scene that feels it, docs/first_steps.md says how",
@@ -60,6 +67,7 @@ void add_view(CLI::App& app, Action& run) {
                         "of a recording: FROM-TO, the frames whose sub-steps can be looked at, or "
                         "none (default: the 200 hardest)");
     command->add_option("--page", options->page, "another page than the one that is built in");
+    add_pictures(*command, options->pictures);
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return view(*options); }; });
 }

@@ -81,28 +81,44 @@ std::shared_ptr<const Scene> replayed_scene(const Recording& recording,
 
 } // namespace
 
+Recording read_shown(const std::filesystem::path& file) {
+    Recording recording = read_recording(file);
+    if (recording.frames.empty())
+        throw std::runtime_error(file.string() + ": has no frames to play; record a longer run");
+    return recording;
+}
+
+std::string recording_page(const Recording& recording, const std::filesystem::path& file,
+                           std::string_view page, std::span<const std::uint64_t> sub_steps) {
+    std::vector<ViewFrameSteps> steps;
+    const auto scene = replayed_scene(recording, file, sub_steps, steps);
+    ViewDocument document = view_document(*scene, ViewMode::playback);
+    document.device = recording.device.name;
+    document.marks = read_marks(marks_file(file));
+    document.sub_steps = std::move(steps);
+    const ViewDetail detail{{30'000, 400'000}};
+    const ViewFrames frames{recording.frames, recording.frames.front().frame, 0};
+    return playback_page(page, scene_message(document, detail, &frames));
+}
+
+void write_playback(const Recording& recording, const std::filesystem::path& file,
+                    const std::filesystem::path& out, const std::string& sub_steps,
+                    const std::string& page) {
+    const std::vector<std::uint64_t> wanted = wanted_frames(sub_steps, recording);
+    const std::string empty = view_page(page);
+    write_whole_file(out, recording_page(recording, file, empty, wanted));
+}
+
 int view_recording(const ViewOptions& options) {
     const std::filesystem::path file = found_recording(options.what);
     const std::filesystem::path out =
         options.out.empty() ? file.stem().string() + ".html" : options.out;
-    const Recording recording = read_recording(file);
-    if (recording.frames.empty())
-        throw std::runtime_error(file.string() + ": has no frames to play; record a longer run");
+    const Recording recording = read_shown(file);
     const std::array<std::filesystem::path, 1> outputs{out};
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
     check_outputs(outputs, inputs, options.replace);
-    const std::vector<std::uint64_t> wanted = wanted_frames(options.sub_steps, recording);
-    const std::string page = view_page(options.page);
-    std::vector<ViewFrameSteps> sub_steps;
-    const auto scene = replayed_scene(recording, file, wanted, sub_steps);
-    ViewDocument document = view_document(*scene, ViewMode::playback);
-    document.device = recording.device.name;
-    document.marks = read_marks(marks_file(file));
-    document.sub_steps = std::move(sub_steps);
-    const ViewDetail detail{{30'000, 400'000}};
-    const ViewFrames frames{recording.frames, recording.frames.front().frame, 0};
-    write_whole_file(out, playback_page(page, scene_message(document, detail, &frames)));
+    write_playback(recording, file, out, options.sub_steps, options.page);
     print(fmt::format("view: {}", std::filesystem::absolute(out).string()));
     if (options.open) open_browser(std::filesystem::absolute(out).string());
     return kDone;

@@ -23,6 +23,7 @@
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
+#include <palpate/engine/text/internal/film_mark.h>
 #include <palpate/engine/text/internal/front_mark.h>
 #include <palpate/engine/text/internal/png_mark.h>
 #include <palpate/geometry/formats/mesh_file.h>
@@ -82,7 +83,16 @@ bool is_page(std::string_view text) {
     const std::size_t title = text.find("<title>");
     if (!text.starts_with("<!DOCTYPE html>") || title == std::string_view::npos) return false;
     text = text.substr(title, text.find("</title>") - title);
-    return text == "<title>Palpate report" || text.ends_with(" (Palpate study)");
+    return text == "<title>Palpate report" || text == "<title>Palpate" ||
+           text.ends_with(" (Palpate study)");
+}
+
+bool is_film(std::string_view beginning, const std::filesystem::path& file) {
+    constexpr auto length = static_cast<std::streamoff>(internal::kFilmMark.size());
+    std::ifstream stream(file, std::ios::binary);
+    std::string end(internal::kFilmMark.size(), '\0');
+    stream.seekg(-length, std::ios::end);
+    return stream.read(end.data(), length) && internal::is_own_film(beginning, end);
 }
 
 // --- Which files are one
@@ -141,6 +151,7 @@ bool is_written_by_palpate(const std::filesystem::path& file) {
     if (text.starts_with(kFramesColumns) || text.starts_with(kTimingColumns)) return true;
     if (is_of_study(text)) return true;
     if (text.starts_with(kPlyBeginning) || internal::is_own_png(text) || is_page(text)) return true;
+    if (is_film(text, file)) return true;
     if (text.starts_with('{')) return is_summary(file);
     return internal::is_sealed_recording(file) || is_journal(file) || is_written_volume(file);
 }

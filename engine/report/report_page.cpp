@@ -16,6 +16,7 @@
 #include <palpate/engine/report/internal/report_style.h>
 #include <palpate/engine/report/internal/trace_summary_reader.h>
 #include <palpate/engine/text/base64.h>
+#include <palpate/engine/text/url.h>
 #include <palpate/engine/text/whole_file.h>
 
 namespace palpate {
@@ -344,8 +345,8 @@ std::string picture(const SurfaceScene& scene, const ReportSubject& subject,
     return fmt::format(
         "<figure><img width=\"{}\" height=\"{}\" alt=\"{}\" src=\"data:image/png;base64,{}\">"
         "<figcaption>{}</figcaption></figure>\n",
-        view.width, view.height, escape_html(alt),
-        base64(render_png(scene, trace.frames, view)), escape_html(from.name));
+        view.width, view.height, escape_html(alt), base64(render_png(scene, trace.frames, view)),
+        escape_html(from.name));
 }
 
 std::string pictures(const ReportSubject& subject) {
@@ -365,6 +366,17 @@ std::string pictures(const ReportSubject& subject) {
                      "the surface "
                      "are hidden." +
                      which);
+}
+
+std::string playbacks(const ReportSubject& subject) {
+    std::string html;
+    for (const ReportTrace& trace : subject.traces)
+        if (!trace.playback.empty())
+            html +=
+                fmt::format("<p><a href=\"{}\">Play {} again</a>: frame by frame, from every side, "
+                            "in a browser with WebGL 2.</p>\n",
+                            percent_encoded(trace.playback), escape_html(trace.title));
+    return html;
 }
 
 std::string charts(const ReportSubject& subject, const std::string& id) {
@@ -389,7 +401,7 @@ std::string charts(const ReportSubject& subject, const std::string& id) {
 
 std::string subject_section(const ReportSubject& subject, std::size_t number) {
     return fmt::format("<section>\n<h2>{}</h2>\n", escape_html(subject.title)) + pictures(subject) +
-           charts(subject, fmt::format("subject{}", number)) + "</section>\n";
+           playbacks(subject) + charts(subject, fmt::format("subject{}", number)) + "</section>\n";
 }
 
 } // namespace

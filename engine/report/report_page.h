@@ -16,6 +16,8 @@ struct ReportTrace {
     std::string title;               ///< as "skull, adaptive, volume"
     std::string summary;             ///< text of its summary.json
     std::vector<FrameReport> frames; ///< for curves of force and error; scene frame
+    std::string playback = {}; ///< page that plays it, a path from the report's folder; empty:
+                               ///< there is none
 };
 
 /// One surface with the traces over it.
@@ -36,11 +38,11 @@ std::string report_table(const std::vector<ReportSubject>& subjects);
 std::string path_in_words(const ReportTrace& trace);
 
 /// Writes a self-contained HTML page: the table, per subject pictures of the surface with its first
-/// trace from two sides and a chart of each trace's force over time, and tables of surfaces, flags
-/// and effects. `notes` are paragraphs of plain text above it; a subject without mesh has no
-/// pictures.                                          [setup] Complete or not at all; throws
-/// std::runtime_error naming the file, or the trace whose summary is not what `palpate trace`
-/// writes.
+/// trace from two sides, links to pages that play its traces, a chart of each trace's force over
+/// time, and tables of surfaces, flags and effects. `notes` are paragraphs of plain text above it;
+/// a subject without mesh has no pictures.                                          [setup]
+/// Complete or not at all; throws std::runtime_error naming the file, or the trace whose summary is
+/// not what `palpate trace` writes.
 void write_report_page(const std::filesystem::path& file,
                        const std::vector<ReportSubject>& subjects,
                        const std::vector<std::string>& notes);

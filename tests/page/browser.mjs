@@ -7,7 +7,7 @@ import {join} from 'node:path';
 import {pathToFileURL} from 'node:url';
 
 export const web = process.env.PALPATE_WEB;
-const program = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
+export const program = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
   .find(path => path && existsSync(path));
 if (!web || !program) {
   console.log(`SKIPPED: ${web ? 'no Chromium here (Debian package chromium)' : 'PALPATE_WEB is not set'}, so that no page was looked at`);

@@ -27,8 +27,9 @@ export class App {
    * @param {any} scene
    * @param {(name: string, count?: number, type?: string) => any} blob
    * @param {((command: any) => boolean) | undefined} send to the loop; nothing in a playback
+   * @param {{isPosed?: boolean}} use isPosed: draws what film.js asks for, and nothing by itself
    */
-  constructor(scene, blob, send) {
+  constructor(scene, blob, send, {isPosed = false} = {}) {
     this.scene = scene;
     this.send = send;
     this.isLive = scene.mode === 'live';
@@ -43,7 +44,7 @@ export class App {
     this.cut = {axis: 'none', follows: false, place_mm: 0};
     this.step = 0;
     document.getElementById('main').hidden = false;
-    this.view = new View3d(document.getElementById('view'), scene, blob);
+    this.view = new View3d(document.getElementById('view'), scene, blob, isPosed);
     this.overlay = new Overlay(this.view, scene);
     this.slices = new Slices(scene, blob, document.getElementById('slices'));
     this.charts = new Charts(document.getElementById('charts'), this.frames, i => this.seek(i), this.isLive);
@@ -64,7 +65,7 @@ export class App {
     this.setMarks(this.marks);
     this.seekFirst();
     this.before = performance.now();
-    requestAnimationFrame(now => this.tick(now));
+    if (!isPosed) requestAnimationFrame(now => this.tick(now));
   }
 
   /** A playback begins with the first frame that felt something. */

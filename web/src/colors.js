@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Colours that are numbers: of forces, as in the pictures of a report, and of the style sheet. */
 
-const kForce = [[0.09, 0.16, 0.55], [0.32, 0.14, 0.66], [0.60, 0.13, 0.60], [0.82, 0.17, 0.40],
-                [0.94, 0.36, 0.17], [1.00, 0.62, 0.10]];
+/* global PALPATE_FORCE_COLORS */
+const kForce = PALPATE_FORCE_COLORS; // those of a report's pictures, by build.mjs: [red, green, blue] each
 
 /** Colour of a share of the greatest force: sRGB, 0 to 1. */
 export function forceColor(share) {

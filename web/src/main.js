@@ -2,6 +2,7 @@
 /** Begins: with the data inside the page, or with the socket beside it. */
 import {App} from './app.js';
 import {DamagedData, readContainer} from './container.js';
+import {pose, wantedPicture} from './film.js';
 import {Connection, embeddedData, socketAddress} from './source.js';
 
 const element = id => document.getElementById(id);
@@ -59,7 +60,10 @@ async function start() {
     if (!data) throw new DamagedData('There is no data inside this page.');
     const {json, blob} = readContainer(data);
     if (json.kind !== 'scene') throw new DamagedData(`It has the kind "${json.kind}", not "scene".`);
-    window.palpate = new App(json, blob, undefined);
+    const picture = wantedPicture();
+    const app = new App(json, blob, undefined, {isPosed: picture !== undefined});
+    if (picture) pose(app, picture);
+    window.palpate = app;
   } catch (error) {
     complain(error);
   }

@@ -87,7 +87,7 @@ export class Overlay {
 
   /** What stands at the view's edges. */
   takeEdges() {
-    this.taken = [...Object.values(this.edges), this.bar.parentElement, this.from].map(element => {
+    this.taken = [...this.view.host.querySelectorAll('.edge, .corner')].map(element => {
       const {offsetLeft: x, offsetTop: y, offsetWidth: w, offsetHeight: h} = element;
       return {x, y, right: x + w, bottom: y + h};
     });

@@ -30,9 +30,11 @@ export class View3d {
    * @param {HTMLElement} host
    * @param {any} scene
    * @param {(name: string, count?: number, type?: string) => any} blob
+   * @param {boolean} isPosed each picture may take its time
    */
-  constructor(host, scene, blob) {
+  constructor(host, scene, blob, isPosed = false) {
     this.host = host;
+    this.isPosed = isPosed;
     this.center = scene.view?.center_m ?? [0, 0, 0];
     this.radius = 1000 * (scene.view?.radius_m || 0.1);
     /** Scene m to the page's mm from the centre: single precision is enough there. */
@@ -42,7 +44,7 @@ export class View3d {
     this.glyphs = new Glyphs(scene, this.toView);
     this.planes = new SlicePlanes(this.toView);
     this.makeRenderer();
-    this.trail = new Trail(scene, this.toView, this.drawer.isSoftware);
+    this.trail = new Trail(scene, this.toView, this.drawer.isSoftware && !isPosed);
     this.pace = new Pace(this.drawer.isSoftware);
     this.makeScene();
     this.makeCamera();
@@ -56,7 +58,7 @@ export class View3d {
     this.drawer = drawer();
     if (!this.drawer)
       throw new Error('This browser has no WebGL 2, which draws the surfaces: take a newer one, or switch it on.');
-    this.renderer = new THREE.WebGLRenderer({antialias: !this.drawer.isSoftware});
+    this.renderer = new THREE.WebGLRenderer({antialias: this.isPosed || !this.drawer.isSoftware});
     this.renderer.localClippingEnabled = true;
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
@@ -209,6 +211,13 @@ export class View3d {
     this.render();
     if (this.pace.isLearning) this.touch();
     return true;
+  }
+
+  /** Draws all that there is, whatever time that takes. */
+  drawFinest() {
+    this.surfaces.chooseLevels(Infinity);
+    this.placeCamera();
+    this.render();
   }
 
   placeCamera() {

@@ -47,6 +47,7 @@ dd { margin: 0 0 .5rem; color: var(--soft); }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem; }
 figure { margin: 0; }
 img { display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 6px; }
+a { color: var(--accent); }
 figcaption { color: var(--soft); font-size: .875rem; padding: .25rem 0; }
 svg { display: block; width: 100%; height: auto; }
 .legend { max-width: 28rem; margin-top: .5rem; }

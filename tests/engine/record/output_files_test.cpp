@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <string>
 
 #include <gtest/gtest.h>
 
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/text/internal/film_mark.h>
 #include <palpate/geometry/formats/mesh_file.h>
 
 #include "tests/support/temporary_folder.h"
@@ -36,7 +38,15 @@ TEST(OutputFiles, OwnFilesAreKnownByWhatIsInThem) {
     write_ply(test::icosphere(0.01, 1, Vec3(0.0)), folder / "mesh.ply");
     test::make_file(folder / "drift.csv",
                     "frame,time_s,single_radius_mm,fixed_46_level_um\n0,0,1,2\n");
-    for (const char* own : {"frames.csv", "timing.csv", "recording.h5", "mesh.ply", "drift.csv"})
+    test::make_file(folder / "view.html",
+                    "<!DOCTYPE html>\n<html><head><title>Palpate</title></head></html>");
+    const std::string film = std::string("\0\0\0\x08"
+                                         "ftyp",
+                                         8) +
+                             std::string(internal::kFilmMark);
+    test::make_file(folder / "film.mp4", film);
+    for (const char* own : {"frames.csv", "timing.csv", "recording.h5", "mesh.ply", "drift.csv",
+                            "view.html", "film.mp4"})
         EXPECT_TRUE(is_written_by_palpate(folder / own)) << own;
 
     test::make_file(folder / "a", "");
@@ -48,7 +58,8 @@ TEST(OutputFiles, OwnFilesAreKnownByWhatIsInThem) {
     test::make_file(folder / "g", "<!DOCTYPE html><title>Palpate, notes</title>");
     test::make_file(folder / "h", "\x89PNG\r\n\x1a\n and 40 more bytes of somebody else's picture");
     test::make_file(folder / "i", "\x89HDF\r\n\x1a\n");
-    for (const char* foreign : {"a", "b", "c", "d", "e", "f", "g", "h", "i", "none"})
+    test::make_file(folder / "j", film + "more");
+    for (const char* foreign : {"a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "none"})
         EXPECT_FALSE(is_written_by_palpate(folder / foreign)) << foreign;
 }
 

@@ -201,6 +201,15 @@ TEST_F(ReportPage, LoadsNothingAndRunsNothing) {
     EXPECT_THAT(page, HasSubstr("default-src 'none'"));
 }
 
+TEST_F(ReportPage, LinksToPagesThatPlayATraceAndToNoOthers) {
+    ReportSubject skull = drawn_subject_of("skull", kSummary);
+    EXPECT_EQ(written({skull}, {}).find("<a "), std::string::npos);
+    skull.traces.front().playback = "my \"skull\" #1.html";
+    const std::string page = written({skull, drawn_subject_of("brain", kSummary)}, {});
+    EXPECT_EQ(count_of(page, "<a "), 1u);
+    EXPECT_THAT(page, HasSubstr("<a href=\"my%20%22skull%22%20%231.html\">Play "));
+}
+
 TEST_F(ReportPage, TextFromOutsideIsEscapedEverywhere) {
     const std::string title = "<b>&\"'</b>";
     const std::string page = written({drawn_subject_of(title, kSummary)}, {"<i>note</i>"});
