@@ -8,7 +8,6 @@
 #include <palpate/engine/command/volume_options.h>
 #include <palpate/engine/info/file_info.h>
 #include <palpate/engine/text/whole_file.h>
-#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/geometry/mesh_intersections.h>
 
 namespace palpate::command {
@@ -19,34 +18,9 @@ struct InfoOptions {
     bool json = false;
     std::string picture;
     std::optional<double> iso;
-    std::string mesh_frame;
-    std::string mesh_unit;
+    MeshOptions mesh;
     Replace replace = Replace::own;
 };
-
-/// Refuses options of meshes for volumes, and those of volumes for meshes, scenes and recordings.
-void check_kind(const InfoOptions& options) {
-    const std::string ending = internal::lower_case_ending(options.volume.file);
-    const bool is_mesh = ending == ".ply" || ending == ".stl" || ending == ".obj";
-    const bool is_volume = !is_mesh && ending != ".toml" && ending != ".h5";
-    const auto refuse = [&](const char* option, bool is_given, const char* kind) {
-        if (is_given)
-            throw UsageError(fmt::format("{}: is for {}, and {} is none; leave it out", option,
-                                         kind, options.volume.file));
-    };
-    if (!is_mesh) {
-        refuse("--mesh-frame", !options.mesh_frame.empty(), "a mesh");
-        refuse("--mesh-unit", !options.mesh_unit.empty(), "a mesh");
-    }
-    if (!is_volume) {
-        refuse("--labels", !options.volume.labels.empty(), "a volume");
-        refuse("--series", !options.volume.series.empty(), "a volume");
-        refuse("--grid", !options.volume.grid.empty(), "a volume");
-        refuse("--slices", options.volume.slices != "refuse", "a volume");
-        refuse("--nifti-transform", options.volume.nifti_transform != "automatic", "a volume");
-        refuse("--iso", options.iso.has_value(), "a volume");
-    }
-}
 
 /// Said now rather than after a large volume was read.
 void check_picture(const InfoOptions& options) {
@@ -63,14 +37,7 @@ void check_picture(const InfoOptions& options) {
 }
 
 FileInfoSettings settings_of(const InfoOptions& options) {
-    const VolumeDescription volume = described(options.volume);
-    FileInfoSettings settings;
-    settings.selection = volume.selection;
-    settings.labels = volume.labels;
-    if (options.mesh_frame == "LPS") settings.mesh.frame = MeshFrame::lps;
-    if (options.mesh_frame == "RAS") settings.mesh.frame = MeshFrame::ras;
-    if (options.mesh_unit == "mm") settings.mesh.unit = MeshUnit::millimetre;
-    if (options.mesh_unit == "m") settings.mesh.unit = MeshUnit::metre;
+    FileInfoSettings settings = read_settings(options.volume, options.mesh);
 #ifdef PALPATE_WITH_CGAL
     settings.count_intersections = count_self_intersections;
 #endif
@@ -81,9 +48,10 @@ FileInfoSettings settings_of(const InfoOptions& options) {
 
 int info(const InfoOptions& options) {
     const std::string& file = options.volume.file;
-    check_kind(options);
+    const FileInfoSettings settings = settings_of(options);
+    require_volume(options.volume, "--iso", options.iso.has_value());
     check_picture(options);
-    FileInfo info = file_info(file, settings_of(options));
+    FileInfo info = file_info(file, settings);
     if (!options.picture.empty() && info.picture.empty())
         throw UsageError(fmt::format("--picture: there is no picture of {}; give a volume or a "
                                      "mesh, of several volumes one by --series or --grid",
@@ -112,14 +80,7 @@ void add_info(CLI::App& app, Action& run) {
     command->add_option("--iso", options->iso,
                         "surface in the picture, in the volume's own unit; without it, Otsu's "
                         "threshold");
-    command
-        ->add_option("--mesh-frame", options->mesh_frame,
-                     "axes of a mesh's coordinates, whatever the file says: LPS or RAS")
-        ->check(CLI::IsMember({"LPS", "RAS"}));
-    command
-        ->add_option("--mesh-unit", options->mesh_unit,
-                     "unit of a mesh's coordinates, whatever the file says: mm or m")
-        ->check(CLI::IsMember({"mm", "m"}));
+    add_mesh_options(*command, options->mesh);
     add_volume_options(*command, options->volume);
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return info(*options); }; });

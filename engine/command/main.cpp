@@ -166,6 +166,7 @@ int run(int argc, char** argv) {
     add_study(app, chosen);
     add_report(app, chosen);
     add_phantom(app, chosen);
+    add_new(app, chosen);
     add_view(app, chosen);
     try {
         app.parse(argc, argv);

@@ -177,7 +177,7 @@ int play(const ReportOptions& options) {
                          "leave them out");
     const std::filesystem::path given = options.folders.front();
     ViewOptions view;
-    view.what =
+    view.volume.file =
         std::filesystem::is_directory(given) ? (given / "recording.h5").string() : given.string();
     view.out = options.out;
     view.replace = options.replace;

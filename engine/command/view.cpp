@@ -17,19 +17,19 @@ bool is_recording(const std::filesystem::path& file) {
 }
 
 int view(const ViewOptions& options) {
-    const std::filesystem::path what = options.what;
+    const std::filesystem::path what = options.volume.file;
     const bool is_of_pictures = has_pictures(options.pictures);
-    if (is_recording(what))
-        return is_of_pictures ? view_pictures(options) : view_recording(options);
-    if (is_of_pictures)
+    const bool is_played = is_recording(what);
+    if (is_of_pictures && !is_played)
         throw UsageError(
             fmt::format("{}: is no recording (.h5), and pictures are of one; trace the "
                         "scene, or record while you look at it",
                         what.string()));
-    if (std::filesystem::exists(what) && what.extension() != ".toml")
-        throw UsageError(fmt::format("{}: is neither a scene (.toml) nor a recording (.h5); make a "
-                                     "scene that feels it, docs/first_steps.md says how",
-                                     what.string()));
+    std::error_code ignored;
+    if (!is_played && what.extension() != ".toml" && std::filesystem::exists(what, ignored))
+        return view_explore(options);
+    static_cast<void>(read_settings(options.volume, options.mesh)); // refuses those of volumes
+    if (is_played) return is_of_pictures ? view_pictures(options) : view_recording(options);
     return view_scene(options);
 }
 
@@ -38,20 +38,23 @@ int view(const ViewOptions& options) {
 void add_view(CLI::App& app, Action& run) {
     const auto options = std::make_shared<ViewOptions>();
     CLI::App* command = app.add_subcommand(
-        "view", "shows a scene in a browser while it is felt, or makes a page that plays a "
-                "recording");
-    command->add_option("SCENE|RECORDING", options->what, "scene (.toml) or recording (.h5)")
+        "view", "shows a scene in a browser while it is felt, makes a page that plays a recording, "
+                "or lets you look at data and choose what a scene feels");
+    command
+        ->add_option("SCENE|RECORDING|DATA", options->volume.file,
+                     "scene (.toml), recording (.h5), or a volume, labels or a mesh, as for new")
         ->required();
     command->add_option("-o,--out", options->out,
                         "of a recording: HTML file to write; of a scene: folder for what is "
-                        "recorded (default: the scene's name with -view)");
+                        "recorded (default: the scene's name with -view); of data: scene to save "
+                        "(default: the data's name with .toml)");
     command->add_option("--device", options->device,
                         "of a scene: page (its mouse moves the probe), or as for trace, instead of "
                         "the scene's; page where that has none");
     command->add_option("--port", options->port, "of the page (default: any that is free)")
         ->check(CLI::Range(0, 65535));
     command->add_flag("--open", options->open, "opens it in the desktop's browser");
-    command->add_option("--seconds", options->seconds, "of a scene: ends after S seconds")
+    command->add_option("--seconds", options->seconds, "of a scene or data: ends after S seconds")
         ->check(between(1e-3, 1e6));
     command->add_option("--cpu", options->cpu, "processor for the loop, from 0")
         ->check(CLI::Range(0, 1023));
@@ -68,6 +71,8 @@ void add_view(CLI::App& app, Action& run) {
                         "none (default: the 200 hardest)");
     command->add_option("--page", options->page, "another page than the one that is built in");
     add_pictures(*command, options->pictures);
+    add_mesh_options(*command, options->mesh);
+    add_volume_options(*command, options->volume);
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return view(*options); }; });
 }

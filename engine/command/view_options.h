@@ -11,6 +11,7 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
+#include <palpate/engine/command/volume_options.h>
 #include <palpate/engine/record/recording.h>
 
 namespace palpate::command {
@@ -31,7 +32,8 @@ struct PictureOptions {
 
 /// What the command line of `palpate view` said.
 struct ViewOptions {
-    std::string what;      ///< the scene or recording
+    VolumeOptions volume;  ///< its file: the scene, the recording, or data to explore
+    MeshOptions mesh;      ///< of a mesh to explore
     std::string out;       ///< file or folder to write; empty: named after what is viewed
     std::string page;      ///< another page than the one that is built in; empty: that one
     std::string sub_steps; ///< as the command line has them
@@ -79,6 +81,13 @@ int view_pictures(const ViewOptions& options);
 /// Runs a scene in real time, and serves the page that shows it. Returns the exit code.   [setup]
 /// Throws as view_recording().
 int view_scene(const ViewOptions& options);
+
+/// Serves the page that explores a volume, labels or a mesh, until Ctrl-C. Returns the exit code.
+/// [setup] Throws as view_recording().
+int view_explore(const ViewOptions& options);
+
+/// Refuses an address that others may reach without their being allowed to: UsageError.    [setup]
+void check_listen(const ViewOptions& options);
 
 /// Starts the browser of the desktop. What comes of it is told by a thread of its own, as a browser
 /// may take its time.                                                                     [setup]

@@ -233,7 +233,7 @@ int view_pictures(const ViewOptions& options) {
     const std::filesystem::path program = picture_browser();
     const std::filesystem::path encoder = is_film ? film_program() : std::filesystem::path();
 
-    const std::filesystem::path file = found_recording(options.what);
+    const std::filesystem::path file = found_recording(options.volume.file);
     const Recording recording = read_shown(file);
     sitting.frames = wanted_frames(wanted, recording);
     std::vector<std::filesystem::path> inputs = input_files(recording, file);

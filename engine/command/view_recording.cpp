@@ -110,7 +110,7 @@ void write_playback(const Recording& recording, const std::filesystem::path& fil
 }
 
 int view_recording(const ViewOptions& options) {
-    const std::filesystem::path file = found_recording(options.what);
+    const std::filesystem::path file = found_recording(options.volume.file);
     const std::filesystem::path out =
         options.out.empty() ? file.stem().string() + ".html" : options.out;
     const Recording recording = read_shown(file);

@@ -80,6 +80,8 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
     return "none";
 }
 
+} // namespace
+
 void check_listen(const ViewOptions& options) {
     const bool is_own = options.listen.starts_with("127.") || options.listen == "::1";
     if (!is_own && !options.allow_remote)
@@ -89,8 +91,6 @@ void check_listen(const ViewOptions& options) {
             "ssh -L PORT:127.0.0.1:PORT instead, or add --allow-remote where that is meant",
             options.listen));
 }
-
-} // namespace
 
 void open_browser(const std::string& where) {
     std::string program = "xdg-open";
@@ -113,7 +113,7 @@ void open_browser(const std::string& where) {
 int view_scene(const ViewOptions& options) {
     outlive_readers();
     check_listen(options);
-    const SceneDescription given = read_scene(options.what);
+    const SceneDescription given = read_scene(options.volume.file);
     const bool by_mouse = options.device ? *options.device == "page"
                                          : given.device.kind == DeviceDescription::Kind::none;
     SceneOverrides overrides;

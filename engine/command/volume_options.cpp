@@ -4,9 +4,22 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::command {
+namespace {
+
+bool is_mesh_name(const std::string& ending) {
+    return ending == ".ply" || ending == ".stl" || ending == ".obj";
+}
+
+[[noreturn]] void refuse(const char* option, const char* kind, const std::string& file) {
+    throw UsageError(
+        fmt::format("{}: is for {}, and {} is none; leave it out", option, kind, file));
+}
+
+} // namespace
 
 void add_volume_options(CLI::App& command, VolumeOptions& options) {
     command.add_option("--labels", options.labels,
@@ -39,6 +52,44 @@ VolumeDescription described(const VolumeOptions& options) {
     if (options.nifti_transform == "sform") volume.selection.nifti_transform = Transform::sform;
     if (options.nifti_transform == "qform") volume.selection.nifti_transform = Transform::qform;
     return volume;
+}
+
+void add_mesh_options(CLI::App& command, MeshOptions& options) {
+    command
+        .add_option("--mesh-frame", options.frame,
+                    "axes of a mesh's coordinates, whatever the file says: LPS or RAS")
+        ->check(CLI::IsMember({"LPS", "RAS"}));
+    command
+        .add_option("--mesh-unit", options.unit,
+                    "unit of a mesh's coordinates, whatever the file says: mm or m")
+        ->check(CLI::IsMember({"mm", "m"}));
+}
+
+void require_volume(const VolumeOptions& volume, const char* option, bool is_given) {
+    const std::string ending = internal::lower_case_ending(volume.file);
+    if (is_given && (is_mesh_name(ending) || ending == ".toml" || ending == ".h5"))
+        refuse(option, "a volume", volume.file);
+}
+
+FileInfoSettings read_settings(const VolumeOptions& volume, const MeshOptions& mesh) {
+    if (!is_mesh_name(internal::lower_case_ending(volume.file))) {
+        if (!mesh.frame.empty()) refuse("--mesh-frame", "a mesh", volume.file);
+        if (!mesh.unit.empty()) refuse("--mesh-unit", "a mesh", volume.file);
+    }
+    require_volume(volume, "--labels", !volume.labels.empty());
+    require_volume(volume, "--series", !volume.series.empty());
+    require_volume(volume, "--grid", !volume.grid.empty());
+    require_volume(volume, "--slices", volume.slices != "refuse");
+    require_volume(volume, "--nifti-transform", volume.nifti_transform != "automatic");
+    const VolumeDescription read = described(volume);
+    FileInfoSettings settings;
+    settings.selection = read.selection;
+    settings.labels = read.labels;
+    if (mesh.frame == "LPS") settings.mesh.frame = MeshFrame::lps;
+    if (mesh.frame == "RAS") settings.mesh.frame = MeshFrame::ras;
+    if (mesh.unit == "mm") settings.mesh.unit = MeshUnit::millimetre;
+    if (mesh.unit == "m") settings.mesh.unit = MeshUnit::metre;
+    return settings;
 }
 
 } // namespace palpate::command

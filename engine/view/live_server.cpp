@@ -63,6 +63,8 @@ public:
     ~Server() override {
         io_.stop();
         thread_.join();
+        for (const std::shared_ptr<LivePage>& page : pages_)
+            page->end_work();
         worker_.stop();
         worker_.join();
     }

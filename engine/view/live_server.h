@@ -10,6 +10,7 @@
 
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/view/view_command.h>
+#include <palpate/geometry/isosurface.h>
 
 namespace palpate {
 
@@ -26,11 +27,18 @@ struct LiveServerSettings {
 
 /// What a page is answered.
 struct LiveReply {
+    /// What becomes of a wish for a container while another one of the same page is being made.
+    enum class Turn : std::uint8_t {
+        one_by_one, ///< it is refused
+        newest      ///< it takes the place of the other one, which is cancelled
+    };
+
     std::string said;      ///< to whoever asked; empty: nothing
     bool is_error = false; ///< it was refused
     /// Makes a container for whoever asked, in another thread; empty: there is none. What it throws
-    /// is told to the page.
-    std::function<std::shared_ptr<const std::string>()> later = {};
+    /// is told to the page. Its progress says false where nobody wants it any more.
+    std::function<std::shared_ptr<const std::string>(const Progress&)> later = {};
+    Turn turn = Turn::one_by_one; ///< of `later`
 };
 
 /// What the server did, since it began.

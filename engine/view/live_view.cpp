@@ -91,6 +91,12 @@ private:
     LiveReply obey(const Mark& mark);
     LiveReply obey(const Level& level);
     LiveReply obey(const Button& button);
+    template <class Exploring>
+    LiveReply obey(const Exploring&) {
+        return {"this page is of a scene, and nothing is chosen in it; `palpate view` of a volume, "
+                "labels or a mesh is for that",
+                true};
+    }
     void see(const RunFrame& run);
     LiveReply drop(std::string name, const FrameReport& at);
     void use(HapticLoop* loop);
@@ -310,7 +316,8 @@ LiveReply LiveView::View::drop(std::string name, const FrameReport& at) {
 
 LiveReply LiveView::View::obey(const Level& level) {
     LiveReply reply;
-    reply.later = [this, key = std::pair(level.structure, rung(document_, level))] {
+    reply.later = [this,
+                   key = std::pair(level.structure, rung(document_, level))](const Progress&) {
         {
             const std::lock_guard lock(mutex_);
             if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;

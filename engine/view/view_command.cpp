@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -15,8 +16,11 @@ namespace {
 using nlohmann::json;
 using namespace view_commands;
 
-constexpr std::string_view kAll = "probe, gain, freeze, restart, record, mark, level, button";
+constexpr std::string_view kAll = "probe, gain, freeze, restart, record, mark, level, button, iso, "
+                                  "labels, save";
 constexpr std::size_t kLongestName = 200; // bytes of a mark's
+constexpr std::size_t kMostLabels = 64;   // of a message: what a page may ask for at a time
+constexpr double kGreatest = std::numeric_limits<float>::max(); // of a volume's values
 
 /// The keys of one command, each asked for once; is_done() refuses the others.
 class Keys {
@@ -48,6 +52,19 @@ public:
         const double given = number(key, low, kMost);
         if (std::floor(given) != given) refuse(key, "a whole number");
         return static_cast<std::size_t>(given);
+    }
+    bool has(const char* key) const { return message_.contains(key); }
+    std::vector<std::size_t> list(const char* key) {
+        const std::string what = fmt::format("a list of 1 to {} whole numbers", kMostLabels);
+        const json& value = required(key, what.c_str());
+        if (!value.is_array() || value.empty() || value.size() > kMostLabels) refuse(key, what);
+        std::vector<std::size_t> numbers;
+        numbers.reserve(value.size());
+        for (const json& one : value) {
+            if (!one.is_number_unsigned()) refuse(key, what);
+            numbers.push_back(one.get<std::size_t>());
+        }
+        return numbers;
     }
     std::string text(const char* key, const char* what) {
         const json& value = required(key, what);
@@ -109,6 +126,18 @@ ViewCommand of(const std::string& what, Keys& keys) {
         return level;
     }
     if (what == "button") return Button{keys.boolean("on")};
+    if (what == "iso") {
+        Iso iso{keys.number("value", -kGreatest, kGreatest), false};
+        if (keys.has("fine")) iso.is_fine = keys.boolean("fine");
+        return iso;
+    }
+    if (what == "labels") return Labels{keys.list("structures")};
+    if (what == "save") {
+        Save save;
+        if (keys.has("iso")) save.iso = keys.number("iso", -kGreatest, kGreatest);
+        if (keys.has("structures")) save.structures = keys.list("structures");
+        return save;
+    }
     throw std::invalid_argument(
         fmt::format("there is no command \"{}\"; there are {}", what, kAll));
 }

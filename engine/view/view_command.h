@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include <palpate/geometry/vec.h>
 
@@ -48,13 +50,29 @@ struct Button {
     bool on = false; ///< true: it is down
 };
 
+/// The isosurface of an explored volume.
+struct Iso {
+    double value = 0.0;   ///< in the volume's own unit, finite
+    bool is_fine = false; ///< of all voxels that a preview may have; else soon
+};
+/// The surfaces of explored labels.
+struct Labels {
+    std::vector<std::size_t> structures; ///< as ViewDocument::structures counts; 1 to 64
+};
+/// A starter scene of what was chosen.
+struct Save {
+    std::optional<double> iso;           ///< of a volume, its own unit
+    std::vector<std::size_t> structures; ///< of labels, as in Labels
+};
+
 } // namespace view_commands
 
 /// One of them.
 using ViewCommand =
     std::variant<view_commands::Probe, view_commands::EffectGain, view_commands::Freeze,
                  view_commands::Restart, view_commands::Record, view_commands::Mark,
-                 view_commands::Level, view_commands::Button>;
+                 view_commands::Level, view_commands::Button, view_commands::Iso,
+                 view_commands::Labels, view_commands::Save>;
 
 /// Longest message that a page may send, bytes.
 inline constexpr std::size_t kLongestCommand = 4096;

@@ -163,6 +163,8 @@ std::string subject_of(const EffectDescription& effect) {
 
 } // namespace
 
+std::string structure_color(std::size_t n) { return kColors[n % kColors.size()]; }
+
 ViewDocument view_document(const Scene& scene, ViewMode mode) {
     const SceneDescription& description = scene.description();
     ViewDocument document;
@@ -180,8 +182,7 @@ ViewDocument view_document(const Scene& scene, ViewMode mode) {
         ViewStructure structure;
         structure.name = surface.name;
         structure.material = material_in_words(surface, described);
-        structure.color =
-            color_of_labels(described, reader).value_or(kColors[place % kColors.size()]);
+        structure.color = color_of_labels(described, reader).value_or(structure_color(place));
         structure.bit = place < kMostBits ? static_cast<int>(place) : -1;
         structure.mesh = mesh_of(surface);
         document.structures.push_back(std::move(structure));

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +16,7 @@
 #include <palpate/engine/view/label_slices.h>
 #include <palpate/engine/view/slice_voxels.h>
 #include <palpate/engine/view/sub_steps.h>
+#include <palpate/engine/view/view_command.h>
 #include <palpate/geometry/triangle_mesh.h>
 
 namespace palpate {
@@ -48,6 +52,18 @@ struct ViewMark {
     std::string felt;    ///< names of the surfaces that were felt then, "a+b"
 };
 
+/// What there is to choose of data that are explored.
+struct ViewChoice {
+    std::string data;                     ///< "volume", "labels" or "mesh"
+    std::array<double, 2> range{};        ///< of a volume: smallest and largest value
+    std::optional<double> iso;            ///< of a volume: Otsu's threshold, where there is one
+    std::vector<std::uint32_t> histogram; ///< of a volume: voxels in equal steps of `bounds`
+    std::array<double, 2> bounds{};       ///< of the histogram: nearly all values are in it
+    Box bounds_m;                         ///< around the data, m, scene frame
+    std::vector<std::size_t> chosen;      ///< of labels: structures that are shown at first
+    std::string scene;                    ///< file that a scene is saved to
+};
+
 /// What a page shows, without its frames.
 struct ViewDocument {
     ViewMode mode = ViewMode::live;        ///< what the page is for
@@ -62,6 +78,7 @@ struct ViewDocument {
     std::vector<ViewEffect> effects;       ///< those that are on
     std::vector<ViewMark> marks;           ///< places that were marked
     std::vector<ViewFrameSteps> sub_steps; ///< of some frames of a playback
+    std::optional<ViewChoice> choice;      ///< where data are explored
 };
 
 /// The document of a scene: its surfaces as meshes (their own, else the preview of their field, of
@@ -95,5 +112,14 @@ std::string frames_message(const ViewFrames& frames);
 /// `most_triangles` of them, 1 or more.                                                     [setup]
 /// Throws std::invalid_argument where there is no such structure, or nothing to draw.
 std::string mesh_message(const ViewDocument& document, std::size_t id, std::size_t most_triangles);
+
+/// The same of several structures, by `id`, for a page that draws them in the place of those that
+/// it has: with every level of `detail`, and the iso-value where they are of one. [setup]
+std::string chosen_message(const std::map<std::size_t, ViewStructure>& structures,
+                           const ViewDetail& detail, std::optional<view_commands::Iso> iso = {});
+
+/// The colour of the n-th structure of whose colour nothing is known: "#rrggbb". Colours stay apart
+/// for eyes that see few, on light and on dark (after Okabe and Ito 2008).                   [any]
+std::string structure_color(std::size_t n);
 
 } // namespace palpate

@@ -52,9 +52,8 @@ std::size_t triangles(const ViewStructure& structure) {
     return structure.mesh ? structure.mesh->triangles.size() : 0;
 }
 
-json add_structure(Container& container, const ViewDocument& document, std::size_t id,
+json add_structure(Container& container, const ViewStructure& structure, std::size_t id,
                    const std::vector<std::size_t>& most_triangles) {
-    const ViewStructure& structure = document.structures[id];
     json described = {{"id", id},
                       {"name", structure.name},
                       {"color", structure.color},
@@ -75,20 +74,28 @@ json add_structure(Container& container, const ViewDocument& document, std::size
     return described;
 }
 
+/// Of so many triangles in all, what a structure gets of each level of `detail`.
+std::vector<std::size_t> share_of(const ViewStructure& structure, std::size_t all,
+                                  const ViewDetail& detail) {
+    const double share = static_cast<double>(triangles(structure)) /
+                         static_cast<double>(std::max<std::size_t>(all, 1));
+    std::vector<std::size_t> most;
+    most.reserve(detail.triangles.size());
+    for (const std::size_t total : detail.triangles)
+        most.push_back(std::max(kLeastTriangles,
+                                static_cast<std::size_t>(share * static_cast<double>(total))));
+    return most;
+}
+
 json add_structures(Container& container, const ViewDocument& document, const ViewDetail& detail) {
     std::size_t all = 0;
     for (const ViewStructure& structure : document.structures)
         all += triangles(structure);
     json structures = json::array();
     for (std::size_t id = 0; id < document.structures.size(); ++id) {
-        std::vector<std::size_t> most;
-        for (const std::size_t total : detail.triangles) {
-            const double share = static_cast<double>(triangles(document.structures[id])) /
-                                 static_cast<double>(std::max<std::size_t>(all, 1));
-            most.push_back(std::max(kLeastTriangles,
-                                    static_cast<std::size_t>(share * static_cast<double>(total))));
-        }
-        structures.push_back(add_structure(container, document, id, most));
+        const ViewStructure& structure = document.structures[id];
+        structures.push_back(
+            add_structure(container, structure, id, share_of(structure, all, detail)));
     }
     return structures;
 }
@@ -99,6 +106,17 @@ json of(const AffineTransform& transform) {
     const Vec3& o = transform.offset;
     return {m[0].x, m[1].x, m[2].x, o.x, m[0].y, m[1].y, m[2].y, o.y,
             m[0].z, m[1].z, m[2].z, o.z, 0.0,    0.0,    0.0,    1.0};
+}
+
+json choice_of(const ViewChoice& choice) {
+    json said = {{"data", choice.data}, {"scene", choice.scene}};
+    if (!choice.chosen.empty()) said["chosen"] = choice.chosen;
+    if (!choice.iso) return said;
+    said["range"] = choice.range;
+    said["iso"] = *choice.iso;
+    said["bounds"] = choice.bounds;
+    said["histogram"] = choice.histogram;
+    return said;
 }
 
 json add_volumes(Container& container, const ViewDocument& document) {
@@ -160,6 +178,7 @@ json view_of(const ViewDocument& document) {
             box.add(own.lower);
             box.add(own.upper);
         }
+    if (box.empty() && document.choice) box = document.choice->bounds_m;
     const auto add_corners = [&box](const auto& volume) {
         for (int corner = 0; corner < 8; ++corner)
             box.add(volume.index_to_scene.point(Vec3((corner & 1) * volume.shape[0],
@@ -343,6 +362,7 @@ std::string scene_message(const ViewDocument& document, const ViewDetail& detail
     said["view"] = view_of(document);
     said["marks"] = internal::marks_for_page(document.marks);
     if (!document.sub_steps.empty()) said["details"] = sub_steps_of(document);
+    if (document.choice) said["choice"] = choice_of(*document.choice);
     if (frames != nullptr) said["frames"] = add_frames(container, *frames);
     return container.bytes();
 }
@@ -359,7 +379,22 @@ std::string mesh_message(const ViewDocument& document, std::size_t id, std::size
             fmt::format("structure {} has no mesh; ask for one of those in the scene's list", id));
     Container container("mesh");
     container.document["structures"] =
-        json::array({add_structure(container, document, id, {most_triangles})});
+        json::array({add_structure(container, document.structures[id], id, {most_triangles})});
+    return container.bytes();
+}
+
+std::string chosen_message(const std::map<std::size_t, ViewStructure>& structures,
+                           const ViewDetail& detail, std::optional<view_commands::Iso> iso) {
+    std::size_t all = 0;
+    for (const auto& [id, structure] : structures)
+        all += triangles(structure);
+    Container container("mesh");
+    json& said = container.document;
+    said["chosen"] = json::array();
+    for (const auto& [id, structure] : structures)
+        said["chosen"].push_back(
+            add_structure(container, structure, id, share_of(structure, all, detail)));
+    if (iso) said["iso"] = {{"value", iso->value}, {"fine", iso->is_fine}};
     return container.bytes();
 }
 

@@ -134,6 +134,14 @@ TEST_F(FirstSteps, EveryCommandDoesWhatThePageSays) {
          [](const Outcome& done) { EXPECT_THAT(done.output, HasSubstr("80 x 80 x 52")); }},
         {"palpate info aal.nii.gz",
          [](const Outcome& done) { EXPECT_THAT(done.output, HasSubstr("Hippocampus_L")); }},
+        {"palpate new head.nii.gz",
+         [&](const Outcome&) {
+             EXPECT_THAT(content_of(folder_ / "head.toml"), HasSubstr("iso_value = "));
+         }},
+        {"palpate trace head.toml",
+         [&](const Outcome&) {
+             EXPECT_THAT(content_of(folder_ / "felt/frames.csv"), HasSubstr(",head\n"));
+         }},
         {"palpate extract head.nii.gz", [&](const Outcome&) { exists("bone.ply"); }},
         {"palpate extract aal.nii.gz", [&](const Outcome&) { exists("hippocampus.ply"); }},
         {"palpate explain",

@@ -2,6 +2,7 @@
 /** The page as a whole: what is shown of which frame, and what the controls do. */
 import {Charts} from './charts.js';
 import {DeviceButton} from './device_button.js';
+import {Explore} from './explore.js';
 import {Felt} from './felt.js';
 import {FrameStore} from './frames.js';
 import {Hand} from './hand.js';
@@ -49,12 +50,13 @@ export class App {
     this.slices = new Slices(scene, blob, document.getElementById('slices'));
     this.charts = new Charts(document.getElementById('charts'), this.frames, i => this.seek(i), this.isLive);
     this.announcer = new Announcer(document.getElementById('said'));
-    this.hand = send && new Hand(this.view, send, () => this.probe());
-    this.button = send && new DeviceButton(document.getElementById('button'), send);
-    this.spaceMouse = send && new SpaceMouse(isDown => (isDown ? this.button.press() : this.button.release()),
-                                             () => this.panels.showSpaceMouse());
+    this.hand = send && !scene.choice && new Hand(this.view, send, () => this.probe());
+    this.button = this.hand && new DeviceButton(document.getElementById('button'), send);
+    this.spaceMouse = this.hand && new SpaceMouse(isDown => (isDown ? this.button.press() : this.button.release()),
+                                                  () => this.panels.showSpaceMouse());
     this.panels = new Panels(this);
     this.picking = new Picking(this.view, document.getElementById('pointed'), surface => this.panels.structures.find(surface));
+    this.explore = send && scene.choice && new Explore(this);
     bindKeys(this);
     this.view.onLevels = () => this.repaint();
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
@@ -133,6 +135,7 @@ export class App {
     const before = JSON.stringify(this.state.marks);
     Object.assign(this.state, message.state ?? {});
     if (Array.isArray(this.state.marks) && JSON.stringify(this.state.marks) !== before) this.setMarks(this.state.marks);
+    this.explore?.hear(message);
     this.panels.showState();
   }
 
@@ -144,6 +147,7 @@ export class App {
       this.view.surfaces.forgetAsked();
     }
     this.panels.showState();
+    this.explore?.setConnected(isConnected);
   }
 
   // What the controls do.
@@ -286,7 +290,8 @@ export class App {
   }
 
   showFrame() {
-    if (this.frames.count === 0) return this.showSlices(this.view.center, this.view.center);
+    const place = this.place ?? this.view.center;
+    if (this.frames.count === 0) return this.showSlices(place, place);
     const i = this.player.index, {frames, scene} = this;
     const probe_m = frames.triple('probe_m', i), proxy_m = frames.triple('proxy_m', i);
     this.view.glyphs.setFrame(this.view.toView(probe_m), this.view.toView(proxy_m),
@@ -334,7 +339,7 @@ export class App {
 
   /** Asks the loop's side for a finer surface, one at a time, while pictures come fast enough. */
   askForDetail() {
-    if (!this.send || this.isAsking) return;
+    if (!this.send || this.isAsking || this.explore) return;
     const {surfaces, pace} = this.view;
     const wanted = surfaces.wanted(Math.min(kMostFacets, pace.budget(true)));
     if (!wanted) return;

@@ -30,10 +30,14 @@ function actions(app) {
 export function keyList(app) {
   const live = [['H', 'hand: drag and wheel, or arrow keys and Page Up, Page Down, move the probe (Alt: finer)'],
                 ['F', 'freeze'], ['P', "the device's button, for as long as the key is down"]];
-  return [
+  const view = [
     ['Drag, wheel', 'turn and zoom the view; right button: shift it'],
     ['Arrows, + −', 'turn and zoom, with the view focused'],
-    ['1 to 6', `seen from ${kViews.map(view => view.letter).join(', ')}`], ['0', 'centre on the proxy'],
+    ['1 to 6', `seen from ${kViews.map(one => one.letter).join(', ')}`],
+  ];
+  if (app.scene.choice) return view;
+  return [
+    ...view, ['0', 'centre on the proxy'],
     ['Space', app.isLive ? 'follow the newest frame, or hold' : 'play, stop'],
     [', and .', 'one frame back, on (with Shift: 100)'], ['[ and ]', 'slower, faster'],
     ['Home, End', app.isLive ? 'oldest, newest frame' : 'first, last frame'],

@@ -42,6 +42,7 @@ function startLive() {
         app = new App(json, blob, command => connection.send(command));
         window.palpate = app;
       } else if (json.kind === 'frames') app?.addFrames(json.frames, blob);
+      else if (json.kind === 'mesh' && json.chosen) app?.explore?.take(json, blob);
       else if (json.kind === 'mesh') app?.addMeshes(json.structures, blob);
       else throw new DamagedData(`A message has the kind "${json.kind}".`);
     }),

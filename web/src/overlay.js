@@ -10,6 +10,7 @@ export class Overlay {
   constructor(view, scene) {
     this.view = view;
     this.names = axisNames(scene.axes);
+    this.barPlace = scene.choice ? 'middle' : 'proxy';
     const at = selector => view.host.querySelector(selector);
     this.edges = {west: at('.west'), east: at('.east'), north: at('.north'), south: at('.south')};
     this.force = at('#arrow-words');
@@ -56,7 +57,7 @@ export class Overlay {
     let length = roundUp(kBar_px * perPixel);
     while (length > kBar_px * perPixel * 1.001) length = length > 1e-9 ? roundUp(length * 0.45) : 0;
     this.bar.style.width = `${length / perPixel}px`;
-    this.barWords.textContent = `${readable(length).replace(/\.0+$/, '')} mm at the proxy`;
+    this.barWords.textContent = `${readable(length).replace(/\.0+$/, '')} mm at the ${this.barPlace}`;
   }
 
   /** A tag beside a place, within the view, where it covers no other; hidden where there is no room.

@@ -20,7 +20,7 @@ export class Panels {
     const {scene} = app;
     document.title = `Palpate: ${scene.title}`;
     document.querySelector('h1').textContent = `Palpate: ${scene.title}`;
-    at('what').textContent = [scene.mode, scene.method && `method ${scene.method}`, `${readable(scene.rate_hz)} Hz`,
+    at('what').textContent = [scene.mode, scene.method && `method ${scene.method}`, !scene.choice && `${readable(scene.rate_hz)} Hz`,
                               scene.program].filter(Boolean).join(', ');
     this.buildView();
     this.buildTransport();
@@ -30,7 +30,7 @@ export class Panels {
     this.buildSlices();
     this.buildFelt();
     this.buildMarks();
-    if (app.send) this.buildLive();
+    if (app.send && !scene.choice) this.buildLive();
     at('keys').replaceChildren(...keyList(app).flatMap(([key, words]) => [make('dt', {}, key), make('dd', {}, words)]));
   }
 
@@ -204,7 +204,7 @@ export class Panels {
   showSliceWords(proxy_m = this.proxy_m) {
     this.proxy_m = proxy_m;
     if (!proxy_m || this.app.slices.isEmpty) return;
-    const words = `${this.pointed ? 'Under the pointer' : 'At the proxy'}: ${this.app.slices.wordsAt(this.pointed ?? proxy_m)}`;
+    const words = `${this.pointed ? 'Under the pointer' : this.app.scene.choice ? 'At the cross' : 'At the proxy'}: ${this.app.slices.wordsAt(this.pointed ?? proxy_m)}`;
     if (at('slice-words').textContent !== words) at('slice-words').textContent = words;
   }
 
@@ -312,7 +312,7 @@ export class Panels {
 
   showState() {
     const {app} = this, {state} = app;
-    if (!app.send) return;
+    if (!app.hand) return;
     at('hand').hidden = !state.mouse;
     this.showSpaceMouse();
     at('freeze').setAttribute('aria-pressed', String(Boolean(state.frozen)));

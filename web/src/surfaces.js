@@ -67,6 +67,7 @@ class Surface {
     this.mesh = new THREE.Mesh(new THREE.BufferGeometry(), this.material);
     this.mesh.name = structure.name;
     this.levels = [];
+    this.box = structure.box_m;
     this.isShown = true;
     this.isCut = true;
     for (const level of structure.levels ?? []) this.add(level, blob);
@@ -83,7 +84,6 @@ class Surface {
 
   /** Adds a level, or fills in one that was only announced. */
   add(description, blob) {
-    const box = this.structure.box_m;
     let level = this.levels.find(known => known.facets === description.facets);
     if (!level) {
       level = new Level(description);
@@ -91,7 +91,18 @@ class Surface {
       this.levels.sort((a, b) => a.facets - b.facets);
     }
     level.description = description;
-    if (description.positions !== undefined) level.load(box, blob, this.toView);
+    if (description.positions !== undefined) level.load(this.box, blob, this.toView);
+  }
+
+  /** Takes the surface of another choice in the place of its own. */
+  replace(structure, blob) {
+    for (const level of this.levels) level.made?.dispose();
+    this.levels = [];
+    this.level = undefined;
+    this.box = structure.box_m;
+    for (const level of structure.levels) this.add(level, blob);
+    if (this.levels.length === 0) this.mesh.geometry = new THREE.BufferGeometry();
+    this.show(0);
   }
 
   get facets() {

@@ -15,7 +15,6 @@
 #include <palpate/engine/picture/internal/principal_direction.h>
 #include <palpate/engine/picture/overview_picture.h>
 #include <palpate/engine/text/internal/json_text.h>
-#include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/formats/vector_file.h>
 #include <palpate/volume/label_volume.h>
 #include <palpate/volume/vector_volume.h>
@@ -214,10 +213,6 @@ FileInfo label_info(const LabelVolume& volume, const FileInfoSettings& settings)
     return info;
 }
 
-bool is_segmentation_name(const std::filesystem::path& file) {
-    return file.filename().string().ends_with(".seg.nrrd");
-}
-
 // --- Vectors
 
 struct Magnitudes {
@@ -310,29 +305,6 @@ FileInfo list_info(const std::vector<VolumeEntry>& entries, bool is_folder) {
     return {words, json_text({{"kind", "volumes"}, {"entries", list}}), {}};
 }
 
-// --- One of these
-
-/// A scalar volume that may be labels: by a table beside it, or by its looks. Read again as whole
-/// numbers then, so that the voxels are never in memory twice.
-FileInfo scalar_or_label_info(const std::filesystem::path& file, const FileInfoSettings& settings) {
-    VoxelVolume volume = read_volume(file, settings.selection);
-    const std::filesystem::path table = find_name_table(file);
-    if (table.empty() && !looks_like_labels(volume)) return scalar_info(file, volume, settings);
-    volume = {};
-    std::string reason;
-    try {
-        return label_info(read_label_volume(file, {}, settings.selection), settings);
-    } catch (const std::runtime_error& error) {
-        reason = error.what();
-    }
-    volume = read_volume(file, settings.selection);
-    volume.warnings.push_back("is not read as labels, though it " +
-                              (table.empty() ? std::string("looks like them")
-                                             : "has " + table.filename().string() + " beside it") +
-                              " (" + reason + ")");
-    return scalar_info(file, volume, settings);
-}
-
 } // namespace
 
 FileInfo volume_info(const std::filesystem::path& file, const FileInfoSettings& settings) {
@@ -340,10 +312,13 @@ FileInfo volume_info(const std::filesystem::path& file, const FileInfoSettings& 
     const bool is_folder = std::filesystem::is_directory(file, ignored);
     if (const auto entries = unchosen(file, settings.selection); !entries.empty())
         return list_info(entries, is_folder);
-    if (is_segmentation_name(file) || !settings.labels.empty())
-        return label_info(read_label_volume(file, settings.labels, settings.selection), settings);
-    if (!is_folder && holds_vectors(file)) return vector_info(read_vector_volume(file), settings);
-    return scalar_or_label_info(file, settings);
+    const bool is_labels = file.filename().string().ends_with(".seg.nrrd");
+    if (!is_labels && settings.labels.empty() && !is_folder && holds_vectors(file))
+        return vector_info(read_vector_volume(file), settings);
+    const ValuesOrLabels read = read_values_or_labels(file, settings);
+    const auto* volume = std::get_if<VoxelVolume>(&read);
+    return volume != nullptr ? scalar_info(file, *volume, settings)
+                             : label_info(std::get<LabelVolume>(read), settings);
 }
 
 } // namespace palpate::internal

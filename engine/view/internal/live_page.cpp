@@ -5,8 +5,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include <boost/asio/post.hpp>
-
 #include <palpate/engine/view/view_document.h>
 
 namespace palpate::internal {
@@ -83,6 +81,9 @@ void LivePage::send(LiveMessage message, bool is_text) {
 
 void LivePage::accepted() {
     if (!host_.add(shared_from_this())) return say_full();
+    work_ = std::make_shared<PageWork>(
+        host_.io(), host_.worker(),
+        [this](const LiveMessage& made, const std::string& why) { has_made(made, why); });
     next_ = host_.history().end();
     send(host_.scene(), false);
     say("", false);
@@ -130,38 +131,23 @@ void LivePage::obey() {
         if (++errors_ >= kMostErrors) return drop();
     }
     if (reply.later) {
-        if (is_making_)
+        if (work_->is_busy() && reply.turn == LiveReply::Turn::one_by_one)
             reply.said = "one mesh after the other: wait for the one that is being made";
         else
-            make(std::move(reply.later));
+            work_->begin(std::move(reply.later));
     }
     if (!reply.said.empty()) say(reply.said, reply.is_error);
 }
 
-// In the other thread.
-void LivePage::make(std::function<LiveMessage()> later) {
-    is_making_ = true;
-    asio::post(host_.worker(), [self = shared_from_this(), later = std::move(later)]() mutable {
-        LiveMessage made;
-        std::string why;
-        try {
-            made = later();
-        } catch (const std::exception& error) {
-            why = error.what();
-        }
-        LiveHost& host = self->host_;
-        asio::post(host.io(), [self = std::move(self), made = std::move(made),
-                               why = std::move(why)] { self->has_made(made, why); });
-    });
-}
-
 void LivePage::has_made(const LiveMessage& made, const std::string& why) {
-    is_making_ = false;
-    if (!is_open_) return;
     if (made)
         send(made, false);
     else
         say(why, true);
+}
+
+void LivePage::end_work() {
+    if (work_) work_->end();
 }
 
 void LivePage::say(const std::string& words, bool is_error) {
@@ -208,6 +194,7 @@ void LivePage::drop() {
 
 void LivePage::leave() {
     if (!std::exchange(is_open_, false)) return;
+    end_work();
     beast::get_lowest_layer(socket_).close();
     host_.remove(shared_from_this());
 }

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -20,6 +19,7 @@
 
 #include <palpate/engine/view/internal/frame_history.h>
 #include <palpate/engine/view/internal/live_answer.h>
+#include <palpate/engine/view/internal/page_work.h>
 #include <palpate/engine/view/live_server.h>
 
 namespace palpate::internal {
@@ -68,6 +68,8 @@ public:
     void tick();
     /// One more message, behind those that are under way.
     void send(LiveMessage message, bool is_text);
+    /// What is being made for it is cancelled, and nothing more is sent of it.
+    void end_work();
 
 private:
     enum class Kind : std::uint8_t { text, binary };
@@ -78,7 +80,6 @@ private:
     void read();
     void has_read(Error error);
     void obey();
-    void make(std::function<LiveMessage()> later);
     void has_made(const LiveMessage& made, const std::string& why);
     void say(const std::string& words, bool is_error);
     void write(LiveMessage message, Kind kind);
@@ -94,13 +95,13 @@ private:
     LiveMessage under_way_;
     std::size_t written_ = 0;                        ///< bytes of it
     std::deque<std::pair<LiveMessage, Kind>> texts_; ///< behind what is under way
+    std::shared_ptr<PageWork> work_;                 ///< from accepted() on
     std::chrono::steady_clock::time_point began_;
     std::uint64_t next_ = 0; ///< frame
     std::size_t commands_ = 0;
     std::size_t errors_ = 0;
     bool is_writing_ = false;
     bool is_paused_ = false;
-    bool is_making_ = false;
     bool is_open_ = true;
 };
 

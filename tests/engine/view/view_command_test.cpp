@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,6 +39,17 @@ TEST(ViewCommand, IsReadAsThePageSpellsIt) {
               9u);
     EXPECT_TRUE(std::holds_alternative<Restart>(parse_view_command(R"({"do": "restart"})")));
     EXPECT_TRUE(std::get<Button>(parse_view_command(R"({"do": "button", "on": true})")).on);
+    const Iso iso =
+        std::get<Iso>(parse_view_command(R"({"do": "iso", "value": -400.5, "fine": true})"));
+    EXPECT_EQ(iso.value, -400.5);
+    EXPECT_TRUE(iso.is_fine);
+    EXPECT_FALSE(std::get<Iso>(parse_view_command(R"({"do": "iso", "value": 1})")).is_fine);
+    EXPECT_EQ(std::get<Labels>(parse_view_command(R"({"do": "labels", "structures": [3, 0]})"))
+                  .structures,
+              (std::vector<std::size_t>{3, 0}));
+    const Save save = std::get<Save>(parse_view_command(R"({"do": "save", "iso": 226})"));
+    EXPECT_EQ(save.iso, 226.0);
+    EXPECT_TRUE(save.structures.empty());
 }
 
 TEST(ViewCommand, SaysWhatIsWrongAndWhatToDo) {
