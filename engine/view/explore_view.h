@@ -14,7 +14,7 @@ namespace palpate {
 struct ExploreSettings {
     LiveServerSettings server;   ///< where the page is
     std::filesystem::path scene; ///< that is saved (.toml); where another file of that name is, the
-                                 ///< first free one of NAME-2.toml, NAME-3.toml ..
+                                 ///< first free one of NAME-2.toml and so on
 };
 
 /// Shows a volume, labels or a mesh to pages that choose an iso-value or labels, and save a starter
