@@ -73,11 +73,11 @@ std::string method_of(const std::string& summary, const std::filesystem::path& f
 /// What the command line said.
 struct ReportOptions {
     std::vector<std::string> folders; ///< that a trace wrote; with `interactive` also a recording
-    std::string out = "report.html";  ///< page to write
-    std::vector<std::string> notes;   ///< paragraphs above the table
-    std::vector<std::string> played;  ///< those of the folders that get a page that plays them
-    bool interactive = false;         ///< the page that plays one recording, and no report
-    Replace replace = Replace::own;   ///< what of files that are there
+    std::string out;                 ///< page to write; empty: report.html, or the recording's name
+    std::vector<std::string> notes;  ///< paragraphs above the table
+    std::vector<std::string> played; ///< those of the folders that get a page that plays them
+    bool interactive = false;        ///< the page that plays one recording, and no report
+    Replace replace = Replace::own;  ///< what of files that are there
 };
 
 /// The page that plays a trace, beside the report: report-FOLDER.html of report.html.
@@ -201,7 +201,11 @@ void add_report(CLI::App& app, Action& run) {
         "writes the page that plays one recording instead: as palpate view RECORDING");
     add_force(*command, options->replace);
     command->callback([options, &run] {
-        run = [options] { return options->interactive ? play(*options) : report(*options); };
+        run = [options] {
+            if (options->interactive) return play(*options);
+            if (options->out.empty()) options->out = "report.html";
+            return report(*options);
+        };
     });
 }
 

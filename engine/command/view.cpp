@@ -16,7 +16,17 @@ bool is_recording(const std::filesystem::path& file) {
     return file.extension() == ".h5" || is_journal(file);
 }
 
-int view(const ViewOptions& options) {
+/// The options with the recording in the place of a folder that a trace wrote.
+ViewOptions with_recording(ViewOptions options) {
+    const std::filesystem::path inside =
+        std::filesystem::path(options.volume.file) / "recording.h5";
+    std::error_code ignored;
+    if (std::filesystem::exists(inside, ignored)) options.volume.file = inside.string();
+    return options;
+}
+
+int view(const ViewOptions& given) {
+    const ViewOptions options = with_recording(given);
     const std::filesystem::path what = options.volume.file;
     const bool is_of_pictures = has_pictures(options.pictures);
     const bool is_played = is_recording(what);

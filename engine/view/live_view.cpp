@@ -80,7 +80,9 @@ public:
     void run(const RunWatch& watch);
 
 private:
-    Trace run_once(const RunWatch& watch, bool is_recording);
+    Trace run_once(const RunWatch& watch, bool& is_recording);
+    bool begin_recording(std::optional<RecordingJournal>& journal);
+    void leave_surface();
     void write(const Trace& trace);
     LiveReply answer(const ViewCommand& command);
     LiveReply obey(const Probe& probe);
@@ -111,6 +113,7 @@ private:
 
     std::atomic<bool> wants_recording_{false};
     std::filesystem::path file_; ///< of the recording that is under way
+    std::string refusal_;        ///< why there is none though it was asked for
     std::uint32_t buttons_ = 0;  ///< of the last frame
     std::size_t presses_ = 0;    ///< of the button that drops marks
 
@@ -129,29 +132,46 @@ private:
 
 void LiveView::View::run(const RunWatch& watch) {
     for (;;) {
-        const bool is_recording = wants_recording_;
+        bool is_recording = wants_recording_;
         const Trace trace = run_once(watch, is_recording);
         if (is_recording) write(trace);
         if (wants_recording_ == is_recording) return;
     }
 }
 
-Trace LiveView::View::run_once(const RunWatch& watch, bool is_recording) {
-    std::optional<RecordingJournal> journal;
-    if (is_recording) {
+/// What a trial begins inside is not felt: the mouse's hand comes in front of it. Under mutex_.
+void LiveView::View::leave_surface() {
+    if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
+}
+
+/// False where nothing can be written; the page is told why, and the loop goes on.
+bool LiveView::View::begin_recording(std::optional<RecordingJournal>& journal) {
+    try {
         std::filesystem::create_directories(settings_.folder);
         file_ = free_name(settings_.folder);
         journal.emplace(file_, recorded(*scene_, settings_.overrides, {}));
+        return true;
+    } catch (const std::exception& error) {
+        journal.reset();
+        refusal_ = fmt::format("nothing is recorded: {}: {}; begin again with another folder (-o)",
+                               settings_.folder.string(), error.what());
+        return false;
     }
-    // Also after a recording: what a run begins inside is not felt.
-    if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
+}
+
+/// `is_recording`: whether it is wanted, and then whether it is so.
+Trace LiveView::View::run_once(const RunWatch& watch, bool& is_recording) {
+    std::optional<RecordingJournal> journal;
+    if (is_recording && !begin_recording(journal)) is_recording = wants_recording_ = false;
     {
         const std::lock_guard lock(mutex_);
+        leave_surface(); // also after a recording
         is_recording_ = is_recording;
         has_last_ = false; // a mark is of the run that it is dropped in
         recorded_from_ = marks_.size();
     }
-    tell(is_recording ? fmt::format("recording to {}", file_.string()) : std::string(), false);
+    const std::string refusal = std::exchange(refusal_, {});
+    tell(is_recording ? fmt::format("recording to {}", file_.string()) : refusal, !refusal.empty());
 
     RunWatch both = watch;
     both.loop = [this](HapticLoop* loop) { use(loop); };
@@ -274,6 +294,10 @@ LiveReply LiveView::View::obey(const Freeze& freeze) {
 }
 
 LiveReply LiveView::View::obey(const Restart&) {
+    {
+        const std::lock_guard lock(mutex_);
+        leave_surface();
+    }
     device_.device.restart();
     tell("a new trial", false);
     return {};

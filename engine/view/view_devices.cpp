@@ -16,10 +16,7 @@ void PageDevice::aim_at(const Vec3& target) noexcept {
     if (is_finite(target) && glm::length(target) <= kFarthest_m) aimed_.set(target);
 }
 
-void PageDevice::put_at(const Vec3& position) noexcept {
-    position_ = position;
-    velocity_ = Vec3{0.0};
-}
+void PageDevice::put_at(const Vec3& position) noexcept { placed_.set(position); }
 
 DeviceProperties PageDevice::properties() const {
     DeviceProperties properties;
@@ -29,6 +26,7 @@ DeviceProperties PageDevice::properties() const {
 
 bool PageDevice::read(DeviceState& state) noexcept {
     aimed_.take(target_);
+    if (placed_.take(position_)) velocity_ = Vec3{0.0};
     if (reads_ > 0) {
         const Vec3 way = target_ - position_;
         const double distance = glm::length(way);

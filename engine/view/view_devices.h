@@ -26,7 +26,8 @@ public:
     /// Where the hand is wanted, m, scene frame; what is not finite, or beyond 1e3 m, is left
     /// alone. From one thread at a time.                                                   [any]
     void aim_at(const Vec3& target) noexcept;
-    /// Rests there, and goes on to where it is wanted. Not while it is read.             [setup]
+    /// Rests there (m, scene frame) with the next read(), and goes on to where it is wanted. From
+    /// one thread at a time.                                                               [any]
     void put_at(const Vec3& position) noexcept;
 
     DeviceProperties properties() const override;
@@ -37,6 +38,7 @@ public:
 
 private:
     Latest<Vec3> aimed_;
+    Latest<Vec3> placed_;
     Vec3 target_;
     Vec3 position_;
     Vec3 velocity_{0.0};

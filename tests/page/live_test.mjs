@@ -183,7 +183,7 @@ test('the page connects again, begins anew, and sends nothing meanwhile', async 
   server.socket.terminate();
   await page.waitForFunction(() => window.said.some(([words]) => words === 'connected'));
   const said = await page.evaluate(() => window.said);
-  assert.ok(said.some(([words, isDisabled]) => words.startsWith('connection lost') && isDisabled), JSON.stringify(said));
+  assert.ok(said.some(([words, isDisabled]) => words.startsWith('no connection') && isDisabled), JSON.stringify(said));
   assert.equal(server.connections, 2);
   server.sendFrames(0, 5, 0);
   await shown(page, 4);

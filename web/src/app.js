@@ -50,7 +50,7 @@ export class App {
     this.slices = new Slices(scene, blob, document.getElementById('slices'));
     this.charts = new Charts(document.getElementById('charts'), this.frames, i => this.seek(i), this.isLive);
     this.announcer = new Announcer(document.getElementById('said'));
-    this.hand = send && !scene.choice && new Hand(this.view, send, () => this.probe());
+    this.hand = send && !scene.choice ? new Hand(this.view, send, () => this.probe()) : undefined;
     this.button = this.hand && new DeviceButton(document.getElementById('button'), send);
     this.spaceMouse = this.hand && new SpaceMouse(isDown => (isDown ? this.button.press() : this.button.release()),
                                                   () => this.panels.showSpaceMouse());

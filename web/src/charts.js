@@ -5,13 +5,13 @@ import {roundUp} from './words.js';
 import {styleColor} from './colors.js';
 
 const kLiveWindow_s = 10;
-// Names and units of the quantities, and how a frame has them.
+// Names and units of the quantities, the least that fills a chart, so that rounding does not, and how a frame has them.
 const kCharts = [
-  {id: 'force', name: 'Force', unit: 'N', series: 1, of: (f, i) => f.force(i)},
-  {id: 'depth', name: 'Depth', unit: 'mm', series: 4, of: (f, i) => 1000 * f.depth(i)},
-  {id: 'sub_steps', name: 'Sub-steps', unit: '', series: 3, of: (f, i) => f.columns.sub_steps[i]},
-  {id: 'spent_us', name: 'Computing', unit: 'µs', series: 2, of: (f, i) => f.columns.spent_us[i]},
-  {id: 'late_us', name: 'Lateness', unit: 'µs', series: 5, of: (f, i) => f.columns.late_us[i]},
+  {id: 'force', name: 'Force', unit: 'N', series: 1, least: 0.01, of: (f, i) => f.force(i)},
+  {id: 'depth', name: 'Depth', unit: 'mm', series: 4, least: 0.01, of: (f, i) => 1000 * f.depth(i)},
+  {id: 'sub_steps', name: 'Sub-steps', unit: '', series: 3, least: 1, of: (f, i) => f.columns.sub_steps[i]},
+  {id: 'spent_us', name: 'Computing', unit: 'µs', series: 2, least: 1, of: (f, i) => f.columns.spent_us[i]},
+  {id: 'late_us', name: 'Lateness', unit: 'µs', series: 5, least: 1, of: (f, i) => f.columns.late_us[i]},
 ];
 
 /** A number on an axis: 20000 is 20k. */
@@ -44,7 +44,7 @@ export class Charts {
       padding: [6, 10, 0, 0],
       cursor: {sync: {key: 'palpate'}, drag: {x: true, y: false}, points: {size: 7}},
       legend: {show: false},
-      scales: {x: {time: false}, y: {range: (u, low, high) => [Math.min(0, low ?? 0), roundUp(high ?? 1)]}},
+      scales: {x: {time: false}, y: {range: (u, low, high) => [Math.min(0, low ?? 0), roundUp(Math.max(high ?? 1, cell.least))]}},
       axes: [{...axis, size: 24, gap: 2, space: 60, values: (u, ticks) => ticks.map(t => `${t} s`)},
              {...axis, size: 46, gap: 3, space: 26, values: (u, ticks) => ticks.map(shortly)}],
       series: [{}, {stroke: styleColor(`--s${cell.series}`), width: 1.5, points: {show: false}}],

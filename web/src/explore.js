@@ -73,12 +73,12 @@ export class Explore {
     this.took_ms = performance.now() - this.began;
     this.app.view.touch();
     if (json.iso) this.takeIso(json.iso);
-    else this.say(`${this.shown.size} labels are shown, ${this.felt.size} will be felt.`);
+    else this.sayCounts();
     this.askNext();
   }
 
   save() {
-    if (this.choice.data === 'volume') return this.app.send({do: 'save', iso: this.iso});
+    if (this.choice.data === 'volume') return this.hasNumber() && this.app.send({do: 'save', iso: this.iso});
     return this.app.send(this.choice.data === 'labels' ? {do: 'save', structures: [...this.felt]} : {do: 'save'});
   }
 
@@ -89,9 +89,16 @@ export class Explore {
     Object.assign(at('iso'), {min: low, max: high, step: 'any'});
     Object.assign(at('iso-number'), {min: least, max: most, step: 'any'});
     at('iso').oninput = () => this.setIso(at('iso').valueAsNumber);
-    at('iso-number').onchange = () => Number.isFinite(at('iso-number').valueAsNumber) && this.setIso(at('iso-number').valueAsNumber);
+    at('iso-number').onchange = () => this.hasNumber() && this.setIso(at('iso-number').valueAsNumber);
     this.drawHistogram();
     this.setIso(this.choice.iso);
+  }
+
+  /** Whether the field has a number; without one nothing is chosen. */
+  hasNumber() {
+    const has = Number.isFinite(at('iso-number').valueAsNumber);
+    if (!has) this.say('The iso-value is no number; give one.', true);
+    return has;
   }
 
   /** Counts by their logarithm: of a head, air is ten times all else. */
@@ -119,8 +126,9 @@ export class Explore {
   askIso() {
     if (!this.isConnected || (this.asked && !this.asked.fine)) return;
     const shown = this.shownIso;
-    if (shown?.value !== this.iso) this.ask({do: 'iso', value: this.iso});
-    else if (!shown.fine && !this.asked) this.askFine();
+    if (shown?.value !== this.iso) return this.ask({do: 'iso', value: this.iso});
+    this.say(this.words); // in the place of what was said of another value
+    if (!shown.fine && !this.asked) this.askFine();
   }
 
   /** A fine surface cannot be cancelled at once: it waits until the value rests. */
@@ -138,8 +146,9 @@ export class Explore {
     const surface = this.app.view.surfaces.all[0];
     const facets = surface.levels.at(-1)?.facets ?? 0;
     const otsu = iso.value === this.choice.iso ? ' (Otsu\'s threshold)' : '';
-    this.say(`Surface at ${readable(iso.value)}${otsu}: its largest part, ${Math.round(facets / 1000)}k facets, ` +
-             `${iso.fine ? 'fine' : 'a first look'} after ${readable(this.took_ms / 1000)} s.`);
+    this.words = `Surface at ${readable(iso.value)}${otsu}: its largest part, ${Math.round(facets / 1000)}k facets, ` +
+                 `${iso.fine ? 'fine' : 'a first look'} after ${readable(this.took_ms / 1000)} s.`;
+    this.say(this.words);
   }
 
   // Labels.
@@ -169,8 +178,14 @@ export class Explore {
                       make('label', {class: 'check'}, feel, 'feel'));
     show.checked = this.shown.has(id);
     feel.checked = this.felt.has(id);
-    surface.setShown(show.checked);
+    this.setShown(surface, show.checked);
     return {id, name, line, show, feel, surface};
+  }
+
+  setShown(surface, isShown) {
+    surface.setShown(isShown);
+    this.app.slices.setShown(surface.structure.id, isShown);
+    this.app.shown = undefined;
   }
 
   /** What is to be felt is shown, too. */
@@ -181,12 +196,17 @@ export class Explore {
     if (isFelt) this.shown.add(id);
     const row = this.rows[id];
     row.show.checked = this.shown.has(id);
-    row.surface.setShown(row.show.checked);
+    this.setShown(row.surface, row.show.checked);
     at('save').disabled = this.felt.size === 0;
     this.app.view.touch();
-    this.say(this.felt.size ? `${this.shown.size} labels are shown, ${this.felt.size} will be felt.`
-                            : 'Choose one label to feel, at least.');
+    this.sayCounts();
     this.askLabels();
+  }
+
+  sayCounts() {
+    const ready = [...this.shown].filter(id => this.here.has(id)).length, all = this.shown.size;
+    const shown = ready < all ? `${ready} of ${all} labels are ready` : `${all} labels are shown`;
+    this.say(this.felt.size ? `${shown}, ${this.felt.size} will be felt.` : 'Choose one label to feel, at least.');
   }
 
   filter() {
@@ -226,6 +246,6 @@ export class Explore {
       show();
       return make('div', {class: 'row'}, make('label', {}, words), slider, output);
     }));
-    at('places').hidden = app.slices.volumes.length === 0;
+    at('places').hidden = app.slices.isEmpty;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The three slices as planes among the surfaces, through the proxy. What is black in a slice is left out, so that air hides nothing. */
+/** The three slices as planes among the surfaces, through the proxy. What is nearly black in a slice is left out, so that air hides nothing. */
 import * as THREE from 'three';
 
 const kCorners = [[0, 0], [1, 0], [1, 1], [0, 1]];
@@ -15,7 +15,7 @@ class Plane {
     geometry.setAttribute('position', this.places);
     geometry.setAttribute('uv', new THREE.BufferAttribute(new Float32Array(kCorners.flat()), 2));
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
-    this.mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({map: this.texture, side: THREE.DoubleSide, alphaTest: 0.5}));
+    this.mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({map: this.texture, side: THREE.DoubleSide, alphaTest: 0.999}));
     this.mesh.frustumCulled = false;
     this.mesh.name = slice.name;
   }

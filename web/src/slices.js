@@ -12,7 +12,8 @@ const kSlices = [
   {name: 'coronal', right: [0, 1], down: [2, -1], through: 1},
   {name: 'sagittal', right: [1, 1], down: [2, -1], through: 0},
 ];
-const kOpaque = 0xff000000;
+const kOpaque = 0xff000000, kLeftOut = 0xfe000000; // alpha: what is left out is seen in a slice, and not as a plane
+const kNearlyBlack = 12; // of 255: air, with its noise, in a window for bone
 const kProbe = '#6db6ff'; // the probe's colour, lighter: on black
 
 /** One of the three: its picture, and how its pixels lie in the grid. */
@@ -106,7 +107,7 @@ export class Slice {
     context.fill();
   }
 
-  /** Greys of the volume whose grid this is. Black is left out: nothing of it is drawn among the surfaces. */
+  /** Greys of the volume whose grid this is. What is nearly black is marked: nothing of it is drawn among the surfaces. */
   fill(level, {volume, table}) {
     const {strides} = this.grid, {voxels} = volume;
     const start = (side, size) => (side.sign > 0 ? 0 : (size - 1) * strides[side.axis]);
@@ -115,7 +116,7 @@ export class Slice {
     for (let y = 0, at = 0; y < this.height; ++y)
       for (let x = 0; x < this.width; ++x, ++at) {
         const grey = table[voxels[from + y * stepY + x * stepX]];
-        this.pixels[at] = grey && (kOpaque | grey << 16 | grey << 8 | grey);
+        this.pixels[at] = grey && ((grey > kNearlyBlack ? kOpaque : kLeftOut) | grey << 16 | grey << 8 | grey);
       }
   }
 

@@ -76,9 +76,10 @@ export class Connection {
       } catch { /* shown as it came */ }
       this.listener.text(message);
     };
-    this.socket.onclose = () => {
+    this.socket.onclose = event => {
       const seconds = this.wait / 1000;
-      this.listener.state(`connection lost: the force goes on without this page; next try in ${seconds} s`, false);
+      const why = event.reason ? `the command says: ${event.reason}` : 'the command has ended, or cannot be reached';
+      this.listener.state(`no connection: ${why}. A force goes on without this page; next try in ${seconds} s`, false);
       setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, kLongestWait);
     };

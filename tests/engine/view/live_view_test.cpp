@@ -163,6 +163,25 @@ TEST_F(LiveViewTest, ARecordingIsWrittenWithItsMarksAndReplaysBitForBit) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out/recording-001.h5.part"));
 }
 
+TEST_F(LiveViewTest, WhereNothingCanBeWrittenItSaysSoAndGoesOn) {
+    test::make_file(folder_ / "out", "of somebody else");
+    client_->send(R"({"do": "record", "on": true})");
+    ASSERT_TRUE(is_told("nothing is recorded: "));
+    client_->send(kPress);
+    EXPECT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+    end();
+    EXPECT_EQ(test::content_of(folder_ / "out"), "of somebody else");
+}
+
+TEST_F(LiveViewTest, ATrialThatBeginsAnewWhileTheHandPressesIsFelt) {
+    client_->send(kPress);
+    ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+    client_->send(R"({"do": "restart"})");
+    ASSERT_TRUE(is_told("a new trial"));
+    ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.surfaces_felt == 0; }));
+    EXPECT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+}
+
 TEST_F(LiveViewTest, AFinerMeshComesOnRequest) {
     client_->send(R"({"do": "level", "structure": 0, "facets": 1000000})");
     bool is_mesh = false;
