@@ -6,7 +6,9 @@
 #include <array>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <map>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -40,6 +42,10 @@ public:
     using Base = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
 
     void count_work_in(ExtractionProgress& progress) { progress_ = &progress; }
+
+    /// From now on the triangulation may have so many vertices; a question that finds more throws
+    /// std::runtime_error.
+    void allow_vertices(std::size_t count) { most_vertices_ = count; }
 
     /// Calls use(facet) for each facet of the complex, in the order of CGAL's iterators. Those look
     /// at the cell behind every facet of the triangulation: eight times as long.
@@ -116,12 +122,19 @@ private:
 
     void note_question() const {
         if (progress_) progress_->work();
+        if (triangulation().number_of_vertices() > most_vertices_)
+            throw std::runtime_error(
+                "the surface crosses or touches itself, so that no closed mesh of it comes to an "
+                "end: at a saddle of the field, or at voxels that meet in a corner; choose a "
+                "slightly different level, smooth more, or feel the volume alone (contact "
+                "\"volume\")");
         // Where CGAL checks itself, it looks at its own counts, which its first answer sets up.
         CGAL_assertion_code(
             Base::has_incident_facets_in_complex(triangulation().finite_vertices_begin()));
     }
 
     ExtractionProgress* progress_ = nullptr;
+    std::size_t most_vertices_ = std::numeric_limits<std::size_t>::max();
 };
 
 /// All edges and vertices of the complex at once: how many facets meet at each edge, and which
@@ -246,8 +259,11 @@ public:
     void run() {
         const CGAL::Null_mesh_visitor nobody;
         complex_.clear_cells_and_facets_from_c3t3();
+        complex_.allow_vertices(std::numeric_limits<std::size_t>::max());
         this->scan_triangulation();
         this->refine(nobody);
+        complex_.allow_vertices(kMostGrowth * complex_.triangulation().number_of_vertices() +
+                                kMostNewVertices);
         note_bad_edges();
         this->refine(nobody);
         for (const VertexHandle vertex :
@@ -259,6 +275,11 @@ public:
     }
 
 private:
+    /// What making it a manifold may add to the vertices that size and distance ask for. It parts
+    /// narrow necks, some vertices each. Where two sheets cross there is no end to it.
+    static constexpr std::size_t kMostGrowth = 8;
+    static constexpr std::size_t kMostNewVertices = 20000;
+
     using Ends = std::pair<VertexHandle, VertexHandle>;
 
     struct BadEdge {

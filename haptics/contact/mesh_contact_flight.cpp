@@ -77,10 +77,20 @@ std::int8_t MeshContact::side_of_hit(const MeshSpot& spot, const Vec3& from) con
     const MeshTopology& topology = mesh_->topology();
     const Facet& facet = topology.facet(spot.facet);
     const double height = glm::dot(facet.normal, from - topology.corner(spot.facet, 0));
-    if (std::abs(height) > kSideShare * tolerance_m_) return height < 0.0 ? -1 : 1;
-    // So near to its plane that rounding would tell: from a neighbour, the label goes over the
-    // edge.
+    if (std::abs(height) > kSideShare * tolerance_m_) {
+        if (spot.feature == MeshSpot::Feature::face) return height < 0.0 ? -1 : 1;
+        // Of a sharp wedge that is met exactly on its edge, one facet is seen from behind though
+        // the start is in front: the nearest feature tells, where it is not too near to tell.
+        MeshSpot front = spot;
+        front.side = 1;
+        const Heading to = walk_.heading(front, from - spot.position);
+        const bool tells = !to.on_border && std::abs(to.height_m) > kSideShare * tolerance_m_;
+        return (tells ? to.height_m : height) < 0.0 ? -1 : 1;
+    }
+    // So near to its plane that rounding would tell: the label of the facet itself is still there,
+    // where another surface cut the flight off; from a neighbour, it goes over the edge.
     for (std::size_t i = 0; i < now_.leaving.size(); ++i) {
+        if (now_.leaving[i].facet == spot.facet) return now_.leaving[i].side;
         const Facet& left = topology.facet(now_.leaving[i].facet);
         for (int k = 0; k < 3; ++k)
             if (left.neighbour[k] == spot.facet)

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a report alone has to keep: numbers, limits, the coupling's law, flags, work.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "tests/stability/random/invariants.h"
+
+namespace palpate::stability {
+namespace {
+
+constexpr double kRounding = 1e-9;
+constexpr double kFarthest_m = 1e6; // docs/safety.md: a position beyond it is a fault
+
+bool is_a_place(const Vec3& p) { return is_finite(p) && glm::length(p) <= kFarthest_m; }
+
+class Finite final : public Invariant {
+public:
+    const char* name() const override { return "finite"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        ++checks_;
+        bool good = is_finite(seen.report.proxy) && is_finite(seen.report.force) &&
+                    std::isfinite(seen.report.residual_m);
+        for (const Vec3& corner : seen.path)
+            good = good && is_finite(corner);
+        if (good) return std::nullopt;
+        return "a proxy, a force or a residual that is no number";
+    }
+};
+
+/// The length of the force, and how fast it may change.
+class Limits final : public Invariant {
+public:
+    explicit Limits(const SceneDescription& scene)
+        : limits_(scene.limits), period_s_(1.0 / scene.loop.rate_hz) {}
+    const char* name() const override { return "limits"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        ++checks_;
+        const Vec3 force = seen.report.force;
+        const double change = glm::length(force - before_);
+        before_ = force;
+        if (glm::length(force) > limits_.force_n * (1.0 + kRounding))
+            return fmt::format("{} N, more than {}", glm::length(force), limits_.force_n);
+        if (change > limits_.slew_n_per_s * period_s_ + kRounding * limits_.force_n)
+            return fmt::format("the force changes by {} N in a frame", change);
+        return std::nullopt;
+    }
+
+private:
+    LimitsDescription limits_;
+    double period_s_;
+    Vec3 before_{0.0};
+};
+
+/// f = k (x - p), then its length, then its change: where nothing else is added.
+class Coupling final : public Invariant {
+public:
+    explicit Coupling(const SceneDescription& scene)
+        : k_(scene.coupling.stiffness_n_per_m), limits_(scene.limits),
+          longest_step_n_(scene.limits.slew_n_per_s / scene.loop.rate_hz) {
+        spring_alone_ = scene.coupling.damping_n_s_per_m == 0.0;
+        for (const EffectDescription& effect : scene.effects)
+            if (palpate::name(effect) == "vibration" ||
+                palpate::name(effect) == "gravity_compensation")
+                spring_alone_ = false;
+    }
+    const char* name() const override { return "coupling"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        const Vec3 before = before_;
+        before_ = seen.report.force;
+        if (!spring_alone_ || !is_a_place(seen.state.position)) return std::nullopt;
+        ++checks_;
+        Vec3 wanted = k_ * (seen.report.proxy - seen.state.position);
+        // The spring of two places far away: as exact as their difference.
+        const double rounding_n =
+            kRounding * limits_.force_n + 4e-16 * k_ * glm::length(seen.state.position);
+        const double length = glm::length(wanted);
+        const bool long_one = length > limits_.force_n;
+        if (long_one) wanted *= limits_.force_n / length;
+        const double change = glm::length(wanted - before);
+        const bool sudden = change > longest_step_n_;
+        if (sudden) wanted = before + (longest_step_n_ / change) * (wanted - before);
+        if (glm::length(wanted - seen.report.force) > rounding_n)
+            return fmt::format("the force is not the spring's: off by {} N",
+                               glm::length(wanted - seen.report.force));
+        const bool near_length = std::abs(length - limits_.force_n) < 10 * rounding_n;
+        if (!near_length && long_one != ((seen.report.flags & kForceClamped) != 0))
+            return fmt::format("force_clamped is {}, and the spring has {} N", !long_one, length);
+        const bool near_change = std::abs(change - longest_step_n_) < 10 * rounding_n;
+        if (!near_change && sudden != ((seen.report.flags & kForceSlewed) != 0))
+            return fmt::format("force_slewed is {}, and the change is {} N", !sudden, change);
+        return std::nullopt;
+    }
+
+private:
+    double k_;
+    LimitsDescription limits_;
+    double longest_step_n_;
+    bool spring_alone_ = false;
+    Vec3 before_{0.0};
+};
+
+/// Each flag of a frame has its reason in what was done.
+class Flags final : public Invariant {
+public:
+    const char* name() const override { return "flags"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        ++checks_;
+        const std::uint32_t flags = seen.report.flags;
+        const auto has = [&](FrameFlag flag) { return (flags & flag) != 0; };
+        if (has(kProbeNotFinite) == is_a_place(seen.state.position))
+            return "probe_not_finite does not say what the probe is";
+        // Nobody here has motors, is late, makes forces of his own or adopts a scene.
+        constexpr std::uint32_t kNever = kForceNotFinite | kDeviceStale | kProbeJumped |
+                                         kWaitsForSmallForce | kRampsIn | kEnergyBounded |
+                                         kEnergyExceeded | kSoftened | kSceneAdopted;
+        if (flags & kNever) return fmt::format("a flag that nothing explains: {:#x}", flags);
+        if (has(kInsideAtStart) && !seen.begins_trial) return "inside_at_start in mid-trial";
+        if (has(kLiveGain) && !seen.gains_moved) return "live_gain, and no gain was moved";
+        if ((has(kBodyMoved) || has(kBodyHeldBack)) && !seen.bodies_moved)
+            return "a body moved that nobody moves";
+        return std::nullopt;
+    }
+};
+
+/// Evaluations: what the method makes, one for each edge of a mesh up to 64, and new approaches:
+/// a surface may open and begin to slip once in a frame.
+class Work final : public Invariant {
+public:
+    explicit Work(const Scene& scene) {
+        const LoopDescription& loop = scene.description().loop;
+        const int own = loop.method == SteppingMethod::single  ? 1
+                        : loop.method == SteppingMethod::fixed ? loop.sub_steps
+                        : loop.method == SteppingMethod::paper ? 4096
+                                                               : loop.evaluation_cap;
+        most_ = own + 64 + 2 * static_cast<int>(scene.surfaces().size()) + 1;
+    }
+    const char* name() const override { return "work"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        ++checks_;
+        if (seen.report.evaluations <= static_cast<std::uint32_t>(most_)) return std::nullopt;
+        return fmt::format("{} evaluations, at most {}", seen.report.evaluations, most_);
+    }
+
+private:
+    int most_ = 0;
+};
+
+} // namespace
+
+std::vector<HardSurface> hard_surfaces(const Watched& watched) {
+    const SceneDescription& scene = watched.scene.description();
+    std::vector<HardSurface> hard;
+    for (std::size_t i = 0; i < watched.scene.surfaces().size(); ++i) {
+        const SceneSurface& surface = watched.scene.surfaces()[i];
+        if (std::isfinite(surface.level.strength_n)) continue;
+        bool moved = false; // its gain
+        for (const FileEvent& event : watched.events)
+            if (event.event.kind == CaseEvent::Kind::gain && event.effect < scene.effects.size() &&
+                surface_of(scene.effects[event.effect]) == surface.name)
+                moved = true;
+        if (!moved) hard.push_back({i, &surface});
+    }
+    return hard;
+}
+
+bool is_pure(const Watched& watched) {
+    for (const FileEvent& event : watched.events)
+        if (event.event.kind != CaseEvent::Kind::detour) return false;
+    return watched.scene.surfaces().size() == 1 && hard_surfaces(watched).size() == 1 &&
+           watched.scene.description().effects.size() == 1;
+}
+
+void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to) {
+    const SceneDescription& scene = watched.scene.description();
+    to.push_back(std::make_unique<Finite>());
+    to.push_back(std::make_unique<Limits>(scene));
+    to.push_back(std::make_unique<Coupling>(scene));
+    to.push_back(std::make_unique<Flags>());
+    to.push_back(std::make_unique<Work>(watched.scene));
+}
+
+} // namespace palpate::stability

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random scenes and paths, every invariant in every frame (tests/stability/random); and that each
+// invariant can fail, and a failure is made small. The long run:
+//   palpate_stability --seed 0-1000000 --frames 10000000
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+
+#include "tests/stability/random/long_run.h"
+#include "tests/stability/random/path_maker.h"
+#include "tests/stability/random/shrinker.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_meshes.h"
+
+namespace palpate {
+namespace {
+
+using stability::CaseEvent;
+using stability::Outcome;
+using stability::RandomCase;
+using stability::RunOptions;
+using stability::SceneTable;
+
+constexpr long kFrames = 20000;
+constexpr int kPathFrames = 400;
+
+TEST(RandomCases, EveryInvariantHolds) {
+    const test::TemporaryFolder folder;
+    long frames = 0, touched = 0;
+    std::map<std::string, long> checks;
+    std::uint32_t flags = 0;
+    for (std::uint64_t seed = 0; frames < kFrames; ++seed) {
+        const Outcome outcome =
+            stability::try_case(seed, kPathFrames, folder / "case", folder / "small");
+        frames += outcome.frames;
+        touched += outcome.touched;
+        flags |= outcome.flags;
+        for (const auto& [name, count] : outcome.checks)
+            checks[name] += count;
+        if (outcome.failure)
+            ADD_FAILURE() << "seed " << seed << ", " << outcome.failure->invariant << " in frame "
+                          << outcome.failure->frame << ": " << outcome.failure->words << "\n"
+                          << test::content_of(folder / "small" / "scene.toml") << "\n"
+                          << test::content_of(folder / "small" / "path.csv");
+    }
+    for (const char* name : {"finite", "limits", "coupling", "flags", "work", "certificate",
+                             "crossing", "side", "energy", "same bits", "rest", "smooth"})
+        EXPECT_GT(checks[name], 0) << name << " had nothing to look at";
+    EXPECT_GT(touched, kFrames / 4) << "it is about contact";
+    EXPECT_TRUE(flags & kEvaluationCap) << "hard enough that frames do not end";
+}
+
+// The same seed is the same case: a failure is found again.
+TEST(RandomCases, OfASeedAreTheSame) {
+    const test::TemporaryFolder folder;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        stability::write_case(stability::make_case(seed, 50), folder / "a");
+        stability::write_case(stability::make_case(seed, 50), folder / "b");
+        for (const char* file : {"scene.toml", "path.csv", "events.csv"})
+            EXPECT_EQ(test::content_of(folder / "a" / file), test::content_of(folder / "b" / file))
+                << seed;
+    }
+}
+
+// ---------------------------------------------------------------- that each invariant can fail
+
+/// A path down into what lies below the origin's height, held at its end.
+void press_down(RandomCase& of, double from_m, double to_m, bool held) {
+    constexpr int kDown = 100;
+    for (int i = 0; i <= kDown; ++i)
+        of.steps.push_back({{1e-3, 2e-3, from_m + (to_m - from_m) * i / kDown}, i == 0});
+    if (held) of.steps.resize(of.steps.size() + stability::kHeldFrames, of.steps.back());
+}
+
+/// A plate or a ball, felt alone. Damping keeps the law of the spring out of what is spoilt.
+RandomCase one_body(bool by_mesh, bool held = false) {
+    RandomCase made;
+    made.tables.push_back({"[coupling]", {{"damping_n_s_per_m", "0.001"}}, 1});
+    if (by_mesh) {
+        made.meshes["plate.ply"] = std::make_shared<const TriangleMesh>(
+            test::box_mesh({-.02, -.02, -.004}, {.02, .02, 0}));
+        made.tables.push_back(
+            {"[surface.body]",
+             {{"mesh", "\"plate.ply\""}, {"mesh_unit", "\"m\""}, {"mesh_frame", "\"LPS\""}},
+             2});
+    } else {
+        made.tables.push_back(
+            {"[volume.ball]", {{"analytic", "\"solid_sphere\""}, {"radius_mm", "10"}}, 3});
+        made.tables.push_back({"[surface.body]", {{"volume", "\"ball\""}}, 2});
+    }
+    made.tables.push_back({"[[effect]]", {{"type", "\"surface\""}, {"surface", "\"body\""}}, 4});
+    press_down(made, by_mesh ? 3e-3 : 12e-3, by_mesh ? -2e-3 : 8.5e-3, held);
+    return made;
+}
+
+/// What is spoilt, on which body, and who has to notice.
+struct Spoilt {
+    const char* invariant;
+    bool by_mesh = false, held = false;
+    RunOptions options;
+};
+
+constexpr std::uint64_t kSpoiltFrame = 90; // in contact
+
+RunOptions in_one_frame(const std::function<void(FrameReport&, std::vector<Vec3>&)>& spoil) {
+    RunOptions options;
+    options.spoil_first = [=](FrameReport& report, std::vector<Vec3>& path) {
+        if (report.frame == kSpoiltFrame) spoil(report, path);
+    };
+    return options;
+}
+
+std::vector<Spoilt> spoilt_reports() {
+    std::vector<Spoilt> all;
+    const auto in_frame = [&](const char* name, bool by_mesh, auto spoil) {
+        all.push_back({name, by_mesh, false, in_one_frame(spoil)});
+    };
+    in_frame("finite", false, [](FrameReport& report, std::vector<Vec3>&) {
+        report.force.x = std::numeric_limits<double>::quiet_NaN();
+    });
+    in_frame("limits", false,
+             [](FrameReport& report, std::vector<Vec3>&) { report.force.z += 6.0; });
+    in_frame("flags", false,
+             [](FrameReport& report, std::vector<Vec3>&) { report.flags |= kDeviceStale; });
+    in_frame("work", false,
+             [](FrameReport& report, std::vector<Vec3>&) { report.evaluations = 1000; });
+    // As if nothing held it: the proxy goes where the probe is.
+    in_frame("certificate", false,
+             [](FrameReport& report, std::vector<Vec3>& path) { path.push_back(report.probe); });
+    in_frame("crossing", true, [](FrameReport& report, std::vector<Vec3>& path) {
+        path.push_back(report.probe - Vec3{0, 0, 3e-3});
+    });
+    // Without a chord that says so; looked at in every eighth frame.
+    all.push_back({"side", true, false, {}});
+    all.back().options.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
+        if (report.frame == 80) report.proxy = report.probe;
+    };
+    in_frame("energy", true, [](FrameReport& report, std::vector<Vec3>&) {
+        report.proxy += 1e-6 * glm::normalize(report.proxy - report.probe);
+    });
+    all.push_back({"rest", false, true, {}});
+    all.back().options.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
+        report.proxy.x += report.frame % 2 == 0 ? 2e-10 : 0.0;
+    };
+    all.push_back({"same bits", false, false, {}});
+    all.back().options.spoil_twin = [](FrameReport& report) {
+        if (report.frame == kSpoiltFrame) report.force.x = std::nextafter(report.force.x, 1.0);
+    };
+    all.push_back({"smooth", false, false, {}});
+    all.back().options.spoil_beside = [](FrameReport& report) { report.proxy.x += 3e-6; };
+    return all;
+}
+
+TEST(RandomCasesControl, EachInvariantNoticesWhatItIsThereFor) {
+    const test::TemporaryFolder folder;
+    for (const Spoilt& spoilt : spoilt_reports()) {
+        SCOPED_TRACE(spoilt.invariant);
+        stability::write_case(one_body(spoilt.by_mesh, spoilt.held), folder / "case");
+        const Outcome good = stability::run_case(folder / "case");
+        EXPECT_EQ(good.refused, "");
+        ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
+        const Outcome bad = stability::run_case(folder / "case", spoilt.options);
+        ASSERT_TRUE(bad.failure);
+        EXPECT_EQ(bad.failure->invariant, spoilt.invariant) << bad.failure->words;
+    }
+}
+
+// The law of the spring, where nothing else is added to it.
+TEST(RandomCasesControl, AForceThatIsNotTheSpringsIsNoticed) {
+    const test::TemporaryFolder folder;
+    RandomCase of = one_body(false);
+    of.tables.erase(of.tables.begin()); // the damping
+    stability::write_case(of, folder / "case");
+    ASSERT_FALSE(stability::run_case(folder / "case").failure);
+    const Outcome bad = stability::run_case(
+        folder / "case",
+        in_one_frame([](FrameReport& report, std::vector<Vec3>&) { report.force *= 1.0 + 1e-6; }));
+    ASSERT_TRUE(bad.failure);
+    EXPECT_EQ(bad.failure->invariant, "coupling");
+}
+
+// A loop that restores all but its count of frames.
+TEST(RandomCasesControl, ARestoredLoopThatCountsTheDetourIsNoticed) {
+    const test::TemporaryFolder folder;
+    RandomCase of = one_body(false);
+    CaseEvent detour;
+    detour.frame = 50;
+    of.events.push_back(detour);
+    stability::write_case(of, folder / "case");
+    ASSERT_FALSE(stability::run_case(folder / "case").failure);
+    RunOptions options;
+    options.spoil_twin = [](FrameReport& report) { report.frame += report.frame > 50 ? 12 : 0; };
+    const Outcome bad = stability::run_case(folder / "case", options);
+    ASSERT_TRUE(bad.failure);
+    EXPECT_EQ(bad.failure->frame, 51);
+}
+
+// --------------------------------------------------------------------------- that cases get small
+
+bool has_effect(const RandomCase& of, const std::string& type) {
+    return std::any_of(of.tables.begin(), of.tables.end(), [&](const SceneTable& table) {
+        return table.value("type") == "\"" + type + "\"";
+    });
+}
+
+TEST(Shrinker, LeavesWhatAFailureNeedsAndRoundsIt) {
+    const auto fails = [](const RandomCase& of) {
+        return has_effect(of, "viscosity") &&
+               std::any_of(of.steps.begin(), of.steps.end(),
+                           [](const auto& step) { return step.probe.x > 1.234e-3; });
+    };
+    int shrunk = 0;
+    for (std::uint64_t seed = 0; seed < 60; ++seed) {
+        const RandomCase whole = stability::make_case(seed, 100);
+        if (!fails(whole) || whole.size_m < 5e-3 || whole.size_m > 0.05) continue;
+        const RandomCase small = stability::shrink(whole, fails, 3000);
+        ASSERT_TRUE(fails(small));
+        EXPECT_EQ(small.tables.size(), 1U) << stability::scene_text(small);
+        EXPECT_EQ(small.tables.front().keys.size(), 1U) << stability::scene_text(small);
+        EXPECT_EQ(small.steps.size(), 1U);
+        EXPECT_TRUE(small.events.empty());
+        EXPECT_TRUE(small.meshes.empty() && small.volumes.empty() && small.vectors.empty());
+        const double mm = 1e3 * small.steps.front().probe.x;
+        EXPECT_NEAR(mm, std::round(10.0 * mm) / 10.0, 1e-9) << "not round";
+        ++shrunk;
+    }
+    EXPECT_GT(shrunk, 3);
+}
+
+// From a seed to a folder that fails in the same way, and is a scene as users write them.
+TEST(Shrinker, WritesACaseThatFailsAgain) {
+    const test::TemporaryFolder folder;
+    RunOptions broken;
+    broken.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
+        if (report.surfaces_felt != 0 && report.probe.y > 1e-3)
+            report.force.y = std::numeric_limits<double>::infinity();
+    };
+    std::uint64_t seed = 0;
+    Outcome small;
+    while (!small.failure)
+        small = stability::try_case(seed++, 60, folder / "case", folder / "small", broken);
+    EXPECT_EQ(small.failure->invariant, "finite");
+    EXPECT_LE(small.frames, 3);
+    const SceneDescription scene = read_scene(folder / "small" / "scene.toml");
+    EXPECT_EQ(scene.effects.size(), 1U) << "the surface that is felt";
+    const Outcome again = stability::run_case(folder / "small", broken);
+    ASSERT_TRUE(again.failure);
+    EXPECT_EQ(again.failure->words, small.failure->words);
+    EXPECT_FALSE(stability::run_case(folder / "small").failure) << "the loop itself is sound";
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wedges and grooves of every angle, felt in every way: the bounds of the table in
+// docs/stability.md, which `palpate_stability --wedges` prints. And what random scenes found there.
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/contact/mesh_contact.h>
+
+#include "tests/stability/random/random_meshes.h"
+#include "tests/stability/random/wedge_table.h"
+#include "tests/support/contact_loop.h"
+#include "tests/support/odd_meshes.h"
+#include "tests/support/stepping_methods.h"
+
+namespace palpate {
+namespace {
+
+using stability::WedgeResult;
+using stability::WedgeShape;
+using test::Kind;
+
+constexpr double kRounding_m = 1e-12;
+constexpr double kCertificate_m = 25e-6; // LevelSettings::certificate_m
+
+class Wedges : public testing::TestWithParam<SteppingMethod> {};
+INSTANTIATE_TEST_SUITE_P(Every, Wedges, testing::ValuesIn(test::kEveryMethod),
+                         [](const testing::TestParamInfo<SteppingMethod>& of) {
+                             return test::name_of(of.param);
+                         });
+
+TEST_P(Wedges, OfFormulasAndMeshesAreNotEntered) {
+    for (const WedgeShape shape : {WedgeShape::wedge, WedgeShape::groove}) {
+        const WedgeResult formula = stability::worst_wedge(shape, Kind::formula, GetParam());
+        EXPECT_LE(formula.penetration_m, kCertificate_m + kRounding_m);
+        EXPECT_EQ(formula.rest_m, 0.0);
+        const WedgeResult mesh = stability::worst_wedge(shape, Kind::mesh, GetParam());
+        EXPECT_LE(mesh.penetration_m, kRounding_m);
+        EXPECT_EQ(mesh.rest_m, 0.0);
+    }
+}
+
+// A guard holds the mesh of the body, and the proxy is no farther than the leash from it.
+TEST_P(Wedges, LeaveNoForceInFreeSpaceInAGroove) {
+    for (const Kind kind : {Kind::formula, Kind::volume, Kind::mesh, Kind::guarded})
+        EXPECT_LE(stability::worst_wedge(WedgeShape::groove, kind, GetParam()).ghost_n, 1e-9)
+            << test::name_of(kind);
+}
+
+// Voxels cut edges off and fill corners: by less than half of one. A guard changes nothing of that.
+TEST_P(Wedges, OfVoxelsAreEnteredByLessThanHalfAVoxel) {
+    for (const Kind kind : {Kind::volume, Kind::guarded})
+        for (const WedgeShape shape : {WedgeShape::wedge, WedgeShape::groove}) {
+            const WedgeResult worst = stability::worst_wedge(shape, kind, GetParam());
+            EXPECT_LE(worst.penetration_m, 0.5 * stability::kWedgeVoxel_m) << test::name_of(kind);
+            EXPECT_EQ(worst.rest_m, 0.0) << test::name_of(kind);
+        }
+}
+
+// Seen: on its way over the very edge of a sharp wedge the proxy met the facet behind, took it for
+// the one in front, and was inside from then on.
+TEST(SharpWedge, MetExactlyOnItsEdgeIsNotEntered) {
+    for (const double angle_deg : {5.0, 20.0, 45.0, 80.0})
+        for (const double sign : {-1.0, 1.0}) {
+            const TriangleMesh mesh = stability::prism(angle_deg, 0.02);
+            test::ContactLoop loop({}, test::one_mesh(test::certified(mesh)));
+            const Vec3 start{sign * 1e-3, 0.3e-3, 0.5e-3};
+            loop.start(start);
+            for (int i = 1; i <= 20; ++i) {
+                loop.move(-0.5 * i * start); // through the edge, which is the y axis
+                const Vec3 x = loop.proxy(), back = x - (-0.5 * i * start);
+                const double length = glm::length(back);
+                const Vec3 off = length > 1e-8 ? x + 1e-8 / length * back : x;
+                ASSERT_LT(test::winding_number(mesh, off), 0.5)
+                    << angle_deg << " degrees, frame " << i;
+            }
+        }
+}
+
+// Seen: of two surfaces the other one stopped the proxy where it had just left this one, by a
+// picometre. Rounding then said on which side of the facet it was.
+TEST(CutOffFlight, LeavesTheProxyOnItsSide) {
+    const TriangleMesh mesh = test::turned(test::plate());
+    MeshContact contact(test::certified(mesh), {});
+    ContactSet contacts;
+    int places = 0;
+    for (const auto& t : mesh.triangles)
+        for (int place = 0; place < 20; ++place) {
+            const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+            const Vec3 n = glm::normalize(glm::cross(b - a, c - a));
+            const Vec3 q = a + (0.2 + 0.02 * place) * (b - a) + (0.3 - 0.01 * place) * (c - a);
+            const Vec3 start = q + 1e-3 * n;
+            contact.restart(start);
+            const Chord down = contact.carry(start, q - 1e-3 * n);
+            const Vec3 on = start - down.fraction * 2e-3 * n;
+            contacts.clear();
+            contact.offer(on, contacts);
+            contact.commit(on, false, true);
+            const Vec3 away = 1e-3 * glm::normalize(b - a) + 5e-5 * n;
+            ASSERT_EQ(contact.carry(on, on + away).fraction, 1.0);
+            const Vec3 cut = on + 5e-9 * away; // 5 pm, and 0.25 pm high: within the tolerance
+            contacts.clear();
+            contact.offer(cut, contacts);
+            EXPECT_LE(contact.carry(cut, cut - 2e-3 * n).fraction, 1e-6) << "place " << place;
+            ++places;
+        }
+    EXPECT_EQ(places, 240);
+}
+
+} // namespace
+} // namespace palpate
