@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Without libFuzzer: gives a target each file of a folder, by name, and some that the file's bytes
-// lead to: cut short, and with a byte changed. Fails where the target refuses every whole file.
+// lead to: cut short, with bytes changed, with a piece doubled. Fails where the target refuses
+// every whole file.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -15,7 +17,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace {
 
-constexpr int kDamages = 8; // of each file
+constexpr int kDamages = 8;   // of each file; PALPATE_FUZZ=1000 makes it a thousand times as many
+constexpr int kMostBytes = 6; // that are changed at once
 
 void run(const std::string& bytes) {
     // A copy of its own size: what reads beyond its end is seen.
@@ -31,6 +34,8 @@ int main(int count, char** arguments) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(arguments[1]))
         if (entry.is_regular_file()) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
+    const char* factor = std::getenv("PALPATE_FUZZ");
+    const int damages = kDamages * (factor ? std::max(1, std::atoi(factor)) : 1);
     std::mt19937 random(1);
     int of_use = 0; // files that the target does not refuse altogether
     for (const std::filesystem::path& file : files) {
@@ -39,10 +44,17 @@ int main(int count, char** arguments) {
         palpate::test::taken = 0;
         run(whole);
         of_use += palpate::test::taken > 0 ? 1 : 0;
-        for (int n = 0; n < kDamages && !whole.empty(); ++n) {
+        for (int n = 0; n < damages && !whole.empty(); ++n) {
             std::string damaged = whole;
-            damaged[random() % damaged.size()] = static_cast<char>(random());
-            if (n % 2 == 0) damaged.resize(random() % damaged.size());
+            const std::size_t room =
+                n % 2 == 0 ? whole.size() : std::min<std::size_t>(whole.size(), 400);
+            for (std::size_t k = random() % kMostBytes + 1; k > 0; --k)
+                damaged[random() % room] = static_cast<char>(random());
+            if (n % 4 == 0) damaged.resize(random() % damaged.size());
+            if (n % 4 == 1) { // a piece of it once more
+                const std::size_t from = random() % damaged.size();
+                damaged.insert(random() % damaged.size(), damaged.substr(from, random() % 64));
+            }
             run(damaged);
         }
     }
