@@ -4,14 +4,16 @@
 # -Wno-restrict: GCC 12 warns of its own string headers (its bug 105329).
 add_library(palpate_options INTERFACE)
 target_compile_options(palpate_options INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-restrict
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   -ffp-contract=off -fno-math-errno $<$<BOOL:${PALPATE_ARCH}>:-march=${PALPATE_ARCH}>)
 # What is ours and no test: no number changes its type unseen. What changes its sign does: indices are int here and there. A host's
-# compiler may warn of more than ours does: there it is no error.
+# compiler may warn of more than ours does: there it is no error. Clang's -Wconversion is of signs, too.
 add_library(palpate_strict INTERFACE)
-target_compile_options(palpate_strict INTERFACE -Wconversion)
-if(PROJECT_IS_TOP_LEVEL)
-  target_compile_options(palpate_strict INTERFACE -Werror=conversion -Werror=float-conversion)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(palpate_strict INTERFACE -Wconversion)
+  if(PROJECT_IS_TOP_LEVEL)
+    target_compile_options(palpate_strict INTERFACE -Werror=conversion -Werror=float-conversion)
+  endif()
 endif()
 # Sanitizers watch the library and the command. The tests' own objects stay as in a release build, so that ccache has them
 # already: they call what is watched, and -Bsymbolic-functions keeps the library's own copies of inline functions in use. Threads

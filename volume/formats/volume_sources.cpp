@@ -27,9 +27,18 @@ std::string key_of(const std::string& text) {
 // Stands for a pattern of names, as "slice%03d.raw 1 20 1".
 constexpr const char* kPattern = "%";
 
-/// Names that follow the key of a detached header: one, or one a line after LIST; or kPattern.
-std::vector<std::string> named_files(const std::filesystem::path& header, char separator,
-                                     const std::string& key) {
+/// How a format's header names the files of its voxels.
+struct Header {
+    char separator = ':';          ///< between key and value
+    std::string_view key;          ///< as of key_of()
+    bool ends_with_a_blank = true; ///< else with its key, which is the last
+};
+constexpr Header kNrrd{':', "datafile", true};
+constexpr Header kMetaImage{'=', "elementdatafile", false};
+
+/// Names that follow the key of a header: one, or one a line after LIST; or kPattern. None where
+/// the voxels follow in the same file.
+std::vector<std::string> named_files(const std::filesystem::path& header, const Header& format) {
     std::vector<std::string> names;
     internal::refuse_pipe_or_device(header);
     std::ifstream input(header, std::ios::binary);
@@ -37,13 +46,16 @@ std::vector<std::string> named_files(const std::filesystem::path& header, char s
     std::string line;
     for (std::size_t n = 0; n < kMostHeaderLines && std::getline(input, line); ++n) {
         if (listing) {
-            if (const std::string_view name = trimmed(line); !name.empty()) names.emplace_back(name);
+            if (const std::string_view name = trimmed(line); !name.empty())
+                names.emplace_back(name);
             continue;
         }
-        const auto at = line.find(separator);
-        if (at == std::string::npos || key_of(line.substr(0, at)) != key) continue;
+        if (format.ends_with_a_blank && trimmed(line).empty()) break;
+        const auto at = line.find(format.separator);
+        if (at == std::string::npos || key_of(line.substr(0, at)) != format.key) continue;
         const std::string value(trimmed(std::string_view(line).substr(at + 1)));
         if (value.find('%') != std::string::npos) return {kPattern};
+        if (!format.ends_with_a_blank && key_of(value) == "local") break;
         listing = key_of(value).starts_with("list");
         if (!listing) return {value};
     }
@@ -66,8 +78,9 @@ std::vector<std::filesystem::path> source_files(const std::filesystem::path& fil
     if (std::filesystem::is_directory(file, error)) return files_of_folder(file);
     std::vector<std::filesystem::path> files{file};
     std::vector<std::string> names;
-    if (file.extension() == ".nhdr") names = named_files(file, ':', "datafile");
-    if (file.extension() == ".mhd") names = named_files(file, '=', "elementdatafile");
+    const std::filesystem::path ending = file.extension();
+    if (ending == ".nrrd" || ending == ".nhdr") names = named_files(file, kNrrd);
+    if (ending == ".mha" || ending == ".mhd") names = named_files(file, kMetaImage);
     if (names == std::vector<std::string>{kPattern}) { // rather too many files than one too few
         names.clear();
         const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <any>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -200,6 +201,50 @@ TEST(VolumeContact, BeginningInsideIsFlaggedAndNotFeltUntilLeft) {
     loop.move({0, 0, 0.055});
     loop.move({0, 0, 0.045});
     EXPECT_NEAR(loop.proxy().z, kRadius, 1e-9) << "felt again once it was outside";
+}
+
+// What planes may not be able to lead out of (contact.md 7.4): deeper than 0.7 of the certificate
+// the field's own slope leads back to the level, and nothing on that chord is higher than its
+// start.
+TEST(VolumeContact, DeepInItsBandTheSlopeLeadsBackToTheLevel) {
+    const std::pair<const char*, std::shared_ptr<const ScalarField>> bodies[] = {
+        {"cavity", make_sphere_cavity(kRadius)},
+        {"ball", make_solid_sphere(kRadius)},
+        {"bumpy", make_bumpy_cavity(kRadius, 1e-3, 15e-3)},
+        {"ring", make_torus(0.03, 0.01)}};
+    std::mt19937_64 random(9);
+    std::uniform_real_distribution<double> radius(0.0, 0.06); // m
+    for (const auto& [name, field] : bodies) {
+        VolumeContact contact(field, {});
+        const double tau = contact.scale().certificate; // in the field's unit
+        const auto sampler = field->make_sampler();
+        int looked_at = 0;
+        for (int chord = 0; chord < 400; ++chord) {
+            const Vec3 from = radius(random) * random_direction(random);
+            const Vec3 to = radius(random) * random_direction(random);
+            if (sampler->value(from) >= 0.0) continue;
+            for (const double share : {0.0, 0.5, 0.69, 0.71, 0.9, 0.999}) {
+                const std::optional<double> root = sampler->first_root(from, to, share * tau);
+                if (!root) break;
+                SCOPED_TRACE(testing::Message() << name << ", seed 9, " << share << " of tau");
+                const Vec3 proxy = from + *root * (to - from);
+                const double value = sampler->value(proxy);
+                ContactSet contacts;
+                ASSERT_FALSE(contact.restart(from));
+                contact.offer(proxy, contacts, nullptr);
+                const std::optional<Vec3> nearer = contact.restore(proxy);
+                ASSERT_EQ(nearer.has_value(), share > 0.7);
+                if (!nearer) continue;
+                ++looked_at;
+                // A tenth of tau: the slope of the values' own interpolation is off by its bend.
+                EXPECT_LE(std::abs(sampler->value(*nearer)), 0.1 * tau);
+                EXPECT_LE(deepest(*field, std::array{proxy, *nearer}), value + 1e-9 * tau);
+                contact.open(); // not felt any more: nothing to be led back to
+                EXPECT_FALSE(contact.restore(proxy));
+            }
+        }
+        EXPECT_GT(looked_at, 100);
+    }
 }
 
 // The field's unit is a length: half a millimetre is the highest value of the slab.

@@ -12,8 +12,10 @@ using Files = std::vector<std::filesystem::path>;
 
 TEST(SourceFiles, OfAPlainFileAreItself) {
     const test::TemporaryFolder folder;
-    test::make_file(folder / "a.nrrd", "NRRD0004\ndata file: b.raw\n\n");
-    EXPECT_EQ(source_files(folder / "a.nrrd"), Files{folder / "a.nrrd"}) << "not detached";
+    test::make_file(folder / "a.nrrd", "NRRD0004\nencoding: raw\n\ndata file: voxels\n");
+    EXPECT_EQ(source_files(folder / "a.nrrd"), Files{folder / "a.nrrd"});
+    test::make_file(folder / "a.mha", "NDims = 3\nElementDataFile = LOCAL\nElementDataFile = v");
+    EXPECT_EQ(source_files(folder / "a.mha"), Files{folder / "a.mha"});
     EXPECT_EQ(source_files(folder / "missing.nii"), Files{folder / "missing.nii"});
 }
 
@@ -26,6 +28,16 @@ TEST(SourceFiles, OfADetachedHeaderIncludeItsData) {
     test::make_file(folder / "l.nhdr", "NRRD0004\ndatafile: LIST 2\nz.raw\ny.raw\n");
     EXPECT_EQ(source_files(folder / "l.nhdr"),
               (Files{folder / "l.nhdr", folder / "y.raw", folder / "z.raw"}));
+}
+
+// The readers go by what a header says, not by its name: .nrrd with voxels elsewhere was taken for
+// a plain file, so that the cache and a replay did not see that they were others.
+TEST(SourceFiles, OfADetachedHeaderWithAnAttachedOnesNameIncludeItsData) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "a.nrrd", "NRRD0004\nencoding: raw\ndata file: b.raw\n\n");
+    EXPECT_EQ(source_files(folder / "a.nrrd"), (Files{folder / "a.nrrd", folder / "b.raw"}));
+    test::make_file(folder / "a.mha", "NDims = 3\nElementDataFile = c.zraw\n");
+    EXPECT_EQ(source_files(folder / "a.mha"), (Files{folder / "a.mha", folder / "c.zraw"}));
 }
 
 TEST(SourceFiles, OfAPatternAreAllThatLieBesideTheHeader) {

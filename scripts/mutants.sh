@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# usage: scripts/mutants.sh [WORDS]
+# Who notices when a guard is broken? Breaks each guard of scripts/mutants.txt once, in a copy of the sources, builds the library,
+# and runs the nearest tests. With WORDS only the guards with these words. Prints a table in Markdown; exits with 1 where a guard is
+# missed by its tests, with 2 where something is wrong with the list or the build. Takes about half a minute a guard on two cores,
+# and what a release build takes before that; build/mutants keeps the copy, so that the next time is quicker.
+set -euo pipefail
+root=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
+copy=$root/build/mutants/source
+build=$copy/build/release # as deep as in a checkout: the compiler cache has its objects
+words=${1:-}
+jobs=$(nproc)
+most_seconds=300 # for the tests of a guard: what hangs is noticed
+
+fail() { printf 'mutants.sh: %s\n' "$*" >&2; exit 2; }
+
+# Only what differs is written, so that nothing else is compiled again.
+mkdir -p "$copy"
+(cd "$root" && git ls-files -z --cached --others --exclude-standard) |
+    while IFS= read -r -d '' file; do
+        [ -f "$root/$file" ] || continue
+        cmp -s "$root/$file" "$copy/$file" && continue
+        mkdir -p "$(dirname "$copy/$file")"
+        cp "$root/$file" "$copy/$file"
+    done
+
+purposes=() files=() lines=() instead=() tests=()
+while IFS= read -r purpose; do
+    case $purpose in '' | '#'*) continue ;; esac
+    IFS= read -r file && IFS= read -r line && IFS= read -r other && IFS= read -r test || fail "scripts/mutants.txt ends early"
+    case $purpose in *"$words"*) ;; *) continue ;; esac
+    count=$(sed 's/^ *//' "$root/$file" | grep -cxF -- "$line") || true
+    [ "$count" = 1 ] || fail "$file has this line $count times, not once: $line"
+    purposes+=("$purpose") files+=("$file") lines+=("$line") instead+=("$other") tests+=("$test")
+done <"$root/scripts/mutants.txt"
+[ ${#files[@]} -gt 0 ] || fail "no guard has the words \"$words\""
+
+mapfile -t executables < <(printf '%s\n' "${tests[@]%% *}" | sort -u)
+(cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF >/dev/null)
+cmake --build "$build" --parallel "$jobs" --target "${executables[@]}" >"$build/log" 2>&1 || fail "the sources do not build: $build/log"
+
+# Names of the tests of guard $1 that fail; "..." where they end in another way.
+failed_tests() {
+    local executable=${tests[$1]%% *} filter=${tests[$1]#* } status=0
+    timeout $most_seconds "$build/$executable" --gtest_filter="$filter" >"$build/tests.log" 2>&1 || status=$?
+    [ $status -eq 0 ] && { grep -q '  PASSED  . [1-9]' "$build/tests.log" || fail "$executable has no test $filter"; return; }
+    sed -n 's/^\[  FAILED  \] \([^ ,]*\).*/\1/p' "$build/tests.log" | sort -u | grep -v '^[0-9]*$' | grep . && return
+    [ $status -eq 124 ] && echo "hangs" && return
+    sed -n 's/^\[ RUN      \] /the process ends in /p' "$build/tests.log" | tail -1
+}
+
+# In words: the first two of them and how many more.
+in_words() {
+    awk '{ if (NR <= 2) names = names (NR > 1 ? ", " : "") $0 } END { if (NR > 2) names = names " and " NR - 2 " more"; print names }'
+}
+
+declare -A are_sound=()
+for i in "${!files[@]}"; do
+    [ -z "${are_sound[${tests[i]}]:-}" ] || continue
+    sound=$(failed_tests "$i")
+    [ -z "$sound" ] || fail "fails before anything is broken: $sound"
+    are_sound[${tests[i]}]=yes
+done
+
+survivors=0
+echo "| guard | file | noticed by |"
+echo "|---|---|---|"
+for i in "${!files[@]}"; do
+    cp "$copy/${files[i]}" "$copy/sound"
+    LINE=${lines[i]} INSTEAD=${instead[i]} perl -i -pe \
+        'if (/^\s*\Q$ENV{LINE}\E$/) { s/\Q$ENV{LINE}\E/$ENV{INSTEAD}/ }' "$copy/${files[i]}"
+    built=0
+    cmake --build "$build" --parallel "$jobs" --target palpate_whole >"$build/log" 2>&1 || built=$?
+    noticed=""
+    [ $built -ne 0 ] || noticed=$(failed_tests "$i" | in_words)
+    cp "$copy/sound" "$copy/${files[i]}" # sound again in the next one's build
+    [ $built -eq 0 ] || fail "does not compile when broken: ${purposes[i]}; see $build/log"
+    [ -n "$noticed" ] || { noticed="**nobody**"; survivors=$((survivors + 1)); }
+    echo "| ${purposes[i]} | ${files[i]} | $noticed |"
+done
+printf '%s guards, %s not noticed\n' "${#files[@]}" "$survivors" >&2
+[ $survivors -eq 0 ]
