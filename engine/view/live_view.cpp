@@ -80,7 +80,8 @@ public:
     void run(const RunWatch& watch);
 
 private:
-    Trace run_once(const RunWatch& watch, bool is_recording);
+    bool begin(std::optional<RecordingJournal>& journal);
+    Trace run_once(const RunWatch& watch, RecordingJournal* journal); // null: not recorded
     void write(const Trace& trace);
     LiveReply answer(const ViewCommand& command);
     LiveReply obey(const Probe& probe);
@@ -110,6 +111,7 @@ private:
     const std::vector<std::string> felt_names_;
 
     std::atomic<bool> wants_recording_{false};
+    bool ended_by_wish_ = false; ///< the run, so that another one begins
     std::filesystem::path file_; ///< of the recording that is under way
     std::uint32_t buttons_ = 0;  ///< of the last frame
     std::size_t presses_ = 0;    ///< of the button that drops marks
@@ -129,20 +131,32 @@ private:
 
 void LiveView::View::run(const RunWatch& watch) {
     for (;;) {
-        const bool is_recording = wants_recording_;
-        const Trace trace = run_once(watch, is_recording);
+        std::optional<RecordingJournal> journal;
+        const bool is_recording = wants_recording_ && begin(journal);
+        ended_by_wish_ = false;
+        const Trace trace = run_once(watch, is_recording ? &*journal : nullptr);
         if (is_recording) write(trace);
-        if (wants_recording_ == is_recording) return;
+        // The wish may have been taken back since; the view goes on all the same.
+        if (!ended_by_wish_ && wants_recording_ == is_recording) return;
     }
 }
 
-Trace LiveView::View::run_once(const RunWatch& watch, bool is_recording) {
-    std::optional<RecordingJournal> journal;
-    if (is_recording) {
+/// False: it cannot be kept there. Pages are told so, and the view goes on.
+bool LiveView::View::begin(std::optional<RecordingJournal>& journal) {
+    try {
         std::filesystem::create_directories(settings_.folder);
         file_ = free_name(settings_.folder);
         journal.emplace(file_, recorded(*scene_, settings_.overrides, {}));
+        return true;
+    } catch (const std::exception& error) {
+        wants_recording_ = false;
+        tell(fmt::format("nothing is recorded: {}", error.what()), true);
+        return false;
     }
+}
+
+Trace LiveView::View::run_once(const RunWatch& watch, RecordingJournal* journal) {
+    const bool is_recording = journal != nullptr;
     // Also after a recording: what a run begins inside is not felt.
     if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
     {
@@ -161,10 +175,11 @@ Trace LiveView::View::run_once(const RunWatch& watch, bool is_recording) {
     };
     both.progress = [this, &watch, is_recording](double done, std::string_view what) {
         const bool goes_on = !watch.progress || watch.progress(done, what);
-        return goes_on && wants_recording_ == is_recording;
+        if (goes_on && wants_recording_ != is_recording) ended_by_wish_ = true;
+        return goes_on && !ended_by_wish_;
     };
-    if (journal)
-        both.kept = [this, &journal, is_told = false](const Trace& so_far) mutable {
+    if (journal != nullptr)
+        both.kept = [this, journal, is_told = false](const Trace& so_far) mutable {
             if (journal->add(so_far) || std::exchange(is_told, true)) return;
             tell("what is recorded cannot be kept while it goes on; check the space in its folder",
                  true);
