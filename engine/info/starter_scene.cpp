@@ -53,6 +53,7 @@ void look_at(const VoxelVolume& volume, StarterData& seen) {
     seen.iso = otsu_threshold(volume);
     if (seen.iso) seen.iso = readable_level(*seen.iso, seen.range);
     seen.bounds = bounds_of(volume);
+    seen.has_gaps = std::ranges::any_of(volume.values, [](float v) { return std::isnan(v); });
 }
 
 void look_at(const LabelVolume& volume, StarterData& seen) {
@@ -214,7 +215,11 @@ std::string level_table(const StarterData& data, const StarterChoice& choice,
                                           "two groups that differ\nthe most: often air and "
                                           "tissue. Of a CT, 200 to 300\nis bone. `palpate view` "
                                           "of the volume shows others"));
-    text += line("smooth_voxels = 0.7", "takes out the noise of single voxels; 0: as scanned");
+    text +=
+        data.has_gaps
+            ? line("smooth_voxels = 0.0", "as scanned: some voxels have no number, and\n"
+                                          "smoothing would spread that")
+            : line("smooth_voxels = 0.7", "takes out the noise of single voxels; 0: as scanned");
     text += line("keep = \"largest\"", "without crumbs; or \"all\", a number of parts,\n"
                                        "or \">50\": the parts above 50 mm3");
     return text;
