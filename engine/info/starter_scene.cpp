@@ -306,7 +306,15 @@ std::string hand_and_device(const StarterData& data) {
     text +=
         line("depth_min_mm = " + number(two_digits(0.2 * deepest_mm)), "pressed at least so deep");
     text += line("depth_max_mm = " + number(deepest_mm), "and at most so deep");
-    text += line("duration_s = 20.0", "at 0.2 m/s; speed_m_per_s changes that");
+    // Around things below 20 mm the usual speed is too many turns a second to be felt.
+    constexpr double kUsual = 0.2, kSizes_per_s = 10.0;
+    const Vec3 extent_m = data.bounds.extent();
+    const double speed = two_digits(kSizes_per_s * std::max({extent_m.x, extent_m.y, extent_m.z}));
+    if (speed > 0.0 && speed < kUsual)
+        text += line("speed_m_per_s = " + number(speed), "of the path; small things take less");
+    text +=
+        line("duration_s = 20.0",
+             speed > 0.0 && speed < kUsual ? "in all" : "at 0.2 m/s; speed_m_per_s changes that");
     return text;
 }
 

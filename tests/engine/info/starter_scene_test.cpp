@@ -101,6 +101,15 @@ TEST_F(StarterScene, OfAVolumeWithGapsSmoothesNothing) {
         0.0);
 }
 
+TEST_F(StarterScene, GoesSlowlyAroundSmallThings) {
+    StarterData data = starter_data(read_data_file(folder_ / "ball.nii.gz"));
+    const std::filesystem::path file = folder_ / "scene.toml";
+    EXPECT_EQ(parse_scene(starter_scene(data, {}, file), file).device.speed_m_per_s, 0.2);
+    data.bounds.lower = Vec3(0.0);
+    data.bounds.upper = Vec3(1e-3);
+    EXPECT_EQ(parse_scene(starter_scene(data, {}, file), file).device.speed_m_per_s, 0.01);
+}
+
 TEST_F(StarterScene, NamesItsFileFromTheScenesFolderAlsoWhereThatIsALink) {
     std::filesystem::create_directories(folder_ / "a/b");
     std::filesystem::create_directory_symlink(folder_ / "a/b", folder_ / "link");
