@@ -55,8 +55,8 @@ std::vector<std::uint64_t> wanted_frames(const std::string& words, const Run& ru
                         "{} of them, as 1200-1300; or none",
                         words, kMost));
     std::vector<std::uint64_t> frames;
-    for (std::uint64_t frame = from; frame <= to; ++frame)
-        frames.push_back(frame);
+    for (std::uint64_t i = 0; i <= to - from; ++i) // `to` may be the greatest number
+        frames.push_back(from + i);
     return frames;
 }
 

@@ -40,6 +40,11 @@ function proxies(name) {
   return rows.map(row => columns.map(i => Number(row[i])));
 }
 
+test('frames that no recording has are none, up to the greatest number', () => {
+  palpate('view', join('crease', 'recording.h5'), '-o', 'far.html', '--sub-steps', '18446744073709551610-18446744073709551615');
+  assert.deepEqual(sceneOf(join(folder, 'far.html')).details ?? {}, {});
+});
+
 test('the sub-steps of each frame lead from proxy to proxy of the recording, bit by bit', () => {
   for (const [name, {scene}] of Object.entries(cases)) {
     const wanted = proxies(name);
