@@ -83,6 +83,7 @@ private:
     bool begin(std::optional<RecordingJournal>& journal);
     Trace run_once(const RunWatch& watch, RecordingJournal* journal); // null: not recorded
     void leave_surface();
+    bool keep_marks();
     void write(const Trace& trace);
     LiveReply answer(const ViewCommand& command);
     LiveReply obey(const Probe& probe);
@@ -114,6 +115,7 @@ private:
     std::atomic<bool> wants_recording_{false};
     bool ended_by_wish_ = false; ///< the run, so that another one begins
     std::filesystem::path file_; ///< of the recording that is under way
+    std::size_t marks_kept_ = 0; ///< of it, in the file beside it
     std::uint32_t buttons_ = 0;  ///< of the last frame
     std::size_t presses_ = 0;    ///< of the button that drops marks
 
@@ -171,6 +173,7 @@ Trace LiveView::View::run_once(const RunWatch& watch, RecordingJournal* journal)
         is_recording_ = is_recording;
         has_last_ = false; // a mark is of the run that it is dropped in
         recorded_from_ = marks_.size();
+        marks_kept_ = 0;
     }
     tell(is_recording ? fmt::format("recording to {}", file_.string()) : std::string(), false);
 
@@ -187,7 +190,7 @@ Trace LiveView::View::run_once(const RunWatch& watch, RecordingJournal* journal)
     };
     if (journal != nullptr)
         both.kept = [this, journal, is_told = false](const Trace& so_far) mutable {
-            if (journal->add(so_far) || std::exchange(is_told, true)) return;
+            if ((journal->add(so_far) && keep_marks()) || std::exchange(is_told, true)) return;
             tell("what is recorded cannot be kept while it goes on; check the space in its folder",
                  true);
         };
@@ -196,21 +199,38 @@ Trace LiveView::View::run_once(const RunWatch& watch, RecordingJournal* journal)
     return run_realtime(scene_, {device_.device, device_.placement}, settings, both);
 }
 
-/// What cannot be written stays in the journal, and the view goes on.
-void LiveView::View::write(const Trace& trace) {
+/// The marks of the recording that is under way, beside it, so that they outlive the program. False
+/// where they cannot be written.
+bool LiveView::View::keep_marks() {
     std::vector<ViewMark> marks;
     {
         const std::lock_guard lock(mutex_);
-        is_recording_ = false;
         marks.assign(marks_.begin() + static_cast<std::ptrdiff_t>(recorded_from_), marks_.end());
     }
+    if (marks.size() == marks_kept_) return true;
     try {
+        write_whole_file(marks_file(file_), marks_as_json(marks));
+    } catch (const std::runtime_error&) {
+        return false;
+    }
+    marks_kept_ = marks.size();
+    return true;
+}
+
+/// What cannot be written stays in the journal, and the view goes on.
+void LiveView::View::write(const Trace& trace) {
+    {
+        const std::lock_guard lock(mutex_);
+        is_recording_ = false;
+    }
+    try {
+        if (!keep_marks())
+            throw std::runtime_error(marks_file(file_).string() + ": cannot be written");
         Recording recording = recorded(*scene_, settings_.overrides, trace);
         write_recording(file_, recording);
-        if (!marks.empty()) write_whole_file(marks_file(file_), marks_as_json(marks));
         RecordingJournal(file_, std::move(recording)).remove();
         tell(fmt::format("written: {}, {} frames, {} marks", file_.string(), trace.frames.size(),
-                         marks.size()),
+                         marks_kept_),
              false);
     } catch (const std::runtime_error& error) {
         tell(fmt::format("{}; what was recorded is in {}", error.what(),

@@ -55,7 +55,8 @@ private:
     std::unique_ptr<View> view_;
 };
 
-/// The file of marks beside a recording: recording.mrk.json of recording.h5.                [any]
+/// The file of marks beside a recording: recording.mrk.json of recording.h5 and of its journal.
+/// [any]
 std::filesystem::path marks_file(const std::filesystem::path& recording);
 
 /// Marks as 3D Slicer reads them (markups, fiducials in mm, LPS).                         [setup]

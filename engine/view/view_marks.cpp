@@ -18,6 +18,7 @@ constexpr double kMm = 1e-3; // m
 
 std::filesystem::path marks_file(const std::filesystem::path& recording) {
     std::filesystem::path file = recording;
+    if (file.extension() == ".part") file.replace_extension(); // a journal's
     return file.replace_extension(".mrk.json");
 }
 

@@ -147,6 +147,9 @@ TEST_F(LiveViewTest, ARecordingIsWrittenWithItsMarksAndReplaysBitForBit) {
     ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
     client_->send(R"({"do": "mark", "name": "top"})");
     ASSERT_TRUE(is_told("mark top"));
+    // Beside the journal, too: a program that is killed keeps them.
+    const std::filesystem::path kept = marks_file(folder_ / "out/recording-001.h5.part");
+    EXPECT_TRUE(test::becomes([&] { return std::filesystem::exists(kept); }));
     client_->send(R"({"do": "record", "on": false})");
     ASSERT_TRUE(is_told("written: "));
     end();
