@@ -82,7 +82,8 @@ public:
             throw std::invalid_argument("the state of a live page is no JSON object; give one");
         asio::post(io_, [this, words = std::string(said), is_error, now = std::move(parsed)] {
             state_ = now;
-            send_all(internal::live_words(words, is_error, state_));
+            has_new_state_ = words.empty();
+            if (!has_new_state_) send_all(internal::live_words(words, is_error, state_));
         });
     }
     LiveCounts counts() const {
@@ -132,6 +133,7 @@ private:
     internal::FrameHistory history_;
     std::vector<FrameReport> taken_;
     nlohmann::json state_ = nlohmann::json::object();
+    bool has_new_state_ = false; ///< that pages have not been told
     mutable std::mutex counts_mutex_;
     LiveCounts counts_;
     std::size_t connections_ = 0;
@@ -251,6 +253,8 @@ void LiveServer::Server::tick() {
     timer_.expires_after(kTick);
     timer_.async_wait([this](error_code error) {
         if (error) return;
+        // However often it changed: one page's flood of commands is no flood for the others.
+        if (std::exchange(has_new_state_, false)) send_all(internal::live_words("", false, state_));
         const std::uint64_t first = feed_.take(taken_);
         history_.add(first, taken_);
         const std::vector<std::shared_ptr<LivePage>> pages(pages_.begin(), pages_.end());

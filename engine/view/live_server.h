@@ -80,7 +80,8 @@ public:
     void add(const FrameReport& frame);
 
     /// Tells every page, and the ones to come, how things are: `state` is a JSON object as text.
-    /// `said` may be empty. Throws std::invalid_argument where `state` is no JSON object. [setup]
+    /// `said` may be empty: then pages are told with the next batch of frames. Throws
+    /// std::invalid_argument where `state` is no JSON object.                            [setup]
     void tell(std::string_view said, bool is_error, const std::string& state);
 
     LiveCounts counts() const; ///< [setup]
