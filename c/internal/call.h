@@ -86,6 +86,9 @@ Struct known(const Struct* given, std::size_t first, const char* name) {
     if (given == nullptr) return {};
     require(given->size >= first,
             std::string(name) + ": size is too small; set it to sizeof(" + name + ")");
+    // One that ends within a pointer would leave half of it.
+    require(given->size % alignof(Struct) == 0,
+            std::string(name) + ": no struct has this size; set it to sizeof(" + name + ")");
     return known(*given);
 }
 

@@ -300,6 +300,23 @@ TEST(PalpateC, AProgramOfALaterVersionGivesMoreAndKeepsWhatIsBehind) {
     EXPECT_EQ(later.more, 42.0);
 }
 
+// Found by the fuzz target of calls: half of a pointer was taken for one.
+TEST(PalpateC, ASizeThatEndsWithinAPointerIsRefused) {
+    palpate_scene_options options{};
+    palpate_error error{};
+    error.size = sizeof error;
+    const test::DataPtr data = test::no_data();
+    options.data = data.get();
+    palpate_scene* scene = nullptr;
+    for (std::size_t size = offsetof(palpate_scene_options, data) + 1; size < sizeof options;
+         ++size) {
+        options.size = size;
+        EXPECT_EQ(palpate_scene_parse("", "a.toml", &options, &scene, &error), PALPATE_BAD_CALL);
+        EXPECT_STREQ(error.message, "palpate_scene_options: no struct has this size; set it to "
+                                    "sizeof(palpate_scene_options)");
+    }
+}
+
 TEST(PalpateC, AProgramOfAnEarlierVersionIsServedAsItWas) {
     // What is behind the members that its header had is none of its struct.
     palpate_scene_options scene_options{};

@@ -53,6 +53,13 @@ TEST(LabelNames, LinesOfValueAndNameLeaveOutWhatFollows) {
     EXPECT_FALSE(names.at(1).color);
 }
 
+// Found by the fuzz target of tables: a line of a form feed ended the process.
+TEST(LabelNames, ALineOfBlanksOfAnyKindIsPassedOver) {
+    const internal::LabelNames names = names_of("1 bone\n\f\n \v\t\n2 skin\n");
+    ASSERT_EQ(names.size(), 2U);
+    EXPECT_EQ(names.at(2).name, "skin");
+}
+
 TEST(LabelNames, BlanksBelongToANameInQuotesBetweenTabsOrBeforeFurtherWords) {
     const internal::LabelNames names = names_of("1 \"Left  Area 4\" 2001\n"
                                                 "2\tRight Area 4\t2002\n"

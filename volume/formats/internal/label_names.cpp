@@ -252,8 +252,8 @@ std::string content(const std::filesystem::path& file) {
 class TableReader {
 public:
     void add_line(const std::string& line) {
-        const auto first = line.find_first_not_of(" \t");
-        if (first == std::string::npos || (line[first] == '#' && !columns_)) return;
+        const std::string_view said = trimmed(line);
+        if (said.empty() || (said.front() == '#' && !columns_)) return;
         const bool is_first = std::exchange(first_, false);
         if (is_first) columns_ = column_names(line);
         if (!columns_) return add(names_, read_line(line));
