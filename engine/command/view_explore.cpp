@@ -34,7 +34,7 @@ void check_used(const ViewOptions& options) {
 /// skull.toml of scans/skull.nii.gz, where the command was started.
 std::filesystem::path scene_name(const ViewOptions& options) {
     if (!options.out.empty()) {
-        const std::filesystem::path scene = options.out;
+        std::filesystem::path scene = options.out;
         if (scene.extension() != ".toml")
             throw UsageError(
                 fmt::format("-o {}: is written as a scene; name it .toml", options.out));

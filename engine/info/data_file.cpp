@@ -58,7 +58,7 @@ DataFile read_data_file(const std::filesystem::path& file, const FileInfoSetting
     if (!std::filesystem::is_directory(file, ignored) && holds_vectors(file))
         refuse("holds vectors or tensors, which have no surface; docs/effects.md has what is felt "
                "of them, as vector_follow and vector_force");
-    std::visit([&](auto&& volume) { data.content = std::move(volume); },
+    std::visit([&](auto volume) { data.content = std::move(volume); },
                internal::read_values_or_labels(file, settings));
     if (data.labels.empty() && std::holds_alternative<LabelVolume>(data.content))
         data.labels = find_name_table(file);

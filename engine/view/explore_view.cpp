@@ -113,7 +113,7 @@ private:
     Message first_message();
     LiveReply answer(const ViewCommand& command);
     LiveReply obey(const Iso& iso);
-    LiveReply obey(const Labels& labels);
+    LiveReply obey(const Labels& wanted);
     LiveReply obey(const Save& save);
     template <class OfLoop>
     LiveReply obey(const OfLoop&) {
