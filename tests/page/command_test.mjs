@@ -121,6 +121,7 @@ test('a page moves the probe of a loop, changes its gain, and its recording has 
   await page.fill('#mark-name', 'here');
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => window.palpate.marks.length === 1);
+  await page.waitForFunction(() => window.palpate.frames.count > 1000); // of this run alone
   const live = await framesOf(page), lost = (await output(page, 'device')).text; // the next run begins with other frames
   await page.click('#record');
   await page.waitForSelector('#record[aria-pressed=false]');
