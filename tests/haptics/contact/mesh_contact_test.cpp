@@ -303,6 +303,40 @@ TEST(MeshContact, MeshAndVolumeTogether) {
     }
 }
 
+// Seen: on a certified facet, beside one that is not, the proxy was drawn off and could not go, as
+// the other facet was nearer than a skin. It was then taken to be in free space, without the label
+// of its side, and the next chord went out through the facet that it was on.
+TEST(MeshContact, WhereAFlightEndsAtOnceTheProxyKeepsItsSide) {
+    constexpr double kHalf = 0.01, kGap = 0.7e-9; // m
+    TriangleMesh mesh = test::box_mesh({-2 * kHalf, -kHalf, -kHalf}, {-kGap, kHalf, kHalf});
+    test::append(mesh, test::box_mesh({0, -kHalf, -kHalf}, {2 * kHalf, kHalf, kHalf}));
+    const auto boxes = certified(mesh);
+    ASSERT_EQ(boxes->uncertain_count(), 20u) << "all but the ends, which are felt here";
+    for (const double beside_m : {0.0, 1e-9, 2e-9, 1e-8}) { // of the face y = kHalf
+        SCOPED_TRACE(beside_m);
+        MeshContact contact(boxes, {});
+        Vec3 proxy{kHalf, 0, 2e-3};
+        contact.restart(proxy);
+        const auto go = [&](const Vec3& to) { // and how far it went
+            const Vec3 from = proxy;
+            proxy += contact.carry(from, to).fraction * (to - from);
+            ContactSet contacts;
+            contact.offer(proxy, contacts);
+            contact.commit(proxy, false, true);
+            return glm::length(proxy - from);
+        };
+        go({3 * kHalf, 0, 2e-3});
+        const Vec3 on{2 * kHalf, kHalf - beside_m, 2e-3};
+        for (int leg = 0; leg < 3; ++leg) // one ends on the edge between both facets of the end
+            go(on);
+        ASSERT_LE(glm::length(proxy - on), kExact);
+        EXPECT_LE(go(on + Vec3{-1e-3, 3e-3, 0}), kExact) << "off the end, through the other face";
+        EXPECT_LE(go(on + Vec3{1e-3, 0, 0}), kExact) << "through the end";
+        EXPECT_LE(go(on + Vec3{1e-3, 1e-4, 0}), kExact) << "through the edge";
+        EXPECT_GE(go(on + Vec3{-1e-3, -3e-3, 0}), 3e-3) << "back into the box";
+    }
+}
+
 TEST(MeshContact, SettingsOutOfRangeAreRefused) {
     const auto mesh = certified(test::plate());
     EXPECT_THROW(MeshContact(nullptr, {}), std::invalid_argument);
