@@ -127,6 +127,7 @@ TEST_P(MeshFuzzUncertain, NothingGetsThroughWithFriction) {
     EXPECT_EQ(result.through, 0);
     EXPECT_GE(result.checks, result.frames / 40);
     EXPECT_GE(result.in_contact, result.frames / 20);
+    RecordProperty("stalled", std::to_string(result.stalled));
 }
 
 INSTANTIATE_TEST_SUITE_P(Works, MeshFuzzUncertain, testing::ValuesIn(uncertain_works()), name_of);
