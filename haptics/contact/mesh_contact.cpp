@@ -205,6 +205,23 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
         add(now_.spot.position, walk_.outward(now_.touches[i].facet, now_.touches[i].side));
 }
 
+Mat3 MeshContact::distance_hessian(const Vec3& point) const noexcept {
+    const MeshSpot& spot = now_.spot;
+    const Vec3 way = point - spot.position;
+    const double distance = glm::length(way);
+    const bool bends = !now_.passed && now_.mode == Mode::on_surface &&
+                       spot.feature != MeshSpot::Feature::face && distance > 0.0;
+    if (!bends) return Mat3{0.0};
+    Mat3 across = Mat3(1.0) - glm::outerProduct(way / distance, way / distance);
+    if (spot.feature == MeshSpot::Feature::edge) {
+        const MeshTopology& topology = mesh_->topology();
+        const Vec3 along = glm::normalize(topology.corner(spot.facet, (spot.index + 1) % 3) -
+                                          topology.corner(spot.facet, spot.index));
+        across -= glm::outerProduct(along, along); // there it goes along, and `way` is across
+    }
+    return across / distance;
+}
+
 std::optional<SlidingSurface::Face> MeshContact::offer_face(const Vec3& proxy) noexcept {
     if (now_.passed || !now_.strength.is_hard()) return std::nullopt;
     locate(proxy);
