@@ -209,7 +209,7 @@ Verdict locks(DriverTrial& trial) {
         longest_s = std::max(longest_s, one.lock_s);
         waits += one.lock_s > kLong_s ? 1 : 0;
     }
-    if (20 * waits > all.size())
+    if (waits > 2 && 50 * waits > all.size()) // one or two a busy machine makes
         return fail(fmt::format("{} of {} frames wait for a lock for more than 2 ms, {:.3g} ms at "
                                 "most; hold it only to copy a state",
                                 waits, all.size(), 1e3 * longest_s));

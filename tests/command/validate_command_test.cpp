@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // `palpate validate driver` finds each fault of plugins/seeded_device.c by the check that is meant,
 // and nothing in a plug-in without one.
+#include <csignal>
 #include <cstdlib>
 #include <map>
 #include <string>
 #include <vector>
+
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -66,6 +70,15 @@ const std::map<std::string, std::string> kFilesFoundBy{
     {"UNDEFINED_SYMBOL", "file"}, {"NO_ENTRY", "entry"},   {"NULL_TABLE", "entry"},
     {"WRONG_ABI", "version"},     {"SHORT_TABLE", "size"}, {"NULL_READ", "functions"}};
 
+constexpr const char* kBall = "[volume.ball]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n"
+                              "[surface.skin]\nvolume = \"ball\"\n"
+                              "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
+
+/// The ball, felt with a plug-in.
+std::string ball_with(const std::string& plugin) {
+    return kBall + ("[device]\ntype = \"plugin:" + plugin + "\"\n");
+}
+
 class ValidateCommand : public test::CommandRun {
 protected:
     /// The names of the checks that came to `outcome`.
@@ -105,6 +118,41 @@ TEST_F(ValidateCommand, APluginWithoutAFaultPassesEveryCheck) {
     std::vector<std::string> skipped = checks(result, "SKIP");
     EXPECT_LE(skipped.size(), 2u) << "allocations and locks are not counted under sanitizers";
     EXPECT_GE(checks(result, "PASS").size(), 40u);
+}
+
+/// Runs a hand in Python beside what it is given.
+class PythonHand {
+public:
+    explicit PythonHand(const std::string& port) : process_(::fork()) {
+        if (process_ != 0) return;
+        ::execl(PALPATE_PYTHON, PALPATE_PYTHON, "-B", PALPATE_HAND, port.c_str(), "120", nullptr);
+        ::_exit(127);
+    }
+    ~PythonHand() {
+        ::kill(process_, SIGKILL);
+        ::waitpid(process_, nullptr, 0);
+    }
+    PythonHand(const PythonHand&) = delete;
+    PythonHand& operator=(const PythonHand&) = delete;
+
+private:
+    pid_t process_;
+};
+
+TEST_F(ValidateCommand, TheUdpExampleWithAHandInPythonPassesAndIsReplayed) {
+    const std::string port = std::to_string(20000 + ::getpid() % 20000);
+    const std::string plugin = kFolder + "/udp_device.so?port=" + port;
+    const PythonHand hand(port);
+    const test::CommandResult result = run({"validate", "driver", plugin, "--json"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
+    EXPECT_GE(checks(result, "PASS").size(), 38u) << result.out;
+
+    make("scene.toml", kBall);
+    const test::CommandResult trace = run({"trace", "scene.toml", "--pace", "realtime", "--seconds",
+                                           "3", "--out", "out", "--device", "plugin:" + plugin});
+    ASSERT_EQ(trace.exit, 0) << trace.err;
+    EXPECT_EQ(run({"replay", "out/recording.h5", "--check"}).exit, 0);
 }
 
 TEST_F(ValidateCommand, TheSimulatedHandPasses) {
@@ -167,13 +215,8 @@ TEST_F(ValidateCommand, WhatIsAskedWronglyIsSaid) {
     EXPECT_EQ(run({"validate", "driver", "x.so?port"}).exit, 3);
 }
 
-constexpr const char* kBall = "[volume.ball]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n"
-                              "[surface.skin]\nvolume = \"ball\"\n"
-                              "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n"
-                              "[device]\norigin_mm = [0, 0, 0]\ntype = \"plugin:";
-
 TEST_F(ValidateCommand, ARunWithAPluginIsReplayedToTheLastBit) {
-    make("scene.toml", kBall + kFolder + "/seeded_device.so\"\n");
+    make("scene.toml", ball_with(kFolder + "/seeded_device.so"));
     const test::CommandResult trace =
         run({"trace", "scene.toml", "--pace", "realtime", "--seconds", "1", "--out", "out"});
     ASSERT_EQ(trace.exit, 0) << trace.err;
@@ -187,7 +230,7 @@ TEST_F(ValidateCommand, ARunWithAPluginIsReplayedToTheLastBit) {
 }
 
 TEST_F(ValidateCommand, ARunThatHangsInThePluginEndsAndSaysSo) {
-    make("scene.toml", kBall + kFolder + "/seeded_device.so?defect=HANG_IN_READ\"\n");
+    make("scene.toml", ball_with(kFolder + "/seeded_device.so?defect=HANG_IN_READ"));
     const test::CommandResult trace =
         run({"trace", "scene.toml", "--pace", "realtime", "--seconds", "1", "--out", "out"});
     EXPECT_EQ(trace.exit, 0) << trace.err;
@@ -196,7 +239,7 @@ TEST_F(ValidateCommand, ARunThatHangsInThePluginEndsAndSaysSo) {
 }
 
 TEST_F(ValidateCommand, APluginThatIsNotThereIsADeviceError) {
-    make("scene.toml", kBall + folder().string() + "/none.so\"\n");
+    make("scene.toml", ball_with(folder().string() + "/none.so"));
     const test::CommandResult trace = run({"trace", "scene.toml", "--pace", "realtime"});
     EXPECT_EQ(trace.exit, 4);
     EXPECT_NE(trace.err.find("none.so: there is no such file; give the plug-in's shared library"),

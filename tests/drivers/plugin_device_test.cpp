@@ -64,7 +64,7 @@ TEST(PluginDevice, StatesComeAndTheirTimeGoesOn) {
     const double first_s = rig.state.time_s;
     EXPECT_TRUE(test::comes_true([&] { return rig.fresh() && rig.state.time_s > first_s + 0.05; }));
     EXPECT_EQ(rig.state.buttons, 1u);
-    EXPECT_GT(rig.device.counts().states, 10u);
+    EXPECT_TRUE(test::comes_true([&] { return rig.device.counts().states > 10; }));
     EXPECT_EQ(rig.device.counts().faulty, 0u);
 }
 
@@ -145,10 +145,15 @@ TEST(PluginDevice, WithoutAStateItIsStale) {
 TEST(PluginDevice, AReadThatDoesNotReturnIsStaleAndStopsNobody) {
     Rig rig("HANG_IN_READ", kShort);
     ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().states > 0; }));
-    EXPECT_TRUE(test::comes_true([&] { return !rig.fresh(); }));
-    rig.device.write({1.0, 0.0, 0.0});
-    rig.device.stop();
-    EXPECT_PART(rig.device.complaint(), "stop did not return");
+    // A busy machine makes it stale before it hangs: then it goes on.
+    EXPECT_TRUE(test::comes_true([&] {
+        rig.device.write({1.0, 0.0, 0.0});
+        if (rig.fresh()) return false;
+        rig.device.stop();
+        if (rig.device.complaint().find("stop did not return") != std::string::npos) return true;
+        rig.device.start();
+        return false;
+    }));
     EXPECT_FALSE(rig.fresh()) << "and it goes on";
 }
 
@@ -226,14 +231,21 @@ TEST(PluginDevice, AnAddressIsAFileAndItsOptions) {
         {"port", "5055"}, {"name", "x=y"}, {"empty", ""}};
     EXPECT_EQ(address.options, options);
     EXPECT_TRUE(plugin_address("a.so").options.empty());
-    for (const char* wrong : {"", "?a=b", "a.so?", "a.so?port", "a.so?=1", "a.so?a=1&a=2", "a.so?&"})
+    for (const char* wrong :
+         {"", "?a=b", "a.so?", "a.so?port", "a.so?=1", "a.so?a=1&a=2", "a.so?&"})
         EXPECT_THROW(plugin_address(wrong), std::runtime_error) << wrong;
 }
 
 /// What is taken from any bytes is finite, near, and turned by a unit quaternion.
 TEST(PluginLibrary, AMillionStatesOfRandomBytesLetNoNumberThroughThatIsNone) {
     std::mt19937_64 random(20261123);
-    constexpr double kSome[] = {0.0, 1.0, -0.1, 1e-300, 1e3, 1.0000001e3, 1e300,
+    constexpr double kSome[] = {0.0,
+                                1.0,
+                                -0.1,
+                                1e-300,
+                                1e3,
+                                1.0000001e3,
+                                1e300,
                                 std::numeric_limits<double>::quiet_NaN(),
                                 std::numeric_limits<double>::infinity()};
     long taken = 0;
@@ -278,7 +290,8 @@ TEST(PluginLibrary, EachPropertyOutOfRangeIsNamed) {
         return internal::fault_of(one);
     };
     EXPECT_PART(fault([](auto& p) { p.name[0] = '\0'; }), "name: is empty");
-    EXPECT_PART(fault([](auto& p) { std::memset(p.name, 'x', sizeof p.name); }), "name: has no end");
+    EXPECT_PART(fault([](auto& p) { std::memset(p.name, 'x', sizeof p.name); }),
+                "name: has no end");
     EXPECT_PART(fault([](auto& p) { p.rate_hz = 49.0; }), "rate_hz = 49: must be in [50, 20000]");
     EXPECT_PART(fault([](auto& p) { p.longest_call_s = 0.0; }), "longest_call_s = 0");
     EXPECT_PART(fault([](auto& p) { p.stale_after_s = 2.0; }), "stale_after_s = 2");

@@ -76,7 +76,7 @@ static void *hold_lock(void *opened) {
         pthread_mutex_lock(&device->mutex);
         sleep_s(20e-3);
         pthread_mutex_unlock(&device->mutex);
-        sleep_s(1e-3);
+        sleep_s(1e-4);
     }
     return NULL;
 }
@@ -104,6 +104,7 @@ static int read_options(const palpate_plugin_options *options) {
 }
 
 static int plugin_open(const palpate_plugin_options *options, void **opened) {
+    open_reason = "";
     if (read_options(options) != PALPATE_PLUGIN_OK) return PALPATE_PLUGIN_FAILED;
     if (HAS(SILENT_OPEN)) return PALPATE_PLUGIN_FAILED;
     if (HAS(OPEN_HANGS)) go_on(NULL);
@@ -168,7 +169,7 @@ static int plugin_start(void *opened) {
 #ifndef NULL_READ
 /* Half a hand: the spring pulls it to a point that goes to and fro, 30 mm in 2 s. */
 static void move(device_type *device, double until_s) {
-    const double mass = HAS(DELAYED) ? 0.05 : 0.2, damping = HAS(DELAYED) ? 0.3 : 14.0;
+    const double mass = HAS(DELAYED) ? 0.05 : 0.2, damping = HAS(DELAYED) ? 1.0 : 14.0;
     const double spring = HAS(DELAYED) ? 20.0 : 300.0, sign = HAS(WRONG_SIGN) ? -1.0 : 1.0;
     for (int step = 0; device->stepped_s + STEP_S <= until_s && step < 2000; ++step) {
         const double *force = device->told[step % HISTORY];
@@ -177,7 +178,7 @@ static void move(device_type *device, double until_s) {
         if (device->stepped_s - device->last_told_s > 0.05 && !HAS(HOLDS_FOREVER))
             memset(device->held, 0, sizeof device->held);
         memcpy(device->told[now % HISTORY], device->held, sizeof device->held);
-        force = device->told[(now - (HAS(DELAYED) ? 20 : 0)) % HISTORY];
+        force = device->told[(now - (HAS(DELAYED) ? 8 : 0)) % HISTORY];
         for (int i = 0; i < 3; ++i) {
             const double aim = 0.03 * sin(M_PI * (device->stepped_s - device->began_s) + i);
             const double push = isfinite(force[i]) ? sign * force[i] : 0.0;
