@@ -21,7 +21,8 @@
 #include <palpate/device_plugin.h>
 
 #define LONGEST_FORCE_N 8.0
-#define FORCE_HOLD_S 0.05 /* hand.py lets a force end that is older: so a host that hangs is no harm */
+#define FORCE_HOLD_S                                                                               \
+    0.05 /* hand.py lets a force end that is older: so a host that hangs is no harm */
 
 typedef struct {
     double time_s, position_m[3], velocity_m_per_s[3];
@@ -46,15 +47,15 @@ static double now_s(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static int fail(char *reason, const char *what, const char *remedy) {
+static int fail(char* reason, const char* what, const char* remedy) {
     snprintf(reason, 200, "udp: %s; %s", what, remedy);
     return PALPATE_PLUGIN_FAILED;
 }
 
-static int read_port(const palpate_plugin_options *options, long *port) {
+static int read_port(const palpate_plugin_options* options, long* port) {
     *port = 5055;
     for (size_t i = 0; i < options->count; ++i) {
-        char *end = NULL;
+        char* end = NULL;
         if (strcmp(options->keys[i], "port") != 0)
             return fail(open_reason, "an option is not \"port\"", "leave it out");
         *port = strtol(options->values[i], &end, 10);
@@ -64,15 +65,15 @@ static int read_port(const palpate_plugin_options *options, long *port) {
     return PALPATE_PLUGIN_OK;
 }
 
-static int udp_open(const palpate_plugin_options *options, void **opened) {
+static int udp_open(const palpate_plugin_options* options, void** opened) {
     long port;
     if (read_port(options, &port) != PALPATE_PLUGIN_OK) return PALPATE_PLUGIN_FAILED;
     struct sockaddr_in own = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
     own.sin_addr.s_addr = htonl(INADDR_LOOPBACK); /* nobody else moves the probe */
     const int socket_number = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    udp_device *device = calloc(1, sizeof *device);
+    udp_device* device = calloc(1, sizeof *device);
     if (socket_number < 0 || device == NULL ||
-        bind(socket_number, (const struct sockaddr *)&own, sizeof own) != 0) {
+        bind(socket_number, (const struct sockaddr*)&own, sizeof own) != 0) {
         fail(open_reason, strerror(errno), "give another ?port=NUMBER");
         if (socket_number >= 0) close(socket_number);
         free(device);
@@ -84,8 +85,8 @@ static int udp_open(const palpate_plugin_options *options, void **opened) {
     return PALPATE_PLUGIN_OK;
 }
 
-static int udp_properties(void *opened, palpate_plugin_properties *properties) {
-    const udp_device *device = opened;
+static int udp_properties(void* opened, palpate_plugin_properties* properties) {
+    const udp_device* device = opened;
     strcpy(properties->name, device->name);
     properties->rate_hz = 1000.0;
     properties->longest_call_s = 1e-3;
@@ -104,24 +105,25 @@ static int udp_properties(void *opened, palpate_plugin_properties *properties) {
     return PALPATE_PLUGIN_OK;
 }
 
-static void send_force(udp_device *device, const double force_n[3]) {
+static void send_force(udp_device* device, const double force_n[3]) {
     memcpy(device->held_force_n, force_n, sizeof device->held_force_n);
     device->told_s = now_s();
     if (device->hand.sin_family == AF_INET) /* a hand that is gone is noticed by its silence */
         sendto(device->socket, force_n, sizeof device->held_force_n, 0,
-               (const struct sockaddr *)&device->hand, sizeof device->hand);
+               (const struct sockaddr*)&device->hand, sizeof device->hand);
 }
 
-static int udp_start(void *opened) {
-    udp_device *device = opened;
+static int udp_start(void* opened) {
+    udp_device* device = opened;
     char old[sizeof(message)];
-    while (recv(device->socket, old, sizeof old, 0) >= 0) {}
+    while (recv(device->socket, old, sizeof old, 0) >= 0) {
+    }
     device->is_started = 1;
     return PALPATE_PLUGIN_OK;
 }
 
-static int udp_read(void *opened, palpate_plugin_state *state) {
-    udp_device *device = opened;
+static int udp_read(void* opened, palpate_plugin_state* state) {
+    udp_device* device = opened;
     message newest, next;
     int has_one = 0;
     /* What has piled up is old but for the last: a bounded number, so that a flood ends. */
@@ -129,7 +131,7 @@ static int udp_read(void *opened, palpate_plugin_state *state) {
         struct sockaddr_in sender;
         socklen_t length = sizeof sender;
         const ssize_t bytes = recvfrom(device->socket, &next, sizeof next, MSG_TRUNC,
-                                       (struct sockaddr *)&sender, &length);
+                                       (struct sockaddr*)&sender, &length);
         if (bytes < 0) break; /* there is none, or the hand's program has gone: silence */
         if (bytes != (ssize_t)sizeof next) continue; /* no message of ours */
         newest = next;
@@ -137,7 +139,8 @@ static int udp_read(void *opened, palpate_plugin_state *state) {
         has_one = 1;
     }
     const int is_held = now_s() - device->told_s <= FORCE_HOLD_S;
-    for (int i = 0; i < 3; ++i) state->held_force_n[i] = is_held ? device->held_force_n[i] : 0.0;
+    for (int i = 0; i < 3; ++i)
+        state->held_force_n[i] = is_held ? device->held_force_n[i] : 0.0;
     if (!has_one) return PALPATE_PLUGIN_NOTHING_NEW;
     state->time_s = newest.time_s;
     memcpy(state->position_m, newest.position_m, sizeof newest.position_m);
@@ -146,8 +149,8 @@ static int udp_read(void *opened, palpate_plugin_state *state) {
     return PALPATE_PLUGIN_OK;
 }
 
-static int udp_write(void *opened, const double force_n[3]) {
-    udp_device *device = opened;
+static int udp_write(void* opened, const double force_n[3]) {
+    udp_device* device = opened;
     const double length =
         sqrt(force_n[0] * force_n[0] + force_n[1] * force_n[1] + force_n[2] * force_n[2]);
     double held[3] = {0.0, 0.0, 0.0};
@@ -162,25 +165,25 @@ static int udp_write(void *opened, const double force_n[3]) {
     return PALPATE_PLUGIN_OK;
 }
 
-static int udp_stop(void *opened) {
-    udp_device *device = opened;
+static int udp_stop(void* opened) {
+    udp_device* device = opened;
     const double none[3] = {0.0, 0.0, 0.0};
     send_force(device, none);
     device->is_started = 0;
     return PALPATE_PLUGIN_OK;
 }
 
-static void udp_close(void *opened) {
-    udp_device *device = opened;
+static void udp_close(void* opened) {
+    udp_device* device = opened;
     close(device->socket);
     free(device);
 }
 
-static const char *udp_reason(void *opened) {
-    return opened == NULL ? open_reason : ((udp_device *)opened)->reason;
+static const char* udp_reason(void* opened) {
+    return opened == NULL ? open_reason : ((udp_device*)opened)->reason;
 }
 
-const palpate_device_plugin *palpate_device_plugin_entry(void) {
+const palpate_device_plugin* palpate_device_plugin_entry(void) {
     static const palpate_device_plugin functions = {
         .size = sizeof functions,
         .abi = PALPATE_DEVICE_PLUGIN_ABI,

@@ -16,21 +16,24 @@
 
 #include <palpate/device_plugin.h>
 
-#define DEFECTS(X) \
-    X(NONE) X(ANY_OPTION) X(SILENT_OPEN) X(OPEN_HANGS) X(NEEDS_FILE) X(RATE_NAN) \
-    X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) \
-    X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) \
-    X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) \
-    X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) \
-    X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) \
-    X(SECOND_STOP_CRASHES) X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE) \
-    X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) X(LEAKS_THREAD) \
-    X(LEAKS_MEMORY) X(HANG_IN_READ) X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE)
+#define DEFECTS(X)                                                                                 \
+    X(NONE)                                                                                        \
+    X(ANY_OPTION) X(SILENT_OPEN) X(OPEN_HANGS) X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE)      \
+        X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS)          \
+            X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(SAME_TIME)        \
+                X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE)       \
+                    X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK)                \
+                        X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED)       \
+                            X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES)            \
+                                X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE)     \
+                                    X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) \
+                                        X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)            \
+                                            X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
 #define TEXT(name) #name,
-static const char *const defect_names[] = {DEFECTS(TEXT)};
+static const char* const defect_names[] = {DEFECTS(TEXT)};
 
 static int defect = NONE; /* of the last device that was opened */
 #define HAS(name) (defect == name)
@@ -52,12 +55,12 @@ typedef struct {
     pthread_t thread;
     pthread_mutex_t mutex;
     volatile int is_ending;
-    const char *reason;
+    const char* reason;
 } device_type;
 
 static int open_count, close_count;
-static const char *open_reason = "";
-static void *volatile kept;
+static const char* open_reason = "";
+static void* volatile kept;
 
 static double now_s(void) {
     struct timespec now;
@@ -70,8 +73,8 @@ static void sleep_s(double seconds) {
     nanosleep(&time, NULL);
 }
 
-static void *hold_lock(void *opened) {
-    device_type *device = opened;
+static void* hold_lock(void* opened) {
+    device_type* device = opened;
     while (!device->is_ending) {
         pthread_mutex_lock(&device->mutex);
         sleep_s(20e-3);
@@ -81,12 +84,13 @@ static void *hold_lock(void *opened) {
     return NULL;
 }
 
-static void *go_on(void *none) {
-    for (;;) pause();
+static void* go_on(void* none) {
+    for (;;)
+        pause();
     return none;
 }
 
-static int read_options(const palpate_plugin_options *options) {
+static int read_options(const palpate_plugin_options* options) {
     int unknown = 0;
     for (size_t i = 0; i < options->count; ++i) {
         const int before = defect;
@@ -103,7 +107,7 @@ static int read_options(const palpate_plugin_options *options) {
     return PALPATE_PLUGIN_FAILED;
 }
 
-static int plugin_open(const palpate_plugin_options *options, void **opened) {
+static int plugin_open(const palpate_plugin_options* options, void** opened) {
     open_reason = "";
     if (read_options(options) != PALPATE_PLUGIN_OK) return PALPATE_PLUGIN_FAILED;
     if (HAS(SILENT_OPEN)) return PALPATE_PLUGIN_FAILED;
@@ -113,7 +117,7 @@ static int plugin_open(const palpate_plugin_options *options, void **opened) {
         open_reason = "the device is still busy; wait";
         return PALPATE_PLUGIN_FAILED;
     }
-    device_type *device = calloc(1, sizeof *device);
+    device_type* device = calloc(1, sizeof *device);
     if (device == NULL) return PALPATE_PLUGIN_FAILED;
     device->file = -1;
     if (HAS(NEEDS_FILE) || HAS(LEAKS_FILE)) {
@@ -133,8 +137,8 @@ static int plugin_open(const palpate_plugin_options *options, void **opened) {
     return PALPATE_PLUGIN_OK;
 }
 
-static int plugin_properties(void *opened, palpate_plugin_properties *properties) {
-    const device_type *device = opened;
+static int plugin_properties(void* opened, palpate_plugin_properties* properties) {
+    const device_type* device = opened;
     strcpy(properties->name, "seeded device");
     properties->rate_hz = HAS(RATE_NAN) ? NAN : 1000.0;
     properties->longest_call_s = HAS(HOLDS_LOCK) ? 0.1 : 1e-3;
@@ -153,8 +157,8 @@ static int plugin_properties(void *opened, palpate_plugin_properties *properties
 
 static void on_signal(int number) { (void)number; }
 
-static int plugin_start(void *opened) {
-    device_type *device = opened;
+static int plugin_start(void* opened) {
+    device_type* device = opened;
     if (HAS(START_EXITS)) exit(0);
     if (HAS(START_FAILS) || (HAS(NO_RESTART) && device->was_started)) {
         device->reason = "the motors do not answer; switch them on";
@@ -168,11 +172,11 @@ static int plugin_start(void *opened) {
 
 #ifndef NULL_READ
 /* Half a hand: the spring pulls it to a point that goes to and fro, 30 mm in 2 s. */
-static void move(device_type *device, double until_s) {
+static void move(device_type* device, double until_s) {
     const double mass = HAS(DELAYED) ? 0.05 : 0.2, damping = HAS(DELAYED) ? 1.0 : 14.0;
     const double spring = HAS(DELAYED) ? 20.0 : 300.0, sign = HAS(WRONG_SIGN) ? -1.0 : 1.0;
     for (int step = 0; device->stepped_s + STEP_S <= until_s && step < 2000; ++step) {
-        const double *force = device->told[step % HISTORY];
+        const double* force = device->told[step % HISTORY];
         device->stepped_s += STEP_S;
         const long now = (long)(device->stepped_s / STEP_S);
         if (device->stepped_s - device->last_told_s > 0.05 && !HAS(HOLDS_FOREVER))
@@ -182,14 +186,15 @@ static void move(device_type *device, double until_s) {
         for (int i = 0; i < 3; ++i) {
             const double aim = 0.03 * sin(M_PI * (device->stepped_s - device->began_s) + i);
             const double push = isfinite(force[i]) ? sign * force[i] : 0.0;
-            const double pull = spring * (aim - device->position[i]) - damping * device->velocity[i];
+            const double pull =
+                spring * (aim - device->position[i]) - damping * device->velocity[i];
             device->velocity[i] += STEP_S * (pull + push) / mass;
             device->position[i] += STEP_S * device->velocity[i];
         }
     }
 }
 
-static void misbehave(device_type *device) {
+static void misbehave(device_type* device) {
     const long reads = device->reads;
     if (HAS(HANG_IN_READ) && reads == 200) go_on(NULL);
     if (HAS(SLOW_READ)) sleep_s(5e-3);
@@ -206,25 +211,43 @@ static void misbehave(device_type *device) {
 }
 
 /* Something else is wrong each time, and nothing every third time. */
-static int spoil(const device_type *device, palpate_plugin_state *state) {
+static int spoil(const device_type* device, palpate_plugin_state* state) {
     static const int results[] = {PALPATE_PLUGIN_FAILED, PALPATE_PLUGIN_NOTHING_NEW, 77, -1};
     switch (device->reads % 3 != 0 ? device->reads / 3 % 9 : -1) {
-    case 0: state->position_m[0] = NAN; break;
-    case 1: state->position_m[2] = -INFINITY; break;
-    case 2: state->position_m[1] = 1e300; break;
-    case 3: state->time_s = NAN; break;
-    case 4: state->time_s = 0.0; break;
-    case 5: state->velocity_m_per_s[1] = INFINITY; break;
-    case 6: memset(state->orientation, 0, sizeof state->orientation); break;
-    case 7: memset(state, 0xFF, sizeof *state); break;
-    case 8: return results[device->reads % 4];
-    default: break;
+    case 0:
+        state->position_m[0] = NAN;
+        break;
+    case 1:
+        state->position_m[2] = -INFINITY;
+        break;
+    case 2:
+        state->position_m[1] = 1e300;
+        break;
+    case 3:
+        state->time_s = NAN;
+        break;
+    case 4:
+        state->time_s = 0.0;
+        break;
+    case 5:
+        state->velocity_m_per_s[1] = INFINITY;
+        break;
+    case 6:
+        memset(state->orientation, 0, sizeof state->orientation);
+        break;
+    case 7:
+        memset(state, 0xFF, sizeof *state);
+        break;
+    case 8:
+        return results[device->reads % 4];
+    default:
+        break;
     }
     return PALPATE_PLUGIN_OK;
 }
 
-static int plugin_read(void *opened, palpate_plugin_state *state) {
-    device_type *device = opened;
+static int plugin_read(void* opened, palpate_plugin_state* state) {
+    device_type* device = opened;
     if (HAS(CRASH_BEFORE_START) && !device->was_started) abort();
     memcpy(state->held_force_n, device->held, sizeof device->held);
     if (!device->is_started || HAS(NO_STATE)) return PALPATE_PLUGIN_NOTHING_NEW;
@@ -242,19 +265,21 @@ static int plugin_read(void *opened, palpate_plugin_state *state) {
     state->time_s = time_s;
     for (int i = 0; i < 3; ++i) {
         state->position_m[i] = device->position[i];
-        state->velocity_m_per_s[i] = HAS(WRONG_VELOCITY) ? -device->velocity[i] : device->velocity[i];
+        state->velocity_m_per_s[i] =
+            HAS(WRONG_VELOCITY) ? -device->velocity[i] : device->velocity[i];
     }
     if (HAS(NAN_POSITION) && device->reads % 50 == 0) state->position_m[1] = NAN;
     state->buttons = HAS(WRONG_BUTTONS) ? 8u : 1u;
     state->is_stale = HAS(ALWAYS_STALE);
     if (HAS(TELLS_FORCE))
-        for (int i = 0; i < 3; ++i) state->position_m[i] = 1e-3 * device->held[i];
+        for (int i = 0; i < 3; ++i)
+            state->position_m[i] = 1e-3 * device->held[i];
     return HAS(GARBAGE) ? spoil(device, state) : PALPATE_PLUGIN_OK;
 }
 #endif
 
-static int plugin_write(void *opened, const double force_n[3]) {
-    device_type *device = opened;
+static int plugin_write(void* opened, const double force_n[3]) {
+    device_type* device = opened;
     const double length =
         sqrt(force_n[0] * force_n[0] + force_n[1] * force_n[1] + force_n[2] * force_n[2]);
     if (HAS(FORCE_AFTER_STOP) && device->stops > 0) return PALPATE_PLUGIN_OK;
@@ -271,8 +296,8 @@ static int plugin_write(void *opened, const double force_n[3]) {
     return PALPATE_PLUGIN_OK;
 }
 
-static int plugin_stop(void *opened) {
-    device_type *device = opened;
+static int plugin_stop(void* opened) {
+    device_type* device = opened;
     if (HAS(SECOND_STOP_CRASHES) && device->stops > 0) abort();
     if (HAS(HANG_IN_STOP)) go_on(NULL);
     ++device->stops;
@@ -281,8 +306,8 @@ static int plugin_stop(void *opened) {
     return PALPATE_PLUGIN_OK;
 }
 
-static void plugin_close(void *opened) {
-    device_type *device = opened;
+static void plugin_close(void* opened) {
+    device_type* device = opened;
     if (HAS(CRASH_IN_CLOSE) && device->was_started) abort();
     if (HAS(HANG_IN_CLOSE) && device->was_started) go_on(NULL);
     if (HAS(CRASH_UNSTARTED) && !device->was_started) abort();
@@ -293,8 +318,8 @@ static void plugin_close(void *opened) {
     free(device);
 }
 
-static const char *plugin_reason(void *opened) {
-    return opened == NULL ? open_reason : ((device_type *)opened)->reason;
+static const char* plugin_reason(void* opened) {
+    return opened == NULL ? open_reason : ((device_type*)opened)->reason;
 }
 
 #ifdef SHORT_TABLE
@@ -314,10 +339,10 @@ static const char *plugin_reason(void *opened) {
 #endif
 #ifdef NO_ENTRY
 #define palpate_device_plugin_entry some_other_function
-PALPATE_PLUGIN_EXPORT const palpate_device_plugin *palpate_device_plugin_entry(void);
+PALPATE_PLUGIN_EXPORT const palpate_device_plugin* palpate_device_plugin_entry(void);
 #endif
 
-const palpate_device_plugin *palpate_device_plugin_entry(void) {
+const palpate_device_plugin* palpate_device_plugin_entry(void) {
     static const palpate_device_plugin functions = {
         .size = TABLE_SIZE,
         .abi = ABI,
@@ -335,7 +360,7 @@ const palpate_device_plugin *palpate_device_plugin_entry(void) {
 #ifdef UNDEFINED_SYMBOL
     a_function_of_a_library_that_is_not_linked();
 #endif
-    #ifdef NULL_TABLE
+#ifdef NULL_TABLE
     return functions.size > 0 ? NULL : &functions;
 #else
     return &functions;
