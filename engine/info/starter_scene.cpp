@@ -53,6 +53,7 @@ void look_at(const VoxelVolume& volume, StarterData& seen) {
     seen.iso = otsu_threshold(volume);
     if (seen.iso) seen.iso = readable_level(*seen.iso, seen.range);
     seen.bounds = bounds_of(volume);
+    seen.has_gaps = std::ranges::any_of(volume.values, [](float v) { return std::isnan(v); });
 }
 
 void look_at(const LabelVolume& volume, StarterData& seen) {
@@ -214,7 +215,11 @@ std::string level_table(const StarterData& data, const StarterChoice& choice,
                                           "two groups that differ\nthe most: often air and "
                                           "tissue. Of a CT, 200 to 300\nis bone. `palpate view` "
                                           "of the volume shows others"));
-    text += line("smooth_voxels = 0.7", "takes out the noise of single voxels; 0: as scanned");
+    text +=
+        data.has_gaps
+            ? line("smooth_voxels = 0.0", "as scanned: some voxels have no number, and\n"
+                                          "smoothing would spread that")
+            : line("smooth_voxels = 0.7", "takes out the noise of single voxels; 0: as scanned");
     text += line("keep = \"largest\"", "without crumbs; or \"all\", a number of parts,\n"
                                        "or \">50\": the parts above 50 mm3");
     return text;
@@ -301,7 +306,15 @@ std::string hand_and_device(const StarterData& data) {
     text +=
         line("depth_min_mm = " + number(two_digits(0.2 * deepest_mm)), "pressed at least so deep");
     text += line("depth_max_mm = " + number(deepest_mm), "and at most so deep");
-    text += line("duration_s = 20.0", "at 0.2 m/s; speed_m_per_s changes that");
+    // Around things below 20 mm the usual speed is too many turns a second to be felt.
+    constexpr double kUsual = 0.2, kSizes_per_s = 10.0;
+    const Vec3 extent_m = data.bounds.extent();
+    const double speed = two_digits(kSizes_per_s * std::max({extent_m.x, extent_m.y, extent_m.z}));
+    if (speed > 0.0 && speed < kUsual)
+        text += line("speed_m_per_s = " + number(speed), "of the path; small things take less");
+    text +=
+        line("duration_s = 20.0",
+             speed > 0.0 && speed < kUsual ? "in all" : "at 0.2 m/s; speed_m_per_s changes that");
     return text;
 }
 

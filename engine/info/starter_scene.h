@@ -32,12 +32,13 @@ struct StarterData {
         labels, ///< the border of labels
         mesh    ///< a mesh as it is
     };
-    Kind kind = Kind::volume;         ///< decides which of the following count
-    std::filesystem::path file;       ///< or a DICOM folder
-    VolumeSelection selection;        ///< volume, labels: which of several in the file
-    std::array<double, 2> range{};    ///< volume: smallest and largest value, its own unit
-    std::optional<double> iso;        ///< volume: Otsu's threshold; nothing: all values are equal
-    std::filesystem::path table;      ///< labels: that names them; empty: the file's own names
+    Kind kind = Kind::volume;      ///< decides which of the following count
+    std::filesystem::path file;    ///< or a DICOM folder
+    VolumeSelection selection;     ///< volume, labels: which of several in the file
+    std::array<double, 2> range{}; ///< volume: smallest and largest value, its own unit
+    std::optional<double> iso;     ///< volume: Otsu's threshold; nothing: all values are equal
+    bool has_gaps = false;       ///< volume: voxels without a number, which smoothing would spread
+    std::filesystem::path table; ///< labels: that names them; empty: the file's own names
     std::vector<StarterLabel> labels; ///< labels: all of them
     MeshFileSettings mesh;            ///< mesh: as it was read
     bool mesh_stated = false;         ///< mesh: the file says its frame and unit itself

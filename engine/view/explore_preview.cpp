@@ -105,9 +105,11 @@ ExplorePreview::ExplorePreview(DataFile data) {
             auto voxels = std::make_shared<const VoxelVolume>(block_means(*volume, most));
             // Means of blocks are smooth already.
             const bool is_coarse = voxels->voxels() < volume->voxels();
+            const bool has_gaps =
+                std::ranges::any_of(voxels->values, [](float v) { return std::isnan(v); });
             described.voxels = std::move(voxels);
             auto made = std::make_unique<Source>(std::move(described));
-            made->surface().smooth_voxels = is_coarse ? 0.0 : kSmoothing;
+            made->surface().smooth_voxels = is_coarse || has_gaps ? 0.0 : kSmoothing;
             made->surface().keep.kind = ComponentPolicy::Kind::largest;
             return made;
         };

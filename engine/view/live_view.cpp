@@ -80,8 +80,8 @@ public:
     void run(const RunWatch& watch);
 
 private:
-    Trace run_once(const RunWatch& watch, bool& is_recording);
-    bool begin_recording(std::optional<RecordingJournal>& journal);
+    bool begin(std::optional<RecordingJournal>& journal);
+    Trace run_once(const RunWatch& watch, RecordingJournal* journal); // null: not recorded
     void leave_surface();
     void write(const Trace& trace);
     LiveReply answer(const ViewCommand& command);
@@ -112,8 +112,8 @@ private:
     const std::vector<std::string> felt_names_;
 
     std::atomic<bool> wants_recording_{false};
+    bool ended_by_wish_ = false; ///< the run, so that another one begins
     std::filesystem::path file_; ///< of the recording that is under way
-    std::string refusal_;        ///< why there is none though it was asked for
     std::uint32_t buttons_ = 0;  ///< of the last frame
     std::size_t presses_ = 0;    ///< of the button that drops marks
 
@@ -132,10 +132,13 @@ private:
 
 void LiveView::View::run(const RunWatch& watch) {
     for (;;) {
-        bool is_recording = wants_recording_;
-        const Trace trace = run_once(watch, is_recording);
+        std::optional<RecordingJournal> journal;
+        const bool is_recording = wants_recording_ && begin(journal);
+        ended_by_wish_ = false;
+        const Trace trace = run_once(watch, is_recording ? &*journal : nullptr);
         if (is_recording) write(trace);
-        if (wants_recording_ == is_recording) return;
+        // The wish may have been taken back since; the view goes on all the same.
+        if (!ended_by_wish_ && wants_recording_ == is_recording) return;
     }
 }
 
@@ -144,25 +147,24 @@ void LiveView::View::leave_surface() {
     if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
 }
 
-/// False where nothing can be written; the page is told why, and the loop goes on.
-bool LiveView::View::begin_recording(std::optional<RecordingJournal>& journal) {
+/// False: it cannot be kept there. Pages are told so, and the view goes on.
+bool LiveView::View::begin(std::optional<RecordingJournal>& journal) {
     try {
         std::filesystem::create_directories(settings_.folder);
         file_ = free_name(settings_.folder);
         journal.emplace(file_, recorded(*scene_, settings_.overrides, {}));
         return true;
     } catch (const std::exception& error) {
-        journal.reset();
-        refusal_ = fmt::format("nothing is recorded: {}: {}; begin again with another folder (-o)",
-                               settings_.folder.string(), error.what());
+        wants_recording_ = false;
+        tell(fmt::format("nothing is recorded: {}; begin again with another folder (-o)",
+                         error.what()),
+             true);
         return false;
     }
 }
 
-/// `is_recording`: whether it is wanted, and then whether it is so.
-Trace LiveView::View::run_once(const RunWatch& watch, bool& is_recording) {
-    std::optional<RecordingJournal> journal;
-    if (is_recording && !begin_recording(journal)) is_recording = wants_recording_ = false;
+Trace LiveView::View::run_once(const RunWatch& watch, RecordingJournal* journal) {
+    const bool is_recording = journal != nullptr;
     {
         const std::lock_guard lock(mutex_);
         leave_surface(); // also after a recording
@@ -170,8 +172,7 @@ Trace LiveView::View::run_once(const RunWatch& watch, bool& is_recording) {
         has_last_ = false; // a mark is of the run that it is dropped in
         recorded_from_ = marks_.size();
     }
-    const std::string refusal = std::exchange(refusal_, {});
-    tell(is_recording ? fmt::format("recording to {}", file_.string()) : refusal, !refusal.empty());
+    tell(is_recording ? fmt::format("recording to {}", file_.string()) : std::string(), false);
 
     RunWatch both = watch;
     both.loop = [this](HapticLoop* loop) { use(loop); };
@@ -181,10 +182,11 @@ Trace LiveView::View::run_once(const RunWatch& watch, bool& is_recording) {
     };
     both.progress = [this, &watch, is_recording](double done, std::string_view what) {
         const bool goes_on = !watch.progress || watch.progress(done, what);
-        return goes_on && wants_recording_ == is_recording;
+        if (goes_on && wants_recording_ != is_recording) ended_by_wish_ = true;
+        return goes_on && !ended_by_wish_;
     };
-    if (journal)
-        both.kept = [this, &journal, is_told = false](const Trace& so_far) mutable {
+    if (journal != nullptr)
+        both.kept = [this, journal, is_told = false](const Trace& so_far) mutable {
             if (journal->add(so_far) || std::exchange(is_told, true)) return;
             tell("what is recorded cannot be kept while it goes on; check the space in its folder",
                  true);

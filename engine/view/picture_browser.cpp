@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -61,7 +62,13 @@ std::vector<std::string> browser_options(const std::filesystem::path& folder) {
 /// and our folder's name need 59.
 std::filesystem::path folder_for_browser() {
     constexpr std::size_t longest = 48;
-    std::filesystem::path usual = std::filesystem::temp_directory_path();
+    std::error_code error;
+    std::filesystem::path usual = std::filesystem::temp_directory_path(error);
+    if (error)
+        throw std::runtime_error(
+            fmt::format("TMPDIR: is no folder for the browser's files ({}); name another one, or "
+                        "leave it out",
+                        error.message()));
     return usual.string().size() <= longest ? usual : "/tmp";
 }
 

@@ -135,6 +135,9 @@ test('without browser or ffmpeg it is said what to install', () => {
   const other = run(['view', recording, '--png', 'none', '--to', '0'], {PALPATE_BROWSER: '/bin/false'});
   assert.equal(other.status, 3);
   assert.match(other.stderr, /\/bin\/false: (has ended|is gone)/);
+  const nowhere = run(['view', recording, '--png', 'none', '--to', '0'], {TMPDIR: '/nonexistent/folder'});
+  assert.equal(nowhere.status, 3);
+  assert.match(nowhere.stderr, /TMPDIR: is no folder for the browser's files/);
   for (const name of ['none', 'none.mp4']) assert.equal(existsSync(join(folder, name)), false);
   assert.deepEqual(leftBehind(), []);
 });

@@ -72,7 +72,13 @@ void LivePage::tick() {
 
 void LivePage::send(LiveMessage message, bool is_text) {
     const Kind kind = is_text ? Kind::text : Kind::binary;
-    if (texts_.size() >= kMostWaiting) return drop();
+    if (texts_.size() >= kMostWaiting) {
+        // Each text has the newest state: of a page that stands still, the oldest words go.
+        const auto oldest =
+            std::ranges::find(texts_, Kind::text, [](const auto& one) { return one.second; });
+        if (oldest == texts_.end()) return drop();
+        texts_.erase(oldest);
+    }
     if (is_writing_)
         texts_.emplace_back(std::move(message), kind);
     else

@@ -2,9 +2,11 @@
 #include <palpate/engine/info/starter_scene.h>
 
 #include <filesystem>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -84,6 +86,28 @@ TEST_F(StarterScene, OfAVolumeIsReadBackWithItsFileAndALevelBetweenItsTwoValues)
     const SceneDescription chosen =
         parse_scene(starter_scene(starter_data(data), {226.5, {}}, file), file);
     EXPECT_EQ(only(chosen.surfaces).iso_value, 226.5);
+}
+
+TEST_F(StarterScene, OfAVolumeWithGapsSmoothesNothing) {
+    DataFile data = read_data_file(folder_ / "ball.nii.gz");
+    const std::filesystem::path file = folder_ / "scene.toml";
+    EXPECT_GT(
+        only(parse_scene(starter_scene(starter_data(data), {}, file), file).surfaces).smooth_voxels,
+        0.0);
+    auto& values = std::get<VoxelVolume>(data.content).values;
+    values[values.size() / 2] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(
+        only(parse_scene(starter_scene(starter_data(data), {}, file), file).surfaces).smooth_voxels,
+        0.0);
+}
+
+TEST_F(StarterScene, GoesSlowlyAroundSmallThings) {
+    StarterData data = starter_data(read_data_file(folder_ / "ball.nii.gz"));
+    const std::filesystem::path file = folder_ / "scene.toml";
+    EXPECT_EQ(parse_scene(starter_scene(data, {}, file), file).device.speed_m_per_s, 0.2);
+    data.bounds.lower = Vec3(0.0);
+    data.bounds.upper = Vec3(1e-3);
+    EXPECT_EQ(parse_scene(starter_scene(data, {}, file), file).device.speed_m_per_s, 0.01);
 }
 
 TEST_F(StarterScene, NamesItsFileFromTheScenesFolderAlsoWhereThatIsALink) {

@@ -184,6 +184,22 @@ TEST_F(LiveServerTest, APageThatStandsStillForFiveSecondsIsToldWhatItMissed) {
     EXPECT_GT(told, 0u);
 }
 
+TEST_F(LiveServerTest, APageThatStandsStillForASecondIsNotDroppedForWhatIsToldMeanwhile) {
+    test::LiveClient page(server_);
+    ASSERT_TRUE(page.open(server_));
+    skip_greeting(page);
+    constexpr int kTold = 1000; // far more than the kernel keeps for a page
+    const std::string state = R"({"marks": ")" + std::string(20'000, 'm') + "\"}";
+    for (int i = 0; i < kTold; ++i)
+        server_.tell(std::to_string(i), false, state);
+    std::this_thread::sleep_for(1s);
+    std::string said;
+    while (said.find("\"999\"") == std::string::npos && !(said = page.next()).empty()) {
+    }
+    EXPECT_FALSE(said.empty()) << "it was dropped";
+    EXPECT_EQ(server_.counts().dropped, 0u);
+}
+
 TEST_F(LiveServerTest, GarbageIsAnsweredAHundredTimesAndNoMore) {
     test::LiveClient client(server_);
     ASSERT_TRUE(client.open(server_));
