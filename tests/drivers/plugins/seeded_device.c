@@ -283,7 +283,8 @@ static int plugin_write(void* opened, const double force_n[3]) {
     const double length =
         sqrt(force_n[0] * force_n[0] + force_n[1] * force_n[1] + force_n[2] * force_n[2]);
     if (HAS(FORCE_AFTER_STOP) && device->stops > 0) return PALPATE_PLUGIN_OK;
-    if (!device->is_started && !HAS(FORCE_BEFORE_START)) return PALPATE_PLUGIN_OK;
+    if (!device->is_started && !(HAS(FORCE_BEFORE_START) && !device->was_started))
+        return PALPATE_PLUGIN_OK;
     if (HAS(SLOW_WRITE)) sleep_s(5e-3);
     if (HAS(REFUSES_FORCE) && ++device->writes % 10 == 0) {
         device->reason = "the amplifiers are too hot; wait";
