@@ -35,13 +35,15 @@ double now_s() noexcept {
 
 Vec3 vec_of(const double (&values)[3]) noexcept { return {values[0], values[1], values[2]}; }
 
+constexpr int kThrew = -1000; // counts as PALPATE_PLUGIN_FAILED
+
 /// No exception of a plug-in gets further than this.
 template <class Call>
 int result_of(Call call) noexcept {
     try {
         return call();
     } catch (...) {
-        return PALPATE_PLUGIN_FAILED;
+        return kThrew;
     }
 }
 
@@ -134,8 +136,11 @@ private:
     void answer(std::string failure);
     std::string carried_out(Wish wish);
     std::string opened();
-    std::string failed(const char* function) {
-        return address_.path + ": " + function + ": " + internal::reason_of(plugin_, device_);
+    std::string failed(const char* function, int result) {
+        return address_.path + ": " + function + ": " +
+               (result == kThrew
+                    ? "an exception leaves it; catch it there, and let reason() tell it"
+                    : internal::reason_of(plugin_, device_));
     }
     void exchange_frames();
     void read_once();
@@ -230,17 +235,21 @@ std::string PluginDevice::Runner::carried_out(Wish wish) {
         return opened();
     case Wish::start:
         last_time_s_ = -kInfinite;
-        if (result_of([&] { return plugin_.start(device_); }) != PALPATE_PLUGIN_OK)
-            return failed("start");
+        if (const int result = result_of([&] { return plugin_.start(device_); });
+            result != PALPATE_PLUGIN_OK)
+            return failed("start", result);
         return "";
     case Wish::stop:
     case Wish::close:
         if (device_ == nullptr) return "";
-        if (result_of([&] { return plugin_.stop(device_); }) != PALPATE_PLUGIN_OK &&
-            wish == Wish::stop)
-            return failed("stop");
+        if (const int result = result_of([&] { return plugin_.stop(device_); });
+            result != PALPATE_PLUGIN_OK && wish == Wish::stop)
+            return failed("stop", result);
         if (wish == Wish::stop) return "";
-        result_of([&] { return plugin_.close(std::exchange(device_, nullptr)), 0; });
+        result_of([&] {
+            plugin_.close(std::exchange(device_, nullptr));
+            return 0;
+        });
         return "";
     case Wish::none:
         break;
@@ -260,11 +269,12 @@ std::string PluginDevice::Runner::opened() {
     const int result = result_of([&] { return plugin_.open(&options, &device_); });
     if (result != PALPATE_PLUGIN_OK || device_ == nullptr) {
         device_ = nullptr;
-        return failed("open");
+        return failed("open", result);
     }
     std::string failure;
-    if (result_of([&] { return plugin_.properties(device_, &properties_); }) != PALPATE_PLUGIN_OK)
-        failure = failed("properties");
+    const int said = result_of([&] { return plugin_.properties(device_, &properties_); });
+    if (said != PALPATE_PLUGIN_OK)
+        failure = failed("properties", said);
     else if (const std::string fault = internal::fault_of(properties_); !fault.empty())
         failure = address_.path + ": properties: " + fault +
                   "; correct the plug-in, `palpate validate driver` checks it";

@@ -67,14 +67,19 @@ bool are_finite(const double* values, int count) noexcept {
 
 void* load_plugin_file(const std::string& path) {
     if (!std::filesystem::is_regular_file(path))
-        throw std::runtime_error(path + ": there is no such file; give the plug-in's shared "
-                                        "library, as plugin:./mine.so");
+        throw std::runtime_error(
+            path + (std::filesystem::exists(path) ? ": is no file" : ": there is no such file") +
+            "; give the plug-in's shared library, as plugin:./mine.so");
     // Everything at once: what is missing is known now, and not in the middle of a frame.
     void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr)
-        throw std::runtime_error(path + ": cannot be loaded (" + last_loader_error() +
-                                 "); link the plug-in with all that it needs");
-    return library;
+    if (library != nullptr) return library;
+    const std::string error = last_loader_error();
+    const bool lacks_something = error.find("undefined symbol") != std::string::npos ||
+                                 error.find("cannot open shared object") != std::string::npos;
+    throw std::runtime_error(path + ": cannot be loaded (" + error + "); " +
+                             (lacks_something ? "link the plug-in with all that it needs"
+                                              : "give a shared library of this machine's, as "
+                                                "gcc -shared -fPIC makes it"));
 }
 
 const palpate_device_plugin* plugin_entry(void* library, const std::string& path) {

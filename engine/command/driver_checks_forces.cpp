@@ -7,8 +7,10 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -35,8 +37,7 @@ Vec3 held_after(DriverTrial& trial, const double (&force_n)[3]) {
     }
     trial.exchange({0.0, 0.0, 0.0});
     const Vec3 held = vec_of(last.state.held_force_n);
-    if (std::isnan(held.x) && std::isnan(held.y) && std::isnan(held.z))
-        throw skip("held_force_n is not set, so nobody can see it");
+    if (std::isnan(held.x) && std::isnan(held.y) && std::isnan(held.z)) throw skip(kUnseen);
     return held;
 }
 
@@ -115,15 +116,42 @@ std::vector<Push> push_at_random(DriverTrial& trial) {
     return pushes;
 }
 
-/// The work of each push, without that of whatever moves the handle slowly besides. On the average
-/// it is what the handle's damping takes, and not below zero.
-std::vector<double> works_j(const std::vector<Push>& pushes, int axis) {
-    std::vector<double> works;
-    works.reserve(pushes.size());
-    for (std::size_t i = 1; i + 1 < pushes.size(); ++i) {
-        const double slowly_m = 0.5 * (pushes[i - 1].way_m[axis] + pushes[i + 1].way_m[axis]);
-        works.push_back(pushes[i].force[axis] * (pushes[i].way_m[axis] - slowly_m));
+double product(const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+void take_out(std::vector<double>& from, const std::vector<double>& part) {
+    const double square = product(part, part);
+    const double share = square > 0.0 ? product(from, part) / square : 0.0;
+    for (std::size_t i = 0; i < from.size(); ++i)
+        from[i] -= share * part[i];
+}
+
+/// What of `ways` is no linear function of what was known before: least squares, by orthogonal
+/// parts.
+std::vector<double> unexpected(std::vector<double> ways, std::vector<std::vector<double>> known) {
+    for (std::size_t i = 0; i < known.size(); ++i) {
+        take_out(ways, known[i]);
+        for (std::size_t j = i + 1; j < known.size(); ++j)
+            take_out(known[j], known[i]);
     }
+    return ways;
+}
+
+/// Each push times the part of its way that the push, the way and the drift before it do not tell:
+/// neither a heavy handle that goes on nor a hand that moves it slowly counts. Positive on the
+/// average where a force moves the handle its way.
+std::vector<double> works_j(const std::vector<Push>& pushes, int axis) {
+    const std::size_t count = pushes.size() - 1;
+    std::vector<double> ways(count), last_ways(count), last_forces(count), works(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        ways[i] = pushes[i + 1].way_m[axis];
+        last_ways[i] = pushes[i].way_m[axis];
+        last_forces[i] = pushes[i].force[axis];
+    }
+    ways = unexpected(std::move(ways), {std::vector<double>(count, 1.0), last_ways, last_forces});
+    for (std::size_t i = 0; i < count; ++i)
+        works[i] = pushes[i + 1].force[axis] * ways[i];
     return works;
 }
 
@@ -210,7 +238,7 @@ Verdict watchdog(DriverTrial& trial) {
     trial.plugin().read(trial.opened(), &state);
     const double held_n = glm::length(vec_of(state.held_force_n));
     trial.exchange({0.0, 0.0, 0.0});
-    if (std::isnan(held_n)) return skip("held_force_n is not set, so nobody can see it");
+    if (std::isnan(held_n)) return skip(kUnseen);
     if (held_n > 0.0)
         return warn(
             "a force is held 0.3 s after the last call; a program that hangs would leave it "
@@ -222,7 +250,7 @@ constexpr std::array<DriverCheck, 6> kForces{{
     {"force_taken", "first_state", "forces within its limit are taken", force_taken},
     {"force_limit", "first_state", "a longer force is shortened", force_limit},
     {"force_not_finite", "first_state", "a force that is no number is not held", force_not_finite},
-    {"force_sign", "time_unit", "a force moves the handle its way", force_sign},
+    {"force_sign", "position_unit", "a force moves the handle its way", force_sign},
     {"passivity", "force_sign", "a spring does not shake the handle", passivity},
     {"watchdog", "first_state", "a force ends when nobody calls any more", watchdog},
 }};

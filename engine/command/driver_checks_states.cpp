@@ -61,6 +61,26 @@ Verdict time_unit(DriverTrial& trial) {
     return pass(fmt::format("time_s grows by {:.3g} in {:.3g} s", said_s, passed_s));
 }
 
+/// Far and fast as no handle is that stands on a desk: a length in mm, or degrees.
+Verdict position_unit(DriverTrial& trial) {
+    constexpr double kFar_m = 5.0, kFast_m_per_s = 20.0;
+    constexpr std::size_t kSteps = 10; // at a time, so that rounded times count little
+    const std::vector<palpate_plugin_state> states = good_states(trial.exchanges());
+    double far_m = 0.0, fast = 0.0;
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        far_m = std::max(far_m, glm::length(vec_of(states[i].position_m)));
+        if (i < kSteps) continue;
+        fast = std::max(fast, glm::distance(vec_of(states[i].position_m),
+                                            vec_of(states[i - kSteps].position_m)) /
+                                  (states[i].time_s - states[i - kSteps].time_s));
+    }
+    const std::string seen =
+        fmt::format("at most {:.3g} m from the origin, {:.3g} m/s at most", far_m, fast);
+    if (far_m > kFar_m || fast > kFast_m_per_s)
+        return fail(seen + ": no hand does that; position_m has to be in metres");
+    return pass(seen);
+}
+
 Verdict rate(DriverTrial& trial) {
     const std::vector<Exchange> all = trial.exchanges();
     const std::size_t fresh = good_states(all).size();
@@ -136,13 +156,14 @@ Verdict fresh(DriverTrial& trial) {
     return pass(fmt::format("{} of {} states are fresh", states.size() - stale, states.size()));
 }
 
-constexpr std::array<DriverCheck, 8> kStates{{
+constexpr std::array<DriverCheck, 9> kStates{{
     {"finite", "first_state", "every number of a state is finite and set", finite},
     {"time_forward", "first_state", "time does not run backwards", time_forward},
-    {"time_unit", "first_state", "time is in seconds", time_unit},
+    {"time_unit", "finite", "time is in seconds", time_unit},
+    {"position_unit", "time_unit", "positions are in metres", position_unit},
     {"rate", "time_unit", "new states come at the rate that it says", rate},
-    {"workspace", "first_state", "positions are within the workspace", workspace},
-    {"velocity", "time_unit", "the velocity is that of the positions", velocity},
+    {"workspace", "position_unit", "positions are within the workspace", workspace},
+    {"velocity", "position_unit", "the velocity is that of the positions", velocity},
     {"buttons", "first_state", "no button is down that it does not have", buttons},
     {"fresh", "first_state", "what is new is not said to be stale", fresh},
 }};
@@ -181,16 +202,12 @@ Verdict blocking(DriverTrial& trial) {
     return pass("no call blocks");
 }
 
-const char* const kUnwatched =
-    "calls cannot be counted here: palpate_call_watch.so is not beside the command, or a sanitizer "
-    "is in it";
-
 Verdict allocation(DriverTrial& trial) {
-    if (!DriverTrial::is_watched()) return skip(kUnwatched);
+    if (!can_watch()) return unwatched();
     std::uint64_t most = 0, frames = 0;
     for (const Exchange& one : trial.exchanges()) {
-        most = std::max(most, one.allocations);
-        frames += one.allocations > 0 ? 1 : 0;
+        most = std::max(most, one.watched.allocations);
+        frames += one.watched.allocations > 0 ? 1 : 0;
     }
     if (frames > 1) // the first may be a library's
         return fail(fmt::format("read and write allocate in {} frames, up to {} times; allocate in "
@@ -200,14 +217,14 @@ Verdict allocation(DriverTrial& trial) {
 }
 
 Verdict locks(DriverTrial& trial) {
-    if (!DriverTrial::is_watched()) return skip(kUnwatched);
+    if (!can_watch()) return unwatched();
     constexpr double kLong_s = 2e-3;
     const std::vector<Exchange> all = trial.exchanges();
     double longest_s = 0.0;
     std::size_t waits = 0;
     for (const Exchange& one : all) {
-        longest_s = std::max(longest_s, one.lock_s);
-        waits += one.lock_s > kLong_s ? 1 : 0;
+        longest_s = std::max(longest_s, one.watched.longest_lock_s);
+        waits += one.watched.longest_lock_s > kLong_s ? 1 : 0;
     }
     if (waits > 2 && 50 * waits > all.size()) // one or two a busy machine makes
         return fail(fmt::format("{} of {} frames wait for a lock for more than 2 ms, {:.3g} ms at "

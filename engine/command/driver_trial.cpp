@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/command/driver_trial.h>
 
-#include <array>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -9,9 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include <dlfcn.h>
 #include <sys/resource.h>
-#include <time.h>
 
 #include <fmt/format.h>
 
@@ -19,12 +17,6 @@
 
 namespace palpate::command {
 namespace {
-
-double seconds_on(clockid_t clock) {
-    timespec now{};
-    clock_gettime(clock, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 long waits_of_thread() {
     rusage usage{};
@@ -37,36 +29,33 @@ long waits_of_thread() {
 template <class Call>
 double seconds_of(Call call) {
     const long waits = waits_of_thread();
-    const double computed_s = seconds_on(CLOCK_THREAD_CPUTIME_ID);
+    const double computed_s = thread_cpu_s();
     const double began_s = monotonic_s();
     call();
     const double by_clock_s = monotonic_s() - began_s;
     if (waits_of_thread() > waits) return by_clock_s;
-    return seconds_on(CLOCK_THREAD_CPUTIME_ID) - computed_s;
+    return thread_cpu_s() - computed_s;
 }
 
-/// The preloaded functions of preload/call_watch.c.
-struct Watch {
-    void (*begin)() = reinterpret_cast<void (*)()>(dlsym(RTLD_DEFAULT, "palpate_watch_begin"));
-    void (*end)(std::uint64_t*, double*) = reinterpret_cast<void (*)(std::uint64_t*, double*)>(
-        dlsym(RTLD_DEFAULT, "palpate_watch_end"));
-};
-
-const Watch& watch() {
-    static const Watch one;
-    return one;
+/// A call of a plug-in's function, which lets no exception out.
+template <class Call>
+int called(const char* function, Call call) {
+    const auto say = [&](const std::string& what) {
+        return fail(fmt::format(
+            "an exception leaves {}{}; catch it there, and let reason() tell it", function, what));
+    };
+    try {
+        return call();
+    } catch (const std::exception& error) {
+        throw say(fmt::format(" ({})", error.what()));
+    } catch (...) {
+        throw say("");
+    }
 }
 
 } // namespace
 
-Verdict pass(std::string text) { return {Outcome::pass, std::move(text)}; }
-Verdict fail(std::string text) { return {Outcome::fail, std::move(text)}; }
-Verdict warn(std::string text) { return {Outcome::warn, std::move(text)}; }
-Verdict skip(std::string text) { return {Outcome::skip, std::move(text)}; }
-
-double monotonic_s() { return seconds_on(CLOCK_MONOTONIC); }
-
-DriverTrial::DriverTrial(std::string driver, bool may_push) : may_push_(may_push) {
+DriverTrial::DriverTrial(std::string driver, const Settings& settings) : settings_(settings) {
     plugin_ = own_driver(driver);
     if (plugin_ != nullptr) {
         address_.path = std::move(driver);
@@ -78,8 +67,7 @@ DriverTrial::DriverTrial(std::string driver, bool may_push) : may_push_(may_push
 }
 
 bool DriverTrial::is_own() const { return own_driver(address_.path) != nullptr; }
-bool DriverTrial::may_push() const { return may_push_ || properties_.is_simulated != 0; }
-bool DriverTrial::is_watched() { return watch().begin != nullptr; }
+bool DriverTrial::may_push() const { return settings_.may_push || properties_.is_simulated != 0; }
 
 const palpate_device_plugin& DriverTrial::plugin() {
     if (plugin_ == nullptr) plugin_ = &internal::load_plugin(address_.path);
@@ -100,7 +88,8 @@ void* DriverTrial::try_open(const std::string& key, std::string& reason) {
     }
     const palpate_plugin_options options{sizeof options, keys.size(), keys.data(), values.data()};
     void* device = nullptr;
-    if (plugin().open(&options, &device) == PALPATE_PLUGIN_OK && device != nullptr) return device;
+    const int result = called("open", [&] { return plugin().open(&options, &device); });
+    if (result == PALPATE_PLUGIN_OK && device != nullptr) return device;
     const char* why = plugin().reason(nullptr);
     reason = why != nullptr ? why : "";
     return nullptr;
@@ -117,14 +106,17 @@ void* DriverTrial::opened() {
 const palpate_plugin_properties& DriverTrial::properties() {
     if (properties_.size != 0) return properties_;
     palpate_plugin_properties said = internal::unknown_properties();
-    if (plugin().properties(opened(), &said) != PALPATE_PLUGIN_OK)
+    opened();
+    if (called("properties", [&] { return plugin().properties(device_, &said); }) !=
+        PALPATE_PLUGIN_OK)
         throw fail(fmt::format("properties fails: {}", internal::reason_of(plugin(), device_)));
     return properties_ = said;
 }
 
 void* DriverTrial::started() {
     properties();
-    if (!is_started_ && plugin().start(device_) != PALPATE_PLUGIN_OK)
+    if (!is_started_ &&
+        called("start", [&] { return plugin().start(device_); }) != PALPATE_PLUGIN_OK)
         throw fail(fmt::format("start fails: {}", internal::reason_of(plugin(), device_)));
     is_started_ = true;
     return device_;
@@ -132,13 +124,17 @@ void* DriverTrial::started() {
 
 void DriverTrial::stop() {
     is_started_ = false;
-    if (plugin().stop(opened()) != PALPATE_PLUGIN_OK)
+    opened();
+    if (called("stop", [&] { return plugin().stop(device_); }) != PALPATE_PLUGIN_OK)
         throw fail(fmt::format("stop fails: {}", internal::reason_of(plugin(), device_)));
 }
 
 void DriverTrial::close() {
     if (device_ == nullptr) return;
-    plugin().close(std::exchange(device_, nullptr));
+    called("close", [&] {
+        plugin().close(std::exchange(device_, nullptr));
+        return 0;
+    });
     is_started_ = false;
     properties_ = {};
 }
@@ -147,10 +143,12 @@ Exchange DriverTrial::exchange(const double (&force_n)[3]) {
     Exchange one{};
     one.state = internal::unknown_state();
     one.began_s = monotonic_s();
-    if (is_watched()) watch().begin();
-    one.read_s = seconds_of([&] { one.read = plugin().read(device_, &one.state); });
-    one.write_s = seconds_of([&] { one.write = plugin().write(device_, force_n); });
-    if (is_watched()) watch().end(&one.allocations, &one.lock_s);
+    begin_watch();
+    one.read_s = seconds_of(
+        [&] { one.read = called("read", [&] { return plugin().read(device_, &one.state); }); });
+    one.write_s = seconds_of(
+        [&] { one.write = called("write", [&] { return plugin().write(device_, force_n); }); });
+    one.watched = end_watch();
     return one;
 }
 

@@ -8,27 +8,9 @@
 
 #include <palpate/device_plugin.h>
 #include <palpate/drivers/plugin_device.h>
+#include <palpate/engine/command/check_suite.h>
 
 namespace palpate::command {
-
-/// What a check comes to.
-enum class Outcome : std::uint8_t {
-    pass,
-    fail,
-    warn, ///< allowed, and not good
-    skip  ///< cannot be checked with this device, or not without a check that failed
-};
-
-/// An outcome with one line: the reason, and after a semicolon what to do.
-struct Verdict {
-    Outcome outcome = Outcome::pass;
-    std::string text;
-};
-
-Verdict pass(std::string text);
-Verdict fail(std::string text);
-Verdict warn(std::string text);
-Verdict skip(std::string text);
 
 /// A read and a write, as the check's thread saw them.
 struct Exchange {
@@ -38,21 +20,26 @@ struct Exchange {
     double began_s = 0.0;       ///< when read was called, CLOCK_MONOTONIC
     double read_s = 0.0;        ///< how long it took; without what other programs took
     double write_s = 0.0;
-    std::uint64_t allocations = 0; ///< of both
-    double lock_s = 0.0;           ///< longest wait for a lock in either
+    Watched watched; ///< what both did
 };
 
 /// A driver under test: a plug-in, or one of our own behind the same functions. One check, one
 /// process, one trial. What it does not let a check do it throws as a Verdict.
 class DriverTrial {
 public:
-    /// `driver` as --device takes it, a plug-in also without "plugin:". `may_push`: forces may be
-    /// as long as the device can hold.
-    DriverTrial(std::string driver, bool may_push);
+    /// What is allowed, and how much is asked.
+    struct Settings {
+        bool may_push = false;      ///< forces may be as long as the device can hold
+        long long frames = 100'000; ///< of the check `endurance`
+    };
+
+    /// `driver` as --device takes it, a plug-in also without "plugin:".
+    DriverTrial(std::string driver, const Settings& settings);
 
     bool is_own() const; ///< of our own: no file to look at
     const std::string& path() const { return address_.path; }
     bool may_push() const;
+    long long frames() const { return settings_.frames; }
 
     const palpate_device_plugin& plugin();
     /// Opens another one, with an option more where `key` is not empty; null where it refuses, and
@@ -76,21 +63,15 @@ public:
     /// A state that is new, within two seconds; else throws.
     Exchange first_state();
 
-    /// Whether allocations and locks are counted in this process.
-    static bool is_watched();
-
 private:
     PluginAddress address_;
-    bool may_push_;
+    Settings settings_;
     const palpate_device_plugin* plugin_ = nullptr;
     void* device_ = nullptr;
     bool is_started_ = false;
     palpate_plugin_properties properties_{};
     double due_s_ = 0.0;
 };
-
-/// CLOCK_MONOTONIC, s.
-double monotonic_s();
 
 template <class Next>
 std::vector<Exchange> DriverTrial::exchanges_with(double least_s, Next next) {
@@ -110,13 +91,11 @@ std::vector<Exchange> DriverTrial::exchanges_with(double least_s, Next next) {
 /// The states of exchanges that are new and in range, in order of time.
 std::vector<palpate_plugin_state> good_states(std::span<const Exchange> exchanges);
 
-/// One check of a driver.
-struct DriverCheck {
-    const char* name;  ///< as --only takes it
-    const char* needs; ///< the check that has to pass before it; null: none
-    const char* what;  ///< that is checked, in words
-    Verdict (*run)(DriverTrial&);
-};
+/// Why a force cannot be checked.
+inline constexpr const char* kUnseen =
+    "held_force_n is not set with each state, new or not, so nobody can see it";
+
+using DriverCheck = Check<DriverTrial>;
 
 /// All of them, in their order.
 std::span<const DriverCheck> library_checks();

@@ -37,6 +37,7 @@ const std::map<std::string, std::string> kFoundBy{
     {"TIME_BACK", "time_forward"},
     {"TIME_MS", "time_unit"},
     {"SAME_TIME", "time_unit"},
+    {"POSITION_MM", "position_unit"},
     {"SLOW_STATES", "rate"},
     {"OUTSIDE", "workspace"},
     {"WRONG_VELOCITY", "velocity"},
@@ -98,7 +99,8 @@ protected:
     /// minutes; else the check that is meant, and those that it needs.
     void expect_found(const std::string& driver, const std::string& check) {
         SCOPED_TRACE(driver);
-        std::vector<std::string> words{"validate", "driver", driver, "--json", "--limit-s", "30"};
+        std::vector<std::string> words{"validate",  "driver", driver,     "--json",
+                                       "--limit-s", "30",     "--frames", "25000"};
         if (std::getenv("PALPATE_ALL_CHECKS") == nullptr) {
             words.push_back("--only");
             words.push_back(check);
@@ -111,7 +113,7 @@ protected:
 
 TEST_F(ValidateCommand, APluginWithoutAFaultPassesEveryCheck) {
     const test::CommandResult result =
-        run({"validate", "driver", kFolder + "/seeded_device.so", "--json"});
+        run({"validate", "driver", kFolder + "/seeded_device.so", "--json", "--frames", "20000"});
     EXPECT_EQ(result.exit, 0) << result.out << result.err;
     EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
     EXPECT_EQ(checks(result, "WARN"), std::vector<std::string>{}) << result.out;
@@ -143,7 +145,8 @@ TEST_F(ValidateCommand, TheUdpExampleWithAHandInPythonPassesAndIsReplayed) {
     const std::string port = std::to_string(20000 + ::getpid() % 20000);
     const std::string plugin = kFolder + "/udp_device.so?port=" + port;
     const PythonHand hand(port);
-    const test::CommandResult result = run({"validate", "driver", plugin, "--json"});
+    const test::CommandResult result =
+        run({"validate", "driver", plugin, "--json", "--frames", "20000"});
     EXPECT_EQ(result.exit, 0) << result.out << result.err;
     EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
     EXPECT_GE(checks(result, "PASS").size(), 38u) << result.out;
@@ -156,7 +159,8 @@ TEST_F(ValidateCommand, TheUdpExampleWithAHandInPythonPassesAndIsReplayed) {
 }
 
 TEST_F(ValidateCommand, TheSimulatedHandPasses) {
-    const test::CommandResult result = run({"validate", "driver", "hand", "--json"});
+    const test::CommandResult result =
+        run({"validate", "driver", "hand", "--json", "--frames", "20000"});
     EXPECT_EQ(result.exit, 0) << result.out << result.err;
     EXPECT_GE(checks(result, "PASS").size(), 30u) << result.out;
 }
@@ -164,6 +168,15 @@ TEST_F(ValidateCommand, TheSimulatedHandPasses) {
 TEST_F(ValidateCommand, FaultsOfTheFileAreFound) {
     for (const auto& [defect, check] : kFilesFoundBy)
         expect_found(kFolder + "/seeded_" + defect + ".so", check);
+}
+
+TEST_F(ValidateCommand, AnExceptionOfAPluginIsNamedWithItsFunction) {
+    const test::CommandResult result =
+        run({"validate", "driver", kFolder + "/throwing_device.so", "--only", "open"});
+    EXPECT_EQ(result.exit, 1);
+    EXPECT_NE(result.out.find("an exception leaves open (no such port); catch it there"),
+              std::string::npos)
+        << result.out;
 }
 
 /// One test each, so that they share the cores.

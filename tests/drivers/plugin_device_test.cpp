@@ -207,7 +207,9 @@ TEST(PluginDevice, WhatIsWrongWithTheFileIsSaidWithTheRemedy) {
         return refusal({kFolder + "/" + name, {}});
     };
     EXPECT_PART(of_file("none.so"), "none.so: there is no such file; give the plug-in's shared");
-    EXPECT_PART(of_file("seeded_UNDEFINED_SYMBOL.so"), "cannot be loaded (");
+    EXPECT_PART(refusal({kFolder, {}}), "plugins: is no file; give the plug-in's shared");
+    EXPECT_PART(refusal({PALPATE_PYTHON_HAND, {}}), "); give a shared library of this machine's");
+    EXPECT_PART(of_file("seeded_UNDEFINED_SYMBOL.so"), "); link the plug-in with all that it");
     EXPECT_PART(of_file("seeded_NO_ENTRY.so"), "has no function palpate_device_plugin_entry()");
     EXPECT_PART(of_file("seeded_NULL_TABLE.so"), "returns NULL; let it return the table");
     EXPECT_PART(of_file("seeded_WRONG_ABI.so"), "abi = 99, and this Palpate has 1; compile it");
@@ -222,6 +224,11 @@ TEST(PluginDevice, WhatIsWrongWithTheDeviceIsSaidInItsOwnWords) {
     EXPECT_PART(refusal(with("RATE_NAN")), "properties: rate_hz = nan: must be in [50, 20000]");
     EXPECT_PART(refusal(with("START_FAILS")), "start: the motors do not answer; switch them on");
     EXPECT_PART(refusal(with("OPEN_HANGS"), kShort), "open does not return");
+}
+
+TEST(PluginDevice, AnExceptionOfAPluginIsAFailure) {
+    EXPECT_PART(refusal({kFolder + "/throwing_device.so", {}}),
+                "throwing_device.so: open: an exception leaves it; catch it there");
 }
 
 TEST(PluginDevice, AnAddressIsAFileAndItsOptions) {

@@ -15,20 +15,23 @@
 
 OF_THREAD int is_watched;
 OF_THREAD uint64_t allocations;
+OF_THREAD uint64_t locks;
 OF_THREAD double longest_wait_s;
 
 EXPORT void palpate_watch_begin(void);
-EXPORT void palpate_watch_end(uint64_t *counted, double *waited_s);
+EXPORT void palpate_watch_end(uint64_t *counted, uint64_t *locked, double *waited_s);
 
 void palpate_watch_begin(void) {
     allocations = 0;
+    locks = 0;
     longest_wait_s = 0.0;
     is_watched = 1;
 }
 
-void palpate_watch_end(uint64_t *counted, double *waited_s) {
+void palpate_watch_end(uint64_t *counted, uint64_t *locked, double *waited_s) {
     is_watched = 0;
     *counted = allocations;
+    *locked = locks;
     *waited_s = longest_wait_s;
 }
 
@@ -77,6 +80,7 @@ EXPORT int pthread_mutex_lock(pthread_mutex_t *mutex) {
         __atomic_store_n(&real, lock, __ATOMIC_RELAXED);
     }
     if (!is_watched) return lock(mutex);
+    ++locks;
     clock_gettime(CLOCK_MONOTONIC, &before);
     const int result = lock(mutex);
     clock_gettime(CLOCK_MONOTONIC, &after);

@@ -18,13 +18,14 @@
 
 #define DEFECTS(X)                                                                                 \
     X(NONE)                                                                                        \
-    X(ANY_OPTION) X(SILENT_OPEN) X(OPEN_HANGS) X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE)      \
+    X(ANY_OPTION)                                                                                  \
+    X(SILENT_OPEN) X(OPEN_HANGS) X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE)                    \
         X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS)          \
-            X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(SAME_TIME)        \
-                X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE)       \
-                    X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK)                \
-                        X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED)       \
-                            X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES)            \
+            X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM)      \
+                X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS)          \
+                    X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES)              \
+                        X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN)    \
+                            X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) \
                                 X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE)     \
                                     X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) \
                                         X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)            \
@@ -268,6 +269,8 @@ static int plugin_read(void* opened, palpate_plugin_state* state) {
         state->velocity_m_per_s[i] =
             HAS(WRONG_VELOCITY) ? -device->velocity[i] : device->velocity[i];
     }
+    for (int i = 0; i < 3 && HAS(POSITION_MM); ++i)
+        state->position_m[i] *= 1e3;
     if (HAS(NAN_POSITION) && device->reads % 50 == 0) state->position_m[1] = NAN;
     state->buttons = HAS(WRONG_BUTTONS) ? 8u : 1u;
     state->is_stale = HAS(ALWAYS_STALE);
