@@ -51,13 +51,14 @@ extern "C" {
 /* The version of this interface. It grows when something that was here changes its meaning. */
 #define PALPATE_DEVICE_PLUGIN_ABI 1u
 
+/* Stands before the entry function, so that it is seen from outside. */
 #define PALPATE_PLUGIN_EXPORT __attribute__((visibility("default")))
 
 /* What a function returns. Any other number counts as PALPATE_PLUGIN_FAILED. */
 typedef enum palpate_plugin_result {
     PALPATE_PLUGIN_OK = 0,
     PALPATE_PLUGIN_NOTHING_NEW = 1, /* read: there is no state that is newer than the last one */
-    PALPATE_PLUGIN_FAILED = 2       /* reason() says why */
+    PALPATE_PLUGIN_FAILED = 2,      /* reason() says why */
 } palpate_plugin_result;
 
 /* What stands behind the question mark: plugin:FILE?key=value&key=value. */
@@ -83,7 +84,7 @@ typedef struct palpate_plugin_properties {
     double delay_s;           /* from a movement to the force that answers it, without the time
                                  between two calls, s, [0, 0.02] */
     double workspace_lower_m[3]; /* where its handle gets, device frame, m. All six 0: anywhere */
-    double workspace_upper_m[3];
+    double workspace_upper_m[3]; /* the same, the other end */
     uint32_t buttons;           /* how many there are, [0, 32] */
     uint32_t measures_velocity; /* 1: palpate_plugin_state.velocity_m_per_s is measured. 0: it is
                                    estimated from the positions */

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <iterator>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include <dlfcn.h>
@@ -106,8 +108,9 @@ public:
         ::close(pipe[1]);
         if (process_ < 0) {
             ::close(said_);
-            throw std::runtime_error(fmt::format(
-                "a check cannot be started: {}; close other programs", strerror(errno)));
+            throw std::runtime_error(
+                fmt::format("a check cannot be started: {}; close other programs",
+                            std::generic_category().message(errno)));
         }
         setpgid(process_, process_); // whoever of the two comes first
     }
@@ -133,7 +136,7 @@ public:
         if (WIFSIGNALED(status))
             return fail(fmt::format("crashes: {}; run it in a debugger: gdb --args palpate "
                                     "validate {}",
-                                    strsignal(WTERMSIG(status)), itself_));
+                                    sigdescr_np(WTERMSIG(status)), itself_));
         return fail(fmt::format("ends the program with code {}; let no call exit",
                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1));
     }
@@ -232,6 +235,8 @@ Verdict fail(std::string text) { return {Outcome::fail, std::move(text)}; }
 Verdict warn(std::string text) { return {Outcome::warn, std::move(text)}; }
 Verdict skip(std::string text) { return {Outcome::skip, std::move(text)}; }
 
+std::mt19937_64 random_numbers(std::uint64_t seed) { return std::mt19937_64(seed); }
+
 double monotonic_s() { return seconds_on(CLOCK_MONOTONIC); }
 double thread_cpu_s() { return seconds_on(CLOCK_THREAD_CPUTIME_ID); }
 
@@ -312,8 +317,12 @@ void begin_with_call_watch() {
     for (std::size_t at = 0; at < words.size(); at = words.find('\0', at) + 1)
         arguments.push_back(words.data() + at);
     arguments.push_back(nullptr);
-    setenv("LD_PRELOAD", library.c_str(), 1);
-    execv("/proc/self/exe", arguments.data());
+    std::string preload = "LD_PRELOAD=" + library;
+    std::vector<char*> variables{preload.data()};
+    for (char** one = environ; *one != nullptr; ++one)
+        if (!std::string_view(*one).starts_with("LD_PRELOAD=")) variables.push_back(*one);
+    variables.push_back(nullptr);
+    execve("/proc/self/exe", arguments.data(), variables.data());
 }
 
 bool can_watch() { return watch().begin != nullptr; }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <random>
 #include <span>
 #include <string>
 #include <string_view>
@@ -106,6 +107,9 @@ bool can_watch();
 Verdict unwatched();
 void begin_watch();
 Watched end_watch();
+
+/// The same numbers each time, so that what a check finds is found again.
+std::mt19937_64 random_numbers(std::uint64_t seed);
 
 /// CLOCK_MONOTONIC, s.
 double monotonic_s();

@@ -95,7 +95,7 @@ std::vector<Push> push_at_random(DriverTrial& trial) {
     constexpr double kPush_s = 0.04;
     constexpr int kFewest = 4; // frames, of a device that takes long
     const double force_n = std::min(2.0, 0.25 * trial.properties().force_n);
-    std::mt19937 random(1);
+    std::mt19937_64 random = random_numbers(1);
     std::vector<Push> pushes(kPushes);
     Vec3 place = vec_of(trial.first_state().state.position_m);
     for (Push& push : pushes) {

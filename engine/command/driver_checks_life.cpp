@@ -321,7 +321,7 @@ Verdict signals(DriverTrial& trial) {
         if (before[i].sa_handler != after[i].sa_handler)
             return fail(
                 fmt::format("the handler of {} is another one; leave signals to the program",
-                            strsignal(looked_at[i])));
+                            sigdescr_np(looked_at[i])));
     }
     return pass("signal handlers are as they were");
 }
