@@ -33,5 +33,6 @@ foreach(header IN LISTS installed)
   endif()
   file(INSTALL ${PALPATE_SOURCE}/${header} DESTINATION ${PALPATE_DESTINATION}/palpate/${folder})
 endforeach()
-file(INSTALL ${PALPATE_SOURCE}/c/palpate_c.h ${PALPATE_SOURCE}/c/palpate_c_extraction.h DESTINATION ${PALPATE_DESTINATION}/palpate)
+file(INSTALL ${PALPATE_SOURCE}/c/palpate_c.h ${PALPATE_SOURCE}/c/palpate_c_extraction.h ${PALPATE_SOURCE}/c/device_plugin.h
+  DESTINATION ${PALPATE_DESTINATION}/palpate)
 file(INSTALL ${PALPATE_INCLUDE}/palpate/version.h DESTINATION ${PALPATE_DESTINATION}/palpate)

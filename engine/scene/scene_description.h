@@ -117,10 +117,10 @@ struct SurfaceDescription {
     std::optional<double> smooth_voxels; ///< standard deviation of the Gaussian baked in first,
                                          ///< voxels, [0, 5]; empty: as smoothing_of() says
     std::optional<IsoAfterSmoothing> iso_after_smoothing; ///< empty: as iso_rule_of() says
-    ComponentPolicy keep;                ///< which connected parts of the material are felt
-    std::optional<ContactKind> contact;  ///< empty: choose_contact() decides
-    std::optional<double> leash_mm;      ///< contact guarded: the proxy gets no farther from
-                                         ///< the mesh's, (0, 10]; empty: as leash_of() says
+    ComponentPolicy keep;               ///< which connected parts of the material are felt
+    std::optional<ContactKind> contact; ///< empty: choose_contact() decides
+    std::optional<double> leash_mm;     ///< contact guarded: the proxy gets no farther from
+                                        ///< the mesh's, (0, 10]; empty: as leash_of() says
     bool moves = false; ///< it is of a rigid body that moves: HapticLoop::set_pose() says where
     Yielding yielding = Yielding::holds; ///< what it does above its strength
     double strength_n =
@@ -205,7 +205,8 @@ struct DeviceDescription {
         tour,      ///< lines over the whole of a surface
         recording, ///< what the probe did in an earlier run
         hand,      ///< a simulated hand on a simulated device
-        hid        ///< hardware
+        hid,       ///< hardware
+        plugin     ///< a shared library of somebody else
     };
     Kind kind = Kind::none;     ///< decides which of the settings below count
     std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
@@ -215,8 +216,9 @@ struct DeviceDescription {
     PatientSide from = PatientSide::anterior; ///< hand that presses: where it comes from
     double depth_mm =
         5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
-    std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it
-    DevicePlacementSettings placement; ///< hand and hid; the others are in the scene frame
+    std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it;
+                         ///< plugin: FILE or FILE?key=value&.., the file as `file` above
+    DevicePlacementSettings placement; ///< hand, hid and plugin; the others are in the scene frame
     std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
                          ///< first one
     double speed_m_per_s = 0.2; ///< orbit, tour, (0, 100]

@@ -81,6 +81,10 @@ foreach(program embed_c memory_c)
   endif()
 endforeach()
 
+set(example ${CMAKE_CURRENT_LIST_DIR}/../../examples/device_plugin_udp)
+run("configure the device plug-in" ${CMAKE_COMMAND} -S ${example} -B ${WORK}/device_plugin_udp ${settings})
+run("build the device plug-in" ${CMAKE_COMMAND} --build ${WORK}/device_plugin_udp)
+
 find_program(rustc rustc)
 file(GLOB_RECURSE library ${prefix}/libpalpate_c.so)
 get_filename_component(libraries ${library} DIRECTORY)
