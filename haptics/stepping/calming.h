@@ -26,7 +26,7 @@ public:
     /// A frame begins: takes its measures for it.                                       [loop]
     void begin(const FrameContext& frame) noexcept;
     /// Whether the probe stays where it was, for what is calmed under a held probe alone: then the
-    /// frame is to begin(). Else all but the probe is forgotten, which costs next to nothing. [loop]
+    /// frame is to begin(). Else all but the probe is forgotten, at next to no cost.    [loop]
     bool stays(const Vec3& probe) noexcept {
         if (probe == frame_.probe) return true;
         if (begun_) restart();

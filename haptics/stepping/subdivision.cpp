@@ -225,8 +225,8 @@ void Subdivision::begin_calming() noexcept {
             calming_.restart();
             calming_.begin(frame_);
         }
-    } else if (needs_.one_field && calming_.stays(frame_.probe)) {
-        calming_.begin(frame_);
+    } else if (needs_.one_field) {
+        if (calming_.stays(frame_.probe)) calming_.begin(frame_);
     }
     frame_.held = calming_.held();
     frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();

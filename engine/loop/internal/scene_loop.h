@@ -101,7 +101,7 @@ private:
 
     bool computed_ = false; // the last frame had a place to go to: subdivision_ has its path
     bool moved_ = false;    // and it got to one: subdivision_ has its touches
-    TouchList touches_;  // as they were asked for last
+    TouchList touches_;     // as they were asked for last
     SurfaceStatuses statuses_;
 
     // Of a scene that takes another's place.
