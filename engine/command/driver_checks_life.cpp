@@ -8,9 +8,9 @@
 #include <cmath>
 #include <csignal>
 #include <cstddef>
-#include <cstring>
 #include <filesystem>
 #include <iterator>
+#include <tuple>
 
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -138,13 +138,22 @@ Verdict properties(DriverTrial& trial) {
                             said.rate_hz, said.force_n, said.buttons, said.stale_after_s));
 }
 
+/// All that a plug-in says of its device.
+auto members(const palpate_plugin_properties& p) {
+    return std::make_tuple(std::to_array(p.name), p.rate_hz, p.longest_call_s, p.stale_after_s,
+                           p.force_n, p.stiffness_n_per_m, p.damping_n_s_per_m, p.position_step_m,
+                           p.delay_s, std::to_array(p.workspace_lower_m),
+                           std::to_array(p.workspace_upper_m), p.buttons, p.measures_velocity,
+                           p.is_simulated);
+}
+
 Verdict properties_stay(DriverTrial& trial) {
     const palpate_plugin_properties before = trial.properties();
     trial.started();
     palpate_plugin_properties after = internal::unknown_properties();
     if (trial.plugin().properties(trial.opened(), &after) != PALPATE_PLUGIN_OK)
         return fail("properties fails after start; it is allowed from open to close");
-    if (std::memcmp(&before, &after, sizeof before) != 0)
+    if (members(before) != members(after))
         return fail("properties are others after start; Palpate asks once, so let them stay");
     return pass("the same before and after start");
 }
@@ -156,7 +165,7 @@ Verdict open_twice(DriverTrial& trial) {
         trial.first_state();
         return pass("a second device opens beside the first");
     }
-    const Verdict verdict = reason_is_fit(reason, "a second one is refused");
+    Verdict verdict = reason_is_fit(reason, "a second one is refused");
     trial.first_state();
     return verdict;
 }
@@ -304,7 +313,8 @@ Verdict threads(DriverTrial& trial) {
 Verdict memory(DriverTrial& trial) {
     constexpr int runs = 8;
     const auto left = left_over(trial, runs, [] { return mallinfo2().uordblks; });
-    if (left > runs * 1024)
+    constexpr std::ptrdiff_t most_left = std::ptrdiff_t{1024} * runs;
+    if (left > most_left)
         return fail(
             fmt::format("{} bytes stay allocated after {} times; free them in close", left, runs));
     return pass("what is allocated is freed again");

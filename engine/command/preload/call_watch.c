@@ -35,11 +35,13 @@ void palpate_watch_end(uint64_t *counted, uint64_t *locked, double *waited_s) {
     *waited_s = longest_wait_s;
 }
 
-/* The C library's own, under its other names: dlsym() itself allocates. */
+/* The C library's own, under its other names: dlsym() itself allocates.
+   NOLINTBEGIN(clang-diagnostic-reserved-identifier) */
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
 void *__libc_realloc(void *block, size_t size);
 void *__libc_memalign(size_t alignment, size_t size);
+/* NOLINTEND(clang-diagnostic-reserved-identifier) */
 
 static void count(void) {
     if (is_watched) ++allocations;
