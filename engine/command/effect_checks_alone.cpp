@@ -380,7 +380,7 @@ constexpr std::array<EffectCheck, 10> kAlone{{
     {"room", "finite", "it adds no more than it says", room},
     {"far", "finite", "finite wherever the probe may be", far},
     {"rates", "finite", "finite at every rate", rates},
-    {"same_bits", "make", "the same way gives the same bits", same_bits},
+    {"same_bits", "finite", "the same way gives the same bits", same_bits},
     {"independent", "same_bits", "two of them do not know of each other", independent},
     {"restart", "independent", "a new trial begins anew", restart},
     {"gather_keeps", "restart", "gather() leaves nothing behind", gather_keeps},

@@ -233,8 +233,8 @@ Verdict new_trial(EffectTrial& trial) {
     constexpr int kSettles = 20; // the force follows from the last trial's within the slew limit
     const auto loop = trial.loop();
     felt(trial, *loop, 700, 1200, 0);
-    const auto second = felt(trial, *loop, 0, 1000, 1);
-    const auto fresh = felt(trial, *trial.loop(), 0, 1000, 1);
+    const auto second = felt(trial, *loop, 0, 800, 1);
+    const auto fresh = felt(trial, *trial.loop(), 0, 800, 1);
     for (std::size_t i = 0; i < second.size(); ++i)
         if (!same(second[i].proxy, fresh[i].proxy) ||
             (i >= kSettles && !same(second[i].force, fresh[i].force)))
@@ -248,9 +248,9 @@ Verdict save_restore(EffectTrial& trial) {
     const auto loop = trial.loop();
     felt(trial, *loop, 0, 700);
     const LoopState state = loop->save();
-    const auto first = felt(trial, *loop, 700, 1500);
+    const auto first = felt(trial, *loop, 700, 1300);
     loop->restore(state);
-    const auto second = felt(trial, *loop, 700, 1500);
+    const auto second = felt(trial, *loop, 700, 1300);
     if (const long frame = first_difference(first, second); frame >= 0)
         return fail(fmt::format("restored, it goes on in another way from frame {}; hand out by "
                                 "save_state() all that it remembers, and take it back",
@@ -262,7 +262,7 @@ Verdict restore_other(EffectTrial& trial) {
     const auto loop = trial.loop();
     felt(trial, *loop, 0, 700);
     const LoopState state = loop->save();
-    const auto first = felt(trial, *loop, 700, 1500);
+    const auto first = felt(trial, *loop, 700, 1300);
     const auto other = trial.loop();
     felt(trial, *other, 0, 50);
     try {
@@ -271,7 +271,7 @@ Verdict restore_other(EffectTrial& trial) {
         return fail(fmt::format(
             "the state of one cannot be given to another: {}; let it be a value", error.what()));
     }
-    const auto second = felt(trial, *other, 700, 1500);
+    const auto second = felt(trial, *other, 700, 1300);
     if (const long frame = first_difference(first, second); frame >= 0)
         return fail(
             fmt::format("another one goes on in another way from frame {}; let the state be "
@@ -286,7 +286,7 @@ Verdict rest(EffectTrial& trial) {
     constexpr int kHeld = 1500, kLooked = 200;
     if (!trial.is_part() && trial.make()->is_active())
         return skip("it says that it is active: it may move a still hand");
-    for (const Vec3& place : some_places(trial, 12)) {
+    for (const Vec3& place : some_places(trial, 6)) {
         const auto loop = trial.loop();
         for (int frame = 0; frame < 10; ++frame) // comes from 1 mm beside it
             loop->frame(at(place + Vec3(1e-4 * (10 - frame), 0.0, 0.0), frame));
@@ -308,11 +308,11 @@ Verdict rest(EffectTrial& trial) {
 /// A hand that yields as in honey: what pushes it without an end is no spring.
 Verdict unasked(EffectTrial& trial) {
     if (trial.is_part()) return skip("the kind is a part of a surface, which pushes no one");
-    constexpr double kHoney_n_s_per_m = 100.0, kSmall_n = 0.2;
+    constexpr double kHoney_n_s_per_m = 10.0, kSmall_n = 0.2;
     constexpr int kFrames = 2500, kLooked = 500;
     const LoneEffect lone = trial.make();
     double longest_n = 0.0, said_n = 0.0;
-    for (const Vec3& begin : some_places(trial, 12)) {
+    for (const Vec3& begin : some_places(trial, 6)) {
         const auto loop = trial.loop();
         Vec3 hand = begin;
         for (int frame = 0; frame < kFrames; ++frame) {
@@ -341,11 +341,11 @@ Verdict passivity(EffectTrial& trial) {
         if (effect->is_active() || effect->unasked_force_n() > 0.0)
             return skip("it says that it moves or pushes a hand by itself");
     }
-    constexpr int kRound = 1000, kRounds = 6;
+    constexpr int kRound = 1000, kRounds = 4;
     constexpr double kRadius_m = 0.006;
     const double stiffness = trial.scene()->description().coupling.stiffness_n_per_m;
     double worst = -std::numeric_limits<double>::infinity();
-    for (const Vec3& centre : some_places(trial, 9)) {
+    for (const Vec3& centre : some_places(trial, 5)) {
         const auto loop = trial.loop();
         const Vec3 out = glm::length(centre) > 0.0 ? glm::normalize(centre) : Vec3(1.0, 0.0, 0.0);
         const Vec3 side = glm::normalize(glm::cross(out, Vec3(0.3, 0.5, 0.8)));
@@ -388,7 +388,7 @@ constexpr std::array<EffectCheck, 13> kLoop{{
     {"new_trial", "restart", "a second trial is as the first", new_trial},
     {"save_restore", "restart", "a restored loop goes on to the bit", save_restore},
     {"restore_other", "save_restore", "so does another loop with that state", restore_other},
-    {"rest", "felt", "a held hand feels a force that stays", rest},
+    {"rest", "gather_keeps", "a held hand feels a force that stays", rest},
     {"unasked", "promises", "it says how it pushes by itself", unasked},
     {"passivity", "unasked", "it gives no energy to a hand", passivity},
 }};

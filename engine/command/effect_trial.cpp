@@ -58,7 +58,7 @@ std::span<const EffectTrial::Kind> EffectTrial::kinds() {
         {"friction", kRubbed},
         {"stick_slip", kRubbed},
         {"guide", "points_mm = [[30, 0, 0], [0, 31, 3], [-30, 2, 0]]\nstrength_n = 0.5\n"
-                  "capture_mm = 8\n"},
+                  "capture_mm = 30\n"},
         {"workspace", "radius_mm = 38\ncenter_mm = [0, 0, 0]\n"},
         {"vibration", "amplitude_n_s_per_m = 5\n"},
         {"gravity_compensation", "mass_kg = 0.05\ndown = [0, -1, 0]\n"},
@@ -211,7 +211,7 @@ const std::vector<Vec3>& EffectTrial::way() {
             if (is_finite(state.position)) way_.push_back(state.position);
         return way_;
     }
-    constexpr int kFrames = 3000;
+    constexpr int kFrames = 2000;
     way_.reserve(kFrames);
     for (int frame = 0; frame < kFrames; ++frame) { // at most 0.15 m/s
         const double t = frame / kRate_hz, angle = 2.0 * t;

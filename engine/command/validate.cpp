@@ -51,6 +51,17 @@ CheckSuite suite_of(const ValidateOptions& options) {
                                             call_checks(), force_checks(), end_checks()});
 }
 
+/// An option that is of the other kind would have no effect.
+void require_own_options(const ValidateOptions& options) {
+    if (options.kind == "effect") {
+        if (options.driver.may_push) throw UsageError("--forces is of drivers; leave it out");
+        if (options.driver.frames != DriverTrial::Settings{}.frames)
+            throw UsageError("--frames is of drivers; leave it out");
+    } else if (!options.effect.scene.empty() || !options.effect.path.empty()) {
+        throw UsageError("--scene and --path are of effects; leave them out");
+    }
+}
+
 /// What is wrong with the name of what is to be checked is said before the checks.
 void require_subject(const ValidateOptions& options) {
     if (options.subject.empty())
@@ -65,6 +76,7 @@ void require_subject(const ValidateOptions& options) {
 }
 
 int validate(const ValidateOptions& options) {
+    require_own_options(options);
     const CheckSuite suite = suite_of(options);
     if (options.list) {
         print(list_of_checks(suite, options.choice.only));

@@ -218,7 +218,6 @@ TEST_F(ValidateCommand, WhatIsAskedWronglyIsSaid) {
     EXPECT_NE(none.err.find("--only times: there is no such check; "), std::string::npos)
         << none.err;
     EXPECT_EQ(run({"validate", "driver"}).exit, 2);
-    EXPECT_EQ(run({"validate", "effect", "x.so"}).exit, 2);
     const test::CommandResult file = run({"validate", "driver", "none.so", "--only", "file"});
     EXPECT_EQ(file.exit, 1);
     EXPECT_NE(file.out.find("none.so: there is no such file; give the plug-in's"),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An effect in a library without a fault: a ball of 40 mm around the origin whose inside draws the
-// proxy to its middle as a spring in honey, and remembers how far the hand has gone. With a name in
+// proxy to its middle, through a medium, the more the further the proxy has gone. With a name in
 // the environment variable PALPATE_DEFECT it has one fault. What is wrong before it is made is
 // chosen when this is compiled: NO_ENTRY, WRONG_VERSION, WRONG_LAYOUT.
 #include <any>
@@ -42,7 +42,7 @@ public:
     }
 
     void restart(const Vec3& proxy) noexcept override {
-        if (has("RESTARTS_CRASH") && ++restarts_ > 4) std::abort();
+        if (has("RESTARTS_CRASH") && ++restarts_ > 2) std::abort();
         if (has("NO_RESTART")) return;
         now_ = {};
         now_.last = proxy;
@@ -67,7 +67,7 @@ public:
                            std::chrono::steady_clock::now().time_since_epoch().count() % 1000);
         if (has("STATIC")) push_n_ = 1e-3 * (++frames_of_all % 100);
         if (has("DRIVES"))
-            drive_ = 0.4 * (frame.probe - now_.last_probe) /
+            drive_ = 0.15 * (frame.probe - now_.last_probe) /
                      (glm::distance(frame.probe, now_.last_probe) + 1e-6);
         now_.last_probe = frame.probe;
         start_ = frame.start;
@@ -86,12 +86,14 @@ public:
                             {gathered_ % 2 == 0 ? 1.0 : -1.0, 0.0, 0.0},
                             0.5});
         if (!(depth_m > 0.0) || has("NOT_FELT")) return;
-        double strength_n = kStrength_n / (1.0 + now_.way_m);
+        double strength_n = kStrength_n * (1.0 + 0.1 * now_.way_m);
         if (has("NAN") && now_.frames % 50 == 0)
             strength_n = std::numeric_limits<double>::quiet_NaN();
         if (has("NEGATIVE") && now_.frames % 50 == 0) strength_n = -1.0;
-        const double length = has("LONG_AXIS") ? 1.1 : 1.0;
-        primitives.add_line({Vec3(0.0), Vec3(0.0, 0.0, length), strength_n});
+        if (has("LONG_AXIS"))
+            primitives.add_line({Vec3(0.0), Vec3(0.0, 0.0, 1.1), strength_n});
+        else
+            primitives.add_point({Vec3(0.0), strength_n});
         for (int i = 0; i < 3 && has("MANY"); ++i)
             primitives.add_point({Vec3(0.0), 0.01});
         primitives.add_spring(start_, 20.0);
@@ -136,7 +138,7 @@ private:
 
     static void burn() noexcept {
         volatile double sum = 0.0;
-        for (int i = 0; i < 3000000; ++i)
+        for (int i = 0; i < 800000; ++i)
             sum = sum + std::sqrt(static_cast<double>(i));
     }
 
@@ -154,6 +156,9 @@ std::unique_ptr<palpate::Effect> make(const palpate::Scene&) {
 
 } // namespace
 
+#ifdef NO_ENTRY
+#define palpate_effect_library some_other_function
+#endif
 #if defined(WRONG_VERSION) || defined(WRONG_LAYOUT)
 extern "C" __attribute__((visibility("default"))) const palpate::EffectLibrary*
 palpate_effect_library() {
@@ -168,6 +173,6 @@ palpate_effect_library() {
     }();
     return &library;
 }
-#elif !defined(NO_ENTRY)
+#else
 PALPATE_EFFECT_LIBRARY("seeded", make)
 #endif
