@@ -90,10 +90,8 @@ public:
         if (has("NAN") && now_.frames % 50 == 0)
             strength_n = std::numeric_limits<double>::quiet_NaN();
         if (has("NEGATIVE") && now_.frames % 50 == 0) strength_n = -1.0;
-        if (has("LONG_AXIS"))
-            primitives.add_line({Vec3(0.0), Vec3(0.0, 0.0, 1.1), strength_n});
-        else
-            primitives.add_point({Vec3(0.0), strength_n});
+        if (has("LONG_AXIS")) primitives.add_line({Vec3(0.0), Vec3(0.0, 0.0, 1.1), 0.0});
+        primitives.add_point({Vec3(0.0), strength_n});
         for (int i = 0; i < 3 && has("MANY"); ++i)
             primitives.add_point({Vec3(0.0), 0.01});
         primitives.add_spring(start_, 20.0);
@@ -110,7 +108,7 @@ public:
         return {0.0, 0.0, push_n_};
     }
     double unasked_force_n() const noexcept override { return has("SAYS_NEGATIVE") ? -1.0 : 0.0; }
-    std::size_t most_primitives() const noexcept override { return 1; }
+    std::size_t most_primitives() const noexcept override { return has("LONG_AXIS") ? 2 : 1; }
     palpate::QueryCount queries() const noexcept override { return {}; }
 
     std::any save_state() const override {
