@@ -119,6 +119,18 @@ EffectTrial::EffectTrial(std::string subject, Settings settings)
     if (is_own() && !settings_.scene.empty())
         throw UsageError("--scene: a kind is looked at in a scene of its own; leave it out");
     if (!is_own()) subject_ = std::filesystem::absolute(subject_).string();
+    description_ = is_own() ? parse_scene(kind_scene(kind_table()), "validate.toml")
+                   : settings_.scene.empty()
+                       ? parse_scene(fmt::format("{}{}", kVolumes, kBall), "validate.toml")
+                       : read_scene(settings_.scene);
+    if (settings_.path.empty()) return;
+    const std::vector<DeviceState> states =
+        read_probe_path(settings_.path, description_.loop.rate_hz, 1);
+    way_.reserve(states.size());
+    for (const DeviceState& state : states)
+        if (is_finite(state.position)) way_.push_back(state.position);
+    if (way_.empty())
+        throw std::runtime_error(settings_.path + ": no position is finite; give some that are");
 }
 
 const EffectLibrary& EffectTrial::library() {
@@ -140,12 +152,7 @@ std::string EffectTrial::kind_scene(const std::string& table) const {
 
 const std::shared_ptr<const Scene>& EffectTrial::scene() {
     if (scene_) return scene_;
-    const SceneDescription description =
-        is_own() ? parse_scene(kind_scene(kind_table()), "validate.toml")
-        : settings_.scene.empty()
-            ? parse_scene(fmt::format("{}{}", kVolumes, kBall), "validate.toml")
-            : read_scene(settings_.scene);
-    return scene_ = std::make_shared<const Scene>(description, resources());
+    return scene_ = std::make_shared<const Scene>(description_, resources());
 }
 
 std::shared_ptr<const Scene> EffectTrial::scene_without() {
@@ -203,14 +210,6 @@ std::unique_ptr<HapticLoop> EffectTrial::loop_without() {
 
 const std::vector<Vec3>& EffectTrial::way() {
     if (!way_.empty()) return way_;
-    if (!settings_.path.empty()) {
-        const double rate_hz = scene()->description().loop.rate_hz;
-        const std::vector<DeviceState> states = read_probe_path(settings_.path, rate_hz, 1);
-        way_.reserve(states.size());
-        for (const DeviceState& state : states)
-            if (is_finite(state.position)) way_.push_back(state.position);
-        return way_;
-    }
     constexpr int kFrames = 2000;
     way_.reserve(kFrames);
     for (int frame = 0; frame < kFrames; ++frame) { // at most 0.15 m/s

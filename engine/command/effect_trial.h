@@ -88,6 +88,7 @@ private:
     Settings settings_;
     const Kind* kind_ = nullptr; ///< null: a library
     const EffectLibrary* library_ = nullptr;
+    SceneDescription description_;
     std::shared_ptr<const Scene> scene_;
     std::vector<Vec3> way_;
     SteadyClock clock_;

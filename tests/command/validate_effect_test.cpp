@@ -167,6 +167,12 @@ TEST_F(ValidateEffect, WhatIsAskedWronglyIsSaid) {
     EXPECT_EQ(run({"validate", "effect", "guide", "--scene", "x.toml"}).exit, 2);
     EXPECT_EQ(run({"validate", "effect", "guide", "--forces"}).exit, 2);
     EXPECT_EQ(run({"validate", "driver", "hand", "--path", "x.csv"}).exit, 2);
+    for (const char* option : {"--scene", "--path"}) {
+        const test::CommandResult none =
+            run({"validate", "effect", kFolder + "/wave.so", option, "none.toml"});
+        EXPECT_EQ(none.exit, 3) << none.out;
+        EXPECT_NE(none.err.find("none.toml: cannot be read"), std::string::npos) << none.err;
+    }
     const test::CommandResult file = run({"validate", "effect", "./none.so", "--only", "file"});
     EXPECT_EQ(file.exit, 1);
     EXPECT_NE(file.out.find("none.so: there is no such file"), std::string::npos) << file.out;
