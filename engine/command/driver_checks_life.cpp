@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -144,7 +145,8 @@ Verdict properties_stay(DriverTrial& trial) {
     palpate_plugin_properties after = internal::unknown_properties();
     if (trial.plugin().properties(trial.opened(), &after) != PALPATE_PLUGIN_OK)
         return fail("properties fails after start; it is allowed from open to close");
-    if (std::memcmp(&before, &after, sizeof before) != 0)
+    using Bytes = std::array<unsigned char, sizeof before>; // what is no number is the same, too
+    if (std::bit_cast<Bytes>(before) != std::bit_cast<Bytes>(after))
         return fail("properties are others after start; Palpate asks once, so let them stay");
     return pass("the same before and after start");
 }
@@ -156,7 +158,7 @@ Verdict open_twice(DriverTrial& trial) {
         trial.first_state();
         return pass("a second device opens beside the first");
     }
-    const Verdict verdict = reason_is_fit(reason, "a second one is refused");
+    Verdict verdict = reason_is_fit(reason, "a second one is refused");
     trial.first_state();
     return verdict;
 }
@@ -303,8 +305,9 @@ Verdict threads(DriverTrial& trial) {
 
 Verdict memory(DriverTrial& trial) {
     constexpr int runs = 8;
+    constexpr std::ptrdiff_t kSmall = 1024;
     const auto left = left_over(trial, runs, [] { return mallinfo2().uordblks; });
-    if (left > runs * 1024)
+    if (left > runs * kSmall)
         return fail(
             fmt::format("{} bytes stay allocated after {} times; free them in close", left, runs));
     return pass("what is allocated is freed again");

@@ -198,6 +198,7 @@ Verdict methods(EffectTrial& trial) {
                                         SteppingMethod::fixed, SteppingMethod::adaptive}) {
         LoopDescription description = trial.scene()->description().loop;
         description.method = method;
+        description.budget_us = 100.0; // which `paper` spends
         const auto loop = trial.loop(description);
         Vec3 last_n{0.0};
         for (int frame = 0; frame < frames_of(trial) / 2; ++frame) {
