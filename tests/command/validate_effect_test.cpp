@@ -7,12 +7,14 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
+#include "tests/command/check_outcomes.h"
 #include "tests/command/command_run.h"
 
 namespace palpate {
 namespace {
+
+using test::checks;
 
 const std::string kFolder = PALPATE_EFFECTS;
 
@@ -56,19 +58,6 @@ bool is_watched(const std::string& check) {
 
 class ValidateEffect : public test::CommandRun {
 protected:
-    /// The names of the checks that came to `outcome`.
-    std::vector<std::string> checks(const test::CommandResult& result, const char* outcome) {
-        std::vector<std::string> names;
-        const auto json = nlohmann::json::parse(result.out, nullptr, false);
-        if (json.is_discarded()) {
-            ADD_FAILURE() << result.out << result.err;
-            return names;
-        }
-        for (const auto& check : json["checks"])
-            if (check["outcome"] == outcome) names.push_back(check["name"]);
-        return names;
-    }
-
     test::CommandResult run_with(const char* defect, std::vector<std::string> words) {
         ::setenv("PALPATE_DEFECT", defect, 1);
         const test::CommandResult result = run(words);
