@@ -34,6 +34,7 @@ namespace palpate::command {
 namespace {
 
 constexpr std::array<const char*, 4> kOutcomes{"PASS", "FAIL", "WARN", "SKIP"};
+constexpr std::string_view kNeeds = "needs ";
 constexpr int kResult = 3; // where a check's line goes; what a plug-in prints goes nowhere
 
 const char* name_of(Outcome outcome) { return kOutcomes[static_cast<std::size_t>(outcome)]; }
@@ -196,13 +197,15 @@ std::vector<CheckName> chosen_checks(const std::vector<CheckName>& all,
     return chosen;
 }
 
-/// A check that needs one that did not pass is skipped.
+/// A check that needs one that failed is skipped, and so is one that needs that; where the other
+/// one is skipped because there is nothing to look at, this one looks for itself.
 std::optional<Verdict> obstacle(const CheckName& check, const std::vector<Result>& results) {
     for (const Result& earlier : results) {
         if (check.needs == nullptr || std::string_view(earlier.check.name) != check.needs) continue;
         const Outcome outcome = earlier.verdict.outcome;
-        if (outcome == Outcome::fail || outcome == Outcome::skip)
-            return skip(fmt::format("needs {}", check.needs));
+        if (outcome == Outcome::fail ||
+            (outcome == Outcome::skip && earlier.verdict.text.starts_with(kNeeds)))
+            return skip(fmt::format("{}{}", kNeeds, check.needs));
     }
     return std::nullopt;
 }

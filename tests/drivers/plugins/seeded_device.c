@@ -19,17 +19,18 @@
 #define DEFECTS(X)                                                                                 \
     X(NONE)                                                                                        \
     X(ANY_OPTION)                                                                                  \
-    X(SILENT_OPEN) X(OPEN_HANGS) X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE)                    \
-        X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS)          \
-            X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM)      \
-                X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS)          \
-                    X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES)              \
-                        X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN)    \
-                            X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) \
-                                X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE)     \
-                                    X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) \
-                                        X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)            \
-                                            X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE)
+    X(SILENT_OPEN)                                                                                 \
+    X(OPEN_HANGS) X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES)            \
+        X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE)      \
+            X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES)     \
+                X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ)         \
+                    X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE)            \
+                        X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER)       \
+                            X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) X(NO_RESTART)               \
+                                X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE)  \
+                                    X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) X(LEAKS_THREAD)  \
+                                        X(LEAKS_MEMORY) X(HANG_IN_READ) X(HANG_IN_STOP)            \
+                                            X(TELLS_FORCE) X(GARBAGE)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
@@ -125,7 +126,8 @@ static int plugin_open(const palpate_plugin_options* options, void** opened) {
         device->file = open("/dev/null", O_RDONLY | O_CLOEXEC);
         if (device->file < 0) {
             free(device);
-            return PALPATE_PLUGIN_FAILED; /* and says nothing */
+            if (HAS(LEAKS_FILE)) open_reason = "/dev/null cannot be opened; allow it";
+            return PALPATE_PLUGIN_FAILED; /* NEEDS_FILE says nothing */
         }
     }
     if (HAS(LEAKS_THREAD)) pthread_create(&device->thread, NULL, go_on, NULL);
