@@ -81,6 +81,8 @@ test('an iso-value is chosen and seen, and the scene that is saved is felt there
 
   await page.fill('#iso-number', '226');
   await page.press('#iso-number', 'Enter');
+  // What is said of a surface that comes later would stand in the place of what is said of the file.
+  await page.waitForFunction(() => window.palpate.explore.shownIso.value === 226 && window.palpate.explore.shownIso.fine);
   await page.click('#save');
   await page.waitForFunction(() => /^saved: phantom.toml/.test(document.getElementById('choice-words').textContent));
   assert.match(readFileSync(join(folder, 'phantom.toml'), 'utf8'), /^iso_value = 226\.0 /m);
