@@ -121,7 +121,8 @@ json felt_summary(const Scene& scene, std::span<const FrameReport> frames) {
 std::vector<double> depths_mm(std::span<const FrameReport> frames) {
     std::vector<double> depths;
     for (const FrameReport& frame : frames)
-        if (frame.contacts > 0) depths.push_back(1e3 * glm::distance(frame.probe, frame.proxy));
+        if (frame.contacts > 0)
+            depths.push_back(1e3 * glm::distance(frame.probe, place_on_surface(frame)));
     return depths;
 }
 

@@ -32,7 +32,8 @@ FrameFinding FrameTruth::of(const FrameReport& frame) {
     for (Level& level : levels_) {
         if (frame.surfaces_open & level.felt.bit) continue;
         take(of_level(level, frame));
-        finding.depth_m = std::max(finding.depth_m.value_or(0.0), depth(level, frame.proxy));
+        finding.depth_m =
+            std::max(finding.depth_m.value_or(0.0), depth(level, place_on_surface(frame)));
     }
     return finding;
 }
@@ -57,11 +58,12 @@ std::optional<FrameError> FrameTruth::of_level(Level& level, const FrameReport& 
                             : level.sampler->value(frame.probe) > level.felt.settings.level;
     const bool textured = level.felt.surface && !level.felt.surface->texture.none();
     if (!counts || textured) return {}; // what is felt is in front of the level
-    FrameError error{
-        level_distance(*level.sampler, frame.proxy, level.felt.settings.level, level.scale.trust_m),
-        {}};
+    FrameError error{level_distance(*level.sampler, place_on_surface(frame),
+                                    level.felt.settings.level, level.scale.trust_m),
+                     {}};
     if (level.felt.sphere)
-        error.position_m = glm::length(frame.proxy - level.felt.sphere->nearest(frame.probe));
+        error.position_m =
+            glm::length(place_on_surface(frame) - level.felt.sphere->nearest(frame.probe));
     return error;
 }
 

@@ -87,7 +87,8 @@ void SurfaceAudit::add_to_mesh(const FrameReport& frame, std::span<const Vec3> p
     for (std::size_t i = 1; i < path.size(); ++i)
         if (passes_through(path[i - 1], path[i])) ++chords_through_;
     if (!(frame.surfaces_felt & bit_)) return;
-    if (const auto near = surface_.mesh.scene->closest_point(frame.proxy, kSearchRadius))
+    if (const auto near =
+            surface_.mesh.scene->closest_point(place_on_surface(frame), kSearchRadius))
         mesh_distance_m_.push_back(near->distance_m);
     add_position(frame);
 }
@@ -122,18 +123,20 @@ void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> 
             deepest_at_ = p;
         }
     }
-    if (sampler_->value(frame.proxy) > surface_.level.level + scale_.certificate) ++frames_inside_;
+    if (sampler_->value(place_on_surface(frame)) > surface_.level.level + scale_.certificate)
+        ++frames_inside_;
     // What is felt of a texture is in front of the level.
     if (!(frame.surfaces_felt & bit_) || !surface_.texture.none()) return;
     const double distance =
-        level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m);
+        level_distance(*sampler_, place_on_surface(frame), surface_.level.level, scale_.trust_m);
     level_distance_m_.push_back(distance);
     add_position(frame);
 }
 
 void SurfaceAudit::add_position(const FrameReport& frame) {
     if (sphere_)
-        position_error_m_.push_back(glm::length(frame.proxy - sphere_->nearest(frame.probe)));
+        position_error_m_.push_back(
+            glm::length(place_on_surface(frame) - sphere_->nearest(frame.probe)));
 }
 
 std::string guard_warning(const SurfaceAudit& audit) {

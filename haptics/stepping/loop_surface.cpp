@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -18,7 +20,11 @@ constexpr double kNoLift_m = 1e-10;
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
     : contact_(&contact), moving_(contact.moving()),
       strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet),
-      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {}
+      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr),
+      softness_(finish.softness), own_strength_n_(finish.strength_n) {
+    require("strength_n", own_strength_n_, kPositiveOrInfinite);
+    softness_.check("softness");
+}
 
 LoopSurface::State LoopSurface::save_state() const {
     State state{&typeid(*contact_),
@@ -26,6 +32,7 @@ LoopSurface::State LoopSurface::save_state() const {
                 strength_.save_state(),
                 magnet_.save_state(),
                 bank_,
+                tissue_m_,
                 {},
                 pushes_back_,
                 began_inside_,
@@ -41,6 +48,8 @@ void LoopSurface::restore_state(const State& state) {
     strength_.restore_state(state.strength);
     magnet_.restore_state(state.magnet);
     bank_ = state.bank;
+    tissue_m_ = state.tissue_m;
+    law_ = {}; // and the contact's strength, at the next frame
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         gains_[part].restore_state(state.gains[part]);
     as_set_ = all_gains_are_one();
@@ -55,6 +64,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
     const bool inside = restart(proxy);
     if (!contact_->go_on_from(*before.contact_)) return inside;
     bank_ = before.bank_;
+    tissue_m_ = before.tissue_m_;
     pushes_back_ = before.pushes_back_;
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;
@@ -64,6 +74,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
 
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
+    tissue_m_ = 0.0;
     strength_.restart();
     magnet_.restart();
     for (GainRamp& gain : gains_)
@@ -73,7 +84,8 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
-    bool any_moves = strength_.depends_on_place();
+    const bool law_is_new = std::exchange(law_is_new_, false);
+    bool any_moves = strength_.depends_on_place() || law_is_new;
     for (const GainRamp& gain : gains_)
         any_moves = any_moves || gain.moves();
     if (!any_moves) return false;
@@ -84,16 +96,28 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
     const auto has_moved = [&](SurfacePart part) {
         return (moved >> static_cast<unsigned>(part) & 1U) != 0;
     };
-    if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) {
+    if (has_moved(SurfacePart::strength) || strength_.depends_on_place() || law_is_new) {
         Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
-        if (strength_.depends_on_place())
-            now.strength_here_n = strength_.at(moving_ ? in_body(frame) : frame);
+        if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
+        if (is_soft()) {
+            now.strength_here_n =
+                law_.strength_of_hard_n(now.strength_here_n.value_or(own_strength_n_));
+            yields_at_m_ = now.strength_n(own_strength_n_) / law_.coupling();
+        }
         contact_->set_gain(now);
     }
     if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
     FieldSurface* field = has_moved(SurfacePart::texture) ? contact_->of_field() : nullptr;
     if (field) field->set_texture_gain(gain_value(SurfacePart::texture));
     return moved != 0;
+}
+
+/// As its strength by place sees it: a force finds something else elsewhere the sooner, the softer
+/// what it has to move.
+FrameContext LoopSurface::seen(const FrameContext& frame) const noexcept {
+    FrameContext seen = moving_ ? in_body(frame) : frame;
+    if (is_soft()) seen.stiffness = law_.softest();
+    return seen;
 }
 
 /// With the proxy as the surface's own body sees it: fields that it depends on move along with it.
@@ -106,6 +130,22 @@ FrameContext LoopSurface::in_body(const FrameContext& frame) const noexcept {
 bool LoopSurface::all_gains_are_one() const noexcept {
     return std::all_of(gains_.begin(), gains_.end(),
                        [](const GainRamp& gain) { return gain.value() == 1.0; });
+}
+
+void LoopSurface::follow_coupling(double coupling) noexcept {
+    if (law_.coupling() == coupling) return;
+    law_ = PressLaw(softness_, coupling);
+    law_is_new_ = true;
+}
+
+LoopSurface::Press LoopSurface::press(double press_m, double period_s) noexcept {
+    const double slope_n_per_m = law_.slope(press_m);
+    if (!(softness_.damping > 0.0)) return {law_.force_n(press_m), slope_n_per_m};
+    const PressLaw::Balance balance = law_.damped(press_m, tissue_m_, softness_.damping, period_s);
+    // However fast it is pressed, it holds no more than its strength.
+    const double force_n = std::min(balance.force_n, law_.force_n(yields_at_m_));
+    tissue_m_ = force_n < balance.force_n ? press_m - force_n / law_.coupling() : balance.tissue_m;
+    return {force_n, slope_n_per_m};
 }
 
 void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {

@@ -43,6 +43,7 @@ public:
         LocalStrength::State strength;
         LoopMagnet::State magnet;
         LevelBank bank;
+        double tissue_m = 0.0;
         std::array<GainRamp::State, kSurfaceParts> gains;
         bool pushes_back = false;
         bool began_inside = false;
@@ -68,6 +69,8 @@ public:
     SurfaceContact& contact() const noexcept { return *contact_; } ///< [any]
     /// The body that it is of; null where it does not move.                              [any]
     MovingSurface* moving() const noexcept { return moving_; }
+    /// Whether it may be soft.                                                           [any]
+    bool has_softness() const noexcept { return !softness_.none(); }
     /// Of the fields that its strength and its magnet depend on.                         [any]
     std::uint64_t samples() const noexcept { return strength_.samples() + magnet_.samples(); }
 
@@ -84,6 +87,21 @@ public:
     void look_anew() noexcept { looked_ = false; }
     /// Whether nobody has asked since look_anew().                                       [loop]
     bool looks_first() noexcept { return !std::exchange(looked_, true); }
+
+    // Of one that has_softness(). Then all else is about its front, and forces as of a hard surface
+    // in its place (docs/palpation.md).
+
+    /// A frame behind a coupling of k, N/m, begins; to be called before follow_gains(). [loop]
+    void follow_coupling(double coupling) noexcept;
+    /// Whether it is softer than that coupling.                                          [loop]
+    bool is_soft() const noexcept { return !law_.is_hard(); }
+    /// What it presses with where it is soft.
+    struct Press {
+        double force_n = 0.0;       ///< F, N, >= 0
+        double slope_n_per_m = 0.0; ///< of F over delta, without the tissue's damper, N/m
+    };
+    /// The frame ends with a delta of `press_m`, m, >= 0.                                [loop]
+    Press press(double press_m, double period_s) noexcept;
 
     // In a frame. Places in m, scene frame.
 
@@ -174,6 +192,7 @@ public:
 private:
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
+    FrameContext seen(const FrameContext& frame) const noexcept;
 
     SurfaceContact* contact_;
     MovingSurface* moving_;
@@ -181,6 +200,12 @@ private:
     LoopMagnet magnet_;
     bool has_magnet_;
     LevelBank bank_;
+    Softness softness_;
+    double own_strength_n_;
+    PressLaw law_;
+    bool law_is_new_ = false;
+    double yields_at_m_ = 0.0; // delta of law_
+    double tissue_m_ = 0.0;    // d of the tissue at the last frame's end, with a damper
     std::array<GainRamp, kSurfaceParts> gains_;
     bool as_set_ = true; // all_gains_are_one(), as of the last time that one moved
 

@@ -56,7 +56,11 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
         surfaces_.emplace_back(*surfaces[i], finish[i]);
         needs_.bodies = needs_.bodies || surfaces_.back().moving();
         needs_.magnets = needs_.magnets || surfaces_.back().has_magnet();
+        needs_.softness = needs_.softness || surfaces_.back().has_softness();
     }
+    if (needs_.softness && (surfaces_.size() > 1 || needs_.magnets))
+        throw std::invalid_argument("softness: of a surface that is not alone, or has a magnet; "
+                                    "make it hard, or take the others away");
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
@@ -74,7 +78,9 @@ void Subdivision::compute_everything() noexcept {
 // ---- its state as a value ----------------------------------------------------------------------
 
 Subdivision::State Subdivision::save_state() const {
-    State state{{}, {}, friction_.save_state(), calming_, stepping_.save_state(), primitives_};
+    State state{
+        {},         {}, friction_.save_state(), calming_, stepping_.save_state(), pressed_.front,
+        primitives_};
     for (const LoopSurface& surface : surfaces_)
         state.surfaces.push_back(surface.save_state());
     for (const LoopEffect& effect : effects_)
@@ -92,6 +98,7 @@ void Subdivision::restore_state(const State& state) {
     friction_.restore_state(state.friction);
     calming_ = state.calming;
     stepping_.restore_state(state.stepping);
+    pressed_ = {0.0, 0.0, state.front};
     primitives_ = state.primitives;
     path_.clear();
     steps_left_.clear();
@@ -99,6 +106,7 @@ void Subdivision::restore_state(const State& state) {
 
 std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
+    pressed_ = {0.0, 0.0, proxy};
     for (LoopSurface& surface : surfaces_)
         if (surface.restart(proxy)) flags |= kInsideAtStart;
     friction_.restart();
@@ -113,6 +121,7 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
 std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage& heritage,
                                       const Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
+    pressed_ = {0.0, 0.0, proxy};
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const std::size_t from = heritage.surfaces[i];
         const bool inside = from == Heritage::kNew
@@ -141,7 +150,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
 SubdivisionResult Subdivision::advance(const FrameContext& frame,
                                        std::span<const std::uint32_t> steps_left) noexcept {
     frame_ = frame;
-    return run(steps_left);
+    return needs_.softness ? run_soft(steps_left) : run(steps_left);
 }
 
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. A step of the paper
@@ -170,6 +179,31 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
     } while (open_a_membrane() || let_friction_slip()); // something gave way: less holds the proxy
     led_ = move.kind == Move::Kind::slide;
     return commit(final_proxy(proxy));
+}
+
+/// The same with a soft surface. For a front y that is held, coupling and tissue are two springs in
+/// series, and what is left to minimise rises with |a' - y| whatever the tissue's law. So the front
+/// is where a hard surface would hold the proxy, with every certificate, and force and tip follow:
+///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
+SubdivisionResult Subdivision::run_soft(std::span<const std::uint32_t> replayed) noexcept {
+    LoopSurface& surface = surfaces_.front();
+    surface.follow_coupling(frame_.stiffness);
+    frame_.start = pressed_.front;
+    run(replayed);
+    if (!is_a_place(result_.proxy)) return result_;
+    pressed_ = {0.0, 0.0, result_.proxy};
+    softened_ = 1.0;
+    if (!surface.is_soft()) return result_;
+    const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
+    const Vec3 behind = pressed_.front - drawn_to;
+    const double press_m = glm::length(behind);
+    const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
+    if (!(press_m > 0.0)) return result_;
+    softened_ = press.force_n / (frame_.stiffness * press_m);
+    pressed_.indentation_m = (1.0 - softened_) * press_m;
+    pressed_.slope_n_per_m = press.slope_n_per_m;
+    result_.proxy = drawn_to + softened_ * behind;
+    return result_;
 }
 
 /// The same where nothing can be felt: what draws the proxy is the probe, and nothing is in its

@@ -102,6 +102,7 @@ public:
         CoulombFriction::State friction;
         Calming calming;
         Stepping::State stepping;
+        Vec3 front{0.0};         ///< of what is soft, m
         PrimitiveSet primitives; ///< of the last evaluation: their pull begins the next frame's
     };
     State save_state() const; ///< between frames                                         [setup]
@@ -132,7 +133,25 @@ public:
     SubdivisionResult advance(const FrameContext& frame,
                               std::span<const std::uint32_t> steps_left) noexcept;
 
-    /// The corners of the proxy's way in the last frame, frame.start first.               [loop]
+    /// How a soft surface was pressed in the last frame.
+    struct Pressed {
+        double indentation_m = 0.0; ///< d: from the front to the tip, m; 0: not pressed
+        double slope_n_per_m =
+            0.0;         ///< of the force over how far the probe is behind the front, N/m
+        Vec3 front{0.0}; ///< y, m, scene frame
+    };
+    /// Whether there is a surface that may be soft. Then the proxy of a frame is the tip, and each
+    /// frame goes on from the front that this keeps, not from frame.start.             [any]
+    bool has_softness() const noexcept { return needs_.softness; }
+    const Pressed& pressed() const noexcept { return pressed_; } ///< where has_softness() [loop]
+    /// Where the proxy, at `proxy` at the end of the last frame, is for surfaces: the front of what
+    /// is soft, m, scene frame.                                                          [loop]
+    const Vec3& front(const Vec3& proxy) const noexcept {
+        return needs_.softness ? pressed_.front : proxy;
+    }
+
+    /// The corners of the proxy's way in the last frame, frame.start first; of what is soft: of the
+    /// front.                                                                            [loop]
     std::span<const Vec3> path() const noexcept { return path_.corners(); }
     /// N_steps of eq. (8) after each evaluation of the last frame: with these a run whose clock
     /// decided can be replayed.                                                           [loop]
@@ -185,6 +204,7 @@ private:
     /// What the surfaces and effects call for. The rest is not computed.
     struct Needs {
         bool bodies = false;      // a surface may move
+        bool softness = false;    // the surface may be soft: there is but one
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
         bool nothing = false;     // there are neither surfaces nor effects
@@ -194,6 +214,7 @@ private:
     };
 
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
+    SubdivisionResult run_soft(std::span<const std::uint32_t> replayed) noexcept;
     void begin(std::span<const std::uint32_t> replayed) noexcept;
     Vec3 follow_bodies(Vec3 proxy) noexcept;
     Passage place_beside_bodies(const Vec3& proxy, int& looks) noexcept;
@@ -263,6 +284,8 @@ private:
     std::vector<std::uint32_t> steps_left_;
     SubdivisionResult result_;
     bool led_ = false; // the last move was the leading surface's own
+    Pressed pressed_;
+    double softened_ = 1.0; // forces of the last frame: so much of those of a hard surface
 
     Needs needs_;
     int work_of_a_frame_ = 0; // grows with the evaluations of the method

@@ -23,7 +23,7 @@ void Subdivision::note_touch(LoopSurface& surface, const Vec3& proxy) const noex
 
 void Subdivision::find_touches(TouchList& touches) const noexcept {
     touches.clear();
-    const Vec3& proxy = result_.proxy;
+    const Vec3& proxy = front(result_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const LoopSurface& surface = surfaces_[i];
         Touch touch;
@@ -37,7 +37,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
         }
         touch.phase = surface.pushed_before() ? Touch::Phase::goes_on : Touch::Phase::began;
         if (led_) {
-            touch.force = held_with(proxy);
+            touch.force = softened_ * held_with(proxy);
             touches.push_back(touch);
             continue;
         }
@@ -47,7 +47,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
             const PlanePrimitive& plane = contacts_[c].plane;
             touch.normal = plane.normal;
             touch.point = proxy + glm::dot(plane.normal, plane.anchor - proxy) * plane.normal;
-            touch.force = outcome.multiplier_n * plane.normal + friction_at(c);
+            touch.force = softened_ * (outcome.multiplier_n * plane.normal + friction_at(c));
             touches.push_back(touch);
         }
     }

@@ -223,6 +223,10 @@ void add_report(py::module_& module) {
     vector("probe_m", &FrameReport::probe, "(3,), m, scene frame: as it was given.");
     vector("proxy_m", &FrameReport::proxy, "(3,), m, scene frame: at the frame's end.");
     vector("force_n", &FrameReport::force, "(3,), N, scene frame: on the hand, after all limits.");
+    number("indentation_m", &FrameReport::indentation_m,
+           "How far the proxy is behind the surface that it presses in, m; 0: none is soft.");
+    number("stiffness_n_per_m", &FrameReport::stiffness_n_per_m,
+           "What the hand feels of its stiffness there, N/m.");
     number("sub_steps", &FrameReport::sub_steps, "Movements of the proxy that were accepted.");
     number("evaluations", &FrameReport::evaluations,
            "Times that primitives were gathered and solved.");

@@ -14,6 +14,7 @@
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/geometry/range.h>
 #include <palpate/geometry/surface_scene.h>
@@ -55,7 +56,12 @@ std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
         if (!custom[i])
             throw std::invalid_argument("custom[" + std::to_string(i) +
                                         "] is null; give an effect, or leave it out");
-    return required("scene", std::move(scene));
+    required("scene", scene);
+    if (const std::string soft = felt_soft_surface(scene->description());
+        !soft.empty() && !custom.empty())
+        throw std::invalid_argument("custom[0] is not composed with the soft surface \"" + soft +
+                                    "\"; leave it out, or make the surface hard");
+    return scene;
 }
 
 bool in_range(const Vec3& p) noexcept {
@@ -111,7 +117,7 @@ void SceneLoop::go_on_from(SceneLoop& before) noexcept {
     started_ = before.started_;
     silent_ = before.silent_;
     trial_ = before.trial_;
-    proxy_ = before.proxy_;
+    proxy_ = before.subdivision_->front(before.proxy_);
     flags_of_adoption_ = before.flags_of_adoption_ | kSceneAdopted;
     flags_of_adoption_ |=
         subdivision_->go_on_from(*before.subdivision_, {surfaces_after_, effects_after_}, proxy_);
@@ -305,6 +311,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     if (moved_) {
         proxy_ = result.proxy;
     } else { // held, and felt from there as at a trial's beginning
+        proxy_ = subdivision_->front(proxy_);
         report.flags |= kForceNotFinite | subdivision_->restart(proxy_);
     }
     report.sub_steps = result.sub_steps;
@@ -315,6 +322,12 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     report.surfaces_open = result.open;
     report.surfaces_guarded = result.guarded;
     report.flags |= result.flags;
+    if (subdivision_->has_softness()) {
+        const Subdivision::Pressed& pressed = subdivision_->pressed();
+        report.indentation_m = pressed.indentation_m;
+        report.stiffness_n_per_m = pressed.slope_n_per_m;
+        report.front = pressed.front;
+    }
 }
 
 QueryCount SceneLoop::queries() const noexcept {
@@ -371,7 +384,7 @@ std::span<const Touch> SceneLoop::touches() noexcept {
 std::span<const SurfaceStatus> SceneLoop::surface_states() noexcept {
     const FrameArithmetic arithmetic;
     if (!started_) return {};
-    return statuses_.of(*subdivision_, proxy_);
+    return statuses_.of(*subdivision_, subdivision_->front(proxy_));
 }
 
 } // namespace palpate::internal

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/soft_surfaces.h>
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/scene_file.h>
+
+namespace palpate {
+namespace {
+
+/// A stiffness in N/m, in N/mm.
+std::string per_mm(double n_per_m) { return fmt::format("{:.3g} N/mm", 1e-3 * n_per_m); }
+
+/// A slope of the hand's law, with the tissue's behind the coupling k.
+std::string with_tissue(double slope, double k) {
+    if (!(slope < k)) return per_mm(k) + " (as stiff as the coupling: hard)";
+    return fmt::format("{} ({} of tissue behind the coupling's {})", per_mm(slope),
+                       per_mm(1.0 / (1.0 / slope - 1.0 / k)), per_mm(k));
+}
+
+std::string in_words(const Softness& softness, const PressLaw& law, double k) {
+    if (softness.count == 1) return with_tissue(law.slope(0.0), k);
+    double softest = k, stiffest = 0.0;
+    for (std::size_t i = 0; i < softness.count; ++i) {
+        const Softness::Knot before = i == 0 ? Softness::Knot{} : softness.knots[i - 1];
+        const double slope = (softness.knots[i].force_n - before.force_n) /
+                             (softness.knots[i].press_m - before.press_m);
+        softest = std::min(softest, slope);
+        stiffest = std::max(stiffest, slope);
+    }
+    std::string words = fmt::format("{} to {} by {} points", per_mm(softest),
+                                    per_mm(std::min(stiffest, k)), softness.count);
+    if (!(stiffest < k))
+        words += fmt::format("; stiffer pieces, up to {}, are felt as the coupling's {}: raise "
+                             "[coupling] stiffness_n_per_m to feel them",
+                             per_mm(stiffest), per_mm(k));
+    return words;
+}
+
+} // namespace
+
+bool is_soft(const SceneDescription& scene, const SurfaceDescription& surface) {
+    return !PressLaw(surface.softness, scene.coupling.stiffness_n_per_m).is_hard();
+}
+
+std::string softness_in_words(const SceneDescription& scene, const SurfaceDescription& surface) {
+    const Softness& softness = surface.softness;
+    if (softness.none()) return {};
+    const double k = scene.coupling.stiffness_n_per_m;
+    const PressLaw law(softness, k);
+    if (law.is_hard())
+        return fmt::format("hard: {} is not softer than the coupling's {}; raise [coupling] "
+                           "stiffness_n_per_m above {:.4g} to feel it, as far as the device bears",
+                           per_mm(softness.steepest()), per_mm(k), softness.steepest());
+    std::string words = "soft: " + in_words(softness, law, k);
+    const double force_n = std::min(scene.limits.force_n, surface.strength_n);
+    if (const double deep_m = law.press_m(force_n); deep_m < 1.0) // m: no hand goes deeper
+        words += fmt::format("; {:.3g} N with the hand {:.3g} mm behind the surface", force_n,
+                             1e3 * deep_m);
+    if (softness.damping > 0.0)
+        words += fmt::format("; damped with {:.3g} N s/m", softness.damping);
+    return words;
+}
+
+std::string felt_soft_surface(const SceneDescription& scene) {
+    for (const EffectDescription& effect : scene.effects)
+        if (makes_surface_felt(effect) && is_soft(scene, scene.surfaces.at(surface_of(effect))))
+            return surface_of(effect);
+    return {};
+}
+
+namespace internal {
+
+void check_beside_soft(const SceneDescription& scene, std::size_t index) {
+    const std::string soft = felt_soft_surface(scene);
+    if (soft.empty()) return;
+    const EffectDescription& effect = scene.effects[index];
+    const EffectTraits& traits = traits_of(effect);
+    if (traits.beside_soft && (!traits.part || surface_of(effect) == soft)) return;
+    const FieldCheck check(fmt::format("effects[{}]", index));
+    const std::string remedy =
+        fmt::format("leave it out, or make surface {} hard: stiffness_n_per_mm = inf", soft);
+    if (makes_surface_felt(effect))
+        check.fail("surface",
+                   fmt::format("= \"{}\" would be felt beside the soft surface \"{}\", which can "
+                               "only be felt alone: another one would not hold beneath it",
+                               surface_of(effect), soft),
+                   remedy);
+    check.fail(
+        "type",
+        fmt::format("= \"{}\" is not composed with the soft surface \"{}\"", traits.name, soft),
+        remedy);
+}
+
+} // namespace internal
+} // namespace palpate
