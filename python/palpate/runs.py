@@ -27,17 +27,18 @@ Path = npt.ArrayLike | PathLike  # or a DataFrame
 
 _ROW = ("t_s", "x_m", "y_m", "z_m")
 _TIMING = ("spent_us", "estimate_us", "late_us", "surface_queries", "field_samples", "root_queries")
+_SOFT = ("indentation_m", "stiffness_n_per_m")
 
 
 class Frames(Table):
     """A row per frame. The arrays are views of what was computed: read them, or copy them.
 
     The columns are those of frames.csv, with its ``felt`` as text and as bits (surfaces_felt), and
-    those of timing.csv behind them.
+    those of timing.csv behind them, and then what a soft surface was pressed in, and its stiffness.
     """
 
-    columns = tuple(name for name in _palpate.column_names if name not in _TIMING)
-    columns = columns[:-1] + ("felt", "surfaces_felt") + _TIMING
+    columns = tuple(name for name in _palpate.column_names if name not in _TIMING + _SOFT)
+    columns = columns[:-1] + ("felt", "surfaces_felt") + _TIMING + _SOFT
 
     def __init__(self, frames: _palpate.Frames) -> None:
         self._native = frames
