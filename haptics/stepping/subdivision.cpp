@@ -198,7 +198,7 @@ SubdivisionResult Subdivision::run_soft(std::span<const std::uint32_t> replayed)
     const Vec3 behind = pressed_.front - drawn_to;
     const double press_m = glm::length(behind);
     const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
-    if (!(press_m > 0.0)) return result_;
+    if (!(press_m > Stepping::kNoMovement_m)) return result_; // free
     softened_ = press.force_n / (frame_.stiffness * press_m);
     pressed_.indentation_m = (1.0 - softened_) * press_m;
     pressed_.slope_n_per_m = press.slope_n_per_m;

@@ -100,7 +100,9 @@ TEST(SoftLoop, FramesAfterARestoreAreThoseAfterTheSave) {
         test::ScriptedClock clock(7.0);
         HapticLoop loop(scene, clock, description), another(scene, clock, description);
         for (int i = 0; i < 3000; ++i) {
-            if (i == 900) EXPECT_TRUE(loop.set_gain(0, 0.4));
+            if (i == 900) {
+                ASSERT_TRUE(loop.set_gain(0, 0.4));
+            }
             loop.frame(hand(i));
             if (i % 450 != 449 && i != 910) continue;
             const LoopState state = loop.save();

@@ -126,7 +126,7 @@ TEST_F(SoftnessTable, WhatIsNotComposedWithASoftSurfaceIsRefused) {
         "it out, or make surface skin hard: stiffness_n_per_mm = inf");
     for (const std::string_view effect :
          {"type = \"magnet\"\nsurface = \"skin\"\nstrength_n = 1\n",
-          "type = \"viscosity\"\ndamping_n_s_per_m = 1\n", "type = \"workspace\"\nradius_mm = 60\n",
+          "type = \"viscosity\"\ndamping_n_s_per_m = 1\n", "type = \"workspace\"\nradius_mm = 60\ncenter_mm = [0, 0, 0]\n",
           "type = \"guide\"\npoints_mm = [[0, 0, 50]]\nstrength_n = 1\n",
           "type = \"gradient_force\"\nvolume = \"ball\"\nstrength_n = 1\n"})
         EXPECT_THAT(complaint(felt(soft, "[[effect]]\n" + std::string(effect))),

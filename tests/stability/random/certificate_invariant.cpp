@@ -124,7 +124,8 @@ public:
         // as far as a texture stands in front of them.
         const double in_front =
             2.0 * (scale_.free + surface_.texture.height_m * scale_.typical_slope);
-        if (depth(in_body(seen.poses[index_], seen.report.proxy)) < -in_front) armed_ = true;
+        if (depth(in_body(seen.poses[index_], place_on_surface(seen.report))) < -in_front)
+            armed_ = true;
         return std::nullopt;
     }
 

@@ -162,7 +162,7 @@ public:
         constexpr int kEvery = 8; // frames: it looks at all triangles
         if (seen.begins_trial) winds_.reset();
         if (seen.begins_trial || seen.frame % kEvery == 0) {
-            const Vec3 proxy = in_body(seen.poses[index_], seen.report.proxy);
+            const Vec3 proxy = in_body(seen.poses[index_], place_on_surface(seen.report));
             const Vec3 probe = in_body(seen.poses[index_], seen.state.position);
             const auto place = off_the_mesh(proxy, probe, seen.report);
             if (!place) return std::nullopt;
@@ -216,7 +216,7 @@ public:
         if (seen.begins_trial || (seen.report.flags & kProbeNotFinite) || seen.path.empty())
             return std::nullopt;
         ++checks_;
-        const double rise_m = glm::length(seen.report.proxy - seen.state.position) -
+        const double rise_m = glm::length(place_on_surface(seen.report) - seen.state.position) -
                               glm::length(seen.path.front() - seen.state.position);
         if (rise_m <= rounding_m_ + 1e-15 * glm::length(seen.state.position)) return std::nullopt;
         return fmt::format("the frame took the proxy {} m farther from the probe", rise_m);

@@ -184,7 +184,7 @@ private:
             kEvaluationCap | kStalled | kSolverCap | kCalmed | kProbeNotFinite;
         if (!smooth_ || frame % 16 != 15) return true;
         const DeviceState& state = states_[static_cast<std::size_t>(frame)];
-        const double depth_m = glm::length(report.proxy - state.position);
+        const double depth_m = glm::length(place_on_surface(report) - state.position);
         const LoopState kept = twin_.save();
         FrameReport once = twin_.frame(state);
         twin_.restore(kept);

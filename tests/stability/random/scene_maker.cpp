@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/stability/random/scene_maker.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <string_view>
+
 #include <fmt/format.h>
 
 #include "tests/stability/random/random_meshes.h"
@@ -254,6 +258,42 @@ SceneMaker::Keys SceneMaker::strength_over_volume(const std::string& key, double
     return {{"volume", quoted(scalars())},
             {key, fmt::format("[[{}, {}], [{}, {}]]", -reach, between(low, high), reach,
                               between(low, high))}};
+}
+
+void soften(RandomCase& made) {
+    constexpr std::uint64_t kOwnDraws = 0x50f7;
+    test::Random random(made.seed ^ kOwnDraws << 32);
+    const auto is_surface = [](const SceneTable& table) {
+        return table.header.starts_with("[surface.");
+    };
+    if (std::count_if(made.tables.begin(), made.tables.end(), is_surface) != 1 ||
+        !test::chance(random, 0.25))
+        return;
+    const auto stays = [](const SceneTable& table) {
+        if (!table.is_effect()) return true;
+        for (const std::string_view kind : {"surface", "friction", "stick_slip", "texture",
+                                            "constant_force", "gravity_compensation", "vibration"})
+            if (table.value("type") == fmt::format("\"{}\"", kind)) return true;
+        return false;
+    };
+    std::erase_if(made.tables, [&](const SceneTable& table) { return !stays(table); });
+    SceneTable& surface = *std::find_if(made.tables.begin(), made.tables.end(), is_surface);
+    if (test::chance(random, 0.3)) {
+        // From a piece that is flat to one that is as good as hard; it may saturate.
+        const double depth = 1e3 * made.size_m * test::between(random, 0.02, 0.2);
+        const double force = test::of_any_size(random, 0.05, 5.0);
+        surface.keys.emplace_back("stiffness_mm_n",
+                                  fmt::format("[[{}, {}], [{}, {}], [{}, {}]]", depth,
+                                              test::chance(random, 0.3) ? 0.0 : 0.3 * force,
+                                              2.0 * depth, force, 3.0 * depth,
+                                              (test::chance(random, 0.3) ? 1.0 : 1.5) * force));
+    } else {
+        surface.keys.emplace_back("stiffness_n_per_mm",
+                                  fmt::format("{}", test::of_any_size(random, 0.005, 1.0)));
+    }
+    if (test::chance(random, 0.3))
+        surface.keys.emplace_back("press_damping_n_s_per_m",
+                                  fmt::format("{}", test::of_any_size(random, 0.1, 50.0)));
 }
 
 } // namespace palpate::stability
