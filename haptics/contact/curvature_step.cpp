@@ -16,6 +16,8 @@ constexpr double kSmallestEigenvalue = 0.15;
 constexpr double kSlidingEigenvalue = 0.3;
 // The normal part may follow the slope only where slope and normal agree to about 73 degrees.
 constexpr double kSlopeShare = 0.3;
+// Twice as much each time: to 1e9 times the coupling's stiffness.
+constexpr int kMostShifts = 32;
 // Normals are independent directions when more than this is left of them; a milliradian apart is
 // one direction here.
 constexpr double kIndependent = 1e-3;
@@ -124,6 +126,31 @@ std::array<double, 2> newton_in_plane(double m00, double m01, double m10, double
     return {c * along_high - s * along_low, s * along_high + c * along_low};
 }
 
+/// Solves M z = r, M symmetric; where M has no minimum to find, with so much of the unit matrix
+/// added that it has one.
+Vec3 newton_in_space(Mat3 m, const Vec3& r) noexcept {
+    m = 0.5 * (m + glm::transpose(m));
+    // Gauss, without a choice of pivots: they are all above the smallest eigenvalue, or M is not
+    // one to step with.
+    double shift = 0.0;
+    for (int tries = 0; tries < kMostShifts; ++tries) {
+        const Mat3 a = m + shift * Mat3(1.0);
+        shift = std::max(kSlidingEigenvalue, 2.0 * shift);
+        const double p0 = a[0][0];
+        if (!(p0 > kSmallestEigenvalue)) continue;
+        const double l1 = a[0][1] / p0, l2 = a[0][2] / p0;
+        const double p1 = a[1][1] - l1 * a[0][1], q = a[1][2] - l1 * a[0][2];
+        if (!(p1 > kSmallestEigenvalue)) continue;
+        const double l3 = q / p1;
+        const double p2 = a[2][2] - l2 * a[0][2] - l3 * q;
+        if (!(p2 > kSmallestEigenvalue)) continue;
+        const double y1 = r.y - l1 * r.x, y2 = r.z - l2 * r.x - l3 * y1;
+        const double z2 = y2 / p2, z1 = (y1 - q * z2) / p1;
+        return {(r.x - a[0][1] * z1 - a[0][2] * z2) / p0, z1, z2};
+    }
+    return r;
+}
+
 /// Normal part of a step along one plane: meets the level with the exact slope (contact.md 1.2,
 /// step 5).
 double step_to_level(const ContactPlane& contact, const Vec3& tangential) noexcept {
@@ -141,9 +168,10 @@ double step_to_level(const ContactPlane& contact, const Vec3& tangential) noexce
 
 Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
                     const ProxySolution& solution, const Vec3& proxy, double stiffness,
-                    double damping) noexcept {
+                    double damping, const Mat3* tissue) noexcept {
     const Vec3 full = solution.proxy - proxy;
-    if (primitives.planes().empty()) return full; // what lines and points add is no curvature
+    if (primitives.planes().empty() && !tissue)
+        return full; // what lines and points add is no curvature
 
     // The planes that hold, and the curvature they bring.
     PinnedDirections pinned;
@@ -161,6 +189,10 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
     }
     const Tethers tethers = tethers_of(primitives, solution, stiffness, pinned);
     const FreeDirections free = complement(pinned);
+    if (tissue) curvature += *tissue;
+    if (tissue && pinned.count == 0)
+        return damping * newton_in_space(Mat3(1.0) + curvature + tethers.turning,
+                                         full + tethers.turning * full);
     if (free.count == 0) return full;
 
     Vec3 tangential_full{0.0};

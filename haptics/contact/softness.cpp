@@ -107,6 +107,20 @@ double PressLaw::strength_of_hard_n(double strength_n) const noexcept {
     return is_hard() || !(strength_n > 0.0) ? strength_n : coupling_ * press_m(strength_n);
 }
 
+PressLaw::Tissue PressLaw::tissue(double indentation_m) const noexcept {
+    const double stiffest = kStiffest * coupling_;
+    double force_n = 0.0, left_m = indentation_m;
+    for (std::size_t i = 0;; ++i) {
+        const Point begin = begin_of(i);
+        const double rise_n = points_[i].force_n - begin.force_n;
+        const double way_m = std::max(points_[i].tissue_m - begin.tissue_m, rise_n / stiffest);
+        const double slope = rise_n / way_m; // ways of a law are above 0
+        if (left_m <= way_m || i + 1 == count_) return {force_n + slope * left_m, slope};
+        force_n += rise_n;
+        left_m -= way_m;
+    }
+}
+
 PressLaw::Balance PressLaw::damped(double press_m, double before_m, double damping,
                                    double period_s) const noexcept {
     const double viscous = damping / period_s;

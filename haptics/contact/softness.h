@@ -64,6 +64,17 @@ public:
     /// this one with `strength_n`, N, >= 0: k press_m(strength_n).                       [any]
     double strength_of_hard_n(double strength_n) const noexcept;
 
+    /// What the tissue alone does at an indentation.
+    struct Tissue {
+        double force_n = 0.0;       ///< F_t, N
+        double slope_n_per_m = 0.0; ///< dF_t / dd, N/m, at most kStiffest times the coupling's
+    };
+    /// A tissue is taken as no stiffer than so many times the coupling: what does not give way
+    /// gives way by at most a hundredth of the coupling's way.
+    static constexpr double kStiffest = 100.0;
+    /// F_t at d in m, >= 0.                                                             [any]
+    Tissue tissue(double indentation_m) const noexcept;
+
     /// What a frame finds.
     struct Balance {
         double force_n = 0.0;  ///< F, N, >= 0

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include <palpate/haptics/contact/curvature_step.h>
+#include <palpate/haptics/contact/no_contact.h>
 #include <palpate/haptics/solver/internal/one_plane.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
@@ -52,15 +54,18 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
     work_of_a_frame_ = kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
     finish.resize(std::max(finish.size(), surfaces.size()));
+    make_layers(settings, surfaces, finish, clock, effects);
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (layer_of(i)) { // felt by its layer
+            stand_ins_.push_back(std::make_unique<NoContact>());
+            surfaces[i] = stand_ins_.back().get();
+            finish[i] = {};
+        }
         surfaces_.emplace_back(*surfaces[i], finish[i]);
         needs_.bodies = needs_.bodies || surfaces_.back().moving();
         needs_.magnets = needs_.magnets || surfaces_.back().has_magnet();
-        needs_.softness = needs_.softness || surfaces_.back().has_softness();
+        needs_.softness = needs_.softness || surfaces_.back().has_softness() || layer_of(i);
     }
-    if (needs_.softness && (surfaces_.size() > 1 || needs_.magnets))
-        throw std::invalid_argument("softness: of a surface that is not alone, or has a magnet; "
-                                    "make it hard, or take the others away");
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
@@ -71,6 +76,8 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
 }
 
 void Subdivision::compute_everything() noexcept {
+    for (Layer& layer : layers_)
+        layer.front->compute_everything();
     needs_.everything = needs_.magnets = needs_.calming = true;
     needs_.nothing = needs_.only_slides = false;
 }
@@ -78,9 +85,20 @@ void Subdivision::compute_everything() noexcept {
 // ---- its state as a value ----------------------------------------------------------------------
 
 Subdivision::State Subdivision::save_state() const {
-    State state{
-        {},         {}, friction_.save_state(), calming_, stepping_.save_state(), pressed_.front,
-        primitives_};
+    State state{{},
+                {},
+                friction_.save_state(),
+                calming_,
+                stepping_.save_state(),
+                pressed_.front,
+                {},
+                {},
+                primitives_};
+    for (const Layer& layer : layers_) {
+        state.fronts.push_back(layer.front->save_state());
+        state.fronts.back().front = layer.y;
+        state.tissue_m.push_back(layer.tissue_m);
+    }
     for (const LoopSurface& surface : surfaces_)
         state.surfaces.push_back(surface.save_state());
     for (const LoopEffect& effect : effects_)
@@ -91,6 +109,10 @@ Subdivision::State Subdivision::save_state() const {
 void Subdivision::restore_state(const State& state) {
     require_same_kinds("surface", surfaces_, state.surfaces);
     require_same_kinds("effect", effects_, state.effects);
+    if (state.fronts.size() != layers_.size())
+        throw std::invalid_argument(
+            "restore: the state has " + std::to_string(state.fronts.size()) +
+            " soft surfaces with others, the loop " + std::to_string(layers_.size()));
     for (std::size_t i = 0; i < effects_.size(); ++i)
         effects_[i].restore_state(state.effects[i]);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
@@ -99,6 +121,11 @@ void Subdivision::restore_state(const State& state) {
     calming_ = state.calming;
     stepping_.restore_state(state.stepping);
     pressed_ = {0.0, 0.0, state.front};
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+        layers_[i].front->restore_state(state.fronts[i]);
+        layers_[i].y = state.fronts[i].front;
+        layers_[i].tissue_m = state.tissue_m[i];
+    }
     primitives_ = state.primitives;
     path_.clear();
     steps_left_.clear();
@@ -107,6 +134,11 @@ void Subdivision::restore_state(const State& state) {
 std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
     pressed_ = {0.0, 0.0, proxy};
+    for (Layer& layer : layers_) {
+        flags |= layer.front->restart(proxy);
+        layer.y = proxy;
+        layer.tissue_m = layer.indentation_m = layer.force_n = 0.0;
+    }
     for (LoopSurface& surface : surfaces_)
         if (surface.restart(proxy)) flags |= kInsideAtStart;
     friction_.restart();
@@ -122,6 +154,16 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
                                       const Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
     pressed_ = {0.0, 0.0, proxy};
+    for (Layer& layer : layers_) {
+        const std::size_t from = heritage.surfaces[layer.surface];
+        const Layer* was = from == Heritage::kNew ? nullptr : before.layer_of(from);
+        const Subdivision& source = was ? *was->front : before;
+        const std::size_t its = was ? 0 : from;
+        layer.y = was ? was->y : proxy;
+        layer.tissue_m = was ? was->tissue_m : 0.0;
+        layer.indentation_m = layer.force_n = 0.0;
+        flags |= layer.front->go_on_from(source, {std::span(&its, 1), {}}, layer.y);
+    }
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const std::size_t from = heritage.surfaces[i];
         const bool inside = from == Heritage::kNew
@@ -150,7 +192,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
 SubdivisionResult Subdivision::advance(const FrameContext& frame,
                                        std::span<const std::uint32_t> steps_left) noexcept {
     frame_ = frame;
-    return needs_.softness ? run_soft(steps_left) : run(steps_left);
+    return presses_alone() ? run_soft(steps_left) : run(steps_left);
 }
 
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. A step of the paper
@@ -179,31 +221,6 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
     } while (open_a_membrane() || let_friction_slip()); // something gave way: less holds the proxy
     led_ = move.kind == Move::Kind::slide;
     return commit(final_proxy(proxy));
-}
-
-/// The same with a soft surface. For a front y that is held, coupling and tissue are two springs in
-/// series, and what is left to minimise rises with |a' - y| whatever the tissue's law. So the front
-/// is where a hard surface would hold the proxy, with every certificate, and force and tip follow:
-///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
-SubdivisionResult Subdivision::run_soft(std::span<const std::uint32_t> replayed) noexcept {
-    LoopSurface& surface = surfaces_.front();
-    surface.follow_coupling(frame_.stiffness);
-    frame_.start = pressed_.front;
-    run(replayed);
-    if (!is_a_place(result_.proxy)) return result_;
-    pressed_ = {0.0, 0.0, result_.proxy};
-    softened_ = 1.0;
-    if (!surface.is_soft()) return result_;
-    const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
-    const Vec3 behind = pressed_.front - drawn_to;
-    const double press_m = glm::length(behind);
-    const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
-    if (!(press_m > Stepping::kNoMovement_m)) return result_; // free
-    softened_ = press.force_n / (frame_.stiffness * press_m);
-    pressed_.indentation_m = (1.0 - softened_) * press_m;
-    pressed_.slope_n_per_m = press.slope_n_per_m;
-    result_.proxy = drawn_to + softened_ * behind;
-    return result_;
 }
 
 /// The same where nothing can be felt: what draws the proxy is the probe, and nothing is in its
@@ -334,6 +351,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
             effect.gather(proxy, frame_.force_limit_n, primitives_);
         primitives_.set_gain({});
     }
+    if (!layers_.empty()) press_layers(proxy);
     friction_.gather(proxy, contacts_, primitives_);
 }
 
@@ -364,6 +382,12 @@ void Subdivision::solve(const Vec3& proxy) noexcept {
         solution_.proxy = proxy;
         result_.flags |= kForceNotFinite;
     }
+    if (layers_press_) { // the forces of soft surfaces fall with the step
+        const double stiffness = primitives_.total_stiffness(frame_.stiffness);
+        const Mat3 tissue = tissue_ / stiffness;
+        solution_.proxy = proxy + curvature_step(primitives_, contacts_, solution_, proxy,
+                                                 stiffness, 1.0, &tissue);
+    }
     for (LoopEffect& effect : effects_)
         effect.solved(solution_.proxy);
     for (LoopSurface& surface : surfaces_)
@@ -382,7 +406,7 @@ void Subdivision::evaluated(const Vec3& proxy, int work_left) noexcept {
 }
 
 void Subdivision::count_steps_left() noexcept {
-    const EvaluationOutcome outcome{result_.residual_m, contacts_.facets_only()};
+    const EvaluationOutcome outcome{result_.residual_m, contacts_.facets_only() && !layers_press_};
     steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
 }
 
@@ -425,7 +449,7 @@ bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& prox
         // Where another surface stopped it at once, that one has planes the next time.
         more = stepping_.steps_left() > 0 && (proxy != before || !stepping_.has_converged());
     } else {
-        if (primitives_.is_free() && proxy == solution_.proxy) return false;
+        if (primitives_.is_free() && proxy == solution_.proxy && layers_.empty()) return false;
         if (proxy != move.to) stepping_.cut_short(); // it was not the last
         more = stepping_.goes_on(budget_);
     }
@@ -470,6 +494,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
         result_.guarded |= bit_of(i, surface.contact().guarded());
     }
     note_open();
+    if (!layers_.empty()) commit_layers(proxy);
     friction_.commit();
     if (needs_.calming)
         calming_.end(proxy,

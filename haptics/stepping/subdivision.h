@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -90,7 +91,7 @@ public:
     /// Any thread may call GainRamp::set() while the loop runs; its other functions are the loop's.
     /// A trial begins with the gains that were set last. [any]
     GainRamp& gain(std::size_t surface, SurfacePart part) noexcept {
-        return surfaces_[surface].gain(part);
+        return of_surface(surface).gain(part);
     }
     GainRamp& gain(std::size_t effect) noexcept { return effects_[effect].gain(); }
 
@@ -102,7 +103,9 @@ public:
         CoulombFriction::State friction;
         Calming calming;
         Stepping::State stepping;
-        Vec3 front{0.0};         ///< of what is soft, m
+        Vec3 front{0.0};              ///< of what is soft and alone, m
+        std::vector<State> fronts;    ///< of what is soft and not alone
+        std::vector<double> tissue_m; ///< of the same: d with a damper
         PrimitiveSet primitives; ///< of the last evaluation: their pull begins the next frame's
     };
     State save_state() const; ///< between frames                                         [setup]
@@ -144,10 +147,15 @@ public:
     /// frame goes on from the front that this keeps, not from frame.start.             [any]
     bool has_softness() const noexcept { return needs_.softness; }
     const Pressed& pressed() const noexcept { return pressed_; } ///< where has_softness() [loop]
-    /// Where the proxy, at `proxy` at the end of the last frame, is for surfaces: the front of what
-    /// is soft, m, scene frame.                                                          [loop]
+    /// Where the proxy, at `proxy` at the end of the last frame, is for the next one: the front of
+    /// what is soft and alone, m, scene frame.                                           [loop]
     const Vec3& front(const Vec3& proxy) const noexcept {
-        return needs_.softness ? pressed_.front : proxy;
+        return presses_alone() ? pressed_.front : proxy;
+    }
+    /// The same for one surface: its front, where it is soft.                            [loop]
+    const Vec3& place_on(std::size_t surface, const Vec3& proxy) const noexcept {
+        const Layer* layer = layer_of(surface);
+        return layer ? layer->y : front(proxy);
     }
 
     /// The corners of the proxy's way in the last frame, frame.start first; of what is soft: of the
@@ -160,7 +168,10 @@ public:
     /// anything. After an advance(), before a restart() or restore_state(). [loop]
     void find_touches(TouchList& touches) const noexcept;
     /// By the order in which surfaces were given.                                        [loop]
-    const LoopSurface& surface(std::size_t i) const noexcept { return surfaces_[i]; }
+    const LoopSurface& surface(std::size_t i) const noexcept {
+        const Layer* layer = layer_of(i);
+        return layer ? layer->front->surfaces_.front() : surfaces_[i];
+    }
     /// The coupling's force plus what effects put on the device directly, each with its gain, N:
     /// Effect::device_force_n().                                                          [loop]
     Vec3 with_device_forces(Vec3 force_n) const noexcept;
@@ -201,10 +212,26 @@ private:
         double share = 0.0; // of the way there that every certificate holds; 1: it can go there
     };
 
+    /// A soft surface that is not alone: its front follows the tip, which others hold, too.
+    struct Layer {
+        std::size_t surface = 0;            // by the order in which surfaces were given
+        std::unique_ptr<Subdivision> front; // over the surface alone, as if it were hard
+        Softness softness;
+        PressLaw law;
+        double tissue_m = 0.0; // d of the tissue at the last frame's end, with a damper
+        bool pushed_before = false;
+        // Of the last evaluation.
+        Vec3 y{0.0};                // where the front is, m
+        Vec3 normal{0.0};           // from the tip to there
+        double indentation_m = 0.0; // d
+        double force_n = 0.0;
+        double slope_n_per_m = 0.0; // of the force over d
+    };
+
     /// What the surfaces and effects call for. The rest is not computed.
     struct Needs {
         bool bodies = false;      // a surface may move
-        bool softness = false;    // the surface may be soft: there is but one
+        bool softness = false;    // a surface may be soft
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
         bool nothing = false;     // there are neither surfaces nor effects
@@ -215,6 +242,24 @@ private:
 
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
     SubdivisionResult run_soft(std::span<const std::uint32_t> replayed) noexcept;
+    void make_layers(const SteppingSettings& settings, const std::vector<SurfaceContact*>& contacts,
+                     const std::vector<SurfaceFinish>& finish, Clock& clock,
+                     const std::vector<Effect*>& effects);
+    bool presses_alone() const noexcept { return needs_.softness && layers_.empty(); }
+    const Layer* layer_of(std::size_t surface) const noexcept {
+        for (const Layer& layer : layers_)
+            if (layer.surface == surface) return &layer;
+        return nullptr;
+    }
+    LoopSurface& of_surface(std::size_t i) noexcept {
+        const Layer* layer = layer_of(i);
+        return layer ? layer->front->surfaces_.front() : surfaces_[i];
+    }
+    void press_layers(const Vec3& tip) noexcept;
+    void press(Layer& layer, const Vec3& tip) noexcept;
+    Mat3 turning_of(const Layer& layer) const noexcept;
+    void commit_layers(const Vec3& tip) noexcept;
+    Touch touch_of(const Layer& layer) const noexcept;
     void begin(std::span<const std::uint32_t> replayed) noexcept;
     Vec3 follow_bodies(Vec3 proxy) noexcept;
     Passage place_beside_bodies(const Vec3& proxy, int& looks) noexcept;
@@ -285,7 +330,12 @@ private:
     SubdivisionResult result_;
     bool led_ = false; // the last move was the leading surface's own
     Pressed pressed_;
-    double softened_ = 1.0; // forces of the last frame: so much of those of a hard surface
+    std::vector<Layer> layers_;
+    std::vector<std::unique_ptr<SurfaceContact>> stand_ins_; // for the contacts of layers
+    bool layers_press_ = false;                              // in this evaluation
+    Mat3 tissue_{0.0};              // by how much their forces fall with the tip's step, N/m
+    std::uint32_t layer_flags_ = 0; // of their fronts in this frame
+    double softened_ = 1.0;         // forces of the last frame: so much of those of a hard surface
 
     Needs needs_;
     int work_of_a_frame_ = 0; // grows with the evaluations of the method

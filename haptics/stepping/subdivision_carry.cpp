@@ -98,7 +98,7 @@ LoopSurface& Subdivision::leader() noexcept { return surfaces_[contacts_[0].surf
 
 /// Whether one surface alone holds the proxy, and can lead it.
 bool Subdivision::one_surface_leads() noexcept {
-    const bool others_hold = primitives_.planes().size() != contacts_.size() ||
+    const bool others_hold = !layers_.empty() || primitives_.planes().size() != contacts_.size() ||
                              primitives_.has_tethers() || !contacts_.are_of_one_surface();
     return !others_hold && !friction_.rubs(contacts_[0].surface) && leader().sliding();
 }
@@ -109,7 +109,7 @@ bool Subdivision::keeps_its_place() noexcept {
     const bool first = budget_.evaluations == 1;
     if (result_.residual_m < (friction_.holds() ? kStuck : Stepping::kNoMovement_m)) return true;
     if (first && calming_.rests(solution_.proxy)) return true;
-    if (!first || primitives_.is_free()) return false;
+    if (!first || (primitives_.is_free() && !layers_press_)) return false;
     // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
     const double unspent_m =
         primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result_.residual_m;
@@ -153,6 +153,8 @@ std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
 }
 
 Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
+    if (layers_press_)
+        return proxy + trusted(stepping_.damp() * (solution_.proxy - proxy), surfaces_);
     if (primitives_.is_free()) return solution_.proxy;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
     const double damping = stepping_.damp();

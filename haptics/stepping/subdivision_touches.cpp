@@ -25,6 +25,10 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
     touches.clear();
     const Vec3& proxy = front(result_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (const Layer* layer = layer_of(i)) {
+            if (layer->force_n > 0.0 || layer->pushed_before) touches.push_back(touch_of(*layer));
+            continue;
+        }
         const LoopSurface& surface = surfaces_[i];
         Touch touch;
         touch.surface = static_cast<std::uint32_t>(i);

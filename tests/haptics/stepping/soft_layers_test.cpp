@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// Soft surfaces over hard ones, over soft ones, and beside what holds the tip: against closed
+// forms, and against the elimination that a soft surface alone allows (docs/palpation.md).
+#include <palpate/haptics/contact/softness.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/contact/mesh_contact.h>
+#include <palpate/haptics/effects/point_guide.h>
+#include <palpate/haptics/effects/viscosity.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+#include <palpate/volume/fields/analytic_fields.h>
+
+#include "tests/support/contact_kinds.h"
+#include "tests/support/contact_loop.h"
+
+namespace palpate {
+namespace {
+
+using test::ContactLoop;
+using test::Kind;
+
+constexpr double kK = ContactLoop::kStiffness;
+
+SurfaceFinish soft(double stiffness_n_per_m, double damping = 0.0) {
+    SurfaceFinish finish;
+    finish.softness = Softness::linear(stiffness_n_per_m);
+    finish.softness.damping = damping;
+    return finish;
+}
+
+SteppingSettings precise() {
+    SteppingSettings settings;
+    settings.tolerance_m = 1e-10;
+    settings.evaluation_cap = 60;
+    return settings;
+}
+
+std::unique_ptr<SurfaceContact> ball(double radius_m) {
+    return std::make_unique<VolumeContact>(
+        std::shared_ptr<const ScalarField>(make_solid_sphere(radius_m)), LevelSettings{});
+}
+
+using Surfaces = std::vector<std::unique_ptr<SurfaceContact>>;
+
+template <class... Contacts>
+Surfaces surfaces(Contacts... contacts) {
+    Surfaces all;
+    (all.push_back(std::move(contacts)), ...);
+    return all;
+}
+
+Vec3 force(const ContactLoop& loop, const Vec3& probe) { return kK * (loop.proxy() - probe); }
+
+/// Does nothing, and does not say that it only pushes: the tip is then solved, not eliminated.
+class Idle final : public Effect {
+public:
+    void begin(const FrameContext&) noexcept override {}
+    void gather(const Vec3&, PrimitiveSet&) noexcept override {}
+    QueryCount queries() const noexcept override { return {}; }
+};
+
+std::vector<std::unique_ptr<Effect>> idle() {
+    std::vector<std::unique_ptr<Effect>> effects;
+    effects.push_back(std::make_unique<Idle>());
+    return effects;
+}
+
+struct Tally {
+    double worst_n = 0.0, deepest_m = 0.0;
+    double evaluations = 0.0;
+    std::uint32_t most = 0;
+    int frames = 0, capped = 0;
+};
+
+/// Press to `depth` and drag, over soft skin of 60 mm around bone of 50.
+Tally skin_over_bone(double stiffness, double step, double depth, const SteppingSettings& settings,
+                     Kind bone = Kind::formula) {
+    Surfaces both = surfaces(
+        test::ball(bone, 50e-3, std::numeric_limits<double>::infinity(), Yielding::holds, 5),
+        ball(60e-3));
+    ContactLoop loop(settings, std::move(both), {}, 0.0, {{}, soft(stiffness)});
+    loop.start({61e-3, 0, 0});
+    Tally tally;
+    const int press = static_cast<int>(depth / step);
+    for (int i = 0; i < press + 150; ++i) {
+        const double d = std::min(depth, step * i);
+        const double angle = i < press ? 0.0 : step / 60e-3 * (i - press);
+        const Vec3 up{std::cos(angle), 0.6 * std::sin(angle), 0.8 * std::sin(angle)};
+        const Vec3 probe = (60e-3 - d) * up;
+        const SubdivisionResult result = loop.move(probe);
+        const double tip = std::max(50e-3, 60e-3 - d + stiffness * d / kK);
+        tally.worst_n =
+            std::max(tally.worst_n, glm::length(force(loop, probe) - kK * (tip - 60e-3 + d) * up));
+        tally.deepest_m = std::max(tally.deepest_m, 50e-3 - glm::length(loop.proxy()));
+        tally.evaluations += result.evaluations;
+        tally.most = std::max(tally.most, result.evaluations);
+        tally.capped += (result.flags & kEvaluationCap) != 0 ? 1 : 0;
+        ++tally.frames;
+    }
+    tally.evaluations /= tally.frames;
+    return tally;
+}
+
+TEST(SoftLayers, SkinOverBoneIsFeltAsTheClosedFormSays) {
+    for (const double stiffness : {50.0, 100.0, 200.0, 450.0})
+        for (const double step : {2e-4, 2e-3}) {
+            const Tally tally = skin_over_bone(stiffness, step, 16e-3, precise());
+            EXPECT_LE(tally.worst_n, 1e-6) << stiffness << ' ' << step;
+            EXPECT_LE(tally.deepest_m, 1e-9);
+            EXPECT_EQ(tally.capped, 0);
+            const Tally usual = skin_over_bone(stiffness, step, 16e-3, {});
+            std::printf("K %3.0f step %.1e: %.1e N (usual %.1e), %.2f evaluations (%u)\n",
+                        stiffness, step, tally.worst_n, usual.worst_n, usual.evaluations,
+                        usual.most);
+            EXPECT_LE(usual.worst_n, 2.0 * kK * 1e-7 + 1e-4);
+        }
+}
+
+TEST(SoftLayers, OneThatIsAloneIsTheSameEliminatedOrSolved) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (const double stiffness : {60.0, 200.0, 450.0, 490.0}) {
+        const auto field = [] {
+            return std::shared_ptr<const ScalarField>(make_bumpy_cavity(30e-3, 0.3e-3, 12e-3));
+        };
+        ContactLoop eliminated(precise(), test::one_surface(field()), {}, 0.0, {soft(stiffness)});
+        ContactLoop solved(precise(), test::one_surface(field()), idle(), 0.0, {soft(stiffness)});
+        Vec3 probe{25e-3, 0, 0};
+        eliminated.start(probe);
+        solved.start(probe);
+        double worst_n = 0.0, sum_n = 0.0;
+        for (int i = 0; i < 1500; ++i) {
+            const double x = unit(random), y = unit(random), z = unit(random);
+            probe += 3e-4 * Vec3{x, y, z};
+            probe *= (31e-3 + 1e-3 * std::sin(0.01 * i)) / glm::length(probe);
+            eliminated.move(probe);
+            solved.move(probe);
+            const double difference = kK * glm::length(eliminated.proxy() - solved.proxy());
+            worst_n = std::max(worst_n, difference);
+            sum_n += difference;
+        }
+        std::printf("K %3.0f: %.1e N at most, %.1e mean\n", stiffness, worst_n, sum_n / 1500);
+        EXPECT_LE(sum_n / 1500, 1e-6) << stiffness;
+    }
+}
+
+TEST(SoftLayers, SeveralLayersOverBone) {
+    // Behind a coupling of 500 N/m; in series: the tip is where all forces balance.
+    const double radii[3] = {60e-3, 58e-3, 50e-3}, stiffnesses[3] = {50.0, 150.0, 250.0};
+    Surfaces all = surfaces(ball(60e-3), ball(58e-3), ball(50e-3), ball(45e-3));
+    ContactLoop loop(precise(), std::move(all), {}, 0.0,
+                     {soft(stiffnesses[0]), soft(stiffnesses[1]), soft(stiffnesses[2]), {}});
+    loop.start({61e-3, 0, 0});
+    for (int i = 0; i < 300; ++i) {
+        const double angle = 1e-3 * i;
+        const Vec3 up{std::cos(angle), 0.6 * std::sin(angle), 0.8 * std::sin(angle)};
+        const double r = 60e-3 - std::min(2e-4 * i, 30e-3);
+        loop.move(r * up);
+        const auto rest = [&](double x) {
+            double f = kK * (r - x);
+            for (int l = 0; l < 3; ++l)
+                f += std::max(0.0, radii[l] - x) / (1.0 / stiffnesses[l] - 1.0 / kK);
+            return f;
+        };
+        double low = 0.0, high = 61e-3;
+        for (int n = 0; n < 100; ++n)
+            (rest(0.5 * (low + high)) > 0.0 ? low : high) = 0.5 * (low + high);
+        const double tip = std::max(45e-3, low);
+        EXPECT_LE(glm::length(loop.proxy() - tip * up), 1e-9) << i;
+    }
+}
+
+TEST(SoftLayers, BoneIsNeverPassedAtAnySpeed) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (const double stiffness : {50.0, 450.0}) {
+        Surfaces both = surfaces(ball(50e-3), ball(60e-3));
+        ContactLoop loop({}, std::move(both), {}, 0.0, {{}, soft(stiffness)});
+        loop.start({65e-3, 0, 0});
+        double deepest_m = 0.0;
+        for (int i = 0; i < 5000; ++i) {
+            const double x = unit(random), y = unit(random), z = unit(random);
+            const double reach = std::min(0.4, std::pow(400.0, unit(random)) * 1e-3);
+            Vec3 probe = loop.proxy() + reach * Vec3{x, y, z};
+            if (glm::length(probe) > 0.08) probe *= 0.08 / glm::length(probe);
+            loop.move(probe);
+            const auto path = loop.subdivision().path();
+            for (std::size_t c = 1; c < path.size(); ++c)
+                for (int s = 0; s <= 20; ++s)
+                    deepest_m = std::max(
+                        deepest_m,
+                        50e-3 - glm::length(path[c - 1] + s / 20.0 * (path[c] - path[c - 1])));
+        }
+        EXPECT_LE(deepest_m, 25e-6 * (1 + 1e-9));
+    }
+}
+
+TEST(SoftLayers, AHeldProbeKeepsTheBits) {
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (int trial = 0; trial < 60; ++trial) {
+        Surfaces both = surfaces(ball(50e-3), ball(60e-3));
+        const double stiffness = trial % 3 == 0 ? 50.0 : trial % 3 == 1 ? 200.0 : 480.0;
+        ContactLoop loop({}, std::move(both), {}, 0.0, {{}, soft(stiffness)});
+        const double x = unit(random), y = unit(random), z = unit(random);
+        const Vec3 u = glm::normalize(Vec3{x, y, z});
+        loop.start(65e-3 * u);
+        Vec3 probe = (50e-3 + 8e-3 * unit(random)) * u + 1e-3 * Vec3{y, z, x};
+        for (int i = 0; i < 30; ++i)
+            loop.move(probe);
+        const Vec3 rests = loop.proxy();
+        for (int i = 0; i < 200; ++i) {
+            loop.move(probe);
+            ASSERT_EQ(loop.proxy(), rests) << trial << ' ' << i;
+        }
+    }
+}
+
+TEST(SoftLayers, WorkOverClosedWaysIsThatOfTheZeroOrderHold) {
+    double work[2];
+    for (int refined = 0; refined < 2; ++refined) {
+        const int frames = 1500 << (2 * refined);
+        Surfaces both = surfaces(ball(50e-3), ball(60e-3));
+        ContactLoop loop(precise(), std::move(both), {}, 0.0, {{}, soft(150.0)});
+        const auto place = [&](int i) {
+            const double s = 2.0 * std::numbers::pi * i / frames;
+            const double d = 9e-3 + 8e-3 * std::sin(2.0 * s); // onto bone and off it
+            return (60e-3 - d) * Vec3{std::cos(0.3 * std::sin(s)),
+                                      std::sin(0.3 * std::sin(s)) * std::cos(s),
+                                      std::sin(0.3 * std::sin(s)) * std::sin(s)};
+        };
+        loop.start({62e-3, 0, 0});
+        for (int i = 0; i < 20; ++i)
+            loop.move(place(0));
+        double work_j = 0.0, bound_j = 0.0;
+        for (int i = 1; i <= frames; ++i) {
+            const Vec3 step = place(i) - place(i - 1);
+            work_j += glm::dot(force(loop, place(i - 1)), step);
+            bound_j += 0.5 * kK * glm::dot(step, step);
+            loop.move(place(i));
+        }
+        EXPECT_LE(work_j, bound_j);
+        work[refined] = work_j;
+    }
+    EXPECT_NEAR(work[0] / work[1], 4.0, 0.08);
+}
+
+TEST(SoftLayers, MeshesAndVoxelsBeneath) {
+    for (const Kind kind : {Kind::mesh, Kind::volume, Kind::guarded}) {
+        const Tally tally = skin_over_bone(150.0, 2e-4, 16e-3, {}, kind);
+        std::printf("%s: %.1e N, %.2f evaluations (%u), %d capped of %d\n",
+                    test::name_of(kind).c_str(), tally.worst_n, tally.evaluations, tally.most,
+                    tally.capped, tally.frames);
+        // A ball of 20 480 facets sags by 20 um, and holds up to half a facet aside; voxels: 2 um.
+        EXPECT_LE(tally.worst_n, kind == Kind::volume ? 5e-3 : 0.3);
+        EXPECT_LE(tally.capped, 2);
+    }
+}
+
+} // namespace
+} // namespace palpate
