@@ -42,8 +42,10 @@ struct FrameReport {
 
     // Of a soft surface (docs/palpation.md), where one is pressed: then the proxy is the tip.
     double indentation_m = 0.0; ///< how far the tip is behind the surface, m; 0: none is pressed
-    double stiffness_n_per_m = 0.0; ///< that the hand feels there, N/m
-    Vec3 front{0.0};                ///< m: the place of the surface from which it is pressed in
+    double stiffness_n_per_m = 0.0;    ///< that the hand feels there, N/m
+    std::uint32_t pressed_surface = 0; ///< Scene::surfaces()[pressed_surface]: of several the one
+                                       ///< that is pressed in farthest
+    Vec3 front{0.0};                   ///< m: the place of the surface from which it is pressed in
 };
 
 /// Where the proxy of a frame is on the surface, m: the front of one that is soft.      [any]

@@ -72,6 +72,7 @@ void for_each_frame_column(std::uint64_t version, Columns&& column) {
     column("indentation_m", "m", &FrameReport::indentation_m);
     column("stiffness_n_per_m", "N/m", &FrameReport::stiffness_n_per_m);
     column("front_m", "m", &FrameReport::front);
+    column("pressed_surface", "row of surfaces/name", &FrameReport::pressed_surface);
 }
 
 /// The same for the touches, but for their phase: a row for each of HapticLoop::touches().

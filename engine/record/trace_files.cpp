@@ -22,7 +22,7 @@ constexpr std::string_view kFramesHeader =
     "force_x_n,force_y_n,force_z_n,sub_steps,evaluations,contacts,residual_m,flags,felt";
 // Behind these where a soft surface was pressed.
 constexpr std::string_view kSoftHeader =
-    ",indentation_m,stiffness_n_per_m,front_x_m,front_y_m,front_z_m";
+    ",indentation_m,stiffness_n_per_m,front_x_m,front_y_m,front_z_m,pressed";
 
 constexpr std::string_view kTimingHeader =
     "frame,spent_us,estimate_us,late_us,surface_queries,field_samples,root_queries\n";
@@ -100,7 +100,7 @@ void write_text(const std::filesystem::path& file, const fmt::memory_buffer& tex
 
 void write_frames_csv(const std::filesystem::path& file, std::span<const FrameReport> frames,
                       std::span<const std::string> felt_names) {
-    FeltCells felt(felt_names);
+    FeltCells felt(felt_names), pressed(felt_names);
     fmt::memory_buffer text;
     const bool soft = presses_a_soft_surface(frames);
     text.append(kFramesHeader);
@@ -114,6 +114,10 @@ void write_frames_csv(const std::filesystem::path& file, std::span<const FrameRe
         row.number(f.residual_m).count(f.flags).text(felt.of(f.surfaces_felt));
         if (soft)
             row.number(f.indentation_m).number(f.stiffness_n_per_m).vector(place_on_surface(f));
+        if (soft)
+            row.text(f.indentation_m > 0.0
+                         ? pressed.of(std::uint64_t{1} << std::min(f.pressed_surface, 63U))
+                         : std::string());
         row.end();
     }
     write_text(file, text);

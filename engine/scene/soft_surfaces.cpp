@@ -2,6 +2,7 @@
 #include <palpate/engine/scene/soft_surfaces.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -40,6 +41,23 @@ std::string in_words(const Softness& softness, const PressLaw& law, double k) {
     return words;
 }
 
+/// Of the effects that count.
+template <class Counts>
+bool is_soft_and_alone(const SceneDescription& scene, const Counts& counts) {
+    const std::string* soft = nullptr;
+    for (std::size_t i = 0; i < scene.effects.size(); ++i) {
+        const EffectDescription& effect = scene.effects[i];
+        if (!counts(i)) continue;
+        if (!internal::traits_of(effect).beside_soft) return false;
+        if (!makes_surface_felt(effect)) continue;
+        const std::string& surface = surface_of(effect);
+        if (soft && *soft != surface) return false;
+        if (!is_soft(scene, scene.surfaces.at(surface))) return false;
+        soft = &surface;
+    }
+    return soft != nullptr;
+}
+
 } // namespace
 
 bool is_soft(const SceneDescription& scene, const SurfaceDescription& surface) {
@@ -65,34 +83,42 @@ std::string softness_in_words(const SceneDescription& scene, const SurfaceDescri
     return words;
 }
 
-std::string felt_soft_surface(const SceneDescription& scene) {
-    for (const EffectDescription& effect : scene.effects)
-        if (makes_surface_felt(effect) && is_soft(scene, scene.surfaces.at(surface_of(effect))))
-            return surface_of(effect);
-    return {};
+bool is_soft_and_alone(const SceneDescription& scene) {
+    return is_soft_and_alone(scene, [](std::size_t) { return true; });
+}
+
+bool is_soft_and_alone(const Scene& scene) {
+    return is_soft_and_alone(scene.description(),
+                             [&](std::size_t effect) { return scene.plan().effects[effect].on; });
 }
 
 namespace internal {
 
 void check_beside_soft(const SceneDescription& scene, std::size_t index) {
-    const std::string soft = felt_soft_surface(scene);
-    if (soft.empty()) return;
     const EffectDescription& effect = scene.effects[index];
     const EffectTraits& traits = traits_of(effect);
-    if (traits.beside_soft && (!traits.part || surface_of(effect) == soft)) return;
+    if (!traits.part || !is_soft(scene, scene.surfaces.at(surface_of(effect)))) return;
+    const bool is_felt = std::any_of(
+        scene.effects.begin(), scene.effects.end(), [&](const EffectDescription& other) {
+            return makes_surface_felt(other) && surface_of(other) == surface_of(effect);
+        });
+    if (!is_felt || is_soft_and_alone(scene)) return;
+    const SurfaceDescription& surface = scene.surfaces.at(surface_of(effect));
     const FieldCheck check(fmt::format("effects[{}]", index));
-    const std::string remedy =
-        fmt::format("leave it out, or make surface {} hard: stiffness_n_per_mm = inf", soft);
-    if (makes_surface_felt(effect))
+    const auto refuse = [&](const std::string& what, const std::string& remedy) {
         check.fail("surface",
-                   fmt::format("= \"{}\" would be felt beside the soft surface \"{}\", which can "
-                               "only be felt alone: another one would not hold beneath it",
-                               surface_of(effect), soft),
-                   remedy);
-    check.fail(
-        "type",
-        fmt::format("= \"{}\" is not composed with the soft surface \"{}\"", traits.name, soft),
-        remedy);
+                   fmt::format("= \"{}\" is soft and not all that is felt, and {}",
+                               surface_of(effect), what),
+                   remedy + ", or make it hard: stiffness_n_per_mm = inf");
+    };
+    if (traits.part == SurfacePart::friction) refuse("it rubs", "leave friction on it out");
+    if (traits.part == SurfacePart::magnet) refuse("it draws", "leave the magnet out");
+    if (!makes_surface_felt(effect)) return;
+    if (std::isfinite(surface.strength_n))
+        refuse("it yields", "remove strength_n, or let a table of stiffness_mm_n end flat");
+    if (surface.moves) refuse("it moves", "remove moves");
+    if (scene.loop.method != SteppingMethod::adaptive)
+        refuse("the method is not adaptive", "take method = \"adaptive\"");
 }
 
 } // namespace internal

@@ -140,8 +140,10 @@ public:
     struct Pressed {
         double indentation_m = 0.0; ///< d: from the front to the tip, m; 0: not pressed
         double slope_n_per_m =
-            0.0;         ///< of the force over how far the probe is behind the front, N/m
-        Vec3 front{0.0}; ///< y, m, scene frame
+            0.0;                   ///< of the force over how far the probe is behind the front, N/m
+        Vec3 front{0.0};           ///< y, m, scene frame
+        std::uint32_t surface = 0; ///< by the order in which surfaces were given: of several the
+                                   ///< one that is pressed in farthest
     };
     /// Whether there is a surface that may be soft. Then the proxy of a frame is the tip, and each
     /// frame goes on from the front that this keeps, not from frame.start.             [any]

@@ -186,7 +186,8 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
                          .tissue_m;
         if (pushes && layer.indentation_m > pressed_.indentation_m)
             pressed_ = {layer.indentation_m,
-                        1.0 / (1.0 / layer.slope_n_per_m + 1.0 / frame_.stiffness), layer.y};
+                        1.0 / (1.0 / layer.slope_n_per_m + 1.0 / frame_.stiffness), layer.y,
+                        static_cast<std::uint32_t>(layer.surface)};
     }
     result_.flags |= layer_flags_ & (kLiveGain | kForceNotFinite);
 }

@@ -14,7 +14,6 @@
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/scene_surface.h>
-#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/geometry/range.h>
 #include <palpate/geometry/surface_scene.h>
@@ -56,12 +55,7 @@ std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
         if (!custom[i])
             throw std::invalid_argument("custom[" + std::to_string(i) +
                                         "] is null; give an effect, or leave it out");
-    required("scene", scene);
-    if (const std::string soft = felt_soft_surface(scene->description());
-        !soft.empty() && !custom.empty())
-        throw std::invalid_argument("custom[0] is not composed with the soft surface \"" + soft +
-                                    "\"; leave it out, or make the surface hard");
-    return scene;
+    return required("scene", std::move(scene));
 }
 
 bool in_range(const Vec3& p) noexcept {
@@ -327,6 +321,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
         report.indentation_m = pressed.indentation_m;
         report.stiffness_n_per_m = pressed.slope_n_per_m;
         report.front = pressed.front;
+        report.pressed_surface = pressed.surface;
     }
 }
 
@@ -384,7 +379,7 @@ std::span<const Touch> SceneLoop::touches() noexcept {
 std::span<const SurfaceStatus> SceneLoop::surface_states() noexcept {
     const FrameArithmetic arithmetic;
     if (!started_) return {};
-    return statuses_.of(*subdivision_, subdivision_->front(proxy_));
+    return statuses_.of(*subdivision_, proxy_);
 }
 
 } // namespace palpate::internal
