@@ -112,12 +112,11 @@ void write_frames_csv(const std::filesystem::path& file, std::span<const FrameRe
         row.vector(f.probe).vector(f.proxy).vector(f.force);
         row.count(f.sub_steps).count(f.evaluations).count(f.contacts);
         row.number(f.residual_m).count(f.flags).text(felt.of(f.surfaces_felt));
-        if (soft)
+        if (soft) {
+            const bool presses = f.indentation_m > 0.0 && f.pressed_surface < kFeltBits;
             row.number(f.indentation_m).number(f.stiffness_n_per_m).vector(place_on_surface(f));
-        if (soft)
-            row.text(f.indentation_m > 0.0
-                         ? pressed.of(std::uint64_t{1} << std::min(f.pressed_surface, 63U))
-                         : std::string());
+            row.text(pressed.of(presses ? std::uint64_t{1} << f.pressed_surface : 0));
+        }
         row.end();
     }
     write_text(file, text);

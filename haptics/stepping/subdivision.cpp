@@ -346,12 +346,12 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         primitives_.add(contacts_[i].plane);
     if (calming_.spring_n_per_m() > 0.0)
         primitives_.add_spring(frame_.start, calming_.spring_n_per_m());
+    if (!layers_.empty()) press_layers(proxy); // effects that hold look where all others draw
     if (!effects_.empty()) {
         for (LoopEffect& effect : effects_)
             effect.gather(proxy, frame_.force_limit_n, primitives_);
         primitives_.set_gain({});
     }
-    if (!layers_.empty()) press_layers(proxy);
     friction_.gather(proxy, contacts_, primitives_);
 }
 

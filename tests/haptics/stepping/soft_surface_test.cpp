@@ -526,29 +526,5 @@ TEST(SoftSurface, ABodyThatMovesPressesAsDeepAsItComes) {
     }
 }
 
-// ---- what is refused ---------------------------------------------------------------------------
-
-TEST(SoftSurface, WhatIsNotComposedIsRefused) {
-    test::ScriptedClock clock(0.0);
-    const auto field = std::shared_ptr<const ScalarField>(make_slab(2 * kTop));
-    VolumeContact skin(field, {}), bone(field, {});
-    const auto refused = [&](std::vector<SurfaceContact*> surfaces, SurfaceFinish finish) {
-        try {
-            Subdivision({}, std::move(surfaces), {}, clock, {finish});
-        } catch (const std::invalid_argument& error) {
-            return std::string(error.what());
-        }
-        return std::string();
-    };
-    EXPECT_NE(refused({&skin, &bone}, soft(100.0)), "");
-    SurfaceFinish magnetic = soft(100.0);
-    magnetic.magnet = {0.5, 1e-3};
-    EXPECT_NE(refused({&skin}, magnetic), "");
-    SurfaceFinish wrong = soft(100.0);
-    wrong.softness.damping = -1.0;
-    EXPECT_NE(refused({&skin}, wrong).find("damping = -1"), std::string::npos);
-    EXPECT_EQ(refused({&skin}, soft(100.0)), "");
-}
-
 } // namespace
 } // namespace palpate
