@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A soft surface through the whole loop: what is reported, recorded, saved and handed on.
+// Soft surfaces through the whole loop: what is reported, recorded, saved and handed on.
+#include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/loop/haptic_loop.h>
 
 #include <cmath>
@@ -16,7 +17,7 @@
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
-#include <palpate/haptics/effects/constant_force.h>
+#include <palpate/haptics/effects/point_guide.h>
 
 #include "tests/support/same_reports.h"
 #include "tests/support/scripted_clock.h"
@@ -135,7 +136,8 @@ TEST(SoftLoop, ARecordingGivesTheSameFramesAgain) {
     write_frames_csv(folder / "frames.csv", trace.frames, std::vector<std::string>{"liver"});
     const std::string csv = test::content_of(folder / "frames.csv");
     EXPECT_NE(csv.substr(0, csv.find('\n'))
-                  .find("flags,felt,indentation_m,stiffness_n_per_m,front_x_m,front_y_m,front_z_m"),
+                  .find("flags,felt,indentation_m,stiffness_n_per_m,front_x_m,front_y_m,front_z_m,"
+                        "pressed"),
               std::string::npos);
 }
 
@@ -158,17 +160,91 @@ TEST(SoftLoop, AnotherSceneGoesOnFromTheFront) {
     }
 }
 
-TEST(SoftLoop, AnEffectOfTheProgramsOwnIsRefusedBesideIt) {
+/// Skin of 0.1 N/mm over bone that begins 10 mm beneath it.
+std::shared_ptr<const Scene> skin_over_bone(const std::string& more = "") {
+    return std::make_shared<const Scene>(
+        parse_scene("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n"
+                    "[surface.skin]\nvolume = \"v\"\nstiffness_n_per_mm = 0.1\n"
+                    "[surface.bone]\nvolume = \"v\"\niso_value = 0.01\n"
+                    "[[effect]]\ntype = \"surface\"\nsurface = [\"skin\", \"bone\"]\n" +
+                        more,
+                    "bone.toml"));
+}
+
+TEST(SoftLoop, BoneIsFeltThroughSkinAndNeverPassed) {
+    test::ScriptedClock clock;
+    HapticLoop loop(skin_over_bone(), clock);
+    ASSERT_EQ(felt_names(*skin_over_bone()), (std::vector<std::string>{"bone", "skin"}));
+    int on_bone = 0;
+    for (int i = 0; i < 3000; ++i) {
+        DeviceState state = hand(i);
+        const double behind_m = 16e-3 * std::sin(3e-3 * i); // skin alone lets the tip 80 % as deep
+        state.position *= (kRadius - behind_m) / glm::length(state.position);
+        const FrameReport frame = loop.frame(state);
+        if (behind_m < 1e-6) continue;
+        const double tip_m = std::max(40e-3, kRadius - 0.8 * behind_m);
+        const double expected = kCoupling * (tip_m - (kRadius - behind_m));
+        EXPECT_NEAR(glm::length(frame.force), std::min(expected, 5.0), 1e-3) << i;
+        EXPECT_GE(glm::length(frame.proxy), 40e-3 - 1e-9);
+        EXPECT_EQ(frame.pressed_surface, 1u);
+        EXPECT_NEAR(glm::length(frame.front), kRadius, 1e-8);
+        on_bone += frame.surfaces_felt == 3 ? 1 : 0;
+        if (frame.surfaces_felt == 3) {
+            const auto states = loop.surface_states();
+            EXPECT_NEAR(states[0].depth_m, 0.0, 1e-7);
+            EXPECT_NEAR(states[1].depth_m, 0.0, 1e-7); // the front's
+        }
+    }
+    EXPECT_GT(on_bone, 300);
+}
+
+TEST(SoftLoop, LayersAreRecordedAuditedSavedAndRestored) {
+    const auto scene = skin_over_bone(
+        "[[effect]]\ntype = \"friction\"\nsurface = \"bone\"\nstatic = 0.4\ndynamic = 0.3\n");
+    const auto deep = [](int i) {
+        DeviceState state = hand(i);
+        state.position *= (kRadius - 15e-3 * std::sin(3e-3 * i)) / glm::length(state.position);
+        return state;
+    };
+    std::vector<DeviceState> inputs;
+    for (int i = 0; i < 2000; ++i)
+        inputs.push_back(deep(i));
+    test::ScriptedClock clock(7.0);
+    const Trace trace = run_trace(scene, inputs, clock);
+    EXPECT_EQ(difference(run_again(scene, trace).frames, trace.frames), "");
+    for (const SurfaceAudit& audit : trace.audits) {
+        EXPECT_GT(audit.level_distance_m().size(), 100u) << audit.surface().name;
+        for (const double distance : audit.level_distance_m())
+            EXPECT_LE(std::abs(distance), 1e-7);
+        EXPECT_LE(audit.deepest().depth_m, 25e-6);
+        EXPECT_EQ(audit.frames_inside(), 0u);
+    }
+    HapticLoop loop(scene, clock), another(scene, clock);
+    std::vector<FrameReport> first, again;
+    for (int i = 0; i < 700; ++i)
+        loop.frame(deep(i));
+    const LoopState state = loop.save();
+    another.restore(state);
+    for (int i = 700; i < 1200; ++i) {
+        first.push_back(loop.frame(deep(i)));
+        again.push_back(another.frame(deep(i)));
+    }
+    EXPECT_EQ(difference(again, first), "");
+}
+
+// An effect of the program's own may hold the tip: then that is solved, and not eliminated.
+TEST(SoftLoop, AnEffectOfTheProgramsOwnActsOnTheTip) {
     test::ScriptedClock clock;
     std::vector<std::unique_ptr<Effect>> custom;
-    custom.push_back(std::make_unique<ConstantForce>(Vec3{0, 0, 1}));
-    try {
-        HapticLoop loop(ball(kSoft), clock, std::move(custom));
-        FAIL() << "it was accepted";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("custom[0] is not composed with the soft surface"),
-                  std::string::npos);
-    }
+    custom.push_back(
+        std::make_unique<PointGuide>(Vec3{0, 0, kRadius - 3e-3}, GuideSettings{100.0, 5e-3}));
+    HapticLoop loop(ball(kSoft), clock, std::move(custom));
+    DeviceState state;
+    state.position = {0, 0, kRadius + 1e-4};
+    loop.frame(state);
+    state.position = {0, 0, kRadius - 3e-3};
+    const FrameReport frame = loop.frame(state);
+    EXPECT_LE(glm::length(frame.proxy - state.position), 1e-9); // nothing is left for the coupling
 }
 
 // A device that bears less than the scene's coupling gets a softer one: what the hand feels stays.

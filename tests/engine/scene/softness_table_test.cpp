@@ -111,32 +111,38 @@ TEST_F(SoftnessTable, ExplainSaysWhatTheHandFeels) {
                           "felt as the coupling's 0.5 N/mm: raise"));
 }
 
-// A soft surface must not hide a hard one beneath it: such a scene is refused as a whole.
-TEST_F(SoftnessTable, WhatIsNotComposedWithASoftSurfaceIsRefused) {
+// What is not alone has a tip that others hold, too: what would act on its front is refused.
+TEST_F(SoftnessTable, BesideOthersASoftSurfaceIsPlain) {
     const std::string bone = "[surface.bone]\nvolume = \"ball\"\niso_value = 0.005\n"
                              "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
     const std::string soft = "stiffness_n_per_mm = 0.2\n";
-    EXPECT_EQ(complaint(felt("", bone)), "");
-    EXPECT_EQ(complaint(felt(soft)), "");
-    EXPECT_EQ(complaint(felt("stiffness_n_per_mm = 0.6\n", bone)), ""); // hard behind this coupling
+    EXPECT_EQ(complaint(felt(soft, bone)), "");
+    EXPECT_EQ(complaint(felt(soft + "strength_n = 2\n")), "");
     EXPECT_EQ(
-        complaint(felt(soft, bone)),
-        "scene.toml:13: effects[1].surface = \"bone\" would be felt beside the soft surface "
-        "\"skin\", which can only be felt alone: another one would not hold beneath it; leave "
-        "it out, or make surface skin hard: stiffness_n_per_mm = inf");
+        complaint(felt(soft + "strength_n = 2\n", bone)),
+        "scene.toml:8: effects[0].surface = \"skin\" is soft and not all that is felt, and it "
+        "yields; remove strength_n, or let a table of stiffness_mm_n end flat, or make it "
+        "hard: stiffness_n_per_mm = inf");
+    EXPECT_THAT(complaint(felt(soft + "moves = true\n", bone)), HasSubstr("and it moves"));
+    EXPECT_THAT(complaint("[loop]\nmethod = \"fixed\"\n" + felt(soft, bone)),
+                HasSubstr("the method is not adaptive"));
+    EXPECT_EQ(complaint("[loop]\nmethod = \"fixed\"\n" + felt(soft)), "");
+    const std::string rubs = "[[effect]]\ntype = \"friction\"\nsurface = \"skin\"\nstatic = 0.3\n";
+    EXPECT_EQ(complaint(felt(soft, rubs)), "");
+    EXPECT_THAT(complaint(felt(soft, rubs + bone)), HasSubstr("and it rubs"));
+    const std::string of_bone =
+        "[[effect]]\ntype = \"friction\"\nsurface = \"bone\"\nstatic = 0.3\n";
+    EXPECT_EQ(complaint(felt(soft, bone + of_bone)), "");
+    EXPECT_THAT(complaint(felt(
+                    soft, "[[effect]]\ntype = \"magnet\"\nsurface = \"skin\"\nstrength_n = 1\n")),
+                HasSubstr("and it draws"));
     for (const std::string_view effect :
-         {"type = \"magnet\"\nsurface = \"skin\"\nstrength_n = 1\n",
-          "type = \"viscosity\"\ndamping_n_s_per_m = 1\n", "type = \"workspace\"\nradius_mm = 60\ncenter_mm = [0, 0, 0]\n",
+         {"type = \"viscosity\"\ndamping_n_s_per_m = 1\n",
+          "type = \"workspace\"\nradius_mm = 60\ncenter_mm = [0, 0, 0]\n",
           "type = \"guide\"\npoints_mm = [[0, 0, 50]]\nstrength_n = 1\n",
-          "type = \"gradient_force\"\nvolume = \"ball\"\nstrength_n = 1\n"})
-        EXPECT_THAT(complaint(felt(soft, "[[effect]]\n" + std::string(effect))),
-                    HasSubstr("is not composed with the soft surface \"skin\""))
-            << effect;
-    for (const std::string_view effect :
-         {"type = \"friction\"\nsurface = \"skin\"\nstatic = 0.3\n",
+          "type = \"gradient_force\"\nvolume = \"ball\"\nstrength_n = 1\n",
           "type = \"texture\"\nsurface = \"skin\"\nheight_mm = 0.1\nwavelength_mm = 3\n",
-          "type = \"constant_force\"\nforce_n = [0, 0, 1]\n",
-          "type = \"vibration\"\namplitude_n_s_per_m = 1\nfrequency_hz = 100\ndecay_ms = 10\n"})
+          "type = \"constant_force\"\nforce_n = [0, 0, 1]\n"})
         EXPECT_EQ(complaint(felt(soft, "[[effect]]\n" + std::string(effect))), "") << effect;
 }
 
@@ -161,7 +167,9 @@ TEST_F(SoftnessTable, ASceneInCodeIsCheckedAsOneFromAFile) {
     scene.surfaces.at("skin").softness = Softness::linear(200.0);
     scene.surfaces["bone"] = scene.surfaces.at("skin");
     scene.effects.push_back(effects::Surface{.surface = "bone"});
-    EXPECT_THAT(why(scene), HasSubstr("would be felt beside the soft surface"));
+    EXPECT_EQ(why(scene), "");
+    scene.surfaces.at("bone").strength_n = 1.0;
+    EXPECT_THAT(why(scene), HasSubstr("surface = \"bone\" is soft and not all that is felt"));
 }
 
 } // namespace
