@@ -150,7 +150,9 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
 SubdivisionResult Subdivision::advance(const FrameContext& frame,
                                        std::span<const std::uint32_t> steps_left) noexcept {
     frame_ = frame;
-    return needs_.softness ? run_soft(steps_left) : run(steps_left);
+    if (needs_.softness) begin_pressing();
+    const SubdivisionResult result = run(steps_left);
+    return needs_.softness ? pressed_result() : result;
 }
 
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. A step of the paper
@@ -179,31 +181,6 @@ SubdivisionResult Subdivision::run(std::span<const std::uint32_t> replayed) noex
     } while (open_a_membrane() || let_friction_slip()); // something gave way: less holds the proxy
     led_ = move.kind == Move::Kind::slide;
     return commit(final_proxy(proxy));
-}
-
-/// The same with a soft surface. For a front y that is held, coupling and tissue are two springs in
-/// series, and what is left to minimise rises with |a' - y| whatever the tissue's law. So the front
-/// is where a hard surface would hold the proxy, with every certificate, and force and tip follow:
-///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
-SubdivisionResult Subdivision::run_soft(std::span<const std::uint32_t> replayed) noexcept {
-    LoopSurface& surface = surfaces_.front();
-    surface.follow_coupling(frame_.stiffness);
-    frame_.start = pressed_.front;
-    run(replayed);
-    if (!is_a_place(result_.proxy)) return result_;
-    pressed_ = {0.0, 0.0, result_.proxy};
-    softened_ = 1.0;
-    if (!surface.is_soft()) return result_;
-    const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
-    const Vec3 behind = pressed_.front - drawn_to;
-    const double press_m = glm::length(behind);
-    const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
-    if (!(press_m > Stepping::kNoMovement_m)) return result_; // free
-    softened_ = press.force_n / (frame_.stiffness * press_m);
-    pressed_.indentation_m = (1.0 - softened_) * press_m;
-    pressed_.slope_n_per_m = press.slope_n_per_m;
-    result_.proxy = drawn_to + softened_ * behind;
-    return result_;
 }
 
 /// The same where nothing can be felt: what draws the proxy is the probe, and nothing is in its
@@ -299,6 +276,37 @@ bool Subdivision::frames_may_contradict() const noexcept {
     return !stepping_.seeks_balance() || !effects_.empty() ||
            std::any_of(surfaces_.begin(), surfaces_.end(),
                        [](const LoopSurface& surface) { return surface.depends_on_place(); });
+}
+
+// ---- a soft surface ----------------------------------------------------------------------------
+
+/// The frame is one of the front: it goes on from there.
+void Subdivision::begin_pressing() noexcept {
+    surfaces_.front().follow_coupling(frame_.stiffness);
+    frame_.start = pressed_.front;
+}
+
+/// What the frame of a front comes to for the tip. For a front y that is held, coupling and tissue
+/// are two springs in series, and what is left to minimise rises with |a' - y| whatever the
+/// tissue's law. So the front is where a hard surface would hold the proxy, with every certificate,
+/// and force and tip follow:
+///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
+SubdivisionResult Subdivision::pressed_result() noexcept {
+    LoopSurface& surface = surfaces_.front();
+    if (!is_a_place(result_.proxy)) return result_;
+    pressed_ = {0.0, 0.0, result_.proxy};
+    softened_ = 1.0;
+    if (!surface.is_soft()) return result_;
+    const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
+    const Vec3 behind = pressed_.front - drawn_to;
+    const double press_m = glm::length(behind);
+    const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
+    if (!(press_m > Stepping::kNoMovement_m)) return result_; // free
+    softened_ = press.force_n / (frame_.stiffness * press_m);
+    pressed_.indentation_m = (1.0 - softened_) * press_m;
+    pressed_.slope_n_per_m = press.slope_n_per_m;
+    result_.proxy = drawn_to + softened_ * behind;
+    return result_;
 }
 
 // ---- one evaluation ----------------------------------------------------------------------------

@@ -214,7 +214,8 @@ private:
     };
 
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
-    SubdivisionResult run_soft(std::span<const std::uint32_t> replayed) noexcept;
+    void begin_pressing() noexcept;
+    SubdivisionResult pressed_result() noexcept;
     void begin(std::span<const std::uint32_t> replayed) noexcept;
     Vec3 follow_bodies(Vec3 proxy) noexcept;
     Passage place_beside_bodies(const Vec3& proxy, int& looks) noexcept;
