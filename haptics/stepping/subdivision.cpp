@@ -49,6 +49,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
         needs_.magnets = needs_.magnets || surfaces_.back().has_magnet();
         needs_.softness = needs_.softness || surfaces_.back().has_softness() || layer_of(i);
     }
+    needs_.alone = needs_.softness && layers_.empty();
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
@@ -72,7 +73,9 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
 SubdivisionResult Subdivision::advance(const FrameContext& frame,
                                        std::span<const std::uint32_t> steps_left) noexcept {
     frame_ = frame;
-    return presses_alone() ? run_soft(steps_left) : run(steps_left);
+    if (needs_.alone) begin_pressing();
+    const SubdivisionResult result = run(steps_left);
+    return needs_.alone ? pressed_result() : result;
 }
 
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. A step of the paper

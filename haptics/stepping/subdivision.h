@@ -152,7 +152,7 @@ public:
     /// Where the proxy, at `proxy` at the end of the last frame, is for the next one: the front of
     /// what is soft and alone, m, scene frame.                                           [loop]
     const Vec3& front(const Vec3& proxy) const noexcept {
-        return presses_alone() ? pressed_.front : proxy;
+        return needs_.alone ? pressed_.front : proxy;
     }
     /// The same for one surface: its front, where it is soft.                            [loop]
     const Vec3& place_on(std::size_t surface, const Vec3& proxy) const noexcept {
@@ -234,6 +234,7 @@ private:
     struct Needs {
         bool bodies = false;      // a surface may move
         bool softness = false;    // a surface may be soft
+        bool alone = false;       // and is all that is felt, but for what only pushes
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
         bool nothing = false;     // there are neither surfaces nor effects
@@ -243,11 +244,11 @@ private:
     };
 
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
-    SubdivisionResult run_soft(std::span<const std::uint32_t> replayed) noexcept;
+    void begin_pressing() noexcept;
+    SubdivisionResult pressed_result() noexcept;
     void make_layers(const SteppingSettings& settings, const std::vector<SurfaceContact*>& contacts,
                      const std::vector<SurfaceFinish>& finish, Clock& clock,
                      const std::vector<Effect*>& effects);
-    bool presses_alone() const noexcept { return needs_.softness && layers_.empty(); }
     const Layer* layer_of(std::size_t surface) const noexcept {
         for (const Layer& layer : layers_)
             if (layer.surface == surface) return &layer;

@@ -36,15 +36,21 @@ void require_plain(const SurfaceContact& contact, const SurfaceFinish& finish) {
 
 } // namespace
 
-/// The same with a soft surface. For a front y that is held, coupling and tissue are two springs in
-/// series, and what is left to minimise rises with |a' - y| whatever the tissue's law. So the front
-/// is where a hard surface would hold the proxy, with every certificate, and force and tip follow:
-///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
-SubdivisionResult Subdivision::run_soft(std::span<const std::uint32_t> replayed) noexcept {
-    LoopSurface& surface = surfaces_.front();
-    surface.follow_coupling(frame_.stiffness);
+// ---- a soft surface that is alone ---------------------------------------------------------------
+
+/// The frame is one of the front: it goes on from there.
+void Subdivision::begin_pressing() noexcept {
+    surfaces_.front().follow_coupling(frame_.stiffness);
     frame_.start = pressed_.front;
-    run(replayed);
+}
+
+/// What the frame of a front comes to for the tip. For a front y that is held, coupling and tissue
+/// are two springs in series, and what is left to minimise rises with |a' - y| whatever the
+/// tissue's law. So the front is where a hard surface would hold the proxy, with every certificate,
+/// and force and tip follow:
+///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
+SubdivisionResult Subdivision::pressed_result() noexcept {
+    LoopSurface& surface = surfaces_.front();
     if (!is_a_place(result_.proxy)) return result_;
     pressed_ = {0.0, 0.0, result_.proxy};
     softened_ = 1.0;
