@@ -20,10 +20,13 @@ constexpr double kNoLift_m = 1e-10;
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
     : contact_(&contact), moving_(contact.moving()),
       strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet),
-      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr),
-      softness_(finish.softness), own_strength_n_(finish.strength_n) {
-    require("strength_n", own_strength_n_, kPositiveOrInfinite);
-    softness_.check("softness");
+      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {
+    require("strength_n", finish.strength_n, kPositiveOrInfinite);
+    finish.softness.check("softness");
+    if (finish.softness.none()) return;
+    soft_ = std::make_unique<Soft>();
+    soft_->softness = finish.softness;
+    soft_->own_strength_n = finish.strength_n;
 }
 
 LoopSurface::State LoopSurface::save_state() const {
@@ -32,7 +35,7 @@ LoopSurface::State LoopSurface::save_state() const {
                 strength_.save_state(),
                 magnet_.save_state(),
                 bank_,
-                tissue_m_,
+                soft_ ? soft_->tissue_m : 0.0,
                 {},
                 pushes_back_,
                 began_inside_,
@@ -48,8 +51,10 @@ void LoopSurface::restore_state(const State& state) {
     strength_.restore_state(state.strength);
     magnet_.restore_state(state.magnet);
     bank_ = state.bank;
-    tissue_m_ = state.tissue_m;
-    law_ = {}; // and the contact's strength, at the next frame
+    if (soft_) {
+        soft_->tissue_m = state.tissue_m;
+        soft_->law = {}; // and the contact's strength, at the next frame
+    }
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         gains_[part].restore_state(state.gains[part]);
     as_set_ = all_gains_are_one();
@@ -64,7 +69,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
     const bool inside = restart(proxy);
     if (!contact_->go_on_from(*before.contact_)) return inside;
     bank_ = before.bank_;
-    tissue_m_ = before.tissue_m_;
+    if (soft_ && before.soft_) soft_->tissue_m = before.soft_->tissue_m;
     pushes_back_ = before.pushes_back_;
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;
@@ -74,7 +79,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
 
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
-    tissue_m_ = 0.0;
+    if (soft_) soft_->tissue_m = 0.0;
     strength_.restart();
     magnet_.restart();
     for (GainRamp& gain : gains_)
@@ -84,7 +89,7 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
-    const bool law_is_new = std::exchange(law_is_new_, false);
+    const bool law_is_new = soft_ && std::exchange(soft_->law_is_new, false);
     bool any_moves = strength_.depends_on_place() || law_is_new;
     for (const GainRamp& gain : gains_)
         any_moves = any_moves || gain.moves();
@@ -101,8 +106,8 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
         if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
         if (is_soft()) {
             now.strength_here_n =
-                law_.strength_of_hard_n(now.strength_here_n.value_or(own_strength_n_));
-            yields_at_m_ = now.strength_n(own_strength_n_) / law_.coupling();
+                soft_->law.strength_of_hard_n(now.strength_here_n.value_or(soft_->own_strength_n));
+            soft_->yields_at_m = now.strength_n(soft_->own_strength_n) / soft_->law.coupling();
         }
         contact_->set_gain(now);
     }
@@ -116,7 +121,7 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
 /// what it has to move.
 FrameContext LoopSurface::seen(const FrameContext& frame) const noexcept {
     FrameContext seen = moving_ ? in_body(frame) : frame;
-    if (is_soft()) seen.stiffness = law_.softest();
+    if (is_soft()) seen.stiffness = soft_->law.softest();
     return seen;
 }
 
@@ -133,18 +138,21 @@ bool LoopSurface::all_gains_are_one() const noexcept {
 }
 
 void LoopSurface::follow_coupling(double coupling) noexcept {
-    if (law_.coupling() == coupling) return;
-    law_ = PressLaw(softness_, coupling);
-    law_is_new_ = true;
+    if (soft_->law.coupling() == coupling) return;
+    soft_->law = PressLaw(soft_->softness, coupling);
+    soft_->law_is_new = true;
 }
 
 LoopSurface::Press LoopSurface::press(double press_m, double period_s) noexcept {
-    const double slope_n_per_m = law_.slope(press_m);
-    if (!(softness_.damping > 0.0)) return {law_.force_n(press_m), slope_n_per_m};
-    const PressLaw::Balance balance = law_.damped(press_m, tissue_m_, softness_.damping, period_s);
+    const PressLaw& law = soft_->law;
+    const double slope_n_per_m = law.slope(press_m);
+    const double damping = soft_->softness.damping;
+    if (!(damping > 0.0)) return {law.force_n(press_m), slope_n_per_m};
+    const PressLaw::Balance balance = law.damped(press_m, soft_->tissue_m, damping, period_s);
     // However fast it is pressed, it holds no more than its strength.
-    const double force_n = std::min(balance.force_n, law_.force_n(yields_at_m_));
-    tissue_m_ = force_n < balance.force_n ? press_m - force_n / law_.coupling() : balance.tissue_m;
+    const double force_n = std::min(balance.force_n, law.force_n(soft_->yields_at_m));
+    soft_->tissue_m =
+        force_n < balance.force_n ? press_m - force_n / law.coupling() : balance.tissue_m;
     return {force_n, slope_n_per_m};
 }
 
