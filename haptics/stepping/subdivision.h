@@ -95,6 +95,16 @@ public:
     }
     GainRamp& gain(std::size_t effect) noexcept { return effects_[effect].gain(); }
 
+    /// How a soft surface was pressed in the last frame.
+    struct Pressed {
+        double indentation_m = 0.0; ///< d: from the front to the tip, m; 0: not pressed
+        double slope_n_per_m =
+            0.0;                   ///< of the force over how far the probe is behind the front, N/m
+        Vec3 front{0.0};           ///< y, m, scene frame
+        std::uint32_t surface = 0; ///< by the order in which surfaces were given: of several the
+                                   ///< one that is pressed in farthest
+    };
+
     /// All that it remembers from frame to frame, also of surfaces and effects. path() and
     /// steps_left() are left out, as they only describe the last frame.
     struct State {
@@ -104,7 +114,7 @@ public:
         Calming calming;
         Stepping::State stepping;
         struct OfLayer;
-        Vec3 front{0.0};             ///< of what is soft and alone, m
+        Pressed pressed;             ///< of the last frame
         std::vector<OfLayer> layers; ///< what is soft and not alone
         PrimitiveSet primitives;     ///< of the last evaluation: their pull begins the next frame's
     };
@@ -142,15 +152,6 @@ public:
     SubdivisionResult advance(const FrameContext& frame,
                               std::span<const std::uint32_t> steps_left) noexcept;
 
-    /// How a soft surface was pressed in the last frame.
-    struct Pressed {
-        double indentation_m = 0.0; ///< d: from the front to the tip, m; 0: not pressed
-        double slope_n_per_m =
-            0.0;                   ///< of the force over how far the probe is behind the front, N/m
-        Vec3 front{0.0};           ///< y, m, scene frame
-        std::uint32_t surface = 0; ///< by the order in which surfaces were given: of several the
-                                   ///< one that is pressed in farthest
-    };
     /// Whether there is a surface that may be soft. Then the proxy of a frame is the tip, and each
     /// frame goes on from the front that this keeps, not from frame.start.             [any]
     bool has_softness() const noexcept { return needs_.softness; }

@@ -30,9 +30,8 @@ void require_same_kinds(const char* what, const std::vector<Part>& parts,
 } // namespace
 
 Subdivision::State Subdivision::save_state() const {
-    State state{
-        {}, {},         friction_.save_state(), calming_, stepping_.save_state(), pressed_.front,
-        {}, primitives_};
+    State state{{}, {},         friction_.save_state(), calming_, stepping_.save_state(), pressed_,
+                {}, primitives_};
     for (const Layer& layer : layers_)
         state.layers.push_back({layer.front->save_state(), layer.y, layer.tissue_m, layer.force_n});
     for (const LoopSurface& surface : surfaces_)
@@ -57,7 +56,7 @@ void Subdivision::restore_state(const State& state) {
     friction_.restore_state(state.friction);
     calming_ = state.calming;
     stepping_.restore_state(state.stepping);
-    pressed_ = {0.0, 0.0, state.front};
+    pressed_ = state.pressed;
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         layers_[i].front->restore_state(state.layers[i].front);
         layers_[i].y = state.layers[i].y;

@@ -248,6 +248,7 @@ FrameReport SceneLoop::frame(const DeviceState& device, std::span<const std::uin
                            : safety_.send(wanted, device.position, probe_velocity, report.flags);
     }
     report.proxy = proxy_;
+    if (has_softness_) report_pressed(report);
 
     const QueryCount before = std::exchange(counted_, queries());
     const QueryCount made = counted_ - before;
@@ -318,10 +319,10 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     report.surfaces_open = result.open;
     report.surfaces_guarded = result.guarded;
     report.flags |= result.flags;
-    if (has_softness_) report_pressed(report);
 }
 
-/// Of a soft surface: how it is pressed. Apart, so that frames of hard surfaces do not pay for it.
+/// Of a soft surface: how it is pressed, also where the proxy is held. Apart, so that frames of
+/// hard surfaces do not pay for it.
 [[gnu::noinline]] void SceneLoop::report_pressed(FrameReport& report) const noexcept {
     const Subdivision::Pressed& pressed = subdivision_->pressed();
     report.indentation_m = pressed.indentation_m;

@@ -332,7 +332,7 @@ void soften(RandomCase& made) {
         std::any_of(made.tables.begin(), made.tables.end(), [](const SceneTable& table) {
             return table.header == "[loop]" && table.value("method") == "\"adaptive\"";
         });
-    if (is_adaptive && test::chance(random, 0.3)) soften_beside(made, random);
+    if (is_adaptive && test::chance(random, 0.6)) soften_beside(made, random);
 }
 
 } // namespace palpate::stability
