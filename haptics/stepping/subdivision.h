@@ -118,12 +118,6 @@ public:
         std::vector<OfLayer> layers; ///< what is soft and not alone
         PrimitiveSet primitives;     ///< of the last evaluation: their pull begins the next frame's
     };
-    struct State::OfLayer {
-        State front;           ///< of the Subdivision that leads it
-        Vec3 y{0.0};           ///< where it is, m
-        double tissue_m = 0.0; ///< d with a damper, m
-        double force_n = 0.0;  ///< of the last frame
-    };
     State save_state() const; ///< between frames                                         [setup]
     /// Between frames; allocates only if an effect's own restore_state() does. Settings, surfaces
     /// and effects must be the same as those of the state. If their number or kinds differ, throws
@@ -356,6 +350,14 @@ private:
     int work_of_a_frame_ = 0; // grows with the evaluations of the method
     SubStepObserver* observer_ = nullptr;
     SubStep::Stop stop_; // of the move that is under way, where there is an observer
+};
+
+/// A soft surface that is not alone.
+struct Subdivision::State::OfLayer {
+    State front;           ///< of the Subdivision that leads it
+    Vec3 y{0.0};           ///< where it is, m
+    double tissue_m = 0.0; ///< d with a damper, m
+    double force_n = 0.0;  ///< of the last frame
 };
 
 } // namespace palpate
