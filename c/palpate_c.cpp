@@ -180,6 +180,10 @@ palpate_frame frame_of(const palpate::FrameReport& report) noexcept {
     frame.field_samples = report.field_samples;
     frame.surface_queries = report.surface_queries;
     frame.root_queries = report.root_queries;
+    frame.indentation_m = report.indentation_m;
+    frame.stiffness_n_per_m = report.stiffness_n_per_m;
+    put(palpate::place_on_surface(report), frame.front_m);
+    frame.pressed_surface = report.pressed_surface;
     return frame;
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
 
 #include <palpate/geometry/vec.h>
 #include <palpate/haptics/stepping/frame_flags.h>
@@ -37,6 +39,24 @@ struct FrameReport {
     double spent_us = 0.0;             ///< around frame(); not deterministic
     double estimate_us = 0.0;          ///< of a sub-step, eq. (10); 0 where the method needs none
     double late_us = 0.0;              ///< start of the frame after its deadline; 0 at asap pace
+
+    // Of a soft surface (docs/palpation.md), where one is pressed: then the proxy is the tip.
+    double indentation_m = 0.0; ///< how far the tip is behind the surface, m; 0: none is pressed
+    double stiffness_n_per_m = 0.0;    ///< that the hand feels there, N/m
+    std::uint32_t pressed_surface = 0; ///< Scene::surfaces()[pressed_surface]: of several the one
+                                       ///< that is pressed in farthest
+    Vec3 front{0.0};                   ///< m: the place of the surface from which it is pressed in
 };
+
+/// Where the proxy of a frame is on the surface, m: the front of one that is soft.      [any]
+inline const Vec3& place_on_surface(const FrameReport& frame) noexcept {
+    return frame.indentation_m > 0.0 ? frame.front : frame.proxy;
+}
+
+/// Whether a soft surface is pressed in any of these frames.                            [any]
+inline bool presses_a_soft_surface(std::span<const FrameReport> frames) noexcept {
+    return std::any_of(frames.begin(), frames.end(),
+                       [](const FrameReport& frame) { return frame.indentation_m > 0.0; });
+}
 
 } // namespace palpate

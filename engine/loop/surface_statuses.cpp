@@ -40,7 +40,8 @@ std::span<const SurfaceStatus> SurfaceStatuses::of(const Subdivision& subdivisio
         status.standing = standing_of(surface);
         status.guarded = surface.contact().guarded();
         const MovingSurface* body = surface.moving();
-        status.depth_m = depth_m(i, status.standing, body ? body->to_body(proxy) : proxy);
+        const Vec3& place = subdivision.place_on(i, proxy);
+        status.depth_m = depth_m(i, status.standing, body ? body->to_body(place) : place);
     }
     return statuses_;
 }

@@ -128,7 +128,9 @@ bool same_frame(const FrameReport& a, const FrameReport& b, bool felt_is_recorde
            a.trial == b.trial && same_bits(a.time_s, b.time_s) && same_bits(a.probe, b.probe) &&
            same_bits(a.proxy, b.proxy) && same_bits(a.force, b.force) &&
            a.sub_steps == b.sub_steps && a.evaluations == b.evaluations &&
-           a.contacts == b.contacts && same_bits(a.residual_m, b.residual_m) && a.flags == b.flags;
+           a.contacts == b.contacts && same_bits(a.residual_m, b.residual_m) &&
+           a.flags == b.flags && same_bits(a.indentation_m, b.indentation_m) &&
+           same_bits(a.stiffness_n_per_m, b.stiffness_n_per_m);
 }
 
 /// The touches of one frame: `rows` begins with them, and has them no more afterwards.

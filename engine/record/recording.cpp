@@ -24,8 +24,13 @@ namespace {
 
 constexpr const char* kFormat = "palpate recording";
 // 1: inputs without buttons, freshness and orientation, no device. 2: not which surfaces are felt.
-// 3: no touches.
-constexpr std::uint64_t kFormatVersion = 4;
+// 3: no touches. 4: no softness; still written where no soft surface was pressed.
+constexpr std::uint64_t kFormatVersion = 5;
+
+/// The least version that has all of these frames.
+std::uint64_t version_for(std::span<const FrameReport> frames) {
+    return presses_a_soft_surface(frames) ? kFormatVersion : 4;
+}
 
 /// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and
 /// reader, of what a version of the format has.
@@ -63,6 +68,11 @@ void for_each_frame_column(std::uint64_t version, Columns&& column) {
     column("late_us", "us", &FrameReport::late_us);
     if (version < 3) return;
     column("surfaces_felt", "bits, of surfaces/name", &FrameReport::surfaces_felt);
+    if (version < 5) return;
+    column("indentation_m", "m", &FrameReport::indentation_m);
+    column("stiffness_n_per_m", "N/m", &FrameReport::stiffness_n_per_m);
+    column("front_m", "m", &FrameReport::front);
+    column("pressed_surface", "row of surfaces/name", &FrameReport::pressed_surface);
 }
 
 /// The same for the touches, but for their phase: a row for each of HapticLoop::touches().
@@ -213,7 +223,8 @@ std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader
 std::string recording_bytes(const std::filesystem::path& file, const Recording& recording) {
     internal::RecordingWriter writer(file);
     writer.write_texts("format", {kFormat});
-    writer.write_column("format_version", "1", std::vector<std::uint64_t>{kFormatVersion});
+    const std::uint64_t version = version_for(recording.frames);
+    writer.write_column("format_version", "1", std::vector<std::uint64_t>{version});
     writer.write_texts("version", {recording.version});
     writer.make_group("scene");
     writer.write_texts("scene/file", {recording.scene_file});
@@ -232,11 +243,11 @@ std::string recording_bytes(const std::filesystem::path& file, const Recording& 
 
     write_device(writer, recording.device);
     writer.make_group("inputs");
-    for_each_input_column(kFormatVersion, column_writer(writer, "inputs", recording.inputs));
+    for_each_input_column(version, column_writer(writer, "inputs", recording.inputs));
     writer.make_group("surfaces");
     writer.write_texts(kFeltNames, recording.felt_names);
     writer.make_group("frames");
-    for_each_frame_column(kFormatVersion, column_writer(writer, "frames", recording.frames));
+    for_each_frame_column(version, column_writer(writer, "frames", recording.frames));
     write_touches(writer, recording.touches);
     writer.make_group("clock");
     writer.write_column("clock/steps_left", "1", recording.steps_left);

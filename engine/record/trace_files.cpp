@@ -19,7 +19,10 @@ namespace {
 
 constexpr std::string_view kFramesHeader =
     "frame,trial,time_s,probe_x_m,probe_y_m,probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,"
-    "force_x_n,force_y_n,force_z_n,sub_steps,evaluations,contacts,residual_m,flags,felt\n";
+    "force_x_n,force_y_n,force_z_n,sub_steps,evaluations,contacts,residual_m,flags,felt";
+// Behind these where a soft surface was pressed.
+constexpr std::string_view kSoftHeader =
+    ",indentation_m,stiffness_n_per_m,front_x_m,front_y_m,front_z_m,pressed";
 
 constexpr std::string_view kTimingHeader =
     "frame,spent_us,estimate_us,late_us,surface_queries,field_samples,root_queries\n";
@@ -97,15 +100,24 @@ void write_text(const std::filesystem::path& file, const fmt::memory_buffer& tex
 
 void write_frames_csv(const std::filesystem::path& file, std::span<const FrameReport> frames,
                       std::span<const std::string> felt_names) {
-    FeltCells felt(felt_names);
+    FeltCells felt(felt_names), pressed(felt_names);
     fmt::memory_buffer text;
+    const bool soft = presses_a_soft_surface(frames);
     text.append(kFramesHeader);
+    if (soft) text.append(kSoftHeader);
+    text.push_back('\n');
     for (const FrameReport& f : frames) {
         Row row(text);
         row.count(f.frame).count(f.trial).number(f.time_s);
         row.vector(f.probe).vector(f.proxy).vector(f.force);
         row.count(f.sub_steps).count(f.evaluations).count(f.contacts);
-        row.number(f.residual_m).count(f.flags).text(felt.of(f.surfaces_felt)).end();
+        row.number(f.residual_m).count(f.flags).text(felt.of(f.surfaces_felt));
+        if (soft) {
+            const bool presses = f.indentation_m > 0.0 && f.pressed_surface < kFeltBits;
+            row.number(f.indentation_m).number(f.stiffness_n_per_m).vector(place_on_surface(f));
+            row.text(pressed.of(presses ? std::uint64_t{1} << f.pressed_surface : 0));
+        }
+        row.end();
     }
     write_text(file, text);
 }

@@ -39,7 +39,9 @@ std::string LiveLine::text(double seconds, std::size_t columns) {
     const double sub_steps =
         frames_ > 0 ? static_cast<double>(sub_steps_) / static_cast<double>(frames_) : 0.0;
     const double depth_mm =
-        last_.frame.contacts > 0 ? 1e3 * glm::distance(last_.frame.probe, last_.frame.proxy) : 0.0;
+        last_.frame.contacts > 0
+            ? 1e3 * glm::distance(last_.frame.probe, place_on_surface(last_.frame))
+            : 0.0;
     std::string line = fmt::format(
         "{:8.1f} s {:5.0f} Hz {:4} overruns {:4.1f} sub-steps [{}] {:4.1f} N {:5.2f} mm",
         last_.frame.time_s, rate_hz, overruns_, sub_steps,

@@ -17,6 +17,7 @@
 #include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/haptics/contact/direct_contact.h>
 #include <palpate/haptics/contact/guarded_contact.h>
@@ -273,6 +274,8 @@ std::vector<SurfaceFinish> Scene::finish_with(const internal::EffectFields& fiel
         if (!surface.strength_volume.empty())
             finish[i].strength = {fields.scalars.at(surface.strength_volume),
                                   surface.strength_over_value};
+        if (is_soft(description_, surface)) finish[i].softness = surface.softness;
+        finish[i].strength_n = surface.strength_n;
     }
     for (const PlannedEffect& planned : plan_.effects) {
         const EffectDescription& effect = description_.effects[planned.effect];

@@ -15,6 +15,7 @@
 #include <palpate/geometry/mesh_file_settings.h>
 #include <palpate/geometry/triangle_mesh.h>
 #include <palpate/haptics/choices.h>
+#include <palpate/haptics/contact/softness.h>
 #include <palpate/volume/label_volume.h>
 #include <palpate/volume/transfer_function.h>
 #include <palpate/volume/vector_volume.h>
@@ -80,6 +81,7 @@ struct MaterialDescription {
         TransferFunction::constant(std::numeric_limits<double>::infinity()); ///< N, >= 0
     int strength_line = 0;                   ///< of the scene file, for messages
     Yielding yielding = Yielding::holds;     ///< above its strength
+    Softness softness;                       ///< how it gives way below that
     std::optional<double> static_mu;         ///< of effects `friction` and `stick_slip` on it
     std::optional<double> dynamic_mu;        ///< the same; at most static_mu
     std::optional<double> damping_n_s_per_m; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
@@ -130,8 +132,9 @@ struct SurfaceDescription {
         strength_volume; ///< key of SceneDescription::volumes, of scalars: the strength is a
                          ///< function of its value at the proxy; empty: the same everywhere
     TransferFunction strength_over_value; ///< with strength_volume: N, > 0, finite
-    std::optional<double> facet_size_mm;  ///< of the mesh, where one is needed, (0, 50]; empty: 2,
-                                          ///< for labels half a voxel
+    Softness softness; ///< how it gives way below its strength; hard where it is none
+    std::optional<double> facet_size_mm; ///< of the mesh, where one is needed, (0, 50]; empty: 2,
+                                         ///< for labels half a voxel
     std::optional<double> facet_distance_mm; ///< of the mesh, (0, 10]; empty: 0.2, for labels 0.05
                                              ///< voxels
     int line = 0;                            ///< of the scene file, for messages

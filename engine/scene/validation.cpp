@@ -9,6 +9,7 @@
 
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/field_check.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 
 namespace palpate {
 namespace {
@@ -91,6 +92,8 @@ void check_device(const SceneDescription& scene, const DeviceDescription& device
 void check_effects(const SceneDescription& scene) {
     for (std::size_t i = 0; i < scene.effects.size(); ++i)
         at(scene, scene.effects[i].line, [&] { internal::check_effect(scene, i); });
+    for (std::size_t i = 0; i < scene.effects.size(); ++i)
+        at(scene, scene.effects[i].line, [&] { internal::check_beside_soft(scene, i); });
 }
 
 /// What has no name cannot be named by an effect, nor in a message.

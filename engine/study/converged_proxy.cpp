@@ -62,7 +62,7 @@ ConvergedProxies proxies_with(std::shared_ptr<const Scene> scene,
     found.proxies.reserve(inputs.size());
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const FrameReport frame = loop.frame(inputs[i]);
-        found.proxies.push_back(frame.proxy);
+        found.proxies.push_back(place_on_surface(frame));
         found.in_contact.push_back(frame.contacts > 0 ? 1 : 0);
         const double done = static_cast<double>(i) / static_cast<double>(inputs.size());
         if (i % kFramesPerReport == 0 && progress && !progress(done, "converging"))

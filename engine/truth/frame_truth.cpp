@@ -15,7 +15,9 @@ FrameTruth::FrameTruth(const Scene& scene, Measure measure) {
         if (of_meshes && felt.surface && felt.surface->is_felt_by_mesh()) continue;
         const LevelScale scale = LevelScale::of(*felt.field, felt.settings);
         auto sampler = felt.field->make_sampler();
-        levels_.push_back({std::move(felt), std::move(sampler), scale});
+        std::optional<PlaceOn> place;
+        if (felt.surface) place.emplace(scene, *felt.surface);
+        levels_.push_back({std::move(felt), std::move(sampler), scale, place});
     }
 }
 
@@ -32,7 +34,8 @@ FrameFinding FrameTruth::of(const FrameReport& frame) {
     for (Level& level : levels_) {
         if (frame.surfaces_open & level.felt.bit) continue;
         take(of_level(level, frame));
-        finding.depth_m = std::max(finding.depth_m.value_or(0.0), depth(level, frame.proxy));
+        if (const std::optional<Vec3> place = level.place_of(frame))
+            finding.depth_m = std::max(finding.depth_m.value_or(0.0), depth(level, *place));
     }
     return finding;
 }
@@ -57,11 +60,12 @@ std::optional<FrameError> FrameTruth::of_level(Level& level, const FrameReport& 
                             : level.sampler->value(frame.probe) > level.felt.settings.level;
     const bool textured = level.felt.surface && !level.felt.surface->texture.none();
     if (!counts || textured) return {}; // what is felt is in front of the level
+    const std::optional<Vec3> place = level.place_of(frame);
+    if (!place) return {};
     FrameError error{
-        level_distance(*level.sampler, frame.proxy, level.felt.settings.level, level.scale.trust_m),
-        {}};
+        level_distance(*level.sampler, *place, level.felt.settings.level, level.scale.trust_m), {}};
     if (level.felt.sphere)
-        error.position_m = glm::length(frame.proxy - level.felt.sphere->nearest(frame.probe));
+        error.position_m = glm::length(*place - level.felt.sphere->nearest(frame.probe));
     return error;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <palpate/engine/truth/felt_level.h>
+#include <palpate/engine/truth/place_on.h>
 
 namespace palpate {
 
@@ -48,6 +49,11 @@ private:
         FeltLevel felt;
         std::unique_ptr<FieldSampler> sampler;
         LevelScale scale;
+        std::optional<PlaceOn> place; // of a surface
+
+        std::optional<Vec3> place_of(const FrameReport& frame) const noexcept {
+            return place ? place->of(frame) : frame.proxy;
+        }
     };
     static std::optional<FrameError> of_mesh(SurfaceAudit& audit, const FrameReport& frame);
     static std::optional<FrameError> of_level(Level& level, const FrameReport& frame);

@@ -54,7 +54,7 @@ std::optional<FeltSphere> FeltSphere::of(const VolumeDescription& volume, double
 }
 
 SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
-    : surface_(surface), bit_(bit_in_reports(scene, surface)) {
+    : surface_(surface), place_(scene, surface), bit_(bit_in_reports(scene, surface)) {
     const auto& volumes = scene.description().volumes;
     const auto volume = volumes.find(scene.description().surfaces.at(surface.name).volume);
     // A surface that yields is not where the formula says.
@@ -68,10 +68,13 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
     if (frame.surfaces_guarded & bit_) add_guarded(frame);
     if ((frame.flags & kProbeNotFinite) || (frame.surfaces_open & bit_)) return;
+    if (!place_.has_path()) path = {};
+    const std::optional<Vec3> place = place_.of(frame);
+    if (!place) return;
     if (surface_.is_felt_by_mesh())
-        add_to_mesh(frame, path);
+        add_to_mesh(frame, *place, path);
     else
-        add_to_level(frame, path);
+        add_to_level(frame, *place, path);
 }
 
 void SurfaceAudit::add_guarded(const FrameReport& frame) {
@@ -83,13 +86,14 @@ void SurfaceAudit::add_guarded(const FrameReport& frame) {
     last_guarded_trial_ = frame.trial;
 }
 
-void SurfaceAudit::add_to_mesh(const FrameReport& frame, std::span<const Vec3> path) {
+void SurfaceAudit::add_to_mesh(const FrameReport& frame, const Vec3& place,
+                               std::span<const Vec3> path) {
     for (std::size_t i = 1; i < path.size(); ++i)
         if (passes_through(path[i - 1], path[i])) ++chords_through_;
     if (!(frame.surfaces_felt & bit_)) return;
-    if (const auto near = surface_.mesh.scene->closest_point(frame.proxy, kSearchRadius))
+    if (const auto near = surface_.mesh.scene->closest_point(place, kSearchRadius))
         mesh_distance_m_.push_back(near->distance_m);
-    add_position(frame);
+    add_position(frame, place);
 }
 
 /// A chord may begin or end on a facet, or slide along some: these say nothing, and what is behind
@@ -108,7 +112,8 @@ bool SurfaceAudit::passes_through(const Vec3& from, const Vec3& to) const {
     return false;
 }
 
-void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> path) {
+void SurfaceAudit::add_to_level(const FrameReport& frame, const Vec3& place,
+                                std::span<const Vec3> path) {
     for (std::size_t i = 1; i < path.size(); ++i) {
         const Vec3 chord = path[i] - path[i - 1];
         const auto samples =
@@ -122,18 +127,17 @@ void SurfaceAudit::add_to_level(const FrameReport& frame, std::span<const Vec3> 
             deepest_at_ = p;
         }
     }
-    if (sampler_->value(frame.proxy) > surface_.level.level + scale_.certificate) ++frames_inside_;
+    if (sampler_->value(place) > surface_.level.level + scale_.certificate) ++frames_inside_;
     // What is felt of a texture is in front of the level.
     if (!(frame.surfaces_felt & bit_) || !surface_.texture.none()) return;
-    const double distance =
-        level_distance(*sampler_, frame.proxy, surface_.level.level, scale_.trust_m);
+    const double distance = level_distance(*sampler_, place, surface_.level.level, scale_.trust_m);
     level_distance_m_.push_back(distance);
-    add_position(frame);
+    add_position(frame, place);
 }
 
-void SurfaceAudit::add_position(const FrameReport& frame) {
-    if (sphere_)
-        position_error_m_.push_back(glm::length(frame.proxy - sphere_->nearest(frame.probe)));
+void SurfaceAudit::add_position(const FrameReport& frame, const Vec3& place) {
+    if (sphere_ && place_.has_path())
+        position_error_m_.push_back(glm::length(place - sphere_->nearest(frame.probe)));
 }
 
 std::string guard_warning(const SurfaceAudit& audit) {

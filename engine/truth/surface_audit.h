@@ -11,6 +11,7 @@
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/truth/place_on.h>
 
 namespace palpate {
 
@@ -87,13 +88,14 @@ public:
     static constexpr std::uint64_t kEventGap = 20;
 
 private:
-    void add_to_level(const FrameReport& frame, std::span<const Vec3> path);
-    void add_to_mesh(const FrameReport& frame, std::span<const Vec3> path);
-    void add_position(const FrameReport& frame);
+    void add_to_level(const FrameReport& frame, const Vec3& place, std::span<const Vec3> path);
+    void add_to_mesh(const FrameReport& frame, const Vec3& place, std::span<const Vec3> path);
+    void add_position(const FrameReport& frame, const Vec3& place);
     void add_guarded(const FrameReport& frame);
     bool passes_through(const Vec3& from, const Vec3& to) const;
 
     const SceneSurface& surface_;
+    PlaceOn place_;
     LevelScale scale_;
     std::unique_ptr<FieldSampler> sampler_; // null where the mesh alone is felt
     std::uint64_t bit_; // of the surface in FrameReport::surfaces_felt; 0 past the 64th

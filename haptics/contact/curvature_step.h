@@ -21,4 +21,11 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
                     const ProxySolution& solution, const Vec3& proxy, double stiffness,
                     double damping) noexcept;
 
+/// The same with soft surfaces, whose forces are among the primitives': `tissue` is by how much
+/// these fall with the step, as a share of `stiffness`: a part of B, also where there are no planes
+/// (docs/palpation.md).
+Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
+                    const ProxySolution& solution, const Vec3& proxy, double stiffness,
+                    double damping, const Mat3& tissue) noexcept;
+
 } // namespace palpate

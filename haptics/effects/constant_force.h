@@ -19,6 +19,7 @@ public:
         primitives.add_force(force_);
     }
     double unasked_force_n() const noexcept override { return glm::length(force_); }
+    bool only_pushes() const noexcept override { return true; }
     std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {}; }
 

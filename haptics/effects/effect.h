@@ -70,6 +70,9 @@ public:
     /// by itself gets that power anyway. If an effect is active and also pushes by itself, the loop
     /// takes it for one that moves, as a pulse does, and calms no frame (Calming).       [loop]
     virtual bool is_active() const noexcept { return false; }
+    /// Whether all that it does to the proxy is to push it with one force, the same wherever the
+    /// frame ends, or nothing. No is always right, and may cost more (docs/palpation.md). [any]
+    virtual bool only_pushes() const noexcept { return false; }
     /// How many planes, lines and points it adds in an evaluation at most; forces and springs need
     /// no room.                                                                          [setup]
     virtual std::size_t most_primitives() const noexcept { return 1; }

@@ -24,6 +24,7 @@ public:
     void gather(const Vec3&, PrimitiveSet&) noexcept override {}
     Vec3 device_force_n() const noexcept override { return force_n_; }
     double unasked_force_n() const noexcept override { return glm::length(force_n_); }
+    bool only_pushes() const noexcept override { return true; }
     std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {}; }
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 
+#include <palpate/haptics/contact/softness.h>
 #include <palpate/haptics/contact/surface_contact.h>
 #include <palpate/haptics/effects/coulomb_friction.h>
 #include <palpate/haptics/effects/effect.h>
@@ -26,6 +28,9 @@ struct SurfaceFinish {
     SurfaceMagnet magnet;
     StrengthOverField strength{}; ///< with a field: the surface's by place, N, > 0, no more than
                                   ///< its own and finite
+    Softness softness{};          ///< how it gives way below its strength
+    double strength_n = std::numeric_limits<double>::infinity(); ///< its own, N, > 0: asked for
+                                                                 ///< where it is soft
 };
 
 /// The magnet of one surface, as a loop feels it:

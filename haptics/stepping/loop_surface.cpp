@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <palpate/geometry/range.h>
+
 namespace palpate {
 namespace {
 
@@ -18,7 +20,14 @@ constexpr double kNoLift_m = 1e-10;
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
     : contact_(&contact), moving_(contact.moving()),
       strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet),
-      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {}
+      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {
+    require("strength_n", finish.strength_n, kPositiveOrInfinite);
+    finish.softness.check("softness");
+    if (finish.softness.none()) return;
+    soft_ = std::make_unique<Soft>();
+    soft_->softness = finish.softness;
+    soft_->own_strength_n = finish.strength_n;
+}
 
 LoopSurface::State LoopSurface::save_state() const {
     State state{&typeid(*contact_),
@@ -26,6 +35,7 @@ LoopSurface::State LoopSurface::save_state() const {
                 strength_.save_state(),
                 magnet_.save_state(),
                 bank_,
+                soft_ ? soft_->tissue_m : 0.0,
                 {},
                 pushes_back_,
                 began_inside_,
@@ -41,6 +51,10 @@ void LoopSurface::restore_state(const State& state) {
     strength_.restore_state(state.strength);
     magnet_.restore_state(state.magnet);
     bank_ = state.bank;
+    if (soft_) {
+        soft_->tissue_m = state.tissue_m;
+        soft_->law = {}; // and the contact's strength, at the next frame
+    }
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         gains_[part].restore_state(state.gains[part]);
     as_set_ = all_gains_are_one();
@@ -55,6 +69,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
     const bool inside = restart(proxy);
     if (!contact_->go_on_from(*before.contact_)) return inside;
     bank_ = before.bank_;
+    if (soft_ && before.soft_) soft_->tissue_m = before.soft_->tissue_m;
     pushes_back_ = before.pushes_back_;
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;
@@ -64,6 +79,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
 
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
+    if (soft_) soft_->tissue_m = 0.0;
     strength_.restart();
     magnet_.restart();
     for (GainRamp& gain : gains_)
@@ -84,16 +100,31 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
     const auto has_moved = [&](SurfacePart part) {
         return (moved >> static_cast<unsigned>(part) & 1U) != 0;
     };
-    if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) {
-        Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
-        if (strength_.depends_on_place())
-            now.strength_here_n = strength_.at(moving_ ? in_body(frame) : frame);
-        contact_->set_gain(now);
-    }
+    if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) set_strength(frame);
     if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
     FieldSurface* field = has_moved(SurfacePart::texture) ? contact_->of_field() : nullptr;
     if (field) field->set_texture_gain(gain_value(SurfacePart::texture));
     return moved != 0;
+}
+
+/// As strong as its gain and its place make it.
+void LoopSurface::set_strength(const FrameContext& frame) noexcept {
+    Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
+    if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
+    if (is_soft()) {
+        now.strength_here_n =
+            soft_->law.strength_of_hard_n(now.strength_here_n.value_or(soft_->own_strength_n));
+        soft_->yields_at_m = now.strength_n(soft_->own_strength_n) / soft_->law.coupling();
+    }
+    contact_->set_gain(now);
+}
+
+/// As its strength by place sees it: a force finds something else elsewhere the sooner, the softer
+/// what it has to move.
+FrameContext LoopSurface::seen(const FrameContext& frame) const noexcept {
+    FrameContext seen = moving_ ? in_body(frame) : frame;
+    if (is_soft()) seen.stiffness = soft_->law.softest();
+    return seen;
 }
 
 /// With the proxy as the surface's own body sees it: fields that it depends on move along with it.
@@ -106,6 +137,25 @@ FrameContext LoopSurface::in_body(const FrameContext& frame) const noexcept {
 bool LoopSurface::all_gains_are_one() const noexcept {
     return std::all_of(gains_.begin(), gains_.end(),
                        [](const GainRamp& gain) { return gain.value() == 1.0; });
+}
+
+void LoopSurface::follow_coupling(const FrameContext& frame) noexcept {
+    if (soft_->law.coupling() == frame.stiffness) return;
+    soft_->law = PressLaw(soft_->softness, frame.stiffness);
+    if (!strength_.depends_on_place()) set_strength(frame); // else each frame does
+}
+
+LoopSurface::Press LoopSurface::press(double press_m, double period_s) noexcept {
+    const PressLaw& law = soft_->law;
+    const double slope_n_per_m = law.slope(press_m);
+    const double damping = soft_->softness.damping;
+    if (!(damping > 0.0)) return {law.force_n(press_m), slope_n_per_m};
+    const PressLaw::Balance balance = law.damped(press_m, soft_->tissue_m, damping, period_s);
+    // However fast it is pressed, it holds no more than its strength.
+    const double force_n = std::min(balance.force_n, law.force_n(soft_->yields_at_m));
+    soft_->tissue_m =
+        force_n < balance.force_n ? press_m - force_n / law.coupling() : balance.tissue_m;
+    return {force_n, slope_n_per_m};
 }
 
 void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {

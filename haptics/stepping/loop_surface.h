@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <typeinfo>
 #include <utility>
@@ -43,6 +44,7 @@ public:
         LocalStrength::State strength;
         LoopMagnet::State magnet;
         LevelBank bank;
+        double tissue_m = 0.0;
         std::array<GainRamp::State, kSurfaceParts> gains;
         bool pushes_back = false;
         bool began_inside = false;
@@ -68,6 +70,8 @@ public:
     SurfaceContact& contact() const noexcept { return *contact_; } ///< [any]
     /// The body that it is of; null where it does not move.                              [any]
     MovingSurface* moving() const noexcept { return moving_; }
+    /// Whether it may be soft.                                                           [any]
+    bool has_softness() const noexcept { return soft_ != nullptr; }
     /// Of the fields that its strength and its magnet depend on.                         [any]
     std::uint64_t samples() const noexcept { return strength_.samples() + magnet_.samples(); }
 
@@ -84,6 +88,22 @@ public:
     void look_anew() noexcept { looked_ = false; }
     /// Whether nobody has asked since look_anew().                                       [loop]
     bool looks_first() noexcept { return !std::exchange(looked_, true); }
+
+    // Of one that has_softness(). Then all else is about its front, and forces as of a hard surface
+    // in its place (docs/palpation.md).
+
+    /// A frame begins, behind a coupling that may be another one; to be called before
+    /// follow_gains(). [loop]
+    void follow_coupling(const FrameContext& frame) noexcept;
+    /// Whether it is softer than that coupling.                                          [loop]
+    bool is_soft() const noexcept { return soft_ && !soft_->law.is_hard(); }
+    /// What it presses with where it is soft.
+    struct Press {
+        double force_n = 0.0;       ///< F, N, >= 0
+        double slope_n_per_m = 0.0; ///< of F over delta, without the tissue's damper, N/m
+    };
+    /// The frame ends with a delta of `press_m`, m, >= 0.                                [loop]
+    Press press(double press_m, double period_s) noexcept;
 
     // In a frame. Places in m, scene frame.
 
@@ -172,8 +192,19 @@ public:
     double drifted_j() const noexcept { return bank_.energy_j(); }
 
 private:
+    /// Of one that has_softness().
+    struct Soft {
+        Softness softness;
+        double own_strength_n = 0.0;
+        PressLaw law;
+        double yields_at_m = 0.0; // delta of the law
+        double tissue_m = 0.0;    // d of the tissue at the last frame's end, with a damper
+    };
+
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
+    FrameContext seen(const FrameContext& frame) const noexcept;
+    void set_strength(const FrameContext& frame) noexcept;
 
     SurfaceContact* contact_;
     MovingSurface* moving_;
@@ -188,6 +219,8 @@ private:
     bool pushes_back_ = false;
     bool yields_ = false;
     double sunk_m_ = 0.0; // how far its planes lie below its level in this frame, >= 0
+
+    std::unique_ptr<Soft> soft_; // apart, as most surfaces are hard
 
     bool looked_ = false;
     bool pushed_before_ = false; // at the end of the last frame

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <palpate/haptics/contact/no_contact.h>
 #include <palpate/haptics/solver/internal/one_plane.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
@@ -26,23 +27,6 @@ std::vector<FrictionCoefficients> frictions(std::span<const SurfaceFinish> finis
     return frictions;
 }
 
-/// Throws where two lists are not of the same kinds; `what` they are of, as "effect".
-template <class Part, class State>
-void require_same_kinds(const char* what, const std::vector<Part>& parts,
-                        const std::vector<State>& states) {
-    const auto refuse = [&](const std::string& why) {
-        throw std::invalid_argument(std::string("restore: ") + what + why +
-                                    "; restore it into a loop that was made alike");
-    };
-    if (parts.size() != states.size())
-        refuse("s: the state has " + std::to_string(states.size()) + ", the loop " +
-               std::to_string(parts.size()));
-    for (std::size_t i = 0; i < parts.size(); ++i)
-        if (!parts[i].takes(states[i]))
-            refuse(" " + std::to_string(i + 1) +
-                   ": the state's is of another kind than the loop's");
-}
-
 } // namespace
 
 Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceContact*> surfaces,
@@ -52,15 +36,26 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
       calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
     work_of_a_frame_ = kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
     finish.resize(std::max(finish.size(), surfaces.size()));
+    make_layers(settings, surfaces, finish, clock, effects);
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (layer_of(i)) { // felt by its layer
+            stand_ins_.push_back(std::make_unique<NoContact>());
+            surfaces[i] = stand_ins_.back().get();
+            finish[i] = {};
+        }
         surfaces_.emplace_back(*surfaces[i], finish[i]);
         needs_.bodies = needs_.bodies || surfaces_.back().moving();
         needs_.magnets = needs_.magnets || surfaces_.back().has_magnet();
+        needs_.softness = needs_.softness || surfaces_.back().has_softness() || layer_of(i);
     }
+    needs_.layers = !layers_.empty();
+    needs_.alone = needs_.softness && !needs_.layers;
+    needs_.starts = needs_.bodies || needs_.alone;
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
     needs_.one_field = surfaces_.size() == 1 && surfaces_.front().contact().of_field();
+    needs_.others = needs_.layers || !effects_.empty();
     needs_.nothing = surfaces_.empty() && effects_.empty();
     needs_.only_slides = surfaces_.size() == 1 && effects_.empty() && friction_.none() &&
                          !needs_.magnets && !needs_.bodies && surfaces_.front().contact().sliding();
@@ -68,71 +63,10 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
 }
 
 void Subdivision::compute_everything() noexcept {
+    for (Layer& layer : layers_)
+        layer.front->compute_everything();
     needs_.everything = needs_.magnets = needs_.calming = true;
     needs_.nothing = needs_.only_slides = false;
-}
-
-// ---- its state as a value ----------------------------------------------------------------------
-
-Subdivision::State Subdivision::save_state() const {
-    State state{{}, {}, friction_.save_state(), calming_, stepping_.save_state(), primitives_};
-    for (const LoopSurface& surface : surfaces_)
-        state.surfaces.push_back(surface.save_state());
-    for (const LoopEffect& effect : effects_)
-        state.effects.push_back(effect.save_state());
-    return state;
-}
-
-void Subdivision::restore_state(const State& state) {
-    require_same_kinds("surface", surfaces_, state.surfaces);
-    require_same_kinds("effect", effects_, state.effects);
-    for (std::size_t i = 0; i < effects_.size(); ++i)
-        effects_[i].restore_state(state.effects[i]);
-    for (std::size_t i = 0; i < surfaces_.size(); ++i)
-        surfaces_[i].restore_state(state.surfaces[i]);
-    friction_.restore_state(state.friction);
-    calming_ = state.calming;
-    stepping_.restore_state(state.stepping);
-    primitives_ = state.primitives;
-    path_.clear();
-    steps_left_.clear();
-}
-
-std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
-    std::uint32_t flags = 0;
-    for (LoopSurface& surface : surfaces_)
-        if (surface.restart(proxy)) flags |= kInsideAtStart;
-    friction_.restart();
-    calming_.restart();
-    primitives_.clear();
-    for (LoopEffect& effect : effects_)
-        effect.restart(proxy);
-    path_.clear();
-    return flags;
-}
-
-std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage& heritage,
-                                      const Vec3& proxy) noexcept {
-    std::uint32_t flags = 0;
-    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        const std::size_t from = heritage.surfaces[i];
-        const bool inside = from == Heritage::kNew
-                                ? surfaces_[i].restart(proxy)
-                                : surfaces_[i].go_on_from(before.surfaces_[from], proxy);
-        if (inside) flags |= kInsideAtStart;
-    }
-    for (std::size_t i = 0; i < effects_.size(); ++i) {
-        const std::size_t from = heritage.effects[i];
-        if (from == Heritage::kNew)
-            effects_[i].restart(proxy);
-        else
-            effects_[i].go_on_from(before.effects_[from]);
-    }
-    friction_.restart();
-    calming_.restart();
-    primitives_.clear();
-    path_.clear();
-    return flags;
 }
 
 SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
@@ -200,7 +134,10 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     steps_left_.clear();
     budget_ = {0, work_of_a_frame_, kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
-    if (needs_.bodies) frame_.start = follow_bodies(frame_.start);
+    if (needs_.starts) {
+        if (needs_.alone) begin_pressing();
+        if (needs_.bodies) frame_.start = follow_bodies(frame_.start);
+    }
     path_.begin(frame_.start);
     follow_gains();
     if (needs_.calming || (needs_.one_field && calming_.stays(frame_.probe))) begin_calming();
@@ -298,7 +235,8 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         primitives_.add(contacts_[i].plane);
     if (calming_.spring_n_per_m() > 0.0)
         primitives_.add_spring(frame_.start, calming_.spring_n_per_m());
-    if (!effects_.empty()) {
+    if (needs_.others) {
+        if (needs_.layers) press_layers(proxy); // effects that hold look where all others draw
         for (LoopEffect& effect : effects_)
             effect.gather(proxy, frame_.force_limit_n, primitives_);
         primitives_.set_gain({});
@@ -333,6 +271,7 @@ void Subdivision::solve(const Vec3& proxy) noexcept {
         solution_.proxy = proxy;
         result_.flags |= kForceNotFinite;
     }
+    if (layers_press_) correct_for_layers(proxy);
     for (LoopEffect& effect : effects_)
         effect.solved(solution_.proxy);
     for (LoopSurface& surface : surfaces_)
@@ -351,7 +290,7 @@ void Subdivision::evaluated(const Vec3& proxy, int work_left) noexcept {
 }
 
 void Subdivision::count_steps_left() noexcept {
-    const EvaluationOutcome outcome{result_.residual_m, contacts_.facets_only()};
+    const EvaluationOutcome outcome{result_.residual_m, contacts_.facets_only() && !layers_press_};
     steps_left_.push_back(stepping_.count_steps_left(outcome, budget_));
 }
 
@@ -394,7 +333,7 @@ bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& prox
         // Where another surface stopped it at once, that one has planes the next time.
         more = stepping_.steps_left() > 0 && (proxy != before || !stepping_.has_converged());
     } else {
-        if (primitives_.is_free() && proxy == solution_.proxy) return false;
+        if (primitives_.is_free() && proxy == solution_.proxy && !needs_.layers) return false;
         if (proxy != move.to) stepping_.cut_short(); // it was not the last
         more = stepping_.goes_on(budget_);
     }
@@ -439,6 +378,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
         result_.guarded |= bit_of(i, surface.contact().guarded());
     }
     note_open();
+    if (needs_.layers) commit_layers(proxy);
     friction_.commit();
     if (calming_.begun())
         calming_.end(proxy, stepping_.seeks_balance() ? 0.0 : path_.length_m(),
@@ -453,6 +393,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
         if (squared_length(solution_.lines[i].force_n) > 0.0) ++result_.contacts;
     for (const TetherOutcome& point : solution_.points)
         if (squared_length(point.force_n) > 0.0) ++result_.contacts;
+    if (needs_.alone) return end_frame(tip_of(proxy));
     return end_frame(proxy);
 }
 

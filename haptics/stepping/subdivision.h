@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -90,9 +91,19 @@ public:
     /// Any thread may call GainRamp::set() while the loop runs; its other functions are the loop's.
     /// A trial begins with the gains that were set last. [any]
     GainRamp& gain(std::size_t surface, SurfacePart part) noexcept {
-        return surfaces_[surface].gain(part);
+        return of_surface(surface).gain(part);
     }
     GainRamp& gain(std::size_t effect) noexcept { return effects_[effect].gain(); }
+
+    /// How a soft surface was pressed in the last frame.
+    struct Pressed {
+        double indentation_m = 0.0; ///< d: from the front to the tip, m; 0: not pressed
+        double slope_n_per_m =
+            0.0;                   ///< of the force over how far the probe is behind the front, N/m
+        Vec3 front{0.0};           ///< y, m, scene frame
+        std::uint32_t surface = 0; ///< by the order in which surfaces were given: of several the
+                                   ///< one that is pressed in farthest
+    };
 
     /// All that it remembers from frame to frame, also of surfaces and effects. path() and
     /// steps_left() are left out, as they only describe the last frame.
@@ -102,7 +113,10 @@ public:
         CoulombFriction::State friction;
         Calming calming;
         Stepping::State stepping;
-        PrimitiveSet primitives; ///< of the last evaluation: their pull begins the next frame's
+        struct OfLayer;
+        Pressed pressed;             ///< of the last frame
+        std::vector<OfLayer> layers; ///< what is soft and not alone
+        PrimitiveSet primitives;     ///< of the last evaluation: their pull begins the next frame's
     };
     State save_state() const; ///< between frames                                         [setup]
     /// Between frames; allocates only if an effect's own restore_state() does. Settings, surfaces
@@ -132,7 +146,23 @@ public:
     SubdivisionResult advance(const FrameContext& frame,
                               std::span<const std::uint32_t> steps_left) noexcept;
 
-    /// The corners of the proxy's way in the last frame, frame.start first.               [loop]
+    /// Whether there is a surface that may be soft. Then the proxy of a frame is the tip, and each
+    /// frame goes on from the front that this keeps, not from frame.start.             [any]
+    bool has_softness() const noexcept { return needs_.softness; }
+    const Pressed& pressed() const noexcept { return pressed_; } ///< where has_softness() [loop]
+    /// Where the proxy, at `proxy` at the end of the last frame, is for the next one: the front of
+    /// what is soft and alone, m, scene frame.                                           [loop]
+    const Vec3& front(const Vec3& proxy) const noexcept {
+        return needs_.alone ? pressed_.front : proxy;
+    }
+    /// The same for one surface: its front, where it is soft.                            [loop]
+    const Vec3& place_on(std::size_t surface, const Vec3& proxy) const noexcept {
+        const Layer* layer = layer_of(surface);
+        return layer ? layer->y : front(proxy);
+    }
+
+    /// The corners of the proxy's way in the last frame, frame.start first; of what is soft: of the
+    /// front.                                                                            [loop]
     std::span<const Vec3> path() const noexcept { return path_.corners(); }
     /// N_steps of eq. (8) after each evaluation of the last frame: with these a run whose clock
     /// decided can be replayed.                                                           [loop]
@@ -141,7 +171,10 @@ public:
     /// anything. After an advance(), before a restart() or restore_state(). [loop]
     void find_touches(TouchList& touches) const noexcept;
     /// By the order in which surfaces were given.                                        [loop]
-    const LoopSurface& surface(std::size_t i) const noexcept { return surfaces_[i]; }
+    const LoopSurface& surface(std::size_t i) const noexcept {
+        const Layer* layer = layer_of(i);
+        return layer ? layer->front->surfaces_.front() : surfaces_[i];
+    }
     /// The coupling's force plus what effects put on the device directly, each with its gain, N:
     /// Effect::device_force_n().                                                          [loop]
     Vec3 with_device_forces(Vec3 force_n) const noexcept;
@@ -182,9 +215,30 @@ private:
         double share = 0.0; // of the way there that every certificate holds; 1: it can go there
     };
 
+    /// A soft surface that is not alone: its front follows the tip, which others hold, too.
+    struct Layer {
+        std::size_t surface = 0;            // by the order in which surfaces were given
+        std::unique_ptr<Subdivision> front; // over the surface alone, as if it were hard
+        Softness softness;
+        PressLaw law;
+        double tissue_m = 0.0; // d of the tissue at the last frame's end, with a damper
+        bool pushed_before = false;
+        // Of the last evaluation.
+        Vec3 y{0.0};                // where the front is, m
+        Vec3 normal{0.0};           // from the tip to there
+        double indentation_m = 0.0; // d
+        double force_n = 0.0;
+        double slope_n_per_m = 0.0; // of the force over d
+    };
+
     /// What the surfaces and effects call for. The rest is not computed.
     struct Needs {
         bool bodies = false;      // a surface may move
+        bool softness = false;    // a surface may be soft
+        bool alone = false;       // and is all that is felt, but for what only pushes
+        bool layers = false;      // and is felt beside others
+        bool starts = false;      // a frame may begin elsewhere: bodies, alone
+        bool others = false;      // there are effects, or layers
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
         bool one_field = false;   // one surface, of a volume: noise may have no balance at all
@@ -195,6 +249,26 @@ private:
     };
 
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
+    void begin_pressing() noexcept;
+    Vec3 tip_of(const Vec3& front) noexcept;
+    void make_layers(const SteppingSettings& settings, const std::vector<SurfaceContact*>& contacts,
+                     const std::vector<SurfaceFinish>& finish, Clock& clock,
+                     const std::vector<Effect*>& effects);
+    const Layer* layer_of(std::size_t surface) const noexcept {
+        for (const Layer& layer : layers_)
+            if (layer.surface == surface) return &layer;
+        return nullptr;
+    }
+    LoopSurface& of_surface(std::size_t i) noexcept {
+        const Layer* layer = layer_of(i);
+        return layer ? layer->front->surfaces_.front() : surfaces_[i];
+    }
+    void press_layers(const Vec3& tip) noexcept;
+    void correct_for_layers(const Vec3& tip) noexcept;
+    void press(Layer& layer, const Vec3& tip) noexcept;
+    Mat3 turning_of(const Layer& layer) const noexcept;
+    void commit_layers(const Vec3& tip) noexcept;
+    Touch touch_of(const Layer& layer) const noexcept;
     void begin(std::span<const std::uint32_t> replayed) noexcept;
     Vec3 follow_bodies(Vec3 proxy) noexcept;
     Passage place_beside_bodies(const Vec3& proxy, int& looks) noexcept;
@@ -264,11 +338,26 @@ private:
     std::vector<std::uint32_t> steps_left_;
     SubdivisionResult result_;
     bool led_ = false; // the last move was the leading surface's own
+    Pressed pressed_;
+    std::vector<Layer> layers_;
+    std::vector<std::unique_ptr<SurfaceContact>> stand_ins_; // for the contacts of layers
+    bool layers_press_ = false;                              // in this evaluation
+    Mat3 tissue_{0.0};              // by how much their forces fall with the tip's step, N/m
+    std::uint32_t layer_flags_ = 0; // of their fronts in this frame
+    double softened_ = 1.0;         // forces of the last frame: so much of those of a hard surface
 
     Needs needs_;
     int work_of_a_frame_ = 0; // grows with the evaluations of the method
     SubStepObserver* observer_ = nullptr;
     SubStep::Stop stop_; // of the move that is under way, where there is an observer
+};
+
+/// A soft surface that is not alone.
+struct Subdivision::State::OfLayer {
+    State front;           ///< of the Subdivision that leads it
+    Vec3 y{0.0};           ///< where it is, m
+    double tissue_m = 0.0; ///< d with a damper, m
+    double force_n = 0.0;  ///< of the last frame
 };
 
 } // namespace palpate

@@ -100,7 +100,8 @@ LoopSurface& Subdivision::leader() noexcept { return surfaces_[contacts_[0].surf
 bool Subdivision::one_surface_leads() noexcept {
     const bool others_hold = primitives_.planes().size() != contacts_.size() ||
                              primitives_.has_tethers() || !contacts_.are_of_one_surface();
-    return !others_hold && !friction_.rubs(contacts_[0].surface) && leader().sliding();
+    return !others_hold && !friction_.rubs(contacts_[0].surface) && leader().sliding() &&
+           !needs_.layers;
 }
 
 /// Whether the proxy is where it has to be. Then it keeps its bits: while the probe is held, the
@@ -109,7 +110,7 @@ bool Subdivision::keeps_its_place() noexcept {
     const bool first = budget_.evaluations == 1;
     if (result_.residual_m < (friction_.holds() ? kStuck : Stepping::kNoMovement_m)) return true;
     if (first && calming_.rests(solution_.proxy)) return true;
-    if (!first || primitives_.is_free()) return false;
+    if (!first || (primitives_.is_free() && !layers_press_)) return false;
     // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
     const double unspent_m =
         primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result_.residual_m;
@@ -153,14 +154,17 @@ std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
 }
 
 Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
-    if (primitives_.is_free()) return solution_.proxy;
+    if (primitives_.is_free() && !layers_press_) return solution_.proxy;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
     const double damping = stepping_.damp();
     // A step that is corrected for the surfaces that push may lead into a surface that does not.
-    // Then try the step of the planes alone: it stays in front of all of them.
-    Vec3 step = stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay
-                    ? solution_.proxy - proxy
-                    : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
+    // Then try the step of the planes alone: it stays in front of all of them. With layers, solve()
+    // has corrected it.
+    const bool as_solved =
+        layers_press_ || (stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay);
+    const Vec3 step =
+        as_solved ? (layers_press_ ? damping : 1.0) * (solution_.proxy - proxy)
+                  : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
     return proxy + trusted(step, surfaces_);
 }
 

@@ -23,8 +23,12 @@ void Subdivision::note_touch(LoopSurface& surface, const Vec3& proxy) const noex
 
 void Subdivision::find_touches(TouchList& touches) const noexcept {
     touches.clear();
-    const Vec3& proxy = result_.proxy;
+    const Vec3& proxy = front(result_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (const Layer* layer = layer_of(i)) {
+            if (layer->force_n > 0.0 || layer->pushed_before) touches.push_back(touch_of(*layer));
+            continue;
+        }
         const LoopSurface& surface = surfaces_[i];
         Touch touch;
         touch.surface = static_cast<std::uint32_t>(i);
@@ -37,7 +41,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
         }
         touch.phase = surface.pushed_before() ? Touch::Phase::goes_on : Touch::Phase::began;
         if (led_) {
-            touch.force = held_with(proxy);
+            touch.force = softened_ * held_with(proxy);
             touches.push_back(touch);
             continue;
         }
@@ -47,7 +51,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
             const PlanePrimitive& plane = contacts_[c].plane;
             touch.normal = plane.normal;
             touch.point = proxy + glm::dot(plane.normal, plane.anchor - proxy) * plane.normal;
-            touch.force = outcome.multiplier_n * plane.normal + friction_at(c);
+            touch.force = softened_ * (outcome.multiplier_n * plane.normal + friction_at(c));
             touches.push_back(touch);
         }
     }

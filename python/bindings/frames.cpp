@@ -32,7 +32,7 @@ struct Column {
 #field "_z_" unit, offsetof(FrameReport, field) + 2 * sizeof(double), 'd'                  \
     }
 
-// In the order of frames.csv, then of timing.csv.
+// In the order of frames.csv, then of timing.csv; then of soft surfaces.
 constexpr std::array kColumns{
     PALPATE_COLUMN(frame, 'L'),         PALPATE_COLUMN(trial, 'I'),
     PALPATE_COLUMN(time_s, 'd'),        PALPATE_VECTOR(probe, "m"),
@@ -43,6 +43,8 @@ constexpr std::array kColumns{
     PALPATE_COLUMN(spent_us, 'd'),      PALPATE_COLUMN(estimate_us, 'd'),
     PALPATE_COLUMN(late_us, 'd'),       PALPATE_COLUMN(surface_queries, 'I'),
     PALPATE_COLUMN(field_samples, 'I'), PALPATE_COLUMN(root_queries, 'I'),
+    PALPATE_COLUMN(indentation_m, 'd'), PALPATE_COLUMN(stiffness_n_per_m, 'd'),
+    PALPATE_VECTOR(front, "m"),         PALPATE_COLUMN(pressed_surface, 'I'),
 };
 #undef PALPATE_COLUMN
 #undef PALPATE_VECTOR

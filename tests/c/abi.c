@@ -118,6 +118,10 @@ int main(void) {
     MEMBER(palpate_frame, field_samples);
     MEMBER(palpate_frame, surface_queries);
     MEMBER(palpate_frame, root_queries);
+    MEMBER(palpate_frame, indentation_m);
+    MEMBER(palpate_frame, stiffness_n_per_m);
+    MEMBER(palpate_frame, front_m);
+    MEMBER(palpate_frame, pressed_surface);
     STRUCT(palpate_pose);
     MEMBER(palpate_pose, position_m);
     MEMBER(palpate_pose, orientation);

@@ -119,7 +119,7 @@ TEST(CodeBlocks, ScenesAreRead) {
         const std::string text = is_whole ? block.text() : kBall + block.text();
         EXPECT_NO_THROW({
             const Scene scene(parse_scene(text, folder / "scene.toml"), {.files = scene_files()});
-            EXPECT_EQ(scene.surfaces().size(), 1u);
+            EXPECT_GE(scene.surfaces().size(), 1u);
         });
     }
 }

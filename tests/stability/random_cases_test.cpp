@@ -57,6 +57,26 @@ TEST(RandomCases, EveryInvariantHolds) {
     EXPECT_TRUE(flags & kEvaluationCap) << "hard enough that frames do not end";
 }
 
+TEST(RandomCases, SomeSurfacesAreSoftAloneOrBesideOthers) {
+    int alone = 0, beside = 0;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        const RandomCase made = stability::make_case(seed, kPathFrames);
+        int soft = 0, others = 0;
+        for (const SceneTable& table : made.tables) {
+            const bool is_soft = !table.value("stiffness_n_per_mm").empty() ||
+                                 !table.value("stiffness_mm_n").empty();
+            soft += is_soft ? 1 : 0;
+            others += table.header.starts_with("[surface.") && !is_soft ? 1 : 0;
+            for (const char* kind : {"viscosity", "guide", "workspace", "gradient_force"})
+                others += table.value("type") == "\"" + std::string(kind) + "\"" ? 1 : 0;
+        }
+        if (soft == 0) continue;
+        ++(soft == 1 && others == 0 ? alone : beside);
+    }
+    EXPECT_GT(alone, 20);
+    EXPECT_GT(beside, 10);
+}
+
 // The same seed is the same case: a failure is found again.
 TEST(RandomCases, OfASeedAreTheSame) {
     const test::TemporaryFolder folder;

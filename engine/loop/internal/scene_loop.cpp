@@ -83,6 +83,7 @@ SceneLoop::SceneLoop(std::shared_ptr<const Scene> scene, Clock& clock, const Loo
     effects_after_.resize(effects_.size());
     subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts), effects_,
                                                  clock_, std::move(felt_.finish));
+    has_softness_ = subdivision_->has_softness();
     gains_ = gains_of_effects(custom_.size());
 }
 
@@ -111,7 +112,7 @@ void SceneLoop::go_on_from(SceneLoop& before) noexcept {
     started_ = before.started_;
     silent_ = before.silent_;
     trial_ = before.trial_;
-    proxy_ = before.proxy_;
+    proxy_ = before.subdivision_->front(before.proxy_);
     flags_of_adoption_ = before.flags_of_adoption_ | kSceneAdopted;
     flags_of_adoption_ |=
         subdivision_->go_on_from(*before.subdivision_, {surfaces_after_, effects_after_}, proxy_);
@@ -247,6 +248,7 @@ FrameReport SceneLoop::frame(const DeviceState& device, std::span<const std::uin
                            : safety_.send(wanted, device.position, probe_velocity, report.flags);
     }
     report.proxy = proxy_;
+    if (has_softness_) report_pressed(report);
 
     const QueryCount before = std::exchange(counted_, queries());
     const QueryCount made = counted_ - before;
@@ -306,6 +308,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     if (moved_) {
         proxy_ = result.proxy;
     } else { // held, and felt from there as at a trial's beginning
+        proxy_ = subdivision_->front(proxy_);
         report.flags |= kForceNotFinite | subdivision_->restart(proxy_);
     }
     report.sub_steps = result.sub_steps;
@@ -316,6 +319,16 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     report.surfaces_open = result.open;
     report.surfaces_guarded = result.guarded;
     report.flags |= result.flags;
+}
+
+/// Of a soft surface: how it is pressed, also where the proxy is held. Apart, so that frames of
+/// hard surfaces do not pay for it.
+[[gnu::noinline]] void SceneLoop::report_pressed(FrameReport& report) const noexcept {
+    const Subdivision::Pressed& pressed = subdivision_->pressed();
+    report.indentation_m = pressed.indentation_m;
+    report.stiffness_n_per_m = pressed.slope_n_per_m;
+    report.front = pressed.front;
+    report.pressed_surface = pressed.surface;
 }
 
 QueryCount SceneLoop::queries() const noexcept {

@@ -39,7 +39,7 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts&) {
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<ConstantForce> ConstantForce::room{
-    .traits = {.name = "constant_force", .keys = internal::kKeys},
+    .traits = {.name = "constant_force", .keys = internal::kKeys, .beside_soft = true},
     .read = internal::read,
     .check = internal::check,
     .plan = internal::plan,

@@ -115,7 +115,10 @@ constexpr OnSurface<Settings> kOnSurface{.finish = finish<Settings>,
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Friction> Friction::room{
-    .traits = {.name = "friction", .keys = internal::kKeys, .part = SurfacePart::friction},
+    .traits = {.name = "friction",
+               .keys = internal::kKeys,
+               .part = SurfacePart::friction,
+               .beside_soft = true},
     .read = internal::read<Friction>,
     .check = internal::check<Friction>,
     .plan = internal::plan_friction,
@@ -123,7 +126,10 @@ constinit const internal::EffectRoom<Friction> Friction::room{
 };
 
 constinit const internal::EffectRoom<StickSlip> StickSlip::room{
-    .traits = {.name = "stick_slip", .keys = internal::kKeys, .part = SurfacePart::friction},
+    .traits = {.name = "stick_slip",
+               .keys = internal::kKeys,
+               .part = SurfacePart::friction,
+               .beside_soft = true},
     .read = internal::read<StickSlip>,
     .check = internal::check<StickSlip>,
     .plan = internal::plan_stick_slip,

@@ -52,7 +52,7 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts&) {
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<GravityCompensation> GravityCompensation::room{
-    .traits = {.name = "gravity_compensation", .keys = internal::kKeys},
+    .traits = {.name = "gravity_compensation", .keys = internal::kKeys, .beside_soft = true},
     .read = internal::read,
     .check = internal::check,
     .plan = internal::plan,

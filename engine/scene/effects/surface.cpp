@@ -9,6 +9,7 @@
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 
 namespace palpate::internal {
 namespace {
@@ -39,6 +40,9 @@ EffectNeeds plan(const PlanContext& context, const Surface& effect) {
                             ? off("the same surface is felt already")
                         : surface.strength_n == 0.0 ? off("strength_n is 0: it cannot be felt")
                                                     : on("felt up to its strength; " + choice.why);
+    if (const std::string soft = softness_in_words(context.scene, surface);
+        needs.planned.on && !soft.empty())
+        needs.planned.reason += "; " + soft;
     PlannedEffect& planned = needs.planned;
     planned.contact = name(choice.kind);
     if (!planned.on) return needs;
@@ -71,7 +75,10 @@ double price_us(const Surface&, const PricedSurface& priced) { return bare_price
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Surface> Surface::room{
-    .traits = {.name = "surface", .keys = internal::kKeys, .part = SurfacePart::strength},
+    .traits = {.name = "surface",
+               .keys = internal::kKeys,
+               .part = SurfacePart::strength,
+               .beside_soft = true},
     .read = internal::read,
     .check = internal::check,
     .plan = internal::plan,

@@ -82,7 +82,7 @@ std::unique_ptr<Effect> make(const Vibration& effect, const EffectParts& parts) 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Vibration> Vibration::room{
-    .traits = {.name = "vibration", .keys = internal::kKeys},
+    .traits = {.name = "vibration", .keys = internal::kKeys, .beside_soft = true},
     .read = internal::read,
     .check = internal::check,
     .plan = internal::plan,

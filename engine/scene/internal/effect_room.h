@@ -55,6 +55,8 @@ struct EffectTraits {
     EffectTurn turn = EffectTurn::draws;
     std::optional<SurfacePart> part = {}; ///< felt where a surface is, and only with it: no Effect
                                           ///< of its own; it names its surface
+    bool beside_soft = false; ///< composed with a soft surface: it neither holds the proxy nor asks
+                              ///< where that is; of a part: with a soft surface of its own
     bool stands_for_surface = false; ///< felt like a surface, at level 0 of its volume, but without
                                      ///< a certificate: nothing leads back to that level
 };

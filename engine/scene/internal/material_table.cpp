@@ -52,18 +52,24 @@ TextureWaves read_texture_waves(const TomlTable& table, std::string_view wavelen
 }
 
 MaterialDescription read_material_table(const TomlTable& table) {
-    constexpr std::array<std::string_view, 7> keys{"strength_n",
-                                                   "yield",
-                                                   "static",
-                                                   "dynamic",
-                                                   "damping_n_s_per_m",
-                                                   "texture_wavelength_mm",
-                                                   "texture_height_mm"};
+    constexpr std::array<std::string_view, 12> keys{"strength_n",
+                                                    "yield",
+                                                    "static",
+                                                    "dynamic",
+                                                    "damping_n_s_per_m",
+                                                    "texture_wavelength_mm",
+                                                    "texture_height_mm",
+                                                    kSoftnessKeys[0],
+                                                    kSoftnessKeys[1],
+                                                    kSoftnessKeys[2],
+                                                    kSoftnessKeys[3],
+                                                    kSoftnessKeys[4]};
     table.allow_only(keys);
     MaterialDescription material;
     material.strength = read_function(table, "strength_n", kHoldingN, "N");
     material.strength_line = table.line_of("strength_n");
     if (table.has("yield")) material.yielding = read_yielding(table);
+    material.softness = read_softness(table, {});
     if (table.has("static") || table.has("dynamic")) {
         const FrictionCoefficients friction = read_friction(table, {});
         material.static_mu = friction.static_mu;

@@ -49,6 +49,14 @@ inline constexpr Range kStrengthN{0.0, 1e3};
 inline constexpr Range kHoldingN{0.0, 1e6, Range::Ends::closed, true}; ///< inf: never yields
 inline constexpr Range kAxisForceN{-1e3, 1e3}; ///< along an axis: as far as limits.force_n goes
 
+// Softness, as the hand feels it. More is hard on any device: inf.
+inline constexpr Range kStiffnessNPerMm{0.0, 100.0, Range::Ends::low_open, true};
+inline constexpr Range kPressMm{0.0, 1e3, Range::Ends::low_open};
+inline constexpr Range kPressN{0.0, 1e5};
+inline constexpr Range kYoungsKpa{0.0, 1e3, Range::Ends::low_open};
+inline constexpr Range kContactRadiusMm{1.0, 15.0}; ///< from a probe's tip to a thumb
+inline constexpr Range kPressDamping{0.0, 100.0};   // N s/m
+
 /// N s/m.
 inline constexpr Range kDamping{0.0, 1e3};
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -59,6 +60,13 @@ FrictionCoefficients read_friction(const TomlTable& table, const MaterialDescrip
 /// Refuses flanks that are too steep.
 TextureWaves read_texture_waves(const TomlTable& table, std::string_view wavelength_key,
                                 std::string_view height_key, const TextureWaves& fallback);
+
+/// Keys by which a material or a surface says how soft it is.
+inline constexpr std::array<std::string_view, 5> kSoftnessKeys{
+    "stiffness_n_per_mm", "stiffness_mm_n", "youngs_kpa", "contact_radius_mm",
+    "press_damping_n_s_per_m"};
+/// What they say; without them `fallback`.
+Softness read_softness(const TomlTable& table, const Softness& fallback);
 
 /// yield = "holds" or "opens"; the key must exist.
 Yielding read_yielding(const TomlTable& table);

@@ -96,6 +96,16 @@ void check_region(const FieldCheck& check, const Box& region) {
         check.fail("region_mm", "has no volume", "give two opposite corners");
 }
 
+void check_softness(const FieldCheck& check, const Softness& softness) {
+    softness.check(check.path("softness"));
+    check.number("softness.damping", softness.damping, kPressDamping);
+    for (std::size_t i = 0; i < softness.count; ++i) {
+        const std::string knot = fmt::format("softness.knots[{}].", i);
+        check.number(knot + "press_m", softness.knots[i].press_m, scaled(kPressMm, 1e-3));
+        check.number(knot + "force_n", softness.knots[i].force_n, kPressN);
+    }
+}
+
 void check_strength(const FieldCheck& check, const SceneDescription& scene,
                     const SurfaceDescription& surface) {
     check.number("strength_n", surface.strength_n, kHoldingN);
@@ -143,6 +153,7 @@ void check_volume(const FieldCheck& check, const VolumeDescription& volume) {
 void check_material(const FieldCheck& check, const MaterialDescription& material) {
     check.function("strength", material.strength, kHoldingN);
     check.choice("yielding", material.yielding, Yielding::opens);
+    check_softness(check, material.softness);
     check_friction_of(check, material);
     if (material.damping_n_s_per_m)
         check.number("damping_n_s_per_m", *material.damping_n_s_per_m, kDamping);
@@ -188,6 +199,7 @@ void check_surface(const FieldCheck& check, const SceneDescription& scene,
                        no->remedy);
     }
     check_strength(check, scene, surface);
+    check_softness(check, surface.softness);
 }
 
 } // namespace palpate::internal

@@ -386,12 +386,30 @@ void refuse_labels(const TomlTable& table, std::string_view key, const SceneDesc
 
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene,
                                       const std::shared_ptr<const TriangleMesh>* mesh) {
-    constexpr std::array<std::string_view, 19> keys{
-        "material",      "volume",           "iso_value",           "label",
-        "region_mm",     "smooth_voxels",    "iso_after_smoothing", "keep",
-        "mesh",          "mesh_unit",        "mesh_frame",          "contact",
-        "leash_mm",      "strength_n",       "strength_volume",     "yield",
-        "facet_size_mm", "facet_distance_mm", "moves"};
+    constexpr std::array<std::string_view, 24> keys{"material",
+                                                    "volume",
+                                                    "iso_value",
+                                                    "label",
+                                                    "region_mm",
+                                                    "smooth_voxels",
+                                                    "iso_after_smoothing",
+                                                    "keep",
+                                                    "mesh",
+                                                    "mesh_unit",
+                                                    "mesh_frame",
+                                                    "contact",
+                                                    "leash_mm",
+                                                    "strength_n",
+                                                    "strength_volume",
+                                                    "yield",
+                                                    "facet_size_mm",
+                                                    "facet_distance_mm",
+                                                    "moves",
+                                                    kSoftnessKeys[0],
+                                                    kSoftnessKeys[1],
+                                                    kSoftnessKeys[2],
+                                                    kSoftnessKeys[3],
+                                                    kSoftnessKeys[4]};
     table.allow_only(keys);
 
     SurfaceDescription surface;
@@ -400,7 +418,9 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
     if (table.has("material")) {
         surface.material = name_in(table, "material", scene.materials, "materials");
         surface.yielding = scene.materials.at(surface.material).yielding;
+        surface.softness = scene.materials.at(surface.material).softness;
     }
+    surface.softness = read_softness(table, surface.softness);
     read_mesh_source(table, scene, mesh, surface);
     if (table.has("volume") || !has_mesh(surface))
         read_volume_part(table, scene, surface);

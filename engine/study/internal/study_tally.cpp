@@ -72,16 +72,16 @@ void StudyTally::add_truth(const FrameFinding& finding) {
 
 void StudyTally::add_certified(const FrameReport& frame, const Vec3& certified) {
     const double held_back_m = glm::length(frame.probe - certified);
-    const double held_here_m = glm::length(frame.probe - frame.proxy);
+    const double held_here_m = glm::length(frame.probe - place_on_surface(frame));
     const bool is_lost = held_back_m > kHeldBack_m && held_here_m < kLostShare * held_back_m;
-    const bool is_elsewhere = glm::length(frame.proxy - certified) > kElsewhere_m;
+    const bool is_elsewhere = glm::length(place_on_surface(frame) - certified) > kElsewhere_m;
     run_.lost_contact = run_.lost_contact.value_or(0) + (is_lost ? 1 : 0);
     run_.elsewhere = run_.elsewhere.value_or(0) + (is_elsewhere ? 1 : 0);
 }
 
 void StudyTally::add_converged(const FrameReport& frame, const Vec3& proxy, bool in_contact) {
     if (!in_contact && frame.contacts == 0) return;
-    converged_um_.push_back(kMicrometres * glm::length(frame.proxy - proxy));
+    converged_um_.push_back(kMicrometres * glm::length(place_on_surface(frame) - proxy));
 }
 
 StudyRun StudyTally::conclude(const LoopDescription& loop) && {

@@ -193,6 +193,37 @@ TEST_F(RecordingFile, GivesEveryBitBack) {
     EXPECT_EQ(test::files_in(folder()), 1u);
 }
 
+// Where nothing soft was pressed, a recording is one that older programs read.
+TEST_F(RecordingFile, HasColumnsOfSoftnessWhereASoftSurfaceWasPressed) {
+    Recording recording = random_recording(50, 12);
+    const auto version = [&] {
+        const hid_t h5 = H5Fopen(file().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+        const hid_t set = H5Dopen2(h5, "format_version", H5P_DEFAULT);
+        std::uint64_t read = 0;
+        H5Dread(set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &read);
+        H5Dclose(set);
+        H5Fclose(h5);
+        return read;
+    };
+    write_recording(file(), recording);
+    EXPECT_EQ(version(), 4u);
+    for (std::size_t i = 20; i < 30; ++i) {
+        recording.frames[i].indentation_m = 1e-3 * static_cast<double>(i);
+        recording.frames[i].stiffness_n_per_m = 200.0;
+        recording.frames[i].front = {0.1, 0.2, 0.3 * static_cast<double>(i)};
+    }
+    write_recording(file(), recording);
+    EXPECT_EQ(version(), 5u);
+    const Recording read = read_recording(file());
+    EXPECT_TRUE(same_bits(read, recording));
+    for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+        EXPECT_TRUE(same_bits(read.frames[i].indentation_m, recording.frames[i].indentation_m));
+        EXPECT_TRUE(
+            same_bits(read.frames[i].stiffness_n_per_m, recording.frames[i].stiffness_n_per_m));
+        EXPECT_TRUE(same_bits(read.frames[i].front, recording.frames[i].front));
+    }
+}
+
 TEST_F(RecordingFile, AJournalOfARunThatWasCutOffHasAllThatWasKept) {
     const Recording whole = random_recording(30, 16);
     Recording before = whole;
@@ -407,9 +438,9 @@ TEST_F(RecordingFile, TheFirstVersionIsReadWithWhatItHas) {
 
 TEST_F(RecordingFile, AVersionToComeIsRefused) {
     write_recording(file(), random_recording(5, 10));
-    change(file(), [](hid_t h5) { set_version(h5, 5); });
+    change(file(), [](hid_t h5) { set_version(h5, 6); });
     EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
-                HasSubstr("another version of the format than 1 to 4"));
+                HasSubstr("another version of the format than 1 to 5"));
 }
 
 TEST_F(RecordingFile, AFreshnessThatMeansNothingIsRefused) {

@@ -141,6 +141,7 @@ RandomCase make_case(std::uint64_t seed, int frames) {
     test::Random random(seed);
     RandomCase made = SceneMaker(random).make();
     made.seed = seed;
+    soften(made);
     make_path(made, random, frames);
     return made;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -87,6 +88,8 @@ public:
         add_frame_invariants(watched_, invariants_);
         add_certificates(watched_, invariants_);
         add_mesh_invariants(watched_, invariants_);
+        for (const auto& [name, surface] : scene_->description().surfaces)
+            has_damper_ = has_damper_ || surface.softness.damping > 0.0;
     }
 
     void run() {
@@ -183,7 +186,7 @@ private:
             kEvaluationCap | kStalled | kSolverCap | kCalmed | kProbeNotFinite;
         if (!smooth_ || frame % 16 != 15) return true;
         const DeviceState& state = states_[static_cast<std::size_t>(frame)];
-        const double depth_m = glm::length(report.proxy - state.position);
+        const double depth_m = glm::length(place_on_surface(report) - state.position);
         const LoopState kept = twin_.save();
         FrameReport once = twin_.frame(state);
         twin_.restore(kept);
@@ -213,7 +216,9 @@ private:
         constexpr std::uint32_t kSaysWhy =
             kEvaluationCap | kStalled | kSolverCap | kCalmed | kPrimitivesFull;
         constexpr double kCreep_m = 1e-10; // what is no movement where friction holds (numerics 6)
-        const bool explained = (report.flags & kSaysWhy) != 0 || way_m < kCreep_m;
+        // Damped tissue creeps: each way is shorter than the one before.
+        const bool fades = has_damper_ && way_m < std::exchange(way_before_m_, way_m);
+        const bool explained = (report.flags & kSaysWhy) != 0 || way_m < kCreep_m || fades;
         explained_ = moved && !explained ? 0 : explained_ + 1;
         ++outcome_.checks["rest"];
         if (frame + 1 < static_cast<int>(steps_.size()) || still_ >= kStillEnough) return true;
@@ -244,6 +249,8 @@ private:
     bool gains_moved_ = false, bodies_moved_ = false, detour_ = false, begins_ = false;
     int still_ = 0;     // frames in a row without a bit that moves
     int explained_ = 0; // the same, or it creeps, or a flag says why it moves
+    bool has_damper_ = false;
+    double way_before_m_ = 0.0;
     Vec3 proxy_{0.0};
 };
 

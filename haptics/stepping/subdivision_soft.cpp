@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Soft surfaces: one that is alone, in closed form; others as layers that push the proxy, which is
+// their tip (docs/palpation.md).
+#include <palpate/haptics/stepping/subdivision.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <palpate/haptics/contact/curvature_step.h>
+#include <palpate/haptics/solver/internal/mixed_primitives.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+
+namespace palpate {
+namespace {
+
+// Nearer to its front than this, a tip has no direction to it.
+constexpr double kNoDirection_m = 1e-12;
+// A front that is cut short goes on so often, for one place of the tip.
+constexpr int kMostFollows = 8;
+// Below this eigenvalue of 1 + d h the front is (nearly) not the nearest place: it may be anywhere.
+constexpr double kNearFocus = 0.1;
+
+/// Throws std::invalid_argument where the i-th surface, a soft one that is not alone, has what
+/// would have to act on its front.
+void require_plain(std::size_t i, SurfaceContact& contact, const SurfaceFinish& finish,
+                   SteppingMethod method) {
+    const auto refuse = [i](const char* what, const char* remedy) {
+        throw std::invalid_argument("surface " + std::to_string(i) +
+                                    " is soft, and not all that is felt: then " + what + "; " +
+                                    remedy);
+    };
+    if (finish.friction.static_mu > 0.0) refuse("it cannot rub", "leave friction on it out");
+    if (!finish.magnet.none() || finish.magnet.over.field)
+        refuse("it cannot draw", "leave the magnet out");
+    if (std::isfinite(finish.strength_n) || finish.strength.field)
+        refuse("it cannot yield", "leave strength_n out, or let its Softness end flat");
+    if (contact.moving()) refuse("it cannot move", "let it stand still");
+    if (method != SteppingMethod::adaptive)
+        refuse("the method cannot be another than adaptive", "take SteppingMethod::adaptive");
+}
+
+} // namespace
+
+// ---- a soft surface that is alone ---------------------------------------------------------------
+
+/// The frame is one of the front: it goes on from there.
+void Subdivision::begin_pressing() noexcept {
+    surfaces_.front().follow_coupling(frame_);
+    frame_.start = pressed_.front;
+}
+
+/// What the frame of a front comes to for the tip. For a front y that is held, coupling and tissue
+/// are two springs in series, and what is left to minimise rises with |a' - y| whatever the
+/// tissue's law. So the front is where a hard surface would hold the proxy, with every certificate,
+/// and force and tip follow:
+///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
+Vec3 Subdivision::tip_of(const Vec3& front) noexcept {
+    LoopSurface& surface = surfaces_.front();
+    if (!is_a_place(front)) return front;
+    pressed_ = {0.0, 0.0, front};
+    softened_ = 1.0;
+    if (!surface.is_soft()) return front;
+    const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
+    const Vec3 behind = front - drawn_to;
+    const double press_m = glm::length(behind);
+    const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
+    if (!(press_m > Stepping::kNoMovement_m)) return front; // free
+    softened_ = press.force_n / (frame_.stiffness * press_m);
+    pressed_.indentation_m = (1.0 - softened_) * press_m;
+    pressed_.slope_n_per_m = press.slope_n_per_m;
+    return drawn_to + softened_ * behind;
+}
+
+// ---- several surfaces, or effects that hold the tip ---------------------------------------------
+
+/// Takes the soft surfaces out, unless one is alone and nothing holds its tip.
+void Subdivision::make_layers(const SteppingSettings& settings,
+                              const std::vector<SurfaceContact*>& contacts,
+                              const std::vector<SurfaceFinish>& finish, Clock& clock,
+                              const std::vector<Effect*>& effects) {
+    const bool only_pushed = std::all_of(
+        effects.begin(), effects.end(), [](const Effect* effect) { return effect->only_pushes(); });
+    const bool has_magnet = std::any_of(finish.begin(), finish.end(), [](const SurfaceFinish& of) {
+        return !of.magnet.none() || of.magnet.over.field;
+    });
+    if (contacts.size() == 1 && only_pushed && !has_magnet) return;
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        if (finish[i].softness.none()) continue;
+        require_plain(i, *contacts[i], finish[i], settings.method);
+        finish[i].softness.check("softness");
+        SurfaceFinish hard = finish[i];
+        hard.softness = {};
+        Layer layer;
+        layer.surface = i;
+        layer.softness = finish[i].softness;
+        layer.front = std::make_unique<Subdivision>(
+            settings, std::vector{contacts[i]}, std::vector<Effect*>{}, clock, std::vector{hard});
+        layers_.push_back(std::move(layer));
+    }
+}
+
+/// The forces of soft surfaces on the tip, and by how much they fall with its step. To the solver
+/// they are constant: how they fall is curvature (curvature_step()).
+void Subdivision::press_layers(const Vec3& tip) noexcept {
+    if (budget_.evaluations == 0) {
+        layer_flags_ = 0;
+        for (Layer& layer : layers_)
+            layer.pushed_before = layer.force_n > 0.0;
+    }
+    layers_press_ = false;
+    tissue_ = Mat3(0.0);
+    for (Layer& layer : layers_) {
+        press(layer, tip);
+        if (!(layer.force_n > 0.0)) continue;
+        layers_press_ = true;
+        primitives_.add_force(layer.force_n * layer.normal);
+        tissue_ += turning_of(layer);
+    }
+}
+
+/// Corrects the step to what the solver found by how these forces fall with it.
+void Subdivision::correct_for_layers(const Vec3& tip) noexcept {
+    const double stiffness = primitives_.total_stiffness(frame_.stiffness);
+    solution_.proxy = tip + curvature_step(primitives_, contacts_, solution_, tip, stiffness, 1.0,
+                                           tissue_ / stiffness);
+}
+
+/// Lets a front follow the tip, and finds what presses there.
+void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
+    if (layer.law.coupling() != frame_.stiffness)
+        layer.law = PressLaw(layer.softness, frame_.stiffness);
+    FrameContext follows = frame_;
+    follows.probe = tip;
+    // Gains go on once a frame.
+    follows.period_s = budget_.evaluations == 0 ? frame_.period_s : 0.0;
+    for (int i = 0; i < kMostFollows; ++i) {
+        follows.start = layer.y;
+        const SubdivisionResult front = layer.front->advance(follows);
+        budget_.work_left -= static_cast<int>(front.work);
+        layer_flags_ |= front.flags;
+        if (is_a_place(front.proxy)) layer.y = front.proxy;
+        follows.period_s = 0.0;
+        if (!(front.flags & kEvaluationCap)) break;
+    }
+    const Vec3 way = layer.y - tip;
+    layer.indentation_m = glm::length(way);
+    layer.force_n = layer.slope_n_per_m = 0.0;
+    if (!(layer.indentation_m > kNoDirection_m)) return;
+    layer.normal = way / layer.indentation_m;
+    const PressLaw::Tissue tissue = layer.law.tissue(layer.indentation_m);
+    const double viscous = layer.softness.damping / frame_.period_s;
+    const double force_n = tissue.force_n + viscous * (layer.indentation_m - layer.tissue_m);
+    if (!(force_n > 0.0)) return; // the tip leaves faster than the tissue comes back
+    layer.force_n = force_n;
+    layer.slope_n_per_m = tissue.slope_n_per_m + viscous;
+}
+
+/// By how much the force on the tip falls with its step, N/m: F' n n^T + F H. H says how the front
+/// turns as it follows: it is bound across the planes that hold it, and along one plane of
+/// curvature h it follows by 1 / (1 + d h) of the way.
+Mat3 Subdivision::turning_of(const Layer& layer) const noexcept {
+    const Vec3& n = layer.normal;
+    const double d = layer.indentation_m;
+    const Mat3 along = layer.slope_n_per_m * glm::outerProduct(n, n);
+    const Subdivision& front = *layer.front;
+    std::size_t holding = 0, last = 0;
+    for (std::size_t i = 0; i < front.contacts_.size(); ++i) {
+        if (front.solution_.planes[i].state == MultiplierState::released) continue;
+        ++holding;
+        last = i;
+    }
+    if (holding != 1) return along; // an edge or a corner: taken as flat
+    const Mat3 basis = internal::across_of(n);
+    const Vec3 &t = basis[0], &b = basis[1];
+    const Mat3& hessian = front.contacts_[last].depth_hessian;
+    const double h00 = glm::dot(t, hessian * t), h11 = glm::dot(b, hessian * b);
+    const double h01 = 0.5 * (glm::dot(t, hessian * b) + glm::dot(b, hessian * t));
+    const double m00 = 1.0 + d * h00, m11 = 1.0 + d * h11, m01 = d * h01;
+    const double det = m00 * m11 - m01 * m01;
+    if (!(m00 > kNearFocus) || !(det > kNearFocus * m00)) return along;
+    // h (1 + d h)^-1; the two commute.
+    const double c00 = (h00 * m11 - h01 * m01) / det, c01 = (h01 * m00 - h00 * m01) / det;
+    const double c11 = (h11 * m00 - h01 * m01) / det;
+    const Mat3 turns = c00 * glm::outerProduct(t, t) + c11 * glm::outerProduct(b, b) +
+                       c01 * (glm::outerProduct(t, b) + glm::outerProduct(b, t));
+    return along + layer.force_n * turns;
+}
+
+void Subdivision::commit_layers(const Vec3& tip) noexcept {
+    pressed_ = {0.0, 0.0, tip};
+    for (Layer& layer : layers_) {
+        const bool pushes = layer.force_n > 0.0;
+        result_.felt |= bit_of(layer.surface, pushes);
+        result_.contacts += pushes ? 1 : 0;
+        if (layer.front->result_.open & 1U) result_.open |= bit_of(layer.surface, true);
+        if (layer.front->result_.guarded & 1U) result_.guarded |= bit_of(layer.surface, true);
+        layer.tissue_m =
+            pushes ? layer.indentation_m
+                   : layer.law.damped(0.0, layer.tissue_m, layer.softness.damping, frame_.period_s)
+                         .tissue_m;
+        if (!pushes || !(layer.indentation_m > pressed_.indentation_m)) continue;
+        const double slope = layer.law.tissue(layer.indentation_m).slope_n_per_m;
+        pressed_ = {layer.indentation_m, 1.0 / (1.0 / slope + 1.0 / frame_.stiffness), layer.y,
+                    static_cast<std::uint32_t>(layer.surface)};
+    }
+    result_.flags |= layer_flags_ & (kLiveGain | kForceNotFinite);
+}
+
+Touch Subdivision::touch_of(const Layer& layer) const noexcept {
+    Touch touch;
+    touch.surface = static_cast<std::uint32_t>(layer.surface);
+    touch.point = layer.y;
+    touch.normal = layer.normal;
+    const bool pushes = layer.force_n > 0.0;
+    touch.force = (pushes ? layer.force_n : 0.0) * layer.normal;
+    touch.phase = !pushes               ? Touch::Phase::ended
+                  : layer.pushed_before ? Touch::Phase::goes_on
+                                        : Touch::Phase::began;
+    return touch;
+}
+
+} // namespace palpate

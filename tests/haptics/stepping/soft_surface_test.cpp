@@ -1,0 +1,530 @@
+// SPDX-License-Identifier: Apache-2.0
+// One soft surface: against closed forms, and against a minimisation of the nested energy that
+// knows nothing of fronts that are led (docs/palpation.md).
+#include <palpate/haptics/contact/softness.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/contact/mesh_contact.h>
+#include <palpate/haptics/contact/moving_contact.h>
+#include <palpate/haptics/effects/constant_force.h>
+#include <palpate/haptics/stepping/frame_flags.h>
+#include <palpate/volume/fields/analytic_fields.h>
+
+#include "tests/support/contact_kinds.h"
+#include "tests/support/contact_loop.h"
+#include "tests/support/stepping_methods.h"
+
+namespace palpate {
+namespace {
+
+using test::ContactLoop;
+using test::kEveryMethod;
+using test::Kind;
+
+constexpr double kK = ContactLoop::kStiffness;
+constexpr double kTop = 5e-3;     // of the slab, m
+constexpr double kRadius = 50e-3; // m
+// Coordinates of centimetres times kK: a few roundings, N.
+constexpr double kExact_n = 1e-12;
+
+SurfaceFinish soft(double stiffness_n_per_m, double damping = 0.0, double mu = 0.0) {
+    SurfaceFinish finish;
+    finish.friction = {mu, mu};
+    finish.softness = Softness::linear(stiffness_n_per_m);
+    finish.softness.damping = damping;
+    return finish;
+}
+
+SurfaceFinish soft(const std::vector<Softness::Knot>& knots) {
+    SurfaceFinish finish;
+    for (const Softness::Knot& knot : knots)
+        finish.softness.knots[finish.softness.count++] = knot;
+    return finish;
+}
+
+SteppingSettings precise(SteppingMethod method = SteppingMethod::adaptive) {
+    SteppingSettings settings;
+    settings.method = method;
+    settings.tolerance_m = 1e-12;
+    settings.evaluation_cap = 60;
+    return settings;
+}
+
+/// A loop over one surface; the strength is the contact's and the finish's.
+ContactLoop on(std::shared_ptr<const ScalarField> field, SurfaceFinish finish,
+               const SteppingSettings& settings = precise(), const LevelSettings& level = {},
+               std::vector<std::unique_ptr<Effect>> effects = {}) {
+    finish.strength_n = level.strength_n;
+    return {
+        settings, test::one_surface(std::move(field), level), std::move(effects), 10.0, {finish}};
+}
+
+Vec3 force(const ContactLoop& loop, const Vec3& probe) { return kK * (loop.proxy() - probe); }
+
+// ---- closed forms ------------------------------------------------------------------------------
+
+TEST(SoftSurface, OnAPlaneTheHandFeelsItsStiffnessWithEveryMethod) {
+    for (const SteppingMethod method : kEveryMethod)
+        for (const double stiffness : {5.0, 50.0, 200.0, 450.0, 490.0}) {
+            ContactLoop loop = on(make_slab(2 * kTop), soft(stiffness), precise(method));
+            loop.start({0, 0, kTop + 1e-3});
+            loop.move({0, 0, kTop});
+            for (int i = 1; i <= 60; ++i) {
+                const double depth = 1e-4 * i;
+                const Vec3 probe{1e-4 * i, -2e-4 * i, kTop - depth};
+                loop.move(probe);
+                loop.move(probe); // shares and single steps: held until they are there
+                loop.move(probe);
+                EXPECT_NEAR(force(loop, probe).z, stiffness * depth, kExact_n);
+                EXPECT_NEAR(glm::length(force(loop, probe)), stiffness * depth, 1e-9);
+                const Subdivision::Pressed& pressed = loop.subdivision().pressed();
+                EXPECT_NEAR(pressed.front.z, kTop, 1e-15);
+                EXPECT_NEAR(pressed.indentation_m, depth * (1.0 - stiffness / kK), 1e-15);
+                EXPECT_DOUBLE_EQ(pressed.slope_n_per_m, stiffness);
+            }
+        }
+}
+
+// Press 5 mm: the stiffness that a hand reads off is the one that was said. One that is not below
+// the coupling's is a hard surface, to the bit.
+TEST(SoftSurface, TheStiffnessReadOffIsTheOneThatWasSaid) {
+    for (const double share : {0.01, 0.1, 0.27, 0.5, 0.9, 0.98}) {
+        ContactLoop loop = on(make_solid_sphere(kRadius), soft(share * kK));
+        loop.start({0, 0, kRadius + 1e-3});
+        const Vec3 probe{0, 0, kRadius - 5e-3};
+        loop.move(probe);
+        EXPECT_NEAR(force(loop, probe).z / 5e-3 / (share * kK), 1.0, 1e-9);
+    }
+    for (const double share : {1.0, 1.3, 20.0}) {
+        ContactLoop hard = on(make_sphere_cavity(kRadius), {});
+        ContactLoop said = on(make_sphere_cavity(kRadius), soft(share * kK));
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> unit(-1.0, 1.0);
+        Vec3 probe{0.0};
+        hard.start(probe);
+        said.start(probe);
+        for (int i = 0; i < 2000; ++i) {
+            const double x = unit(random), y = unit(random), z = unit(random);
+            probe = 0.999 * probe + 1e-3 * Vec3{x, y, z + 0.5};
+            hard.move(probe);
+            said.move(probe);
+            ASSERT_EQ(hard.proxy(), said.proxy());
+        }
+    }
+}
+
+/// Press, then drag, inside or outside of a sphere: the front is the nearest point, and the force
+/// the law's along the radius.
+void expect_sphere(bool inside, double radius, double depth, double stiffness, double step) {
+    ContactLoop loop =
+        on(inside ? make_sphere_cavity(radius) : make_solid_sphere(radius), soft(stiffness));
+    const double sign = inside ? 1.0 : -1.0;
+    loop.start({radius - sign * 1e-3, 0, 0});
+    const int press = static_cast<int>(depth / step);
+    for (int i = 0; i < press + 200; ++i) {
+        const double d = std::min(depth, step * i);
+        const double angle = i < press ? 0.0 : step / radius * (i - press);
+        const Vec3 up{std::cos(angle), 0.6 * std::sin(angle), 0.8 * std::sin(angle)};
+        const Vec3 probe = (radius + sign * d) * up;
+        loop.move(probe);
+        const Vec3 expected = -sign * stiffness * d * up;
+        // One step of the tolerance is left in the front, and rounding.
+        ASSERT_LE(glm::length(force(loop, probe) - expected), 2.0 * kK * 1e-12 + 1e-10)
+            << "inside " << inside << " frame " << i;
+    }
+}
+
+TEST(SoftSurface, OnSpheresOfBothSignsTheForceIsTheLawsAlongTheRadius) {
+    for (const double stiffness : {50.0, 200.0, 450.0})
+        for (const double step : {2e-4, 2e-3}) {
+            expect_sphere(false, 50e-3, 10e-3, stiffness, step);
+            expect_sphere(false, 10e-3, 6e-3, stiffness, step);
+            expect_sphere(true, 50e-3, 10e-3, stiffness, step);
+            expect_sphere(true, 10e-3, 9e-3, stiffness, step);
+        }
+}
+
+TEST(SoftSurface, ATableIsFeltAsItIsWritten) {
+    const std::vector<Softness::Knot> knots{{4e-3, 0.2}, {8e-3, 1.0}, {12e-3, 2.8}};
+    for (const bool saturates : {false, true}) {
+        auto law = knots;
+        if (saturates) law.push_back({13e-3, 2.8});
+        ContactLoop loop = on(make_solid_sphere(kRadius), soft(law));
+        loop.start({0, 0, kRadius + 1e-3});
+        for (int i = 0; i <= 160; ++i) {
+            const double d = 1e-4 * (i <= 80 ? 2 * i : 2 * (160 - i)); // in to 16 mm, and out
+            const Vec3 probe{0, 0, kRadius - d};
+            loop.move(probe);
+            double expected = d <= 4e-3    ? 50.0 * d
+                              : d <= 8e-3  ? 0.2 + 200.0 * (d - 4e-3)
+                              : !saturates ? 1.0 + 450.0 * (d - 8e-3)
+                                           : std::min(2.8, 1.0 + 450.0 * (d - 8e-3));
+            EXPECT_NEAR(force(loop, probe).z, expected, kExact_n) << i;
+        }
+    }
+}
+
+// ---- an independent twin -----------------------------------------------------------------------
+
+/// A bumpy cavity, as its field's page defines it.
+struct Bumps {
+    double radius, amplitude, wavelength;
+    Vec3 surface(const Vec3& u) const {
+        const double w = 2.0 * std::numbers::pi * radius / wavelength;
+        return (radius + amplitude * std::sin(w * u.x) * std::sin(w * u.y) * std::sin(w * u.z)) * u;
+    }
+};
+
+/// min over x and y on the surface of  k/2 |x - a|^2 + K_t/2 |x - y|^2  by small steps downhill,
+/// with derivatives from differences: it eliminates nothing.
+Vec3 tip_by_descent(const Bumps& bumps, const Vec3& a, double k, double tissue, Vec3 x, Vec3 u) {
+    for (int i = 0; i < 60000; ++i) {
+        x -= (k * (x - a) + tissue * (x - bumps.surface(u))) / (k + tissue);
+        // Downhill on the sphere of directions.
+        const Vec3 e = std::abs(u.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+        const Vec3 t = glm::normalize(glm::cross(u, e)), b = glm::cross(u, t);
+        constexpr double h = 1e-5;
+        const auto energy = [&](const Vec3& direction) {
+            const Vec3 way = x - bumps.surface(glm::normalize(direction));
+            return 0.5 * glm::dot(way, way);
+        };
+        const double slope_t = (energy(u + h * t) - energy(u - h * t)) / (2.0 * h);
+        const double slope_b = (energy(u + h * b) - energy(u - h * b)) / (2.0 * h);
+        u = glm::normalize(u - (slope_t * t + slope_b * b) / (4.0 * bumps.radius * bumps.radius));
+    }
+    return x;
+}
+
+TEST(SoftSurface, TheTipIsTheMinimumOfTheNestedEnergy) {
+    const Bumps bumps{30e-3, 0.4e-3, 12e-3};
+    std::mt19937 random(21);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (int trial = 0; trial < 12; ++trial) {
+        const double x = unit(random), y = unit(random), z = unit(random);
+        const Vec3 u = glm::normalize(Vec3{x, y, z});
+        const double stiffness = trial % 2 == 0 ? 100.0 : 350.0;
+        const double tissue = 1.0 / (1.0 / stiffness - 1.0 / kK);
+        ContactLoop loop =
+            on(make_bumpy_cavity(bumps.radius, bumps.amplitude, bumps.wavelength), soft(stiffness));
+        loop.start(0.9 * bumps.radius * u);
+        Vec3 probe{0.0};
+        for (int i = 1; i <= 100; ++i)
+            loop.move(probe = (0.9 * bumps.radius + i * 6e-5) * u); // 3 mm behind the surface
+        const Vec3 twin =
+            tip_by_descent(bumps, probe, kK, tissue, loop.proxy(),
+                           glm::normalize(loop.subdivision().pressed().front + 1e-5 * Vec3(1.0)));
+        // What differences of 1e-5 leave in a slope.
+        EXPECT_LE(glm::length(loop.proxy() - twin), 2e-9) << trial;
+    }
+}
+
+// ---- strength, friction, forces ----------------------------------------------------------------
+
+TEST(SoftSurface, AboveItsStrengthItGivesWayAndHoldsDeeper) {
+    LevelSettings level;
+    level.strength_n = 1.2;
+    constexpr double kStiffness = 150.0, kYields_m = 1.2 / kStiffness;
+    ContactLoop loop = on(make_slab(40e-3), soft(kStiffness), precise(), level);
+    loop.start({0, 0, 21e-3});
+    double deepest = 0.0;
+    for (int i = 0; i <= 300; ++i) {
+        const double d = 1e-4 * (i <= 150 ? i : 300 - i);
+        const Vec3 probe{0, 0, 20e-3 - d};
+        deepest = std::max(deepest, d);
+        loop.move(probe);
+        const double moved_m = std::max(0.0, deepest - kYields_m); // the front, by play
+        const double expected = kStiffness * std::max(0.0, d - moved_m);
+        EXPECT_NEAR(force(loop, probe).z, std::min(1.2, expected), 1e-9) << i;
+    }
+}
+
+TEST(SoftSurface, AMembraneOpensAtItsStrength) {
+    LevelSettings level;
+    level.strength_n = 0.8;
+    level.yielding = Yielding::opens;
+    for (const double stiffness : {80.0, 300.0}) {
+        ContactLoop loop = on(make_slab(40e-3), soft(stiffness), precise(), level);
+        loop.start({0, 0, 21e-3});
+        for (int i = 0; i <= 150; ++i) {
+            const double d = 1e-4 * i;
+            const Vec3 probe{0, 0, 20e-3 - d};
+            loop.move(probe);
+            const double expected = stiffness * d < 0.8 ? stiffness * d : 0.0;
+            if (std::abs(stiffness * d - 0.8) > 1e-9) {
+                EXPECT_NEAR(force(loop, probe).z, expected, 1e-9) << stiffness << ' ' << i;
+            }
+        }
+    }
+}
+
+TEST(SoftSurface, FrictionKeepsItsConeAndAStuckFingerFeelsTheTissuesShear) {
+    constexpr double kMu = 0.3, kDepth = 5e-3, kStiffness = 150.0;
+    ContactLoop loop = on(make_slab(2 * kTop), soft(kStiffness, 0.0, kMu));
+    loop.start({0, 0, kTop + 1e-3});
+    loop.move({0, 0, kTop - kDepth});
+    for (int i = 1; i <= 400; ++i) {
+        const Vec3 probe{1e-5 * i, 0, kTop - kDepth};
+        loop.move(probe);
+        const Vec3 f = force(loop, probe);
+        const double stuck_n = kStiffness * 1e-5 * i; // the same stiffness along the surface
+        EXPECT_NEAR(f.z, kStiffness * kDepth, 1e-9);
+        EXPECT_NEAR(-f.x, std::min(stuck_n, kMu * f.z), 1e-9) << i;
+    }
+}
+
+TEST(SoftSurface, AForceBesideItShiftsTheHandExactly) {
+    std::vector<std::unique_ptr<Effect>> effects;
+    effects.push_back(std::make_unique<ConstantForce>(Vec3{0.05, 0, -0.4}));
+    ContactLoop loop = on(make_slab(2 * kTop), soft(100.0), precise(), {}, std::move(effects));
+    loop.start({0, 0, kTop + 2e-3});
+    for (int i = 0; i <= 100; ++i) {
+        const Vec3 probe{0, 0, kTop + 1e-3 - 5e-5 * i};
+        loop.move(probe);
+        // Drawn down by 0.8 mm: where that is behind the surface, 100 N/m push back.
+        const double behind_m = std::max(0.0, kTop - (probe.z - 0.8e-3));
+        EXPECT_NEAR(force(loop, probe).z, -0.4 + 100.0 * behind_m, kExact_n);
+        EXPECT_NEAR(force(loop, probe).x, 0.05, kExact_n);
+    }
+}
+
+TEST(SoftSurface, TouchesSayWhatIsFelt) {
+    for (const Kind kind : {Kind::formula, Kind::mesh}) {
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+        surfaces.push_back(
+            test::ball(kind, kRadius, std::numeric_limits<double>::infinity(), Yielding::holds, 4));
+        ContactLoop loop(precise(), std::move(surfaces), {}, 0.0, {soft(120.0)});
+        loop.start({0, 0, kRadius + 1e-3});
+        TouchList touches;
+        for (int i = 0; i < 200; ++i) {
+            const Vec3 probe{1e-4 * i, 3e-5 * i, kRadius - 3e-3};
+            loop.move(probe);
+            loop.subdivision().find_touches(touches);
+            Vec3 sum{0.0};
+            for (const Touch& touch : touches) {
+                sum += touch.force;
+                // On the surface, not at the tip; a ball of 5120 facets sags by 80 um.
+                if (touch.phase != Touch::Phase::ended) {
+                    EXPECT_NEAR(glm::length(touch.point), kRadius, 1e-4);
+                }
+            }
+            EXPECT_LE(glm::length(sum - force(loop, probe)), 1e-9) << test::name_of(kind) << i;
+        }
+    }
+}
+
+// ---- every contact, at rest and at any speed ---------------------------------------------------
+
+TEST(SoftSurface, EveryContactIsAsSoftAsItIsSaid) {
+    for (const Kind kind : {Kind::formula, Kind::volume, Kind::mesh, Kind::guarded}) {
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+        surfaces.push_back(
+            test::ball(kind, 60e-3, std::numeric_limits<double>::infinity(), Yielding::holds, 6));
+        ContactLoop loop({}, std::move(surfaces), {}, 0.0, {soft(120.0)});
+        loop.start({0, 0, 61e-3});
+        for (int i = 0; i < 400; ++i) {
+            const double angle = 5e-4 * i;
+            const Vec3 up{std::sin(angle), 0, std::cos(angle)};
+            const Vec3 probe = (60e-3 - std::min(4e-3, 1e-4 * i)) * up;
+            loop.move(probe);
+            // Meshes of 81 920 facets and voxels of 0.5 mm err by 15 um in depth, and a facet's
+            // edge holds the front up to 0.5 mm aside.
+            EXPECT_NEAR(glm::length(force(loop, probe)), 120.0 * (60e-3 - glm::length(probe)),
+                        120.0 * 30e-6)
+                << test::name_of(kind) << ' ' << i;
+        }
+    }
+}
+
+TEST(SoftSurface, AHeldProbeKeepsTheBitsOfTheTip) {
+    std::mt19937 random(31);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (int trial = 0; trial < 60; ++trial) {
+        SurfaceFinish finish = soft(trial % 2 == 0 ? 60.0 : 400.0, 0.0, trial % 3 == 0 ? 0.3 : 0.0);
+        SteppingSettings settings; // as scenes have them
+        ContactLoop loop =
+            on(trial % 4 < 2 ? std::shared_ptr<const ScalarField>(make_sphere_cavity(30e-3))
+                             : make_bumpy_cavity(30e-3, 0.3e-3, 8e-3),
+               finish, settings);
+        const double x = unit(random), y = unit(random), z = unit(random);
+        const Vec3 u = glm::normalize(Vec3{x, y, z});
+        loop.start(25e-3 * u);
+        const Vec3 probe = 33e-3 * u;
+        for (int i = 0; i < 20; ++i)
+            loop.move(probe);
+        const Vec3 rests = loop.proxy();
+        for (int i = 0; i < 200; ++i) {
+            loop.move(probe);
+            ASSERT_EQ(loop.proxy(), rests) << trial << ' ' << i;
+        }
+    }
+}
+
+TEST(SoftSurface, TheFrontHoldsItsCertificateAtAnySpeed) {
+    std::mt19937 random(41);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    const LevelSettings level;
+    const auto field = std::shared_ptr<const ScalarField>(make_torus(30e-3, 8e-3));
+    const auto sampler = field->make_sampler();
+    ContactLoop loop = on(field, soft(40.0), {}, level);
+    loop.start({0, 0, 20e-3});
+    double deepest_m = 0.0, longest_m = 0.0;
+    for (int i = 0; i < 6000; ++i) {
+        const double x = unit(random), y = unit(random), z = unit(random);
+        const double reach = std::pow(400.0, unit(random)) * 1e-3; // to 400 m/s
+        Vec3 probe = loop.proxy() + std::min(reach, 0.4) * Vec3{x, y, z};
+        if (glm::length(probe) > 0.06) probe *= 0.06 / glm::length(probe);
+        longest_m = std::max(longest_m, reach);
+        loop.move(probe);
+        const auto path = loop.subdivision().path();
+        for (std::size_t c = 1; c < path.size(); ++c)
+            for (int s = 0; s <= 20; ++s)
+                deepest_m = std::max(
+                    deepest_m, sampler->value(path[c - 1] + s / 20.0 * (path[c] - path[c - 1])));
+    }
+    EXPECT_GT(longest_m, 0.3);
+    EXPECT_LE(deepest_m, level.certificate_m * (1 + 1e-9)); // a distance field: 25 um
+    EXPECT_GT(deepest_m, 0.0);                              // and it was pressed
+}
+
+// ---- energy ------------------------------------------------------------------------------------
+
+/// Work on the hand over closed ways, J, and the bound of a zero-order hold: k/2 sum |da|^2.
+struct LoopWork {
+    double work_j = 0.0, bound_j = 0.0;
+};
+
+LoopWork work_of_circles(bool inside, int frames, const SurfaceFinish& finish) {
+    ContactLoop loop =
+        on(inside ? make_sphere_cavity(kRadius) : make_solid_sphere(kRadius), finish);
+    const double sign = inside ? 1.0 : -1.0;
+    const auto place = [&](int i) {
+        const double s = 2.0 * std::numbers::pi * i / frames;
+        const double d = 4e-3 + 3e-3 * std::sin(2.0 * s); // 1 to 7 mm behind the surface
+        return (kRadius + sign * d) * Vec3{std::cos(0.3 * std::sin(s)),
+                                           std::sin(0.3 * std::sin(s)) * std::cos(s),
+                                           std::sin(0.3 * std::sin(s)) * std::sin(s)};
+    };
+    loop.start((kRadius - sign * 1e-3) * Vec3{1, 0, 0});
+    for (int i = 0; i < 20; ++i)
+        loop.move(place(0));
+    LoopWork total;
+    for (int i = 1; i <= frames; ++i) {
+        const Vec3 f = force(loop, place(i - 1)), step = place(i) - place(i - 1);
+        total.work_j += glm::dot(f, step);
+        total.bound_j += 0.5 * kK * glm::dot(step, step);
+        loop.move(place(i));
+    }
+    return total;
+}
+
+TEST(SoftSurface, WorkOverClosedWaysIsThatOfTheZeroOrderHold) {
+    for (const bool inside : {false, true})
+        for (const SurfaceFinish& finish :
+             {soft(100.0), soft(400.0), soft({{2e-3, 0.1}, {4e-3, 0.7}, {8e-3, 1.0}})}) {
+            const LoopWork coarse = work_of_circles(inside, 1500, finish);
+            const LoopWork fine = work_of_circles(inside, 6000, finish);
+            EXPECT_LE(coarse.work_j, coarse.bound_j);
+            EXPECT_LE(fine.work_j, fine.bound_j);
+            // Conservative: what is left is the hold's, of first order in the step.
+            EXPECT_NEAR(coarse.work_j / fine.work_j, 4.0, 0.08);
+        }
+}
+
+TEST(SoftSurface, ADamperTakesEnergy) {
+    const LoopWork elastic = work_of_circles(false, 6000, soft(200.0));
+    const LoopWork damped = work_of_circles(false, 6000, soft(200.0, 10.0));
+    EXPECT_LT(damped.work_j, elastic.work_j - 1e-5);
+}
+
+// 1 Hz, 5 mm into tissue of 200 N/m and 10 N s/m: against small steps of the tissue's own equation
+//   b d' + K d = k (delta - d).
+TEST(SoftSurface, ADamperFollowsTheTissuesEquationInFirstOrder) {
+    constexpr double kStiffness = 200.0, kDamping = 10.0;
+    constexpr double kTissue = 1.0 / (1.0 / kStiffness - 1.0 / kK);
+    const auto press_m = [](double t) {
+        return 2.5e-3 * (1.0 - std::cos(2 * std::numbers::pi * t));
+    };
+    std::array<double, 3> worst{};
+    for (std::size_t refined = 0; refined < worst.size(); ++refined) {
+        const int frames = 1000 << refined, inner = 64;
+        const double period = 1.0 / frames;
+        SurfaceFinish finish = soft(kStiffness, kDamping);
+        test::ScriptedClock clock(0.0);
+        VolumeContact contact(std::shared_ptr<const ScalarField>(make_slab(40e-3)), {});
+        Subdivision subdivision({}, {&contact}, {}, clock, {finish});
+        subdivision.restart({0, 0, 21e-3});
+        double d = 0.0;
+        for (int i = 1; i <= frames / 2; ++i) { // while it goes in: no tip leaves the tissue
+            for (int s = 1; s <= inner; ++s) {  // the midpoint rule
+                const double h = period / inner;
+                const double t = (i - 1) * period + (s - 0.5) * h;
+                const double rate = (kK * (press_m(t) - d) - kTissue * d) / kDamping;
+                const double middle = d + 0.5 * h * rate;
+                d += h * (kK * (press_m(t) - middle) - kTissue * middle) / kDamping;
+            }
+            const Vec3 probe{0, 0, 20e-3 - press_m(i * period)};
+            const SubdivisionResult result = subdivision.advance({probe, Vec3{0.0}, kK, period});
+            worst[refined] = std::max(worst[refined], std::abs(kK * (result.proxy.z - probe.z) -
+                                                               kK * (press_m(i * period) - d)));
+        }
+    }
+    EXPECT_LT(worst[0], 2e-3); // N
+    EXPECT_NEAR(worst[0] / worst[1], 2.0, 0.1);
+    EXPECT_NEAR(worst[1] / worst[2], 2.0, 0.1);
+}
+
+// ---- live changes ------------------------------------------------------------------------------
+
+TEST(SoftSurface, SwitchedOffAndOnItFadesAndComesBack) {
+    ContactLoop loop = on(make_slab(40e-3), soft(150.0));
+    const Vec3 probe{0, 0, 16e-3};
+    loop.start({0, 0, 21e-3});
+    loop.move(probe);
+    ASSERT_NEAR(force(loop, probe).z, 0.6, 1e-9);
+    loop.subdivision().gain(0, SurfacePart::strength).set(0.0);
+    double before = 0.6;
+    for (int i = 0; i < 60; ++i) {
+        loop.move(probe);
+        const double now = force(loop, probe).z;
+        EXPECT_LE(now, before + 1e-9);
+        EXPECT_LE(before - now, 0.08 * 5.0 + 1e-9); // Gain::strength_n: 4 F T / 50 ms at most
+        before = now;
+    }
+    EXPECT_NEAR(before, 0.0, 1e-9);
+    loop.subdivision().gain(0, SurfacePart::strength).set(1.0);
+    for (int i = 0; i < 60; ++i)
+        loop.move({0, 0, 22e-3});
+    loop.move(probe);
+    EXPECT_NEAR(force(loop, probe).z, 0.6, 1e-9);
+}
+
+TEST(SoftSurface, ABodyThatMovesPressesAsDeepAsItComes) {
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    surfaces.push_back(std::make_unique<MovingContact>(std::make_unique<VolumeContact>(
+        std::shared_ptr<const ScalarField>(make_slab(40e-3)), LevelSettings{})));
+    MovingSurface* body = surfaces.front()->moving();
+    ContactLoop loop(precise(), std::move(surfaces), {}, 0.0, {soft(150.0)});
+    const Vec3 probe{0, 0, 21e-3};
+    loop.start(probe);
+    for (int i = 0; i <= 60; ++i) {
+        RigidPose pose;
+        pose.position = {0, 0, 1e-4 * i};
+        body->set_pose(pose);
+        loop.move(probe);
+        EXPECT_NEAR(force(loop, probe).z, 150.0 * std::max(0.0, 1e-4 * i - 1e-3), 1e-9) << i;
+    }
+}
+
+} // namespace
+} // namespace palpate
