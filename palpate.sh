@@ -8,7 +8,8 @@ usage() {
     cat <<'EOT'
 usage: ./palpate.sh demo|test|build|bench|help
   demo   build, get the demo data, trace it, and say where the report is
-  test   build and run every test, the fast ones once more under AddressSanitizer
+  test   build and run every test, the fast ones once more under AddressSanitizer,
+         and what threads share under ThreadSanitizer
   build  leave the command at build/release/palpate, the Python package in build/release/python
   bench  build and run the benchmarks: build/release/bench-results/index.html, results.csv and *.json
   help   this text
@@ -77,8 +78,11 @@ run_tests() {
     fetch_test_data
     build_targets release
     build_targets asan fast_tests
+    build_targets tsan test_threads
     say "all tests (build/release)"
     ctest --test-dir build/release --output-on-failure --parallel "$(build_jobs)"
+    say "what threads share under ThreadSanitizer (build/tsan)"
+    ctest --test-dir build/tsan --output-on-failure --parallel "$(build_jobs)" --label-regex '^threads$'
     say "the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer (build/asan)"
     # Last, so that the last line is ctest's own; a failure above has ended the script with ctest's words too.
     exec ctest --test-dir build/asan --output-on-failure --parallel "$(build_jobs)" \

@@ -360,8 +360,8 @@ palpate_code palpate_loop_frame(palpate_loop *loop, const palpate_probe *probe,
    the force is zero. [loop] */
 palpate_code palpate_loop_release(palpate_loop *loop, double force_n[3]);
 
-/* The *count corners of the proxy's way in the last frame: 3 numbers each, scene frame, m. Valid
-   until the next frame. [loop] */
+/* The *count corners of the proxy's way in the last frame: 3 numbers each, scene frame, m; none
+   after a frame whose probe was stale or no place. Valid until the next frame. [loop] */
 const double *palpate_loop_path(const palpate_loop *loop, size_t *count);
 
 /* How many effects palpate_loop_set_gain() knows: the scene's, in the file's order. [any] */

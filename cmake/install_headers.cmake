@@ -4,7 +4,7 @@
 # PALPATE_INCLUDE (where version.h is) and PALPATE_DESTINATION set.
 cmake_policy(VERSION 3.25)
 set(wanted
-  engine/loop/palpate.h engine/loop/device_safety.h engine/scene/validation.h engine/scene/scene_overrides.h
+  engine/loop/palpate.h engine/loop/effect_library.h engine/loop/device_safety.h engine/scene/validation.h engine/scene/scene_overrides.h
   engine/scene/contact_choice.h haptics/stepping/sub_step.h
   volume/volume_check.h geometry/mesh_check.h
   volume/fields/analytic_fields.h volume/fields/function_field.h volume/fields/grid_field.h volume/fields/grid_vector_field.h
@@ -33,5 +33,6 @@ foreach(header IN LISTS installed)
   endif()
   file(INSTALL ${PALPATE_SOURCE}/${header} DESTINATION ${PALPATE_DESTINATION}/palpate/${folder})
 endforeach()
-file(INSTALL ${PALPATE_SOURCE}/c/palpate_c.h ${PALPATE_SOURCE}/c/palpate_c_extraction.h DESTINATION ${PALPATE_DESTINATION}/palpate)
+file(INSTALL ${PALPATE_SOURCE}/c/palpate_c.h ${PALPATE_SOURCE}/c/palpate_c_extraction.h ${PALPATE_SOURCE}/c/device_plugin.h
+  DESTINATION ${PALPATE_DESTINATION}/palpate)
 file(INSTALL ${PALPATE_INCLUDE}/palpate/version.h DESTINATION ${PALPATE_DESTINATION}/palpate)

@@ -75,10 +75,16 @@ void CertifiedMesh::certify() {
     const auto mark = [&](std::uint32_t f) {
         std::atomic_ref(uncertain_[f]).store(1, std::memory_order_relaxed);
     };
+    const auto marked = [&](std::uint32_t f) {
+        return std::atomic_ref(uncertain_[f]).load(std::memory_order_relaxed) != 0;
+    };
     for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
         if (topology_.facet(f).dropped() || topology_.facet(f).singular) mark(f);
     // Dropped facets have no area, so the scene does not have them.
     scene_.for_pairs_near([&](std::uint32_t facet, std::uint32_t other) {
+        // Nothing would change. Where a surface touches itself thousands of facets may lie within
+        // the clearance, and each of them is in the way of all.
+        if (marked(facet) && marked(other)) return;
         if (farther_than(box_of(corners(topology_, facet)), box_of(corners(topology_, other)),
                          clearance_m()) ||
             clear_of_each_other(facet, other))

@@ -94,7 +94,7 @@ check_includes() {
     }
 
     function check_own(header,    target, parts) {
-        if (header ~ /^palpate\/(version|palpate|palpate_c|palpate_c_extraction)\.h$/) return
+        if (header ~ /^palpate\/(version|palpate|palpate_c|palpate_c_extraction|device_plugin)\.h$/) return
         split(header, parts, "/")
         target = parts[2]
         sub(/^palpate\//, "", header)

@@ -44,10 +44,8 @@ void LoopRecord::add(const DeviceState& input, const FrameReport& frame,
     if ((frame.flags & kSceneAdopted) != 0) end();
     if (has_ended_) return;
     const std::span<const Touch> touches = loop.touches();
-    // A frame without an evaluation leaves those of an earlier one standing.
-    const std::span<const std::uint32_t> steps = keeps_steps_ && frame.evaluations > 0
-                                                     ? loop.steps_left()
-                                                     : std::span<const std::uint32_t>();
+    const std::span<const std::uint32_t> steps =
+        keeps_steps_ ? loop.steps_left() : std::span<const std::uint32_t>();
     has_ended_ = !has_room(run_.inputs, 1) || !has_room(run_.frames, 1) ||
                  !has_room(run_.touches, touches.size()) ||
                  !has_room(run_.steps_left, steps.size());

@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/devices/device_list.h>
 
@@ -9,7 +14,20 @@ struct DeviceOptions {
     bool why = false;
     bool json = false;
     bool rules = false;
+    std::vector<std::string> plugins;
 };
+
+/// Those that are given, and those in PALPATE_DEVICE_PLUGINS, with colons between them.
+std::vector<std::string> named_plugins(std::vector<std::string> files) {
+    const char* named = std::getenv("PALPATE_DEVICE_PLUGINS");
+    const std::string list = named != nullptr ? named : "";
+    for (std::size_t at = 0; at < list.size();) {
+        const std::size_t end = std::min(list.find(':', at), list.size());
+        if (end > at) files.push_back(list.substr(at, end - at));
+        at = end + 1;
+    }
+    return files;
+}
 
 int devices(const DeviceOptions& options) {
     if (options.rules) {
@@ -17,9 +35,12 @@ int devices(const DeviceOptions& options) {
         return kDone;
     }
     const std::vector<AttachedDevice> attached = attached_devices();
-    print(options.json ? device_list_json(attached)
-                       : device_list_text(attached, options.why ? DeviceListDetail::why
-                                                                : DeviceListDetail::brief));
+    const std::vector<ListedPlugin> plugins = listed_plugins(named_plugins(options.plugins));
+    print(options.json
+              ? device_list_json(attached, plugins)
+              : device_list_text(attached,
+                                 options.why ? DeviceListDetail::why : DeviceListDetail::brief,
+                                 plugins));
     return kDone;
 }
 
@@ -33,6 +54,9 @@ void add_devices(CLI::App& app, Action& run) {
         "--why", options->why, "what is in the way of each device, and what to do about it");
     CLI::Option* json =
         command->add_flag("--json", options->json, "as JSON, with every finding")->excludes(why);
+    command->add_option("--plugin", options->plugins,
+                        "files of device plug-ins, which are loaded, beside those that "
+                        "PALPATE_DEVICE_PLUGINS names with colons between them");
     command
         ->add_flag("--udev-rules", options->rules,
                    "print the rules that let you use the devices without being root")

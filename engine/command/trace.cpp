@@ -66,8 +66,8 @@ void check(const TraceOptions& options, const SceneDescription& scene) {
         } catch (const std::invalid_argument& error) {
             throw UsageError(fmt::format("--pace realtime: {}", error.what()));
         }
-    } else if (scene.device.kind == Kind::hid) {
-        throw UsageError("--pace asap: a hid device moves by the clock; use --pace realtime");
+    } else if (scene.device.kind == Kind::hid || scene.device.kind == Kind::plugin) {
+        throw UsageError("--pace asap: a device in a hand moves by the clock; use --pace realtime");
     }
 }
 
@@ -166,6 +166,8 @@ Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const TraceOpt
         tell("palpate: warning: {} frames were felt and not recorded, as the recorder could "
              "not keep up: this run cannot be replayed\n",
              trace.realtime->dropped);
+    if (const std::string complaint = device_complaint(*device.device); !complaint.empty())
+        tell("palpate: warning: {}\n", complaint);
     // A signal has ended the run, not what is to be said of it.
     const Progress bar = stop_wanted() ? Progress{} : progress_bar();
     audit(scene, trace, bar);
@@ -237,10 +239,10 @@ void add_trace(CLI::App& app, Action& run) {
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();
     command->add_option("--out", options->out,
                         "folder for the results (default: the scene's name with -trace)");
-    command->add_option(
-        "--device", options->overrides.device,
-        "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE or hid:ADDRESS, instead of the "
-        "scene's");
+    command->add_option("--device", options->overrides.device,
+                        "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, hid:ADDRESS or "
+                        "plugin:FILE, instead "
+                        "of the scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
                         "mesh, volume, guarded or direct, for every surface");

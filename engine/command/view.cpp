@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -25,6 +27,47 @@ ViewOptions with_recording(ViewOptions options) {
     return options;
 }
 
+/// What is shown, as bits.
+enum Shown : unsigned { kScene = 1, kData = 2, kPage = 4, kPictures = 8 };
+
+constexpr const char* words_for(Shown shown) {
+    switch (shown) {
+    case kScene:
+        return "a scene";
+    case kData:
+        return "neither a scene nor a recording, and nothing is felt yet";
+    case kPage:
+        return "a recording, which is played by a page without a loop or a server";
+    default:
+        return "a recording, of which pictures are asked for";
+    }
+}
+
+/// Refuses an option that would change nothing.                                          [setup]
+void check_used(const ViewOptions& options, Shown shown) {
+    struct Use {
+        std::string_view option;
+        unsigned of; // what it is for
+    };
+    constexpr std::array<Use, 10> kUses{{{"--device", kScene},
+                                         {"--cpu", kScene},
+                                         {"--no-button-marks", kScene},
+                                         {"--port", kScene | kData},
+                                         {"--seconds", kScene | kData},
+                                         {"--listen", kScene | kData},
+                                         {"--allow-remote", kScene | kData},
+                                         {"--open", kScene | kData | kPage},
+                                         {"--out", kScene | kData | kPage},
+                                         {"--sub-steps", kPage}}};
+    for (const std::string& given : options.given)
+        for (const Use& use : kUses)
+            if (given == use.option && (use.of & shown) == 0)
+                throw UsageError(fmt::format("{}: {} is {}; leave it out", given,
+                                             options.volume.file, words_for(shown)));
+    if (shown == kData && options.replace == Replace::any)
+        throw UsageError("--force: a page that explores data replaces nothing; leave it out");
+}
+
 int view(const ViewOptions& given) {
     const ViewOptions options = with_recording(given);
     const std::filesystem::path what = options.volume.file;
@@ -36,8 +79,11 @@ int view(const ViewOptions& given) {
                         "scene, or record while you look at it",
                         what.string()));
     std::error_code ignored;
-    if (!is_played && what.extension() != ".toml" && std::filesystem::exists(what, ignored))
+    if (!is_played && what.extension() != ".toml" && std::filesystem::exists(what, ignored)) {
+        check_used(options, kData);
         return view_explore(options);
+    }
+    check_used(options, !is_played ? kScene : is_of_pictures ? kPictures : kPage);
     static_cast<void>(read_settings(options.volume, options.mesh)); // refuses those of volumes
     if (is_played) return is_of_pictures ? view_pictures(options) : view_recording(options);
     return view_scene(options);
@@ -84,6 +130,11 @@ void add_view(CLI::App& app, Action& run) {
     add_mesh_options(*command, options->mesh);
     add_volume_options(*command, options->volume);
     add_force(*command, options->replace);
-    command->callback([options, &run] { run = [options] { return view(*options); }; });
+    command->callback([options, command, &run] {
+        if (options->listen == "localhost") options->listen = "127.0.0.1"; // the server takes digits
+        for (const CLI::Option* option : command->get_options())
+            if (option->count() > 0) options->given.push_back(option->get_name());
+        run = [options] { return view(*options); };
+    });
 }
 } // namespace palpate::command

@@ -17,20 +17,6 @@
 namespace palpate::command {
 namespace {
 
-/// Refuses what is of a scene or of a recording.
-void check_used(const ViewOptions& options) {
-    const auto refuse = [&](const char* option, bool is_given) {
-        if (is_given)
-            throw UsageError(fmt::format("{}: {} is neither a scene nor a recording, and nothing "
-                                         "is felt yet; leave it out",
-                                         option, options.volume.file));
-    };
-    refuse("--device", options.device.has_value());
-    refuse("--cpu", options.cpu.has_value());
-    refuse("--sub-steps", !options.sub_steps.empty());
-    refuse("--force", options.replace == Replace::any);
-}
-
 /// skull.toml of scans/skull.nii.gz, where the command was started.
 std::filesystem::path scene_name(const ViewOptions& options) {
     if (!options.out.empty()) {
@@ -56,7 +42,6 @@ std::filesystem::path scene_name(const ViewOptions& options) {
 int view_explore(const ViewOptions& options) {
     outlive_readers();
     check_listen(options);
-    check_used(options);
     ExploreSettings settings;
     settings.scene = scene_name(options);
     settings.server.address = options.listen;

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
@@ -32,11 +33,12 @@ struct PictureOptions {
 
 /// What the command line of `palpate view` said.
 struct ViewOptions {
-    VolumeOptions volume;  ///< its file: the scene, the recording, or data to explore
-    MeshOptions mesh;      ///< of a mesh to explore
-    std::string out;       ///< file or folder to write; empty: named after what is viewed
-    std::string page;      ///< another page than the one that is built in; empty: that one
-    std::string sub_steps; ///< as the command line has them
+    VolumeOptions volume;           ///< its file: the scene, the recording, or data to explore
+    MeshOptions mesh;               ///< of a mesh to explore
+    std::string out;                ///< file or folder to write; empty: named after what is viewed
+    std::string page;               ///< another page than the one that is built in; empty: that one
+    std::string sub_steps;          ///< as the command line has them
+    std::vector<std::string> given; ///< names of the options that were given, as "--port"
     std::string listen = "127.0.0.1";                         ///< address of this computer
     std::uint16_t port = 0;                                   ///< 0: any that is free
     bool allow_remote = false;                                ///< `listen` may be reached by others

@@ -63,9 +63,6 @@ void refuse(bool is_given, const char* name, const char* why) {
 
 void check(const ViewOptions& options) {
     const PictureOptions& p = options.pictures;
-    refuse(!options.out.empty(), "--out", "--png and --film name what is written");
-    refuse(options.open, "--open", "there is no page to open beside pictures");
-    refuse(!options.sub_steps.empty(), "--sub-steps", "pictures have none");
     refuse(p.every_s && p.png.empty(), "--every", "a film has --fps and --speed");
     refuse(p.rate_hz && p.film.empty(), "--fps", "it is of a film; pictures have --every");
     refuse(p.speed && p.film.empty(), "--speed", "it is of a film; pictures have --every");

@@ -74,6 +74,11 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
         return "hand";
     case Kind::hid:
         return "hid:" + scene.device.address;
+    case Kind::plugin: // without the folder, which is nobody's business, and without its options
+        return "plugin:" +
+               std::filesystem::path(scene.device.address.substr(0, scene.device.address.find('?')))
+                   .filename()
+                   .string();
     case Kind::none:
         break;
     }
@@ -154,6 +159,11 @@ int view_scene(const ViewOptions& options) {
     RunDisplay display(*scene, Shown::line);
     const SignalsOnlyAsk one_is_enough;
     view.run(display.watch());
+    if (device.attached) {
+        if (const std::string complaint = device_complaint(*device.attached->device);
+            !complaint.empty())
+            tell("palpate: warning: {}\n", complaint);
+    }
     return kDone;
 }
 } // namespace palpate::command

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/attached_devices.h>
+#include <palpate/drivers/plugin_device.h>
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
 #include <palpate/engine/devices/hid_device.h>
@@ -204,6 +205,8 @@ SceneDevice make_hand(const Scene& scene, int every) {
 SceneDevice make_attached(const Scene& scene) {
     const DeviceDescription& device = scene.description().device;
     try {
+        if (device.kind == Kind::plugin)
+            return {std::make_unique<PluginDevice>(plugin_address(device.address)), {}};
         return {make_hid_device(device.address, attached_devices()), {}};
     } catch (const std::runtime_error& error) {
         throw DeviceError(error.what());
@@ -242,6 +245,7 @@ std::vector<DeviceState> device_states(const Scene& scene, int every,
         refuse_no_device(scene);
     case Kind::hand:
     case Kind::hid:
+    case Kind::plugin:
         break;
     }
     throw std::runtime_error(
@@ -258,6 +262,11 @@ SceneDevice make_device(const Scene& scene, int every) {
         description.kind == Kind::hand ? make_hand(scene, every) : make_attached(scene);
     made.placement = DevicePlacement(description.placement);
     return made;
+}
+
+std::string device_complaint(const HapticDevice& device) {
+    const auto* plugin = dynamic_cast<const PluginDevice*>(&device);
+    return plugin != nullptr ? plugin->complaint() : std::string();
 }
 
 RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {

@@ -51,6 +51,10 @@ struct SceneDevice {
 /// Throws std::runtime_error as device_states(), or where this version has no such device.
 SceneDevice make_device(const Scene& scene, int every = 1);
 
+/// What a device did in its last run that was of no use, one line with the remedy; empty: nothing,
+/// or the device does not tell.                                                          [setup]
+std::string device_complaint(const HapticDevice& device);
+
 /// A device from open() to close(): whatever happens to its owner, it is sent a zero force, stopped
 /// and closed, in that order.
 class RunningDevice {

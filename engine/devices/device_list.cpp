@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <filesystem>
+#include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/drivers/plugin_device.h>
 #include <palpate/engine/devices/device_list.h>
 #include <palpate/engine/text/internal/json_text.h>
 
@@ -75,9 +79,31 @@ std::string findings_of(const AttachedDevice& device) {
     return text;
 }
 
+std::string line_of(const ListedPlugin& plugin) {
+    if (!plugin.obstacle.empty()) return fmt::format("{}\n", plugin.obstacle);
+    return fmt::format("{}  {}: plug-in  plugin:{}\n", plugin.path, plugin.name, plugin.path);
+}
+
 } // namespace
 
-std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail) {
+std::vector<ListedPlugin> listed_plugins(const std::vector<std::string>& files) {
+    std::vector<ListedPlugin> listed;
+    listed.reserve(files.size());
+    for (const std::string& file : files) {
+        ListedPlugin one{std::filesystem::absolute(file).string(), "", ""};
+        try {
+            const PluginName said = plugin_name(one.path);
+            one.name = said.name + " " + said.version;
+        } catch (const std::runtime_error& error) {
+            one.obstacle = error.what();
+        }
+        listed.push_back(std::move(one));
+    }
+    return listed;
+}
+
+std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail,
+                             const std::vector<ListedPlugin>& plugins) {
     std::string text;
     std::size_t ours = 0, others = 0, unusable = 0;
     for (const AttachedDevice& device : devices) {
@@ -87,6 +113,10 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
         if (other && detail == DeviceListDetail::brief) continue;
         text += line_of(devices, device);
         if (detail == DeviceListDetail::why) text += findings_of(device);
+    }
+    for (const ListedPlugin& plugin : plugins) {
+        text += line_of(plugin);
+        if (plugin.obstacle.empty()) ++ours;
     }
     if (ours == 0)
         text += "no haptic device is attached; a path, an orbit, a tour, a recording or the "
@@ -100,7 +130,8 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
     return text;
 }
 
-std::string device_list_json(const std::vector<AttachedDevice>& devices) {
+std::string device_list_json(const std::vector<AttachedDevice>& devices,
+                             const std::vector<ListedPlugin>& plugins) {
     nlohmann::json list = nlohmann::json::array();
     for (const AttachedDevice& device : devices) {
         nlohmann::json findings = nlohmann::json::array();
@@ -120,7 +151,17 @@ std::string device_list_json(const std::vector<AttachedDevice>& devices) {
         if (device.usable()) one["address"] = address_in(devices, device);
         list.push_back(std::move(one));
     }
-    return internal::json_text({{"devices", std::move(list)}});
+    nlohmann::json named = nlohmann::json::array();
+    for (const ListedPlugin& plugin : plugins) {
+        const bool is_usable = plugin.obstacle.empty();
+        named.push_back({{"path", plugin.path},
+                         {"name", plugin.name},
+                         {"usable", is_usable},
+                         {"address", nullptr},
+                         {"obstacle", plugin.obstacle}});
+        if (is_usable) named.back()["address"] = "plugin:" + plugin.path;
+    }
+    return internal::json_text({{"devices", std::move(list)}, {"plugins", std::move(named)}});
 }
 
 } // namespace palpate

@@ -14,12 +14,24 @@ enum class DeviceListDetail {
     why    ///< every finding with its remedy, and what is none of ours
 };
 
+/// A device plug-in that a user named.
+struct ListedPlugin {
+    std::string path;     ///< absolute
+    std::string name;     ///< what it says of itself, as "udp 1.0"; empty: it cannot be used
+    std::string obstacle; ///< what is wrong with the file and what to do; empty: nothing
+};
+
+/// Loads plug-ins' files, for as long as the program runs, and opens no device.           [setup]
+std::vector<ListedPlugin> listed_plugins(const std::vector<std::string>& files);
+
 /// What is attached, in plain text with a line for each device; lines end with a newline.   [any]
-std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail);
+std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail,
+                             const std::vector<ListedPlugin>& plugins = {});
 
 /// The same for programs: {"devices": [{path, vendor, product, name, kind, usable, address,
-/// findings: [{weight, what, remedy}]}]}. `address` is what scenes and --device take; null where
-/// the device is not usable.                                                               [any]
-std::string device_list_json(const std::vector<AttachedDevice>& devices);
+/// findings: [{weight, what, remedy}]}], "plugins": [{path, name, usable, address, obstacle}]}.
+/// `address` is what scenes and --device take; null where the device is not usable.        [any]
+std::string device_list_json(const std::vector<AttachedDevice>& devices,
+                             const std::vector<ListedPlugin>& plugins = {});
 
 } // namespace palpate

@@ -128,11 +128,11 @@ void HapticLoop::observe(SubStepObserver* observer) noexcept {
 const VirtualCoupling& HapticLoop::coupling() const noexcept { return loops_->coupling(); }
 
 std::span<const Vec3> HapticLoop::path() const noexcept {
-    return loops_->last_frames().subdivision().path();
+    return loops_->last_frames().path();
 }
 
 std::span<const std::uint32_t> HapticLoop::steps_left() const noexcept {
-    return loops_->last_frames().subdivision().steps_left();
+    return loops_->last_frames().steps_left();
 }
 
 std::span<const Touch> HapticLoop::touches() const noexcept {

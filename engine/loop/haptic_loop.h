@@ -115,9 +115,10 @@ public:
     /// What couples probe and proxy.                                                      [any]
     const VirtualCoupling& coupling() const noexcept;
 
-    /// The proxy's corners in the last frame, from where bodies have carried it to, m.    [loop]
+    /// The proxy's corners in the last frame, from where bodies have carried it to, m. Empty after
+    /// a frame whose probe was stale or no place.                                        [loop]
     std::span<const Vec3> path() const noexcept;
-    /// N_steps of eq. (8) after each evaluation of the last frame.                        [loop]
+    /// N_steps of eq. (8) after each evaluation of the last frame; empty where path() is. [loop]
     std::span<const std::uint32_t> steps_left() const noexcept;
 
     /// What the last frame touched, surface by surface in the order of Scene::surfaces(); of one

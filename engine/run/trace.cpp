@@ -65,8 +65,7 @@ Trace trace_device(std::shared_ptr<const Scene> scene, const LoopDescription& de
         const std::size_t touches_before = trace.touches.size();
         trace.inputs.push_back(run.input);
         trace.frames.push_back(run.frame);
-        // A frame without an evaluation leaves those of an earlier one standing.
-        if (keeps_steps && run.frame.evaluations > 0)
+        if (keeps_steps)
             trace.steps_left.insert(trace.steps_left.end(), loop.steps_left().begin(),
                                     loop.steps_left().end());
         for (const Touch& touch : loop.touches())

@@ -208,7 +208,8 @@ struct DeviceDescription {
         tour,      ///< lines over the whole of a surface
         recording, ///< what the probe did in an earlier run
         hand,      ///< a simulated hand on a simulated device
-        hid        ///< hardware
+        hid,       ///< hardware
+        plugin     ///< a shared library of somebody else
     };
     Kind kind = Kind::none;     ///< decides which of the settings below count
     std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
@@ -218,8 +219,9 @@ struct DeviceDescription {
     PatientSide from = PatientSide::anterior; ///< hand that presses: where it comes from
     double depth_mm =
         5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
-    std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it
-    DevicePlacementSettings placement; ///< hand and hid; the others are in the scene frame
+    std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it;
+                         ///< plugin: FILE or FILE?key=value&.., the file as `file` above
+    DevicePlacementSettings placement; ///< hand, hid and plugin; the others are in the scene frame
     std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
                          ///< first one
     double speed_m_per_s = 0.2; ///< orbit, tour, (0, 100]

@@ -61,10 +61,13 @@ void set_device(const std::string& text, DeviceDescription& device) {
     } else if (const auto address = behind("hid:")) {
         device.kind = Kind::hid;
         device.address = *address;
+    } else if (const auto plugin = behind("plugin:")) {
+        device.kind = Kind::plugin;
+        device.address = std::filesystem::absolute(*plugin).string();
     } else {
         throw std::invalid_argument(fmt::format(
-            "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE or "
-            "hid:ADDRESS",
+            "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, "
+            "hid:ADDRESS or plugin:FILE",
             text));
     }
 }

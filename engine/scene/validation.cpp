@@ -65,12 +65,14 @@ void check_placement(const DevicePlacementSettings& placement) {
 void check_device(const SceneDescription& scene, const DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
     const FieldCheck check("device");
-    check.choice("kind", device.kind, Kind::hid);
+    check.choice("kind", device.kind, Kind::plugin);
     check.choice("from", device.from, PatientSide::inferior);
     if ((device.kind == Kind::path || device.kind == Kind::recording) && device.file.empty())
         check.fail("file", "is empty", "name what is to be played");
     if (device.kind == Kind::hid && device.address.empty())
         check.fail("address", "names no device", "give what `palpate devices` lists");
+    if (device.kind == Kind::plugin && device.address.empty())
+        check.fail("address", "names no file", "give the plug-in's shared library");
     if (!device.surface.empty()) check.name("surface", device.surface, scene.surfaces, "surfaces");
     check.number("speed_m_per_s", device.speed_m_per_s, internal::kOrbitSpeed);
     check.number("depth_min_mm", device.depth_min_mm, internal::kOrbitDepthMm);

@@ -146,6 +146,7 @@ void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts,
     const Vec3 normal = (guard_ - proxy) / distance;
     contact.plane = {proxy + (distance - held_m) * normal, normal, volume_.offered_strength_n()};
     contact.gradient_length = 1.0;
+    contact.depth_hessian = guard_contact_->distance_hessian(proxy);
     // Each plane has the surface's whole strength: of one that yields only the deeper is offered.
     if (volume_planes_ == 1 && std::isfinite(contact.plane.strength_n)) {
         if (depth_m(contacts[first].plane, proxy) >= depth_m(contact.plane, proxy)) return;

@@ -78,10 +78,11 @@ void MeshContact::follow(const Vec3& proxy, bool arrived) noexcept {
     const Leg& leg = now_.leg;
     switch (std::exchange(now_.leg.kind, Leg::Kind::none)) {
     case Leg::Kind::flight:
-        if (now_.mode == Mode::on_surface && !arrived &&
+        // Cut off at once, or ended where it began above an uncertain facet: the label holds, as
+        // rounding would not tell the side.
+        if (now_.mode == Mode::on_surface && (!arrived || (!leg.lands && leg.to == leg.from)) &&
             glm::length(proxy - leg.from) <= kStillThere * tolerance_m_)
-            now_.proxy =
-                proxy; // cut off at once: the label holds, rounding would not tell the side
+            now_.proxy = proxy;
         else if (!arrived)
             alight(proxy, leg.from);
         else if (leg.lands)
@@ -156,16 +157,20 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
         contact.plane = {anchor, normal, now_.strength.offered_n};
         if (contacts.add(contact)) ++offered_;
     };
-    if (now_.mode == Mode::airborne) {
+    // Guard planes: in the air, and on the surface where a flight above them ended at once.
+    const bool airborne = now_.mode == Mode::airborne;
+    if (airborne || now_.guards.size() > 0) {
         drop_stale(proxy);
+        const std::size_t known = now_.guards.size();
         // Each plane has the whole strength: several of a yielding surface would resist more than
-        // it.
-        const std::size_t first = std::isfinite(now_.strength.offered_n) && now_.guards.size() > 0
-                                      ? now_.guards.size() - 1
-                                      : 0;
-        for (std::size_t i = first; i < now_.guards.size(); ++i)
+        // it. On the surface that is the one against which the pull leads.
+        const bool one = std::isfinite(now_.strength.offered_n);
+        const bool own =
+            one && !airborne &&
+            !(walk_.heading(now_.spot, now_.pull - now_.spot.position).height_m > tolerance_m_);
+        for (std::size_t i = one && known > 0 ? known - 1 : 0; i < known && !own; ++i)
             add(now_.guards[i].anchor, now_.guards[i].normal);
-        return;
+        if (airborne || (one && offered_ > 0)) return;
     }
     if (now_.spot.feature == MeshSpot::Feature::face) {
         add(now_.spot.position, walk_.outward(now_.spot.facet, now_.spot.side));
@@ -200,11 +205,28 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
         add(now_.spot.position, walk_.outward(now_.touches[i].facet, now_.touches[i].side));
 }
 
+Mat3 MeshContact::distance_hessian(const Vec3& point) const noexcept {
+    const MeshSpot& spot = now_.spot;
+    const Vec3 way = point - spot.position;
+    const double distance = glm::length(way);
+    const bool bends = !now_.passed && now_.mode == Mode::on_surface &&
+                       spot.feature != MeshSpot::Feature::face && distance > 0.0;
+    if (!bends) return Mat3{0.0};
+    Mat3 across = Mat3(1.0) - glm::outerProduct(way / distance, way / distance);
+    if (spot.feature == MeshSpot::Feature::edge) {
+        const MeshTopology& topology = mesh_->topology();
+        const Vec3 along = glm::normalize(topology.corner(spot.facet, (spot.index + 1) % 3) -
+                                          topology.corner(spot.facet, spot.index));
+        across -= glm::outerProduct(along, along); // there it goes along, and `way` is across
+    }
+    return across / distance;
+}
+
 std::optional<SlidingSurface::Face> MeshContact::offer_face(const Vec3& proxy) noexcept {
     if (now_.passed || !now_.strength.is_hard()) return std::nullopt;
     locate(proxy);
-    const bool on_face =
-        now_.mode == Mode::on_surface && now_.spot.feature == MeshSpot::Feature::face;
+    const bool on_face = now_.mode == Mode::on_surface && now_.guards.size() == 0 &&
+                         now_.spot.feature == MeshSpot::Feature::face;
     if (now_.passed || !on_face) return std::nullopt;
     offered_ = 1;
     now_.yielded = false;
@@ -263,10 +285,11 @@ void MeshContact::keep_active(const ProxySolution& solution, std::size_t first) 
     now_.yielded = false;
     for (std::size_t i = 0; i < offered_; ++i)
         if (solution.planes[first + i].state == MultiplierState::saturated) now_.yielded = true;
-    if (now_.mode != Mode::on_surface || offered_ != now_.touch_count) return;
+    if (now_.mode != Mode::on_surface || offered_ < now_.touch_count) return;
+    const std::size_t first_touch = first + offered_ - now_.touch_count; // behind the guard planes
     std::size_t kept = 0;
     for (std::size_t i = 0; i < now_.touch_count; ++i)
-        if (solution.planes[first + i].state != MultiplierState::released)
+        if (solution.planes[first_touch + i].state != MultiplierState::released)
             now_.touches[kept++] = now_.touches[i];
     now_.touch_count = kept;
 }

@@ -67,6 +67,10 @@ public:
 
     /// Puts the proxy onto a place of the mesh, on its front.                            [loop]
     void rest_on(const MeshSpot& spot) noexcept;
+    /// How the distance of `point` (m, scene frame) from the place on the mesh that is drawn to it
+    /// bends, 1/m: that of a ball about a vertex, of a cylinder about an edge; 0 above a facet and
+    /// off the mesh. [loop]
+    Mat3 distance_hessian(const Vec3& point) const noexcept;
 
 private:
     enum class Mode : std::uint8_t {

@@ -25,6 +25,16 @@ public:
     void restart() noexcept { *this = Calming(tolerance_m_); }
     /// A frame begins: takes its measures for it.                                       [loop]
     void begin(const FrameContext& frame) noexcept;
+    /// Whether the probe stays where it was, for what is calmed under a held probe alone: then the
+    /// frame is to begin(). Else all but the probe is forgotten, at next to no cost.    [loop]
+    bool stays(const Vec3& probe) noexcept {
+        if (probe == frame_.probe) return true;
+        if (begun_) restart();
+        frame_.probe = probe;
+        return false;
+    }
+    /// Whether the frame has begun: then it is to be ended.                             [loop]
+    bool begun() const noexcept { return begun_; }
     /// The stiffness g of the frame's spring towards its start, N/m, >= 0.              [loop]
     double spring_n_per_m() const noexcept { return spring_n_per_m_; }
     /// Whether the probe is where the frame before had it, to the bit, and the proxy where that

@@ -53,6 +53,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
+    needs_.one_field = surfaces_.size() == 1 && surfaces_.front().contact().of_field();
     needs_.nothing = surfaces_.empty() && effects_.empty();
     needs_.only_slides = surfaces_.size() == 1 && effects_.empty() && friction_.none() &&
                          !needs_.magnets && !needs_.bodies && surfaces_.front().contact().sliding();
@@ -136,7 +137,7 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     if (needs_.bodies) frame_.start = follow_bodies(frame_.start);
     path_.begin(frame_.start);
     follow_gains();
-    if (needs_.calming) begin_calming();
+    if (needs_.calming || (needs_.one_field && calming_.stays(frame_.probe))) begin_calming();
     for (LoopEffect& effect : effects_)
         effect.begin(frame_);
     friction_.begin();
@@ -158,6 +159,8 @@ void Subdivision::begin_calming() noexcept {
             calming_.restart();
             calming_.begin(frame_);
         }
+    } else if (needs_.one_field) {
+        if (calming_.stays(frame_.probe)) calming_.begin(frame_);
     }
     frame_.held = calming_.held();
     frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();
@@ -379,7 +382,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     note_open();
     if (!layers_.empty()) commit_layers(proxy);
     friction_.commit();
-    if (needs_.calming)
+    if (calming_.begun())
         calming_.end(proxy,
                      (primitives_.total_stiffness(frame_.stiffness) - calming_.spring_n_per_m()) /
                          frame_.stiffness);

@@ -237,6 +237,7 @@ private:
         bool alone = false;       // and is all that is felt, but for what only pushes
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
+        bool one_field = false;   // one surface, of a volume: noise may have no balance at all
         bool nothing = false;     // there are neither surfaces nor effects
         bool only_slides = false; // one surface, which can lead the proxy, without friction,
                                   // magnet or body, and no effect

@@ -33,6 +33,7 @@ protected:
 
 TEST_F(CommandMessages, AMisspeltCommandOrOptionIsToldTheNearest) {
     expect_usage({"tarce", "ball.toml"}, "unknown command \"tarce\"; did you mean \"trace\"?");
+    expect_usage({"veiw", "ball.toml"}, "did you mean \"view\"?");
     expect_usage({"xyz"}, "commands: info, devices");
     expect_usage({"trace", "ball.toml", "--methd", "single"},
                  "unknown option \"--methd\"; did you mean \"--method\"?");
@@ -65,6 +66,14 @@ TEST_F(CommandMessages, OptionsThatWouldChangeNothingAreRefused) {
         "--iso-after-smoothing: goes with --smooth-voxels");
     expect_usage({"study", "ball.toml", "--quick", "--frames", "5", "--repeat", "2"},
                  "--quick: --frames and --repeat say all");
+    expect_usage({"view", "ball.toml", "--sub-steps", "0-9"},
+                 "--sub-steps: ball.toml is a scene; leave it out");
+    for (const std::string option : {"--port", "--device", "--listen", "--seconds", "--cpu"})
+        expect_usage({"view", "run.h5", option, "1"},
+                     option + ": run.h5 is a recording, which is played by a page");
+    expect_usage({"view", "run.h5", "--png", "p.png", "--open"},
+                 "--open: run.h5 is a recording, of which pictures are asked for");
+    expect_usage({"view", ".", "--device", "hand"}, "--device: . is neither a scene nor");
     EXPECT_EQ(run({"trace", "ball.toml", "--method", "fixed", "--sub-steps", "8"}).exit, 0);
     EXPECT_EQ(run({"trace", "ball.toml", "--every", "2"}).exit, 0);
 }

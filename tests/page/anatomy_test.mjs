@@ -133,7 +133,7 @@ test('brain, live: twelve labels are listed, toggled, cut in slices, felt by nam
     await page.waitForFunction(() => {
       const {surfaces} = window.palpate.view;
       return surfaces.all.every(s => s.levels.at(-1).isHere) && surfaces.facets === surfaces.mostFacets;
-    }, undefined, {timeout: 60000});
+    }, undefined, {timeout: 300000});
 
     await page.fill('#filter', 'thal');
     await page.click('#hide-all');

@@ -158,7 +158,7 @@ test('options that are wrong or change nothing are refused', () => {
     [['--film', 'no.mp4', '--every', '1'], /--every: a film has/],
     [['--film', 'no.mp4', '--speed', '0.001', '--fps', '240'], /480000 pictures are more than 100000/],
     [['--png', 'no', '--out', 'page.html'], /--out/],
-    [['--png', 'no', '--sub-steps', '1-2'], /--sub-steps: pictures have none/],
+    [['--png', 'no', '--sub-steps', '1-2'], /--sub-steps: .* is a recording, of which pictures are asked for/],
     [['--dark'], /--dark: it is of pictures, and neither/],
     [['--from', '1'], /--from: it is of pictures, and neither/],
   ]) {

@@ -46,7 +46,7 @@ def check_file(palpate, file, folder):
 def main():
     if len(sys.argv) < 3:
         sys.exit(__doc__)
-    palpate, scene = sys.argv[1], str(pathlib.Path(sys.argv[2]).resolve())
+    palpate, scene = (str(pathlib.Path(file).resolve()) for file in sys.argv[1:3])
     times = int(sys.argv[3]) if len(sys.argv) > 3 else 100
     rng = random.Random(int(sys.argv[4]) if len(sys.argv) > 4 else 1)
     folder = pathlib.Path(tempfile.mkdtemp(prefix="palpate-kill-"))

@@ -172,6 +172,32 @@ TEST(RandomCasesControl, EachInvariantNoticesWhatItIsThereFor) {
     }
 }
 
+// Far away the proxy may be behind the facet that it is on by a thousand roundings of its position
+// (mesh_contact.md 7): 0.89 nm where a coordinate is 500 m. Who leaves there is noticed.
+TEST(RandomCasesControl, FarAwayAProxyMayDipBehindItsFacetByATolerance) {
+    const test::TemporaryFolder folder;
+    const Vec3 place{400.0, 500.0, 300.0};
+    RandomCase of = one_body(true);
+    TriangleMesh plate = *of.meshes["plate.ply"];
+    for (Vec3& p : plate.vertices)
+        p = 0.01 * p + place; // half of it is 0.2 mm
+    of.meshes["plate.ply"] = std::make_shared<const TriangleMesh>(std::move(plate));
+    for (auto& step : of.steps)
+        step.probe = 0.01 * step.probe + place;
+    stability::write_case(of, folder / "case");
+    const auto dipped = [&](double depth_m, double then_m) {
+        return stability::run_case(folder / "case",
+                                   in_one_frame([=](FrameReport&, std::vector<Vec3>& path) {
+                                       const Vec3 on = path.back();
+                                       path.push_back(on + Vec3{1e-6, 0, -depth_m});
+                                       path.push_back(on + Vec3{2e-6, 0, then_m});
+                                   }));
+    };
+    EXPECT_FALSE(dipped(0.8e-9, 0.0).failure);
+    EXPECT_TRUE(dipped(1e-9, 0.0).failure) << "farther than that";
+    EXPECT_TRUE(dipped(0.8e-9, -1e-9).failure) << "in two steps";
+}
+
 // The law of the spring, where nothing else is added to it.
 TEST(RandomCasesControl, AForceThatIsNotTheSpringsIsNoticed) {
     const test::TemporaryFolder folder;

@@ -75,8 +75,10 @@ std::string hash_of(std::uint64_t seed, const std::filesystem::path& folder, int
     Hash hash;
     int frame = 0;
     for (const Vec3& probe : draw.way(kFrames)) {
-        if (frame % 80 == 79)
-            loop.set_gain(gains() % (loop.effect_count() + 1), 0.5 * double(gains() % 4));
+        if (frame % 80 == 79) { // a draw a statement: compilers differ in the order of arguments
+            const double gain = 0.5 * double(gains() % 4);
+            loop.set_gain(gains() % (loop.effect_count() + 1), gain);
+        }
         DeviceState state;
         state.time_s = frame / description.loop.rate_hz;
         state.position = probe;

@@ -20,7 +20,8 @@
 namespace palpate::test {
 
 /// The draw of one scene and of a hand's way through it: the same seed, the same text and way.
-/// Bodies are some 10 mm large and lie around the origin.
+/// Bodies are some 10 mm large and lie around the origin. Each draw is a statement of its own:
+/// compilers differ in which argument of a call they evaluate first.
 class SceneTextDraw {
 public:
     explicit SceneTextDraw(std::uint64_t seed) : random_(seed) {}
@@ -85,9 +86,11 @@ private:
         std::string text = fmt::format("[loop]\nmethod = \"{}\"\n",
                                        word({"single", "paper", "fixed", "adaptive", "adaptive"}));
         if (chance(0.3)) text += "rate_hz = 4000\n";
-        if (chance(0.5))
+        if (chance(0.5)) {
+            const double damping = chance(0.3) ? between(0, 1) : 0.0;
             text += fmt::format("[coupling]\nstiffness_n_per_m = {}\ndamping_n_s_per_m = {}\n",
-                                between(100, 2000), chance(0.3) ? between(0, 1) : 0.0);
+                                between(100, 2000), damping);
+        }
         if (chance(0.3)) text += fmt::format("[limits]\nforce_n = {}\n", between(1, 8));
         return text;
     }
@@ -99,21 +102,25 @@ private:
         case 0:
             keys = fmt::format("sphere_cavity\"\nradius_mm = {}\n", between(8, 16));
             break;
-        case 1:
+        case 1: {
+            const double wavelength = between(8, 20);
+            const double amplitude = between(0.2, 1);
             keys = fmt::format("bumpy_cavity\"\nradius_mm = {}\namplitude_mm = {}\n"
                                "wavelength_mm = {}\n",
-                               between(9, 15), between(0.2, 1), between(8, 20));
+                               between(9, 15), amplitude, wavelength);
             break;
+        }
         case 2:
             keys = fmt::format("slab\"\nthickness_mm = {}\n", between(2, 12));
             break;
         case 3:
             keys = fmt::format("wedge\"\nangle_deg = {}\n", between(20, 160));
             break;
-        case 4:
-            keys = fmt::format("torus\"\nradius_mm = {}\ntube_mm = {}\n", between(8, 14),
-                               between(2, 6));
+        case 4: {
+            const double tube = between(2, 6);
+            keys = fmt::format("torus\"\nradius_mm = {}\ntube_mm = {}\n", between(8, 14), tube);
             break;
+        }
         default:
             keys = fmt::format("solid_sphere\"\nradius_mm = {}\n", between(8, 16));
         }
@@ -157,18 +164,20 @@ private:
     }
 
     void add_stream() {
+        const double pitch = between(5, 30);
         volumes_ += fmt::format("[volume.stream]\nanalytic = \"helix\"\nradius_mm = {}\n"
                                 "pitch_mm = {}\n",
-                                between(5, 15), between(5, 30));
+                                between(5, 15), pitch);
         vectors_.push_back("stream");
     }
 
     /// A number, or a function over a volume of scalars.
     std::string number_or_function(const std::string& key, double low, double high) {
         if (chance(0.6)) return fmt::format("{} = {}\n", key, between(low, high));
+        const double last = between(low, high);
+        const double first = between(low, high);
         return fmt::format("volume = \"{}\"\n{} = [[-0.004, {}], [0.004, {}]]\n",
-                           scalars_.empty() ? add_volume() : any_of(scalars_), key,
-                           between(low, high), between(low, high));
+                           scalars_.empty() ? add_volume() : any_of(scalars_), key, first, last);
     }
 
     std::string points(int count) {
@@ -185,8 +194,9 @@ private:
             effects_ += "[[effect]]\ntype = \"" + type + "\"\n" + keys;
         };
         const auto of_volume = [&](const std::vector<std::string>& volumes) {
+            const double strength_n = strength();
             return fmt::format("volume = \"{}\"\nstrength_n = {}\n",
-                               volumes.empty() ? add_volume() : any_of(volumes), strength());
+                               volumes.empty() ? add_volume() : any_of(volumes), strength_n);
         };
         switch (draw(0, 16)) {
         case 0:
@@ -200,32 +210,42 @@ private:
         case 4:
         case 5:
             return add_friction(body);
-        case 6:
+        case 6: {
             if (!body.textured) return;
+            const double height = between(0.01, 0.15);
             return add("texture", of_body + fmt::format("wavelength_mm = {}\nheight_mm = {}\n",
-                                                        between(1, 4), between(0.01, 0.15)));
-        case 7:
+                                                        between(1, 4), height));
+        }
+        case 7: {
+            const double capture = between(0.2, 3);
             return add("magnet", of_body + number_or_function("strength_n", 0.05, 1.5) +
-                                     fmt::format("capture_mm = {}\n", between(0.2, 3)));
-        case 8:
-            return add("guide", points(draw(1, 5)) + number_or_function("strength_n", 0.05, 4.0) +
-                                    (chance(0.5) ? "capture_mm = 4\n" : ""));
-        case 9:
+                                     fmt::format("capture_mm = {}\n", capture));
+        }
+        case 8: {
+            const std::string capture = chance(0.5) ? "capture_mm = 4\n" : "";
+            const std::string strength_n = number_or_function("strength_n", 0.05, 4.0);
+            return add("guide", points(draw(1, 5)) + strength_n + capture);
+        }
+        case 9: {
             if (chance(0.5))
                 return add("workspace",
                            fmt::format("radius_mm = {}\ncenter_mm = [1, 0, 0]\n", between(10, 25)));
+            const double strength_n = strength();
             return add("workspace", fmt::format("box_mm = [[-12, -11, -13], [{}, 10, 11]]\n"
                                                 "strength_n = {}\n",
-                                                between(5, 12), strength()));
+                                                between(5, 12), strength_n));
+        }
         case 10:
             return add("vibration", chance(0.5) ? of_body : "");
         case 11:
             return add("gravity_compensation", "mass_kg = 0.05\ndown = [0, -1, 0.2]\n");
-        default:
+        default: {
             if (vectors_.empty()) return;
+            const std::string keys = of_volume(vectors_);
             return add(
                 word({"vector_force", "vector_follow", "fibre_follow", "front_shape", "vortex"}),
-                of_volume(vectors_));
+                keys);
+        }
         }
     }
 
@@ -234,10 +254,10 @@ private:
         if (std::find(rubbed_.begin(), rubbed_.end(), body.name) != rubbed_.end()) return;
         rubbed_.push_back(body.name);
         const double at_rest = between(0.05, 0.8);
+        const double sliding = between(0.2, 1.0) * at_rest;
         effects_ += fmt::format("[[effect]]\ntype = \"{}\"\nsurface = \"{}\"\nstatic = {}\n"
                                 "dynamic = {}\n",
-                                word({"friction", "stick_slip"}), body.name, at_rest,
-                                between(0.2, 1.0) * at_rest);
+                                word({"friction", "stick_slip"}), body.name, at_rest, sliding);
     }
 
     std::mt19937_64 random_;

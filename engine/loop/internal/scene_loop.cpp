@@ -228,7 +228,7 @@ FrameReport SceneLoop::frame(const DeviceState& device, std::span<const std::uin
     report.time_s = device.time_s;
     report.probe = device.position;
     report.flags = std::exchange(flags_of_adoption_, 0);
-    moved_ = false;
+    computed_ = moved_ = false;
 
     if (!in_range(device.position)) {
         report.flags |= kProbeNotFinite;
@@ -301,6 +301,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);
+    computed_ = true;
     moved_ = in_range(result.proxy);
     if (moved_) {
         proxy_ = result.proxy;
@@ -366,7 +367,7 @@ void SceneLoop::restore(const LoopState& state) {
     trial_ = from.trial;
     proxy_ = from.proxy;
     flags_of_adoption_ = from.flags_of_adoption;
-    moved_ = false;
+    computed_ = moved_ = false;
 }
 
 std::span<const Touch> SceneLoop::touches() noexcept {

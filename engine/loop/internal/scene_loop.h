@@ -53,6 +53,12 @@ public:
 
     const VirtualCoupling& coupling() const noexcept { return coupling_; }
     const Subdivision& subdivision() const noexcept { return *subdivision_; }
+    std::span<const Vec3> path() const noexcept {
+        return computed_ ? subdivision_->path() : std::span<const Vec3>();
+    }
+    std::span<const std::uint32_t> steps_left() const noexcept {
+        return computed_ ? subdivision_->steps_left() : std::span<const std::uint32_t>();
+    }
     std::span<const Touch> touches() noexcept;
     std::span<const SurfaceStatus> surface_states() noexcept;
     std::size_t effect_count() const noexcept { return gains_.size(); }
@@ -93,8 +99,9 @@ private:
     std::uint32_t trial_ = 0;
     Vec3 proxy_{0.0};
 
-    bool moved_ = false; // in the last frame: subdivision_ has its touches
-    TouchList touches_;  // as they were asked for last
+    bool computed_ = false; // the last frame had a place to go to: subdivision_ has its path
+    bool moved_ = false;    // and it got to one: subdivision_ has its touches
+    TouchList touches_;     // as they were asked for last
     SurfaceStatuses statuses_;
 
     // Of a scene that takes another's place.

@@ -72,10 +72,7 @@ Silence ServoLoop::silence_of(const DeviceState& state, double gap_us) const noe
 /// A frame with its decisions and touches, or none of them: a recording has no use for one without
 /// the others.
 void ServoLoop::hand_over(RunFrame& frame) noexcept {
-    // A frame without an evaluation leaves those of an earlier one standing.
-    const auto decisions = decisions_ && frame.frame.evaluations > 0
-                               ? loop_.steps_left()
-                               : std::span<const std::uint32_t>{};
+    const auto decisions = decisions_ ? loop_.steps_left() : std::span<const std::uint32_t>{};
     const auto touches = touches_ ? loop_.touches() : std::span<const Touch>{};
     if (frames_.room() == 0 || (decisions_ && decisions_->room() < decisions.size()) ||
         (touches_ && touches_->room() < touches.size())) {

@@ -11,10 +11,11 @@ namespace {
 
 using Kind = DeviceDescription::Kind;
 
-// Spelled in the order of the enumeration, without `none` and `hid`, which is followed by an
-// address.
+// Spelled in the order of the enumeration, without `none`, and without `hid` and `plugin`, which
+// are followed by an address.
 constexpr std::array<std::string_view, 5> kNames{"path", "orbit", "tour", "recording", "hand"};
 constexpr std::string_view kHid = "hid:";
+constexpr std::string_view kPlugin = "plugin:";
 
 void read_file(const TomlTable& table, const SceneDescription& scene, std::string_view remedy,
                DeviceDescription& device) {
@@ -147,24 +148,34 @@ void read_hand_device(const TomlTable& table, const SceneDescription& scene,
     device.placement = read_placement(table);
 }
 
+/// Hardware, by its address or through a plug-in's file. Whether it is there, a run asks.
+void read_attached(const TomlTable& table, const SceneDescription& scene, std::string_view start,
+                   const std::string& address, DeviceDescription& device) {
+    const bool is_hid = start == kHid;
+    if (address.empty())
+        table.fail(table.line_of("type"),
+                   fmt::format("type = \"{}\" {} names no {}", start, table.where(),
+                               is_hid ? "device" : "file"),
+                   is_hid ? "add what `palpate devices` lists"
+                          : "add the plug-in's shared library");
+    device.kind = is_hid ? Kind::hid : Kind::plugin;
+    device.address = is_hid ? address : (scene.file.parent_path() / address).string();
+    table.allow_only(kPlacedKeys, fmt::format("with type = \"{}...\"", start));
+    device.placement = read_placement(table);
+}
+
 } // namespace
 
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
     DeviceDescription device;
     device.line = table.line();
-    table.require("type", fmt::format("give one of {}, hid:ADDRESS", joined(kNames)));
+    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE", joined(kNames)));
     const std::string type = table.text("type");
-    if (type.starts_with(kHid)) {
-        device.kind = Kind::hid;
-        device.address = type.substr(kHid.size());
-        if (device.address.empty())
-            table.fail(table.line_of("type"),
-                       fmt::format("type = \"hid:\" {} names no device", table.where()),
-                       "add what `palpate devices` lists");
-        table.allow_only(kPlacedKeys, "with type = \"hid:...\"");
-        device.placement = read_placement(table);
-        return device;
-    }
+    for (const std::string_view start : {kHid, kPlugin})
+        if (type.starts_with(start)) {
+            read_attached(table, scene, start, type.substr(start.size()), device);
+            return device;
+        }
     device.kind = static_cast<Kind>(1 + table.choice("type", kNames));
     switch (device.kind) {
     case Kind::path:

@@ -18,16 +18,20 @@ bool is_near(std::string_view given, std::string_view valid) {
 } // namespace
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-    // Row i of the table of distances between the first i bytes of a and all beginnings of b.
-    std::vector<std::size_t> row(b.size() + 1);
+    // Rows i - 2, i - 1 and i of the table of distances between the first i bytes of a and all
+    // beginnings of b.
+    std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
     for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
+        before.swap(last);
+        last.swap(row);
         row[0] = i;
         for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+            const std::size_t replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+            row[j] = std::min({replaced, last[j] + 1, row[j - 1] + 1});
+            const bool changed_places =
+                i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            if (changed_places) row[j] = std::min(row[j], before[j - 2] + 1);
         }
     }
     return row[b.size()];

@@ -9,7 +9,8 @@
 
 namespace palpate::internal {
 
-/// Whole-word edit distance (Levenshtein): insertions, deletions and replacements of a byte cost 1.
+/// Edit distance of whole words (optimal string alignment): insertions, deletions and replacements of
+/// a byte, and two bytes that changed places, cost 1.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// What to do about a name that does not exist: `did you mean "bone"?` when a valid one is near,

@@ -24,25 +24,28 @@ MixedPrimitives::MixedPrimitives(const PrimitiveSet& primitives, const Vec3& tar
     for (std::size_t i = 0; i < primitives.planes().size(); ++i) {
         const PlanePrimitive& plane = primitives.planes()[i];
         const double length = glm::length(plane.normal);
-        if (!is_usable(plane.anchor, length, plane.strength_n)) continue;
+        const double bound = plane.strength_n / stiffness;
+        if (!is_usable(plane.anchor, length, bound)) continue;
         const Vec3 anchor = plane.anchor - target;
         const Vec3 normal = plane.normal / length;
-        hinges.push_back({normal, plane.strength_n / stiffness, true, i});
+        hinges.push_back({normal, bound, true, i});
         at_target.gap.push_back(-glm::dot(normal, anchor));
         scale = std::max(scale, glm::length(anchor));
     }
     for (std::size_t i = 0; i < primitives.lines().size(); ++i) {
         const LinePrimitive& line = primitives.lines()[i];
         const double length = glm::length(line.axis);
-        if (!is_usable(line.anchor, length, line.strength_n)) continue;
+        const double bound = line.strength_n / stiffness;
+        if (!is_usable(line.anchor, length, bound)) continue;
         const Vec3 axis = line.axis / length;
-        add({axis, across_of(axis), line.strength_n / stiffness, i}, line.anchor - target);
+        add({axis, across_of(axis), bound, i}, line.anchor - target);
     }
     line_count = tethers.size();
     for (std::size_t i = 0; i < primitives.points().size(); ++i) {
         const PointPrimitive& point = primitives.points()[i];
-        if (!is_usable(point.anchor, 1.0, point.strength_n)) continue;
-        add({Vec3{0.0}, Mat3{1.0}, point.strength_n / stiffness, i}, point.anchor - target);
+        const double bound = point.strength_n / stiffness;
+        if (!is_usable(point.anchor, 1.0, bound)) continue;
+        add({Vec3{0.0}, Mat3{1.0}, bound, i}, point.anchor - target);
     }
     const double hard = kHardMultiplier * scale;
     for (Hinge& hinge : hinges) {

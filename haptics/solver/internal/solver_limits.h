@@ -19,10 +19,11 @@ inline constexpr double kHardMultiplier = 64.0;
 // Rounding of a term of the duality gap, of the lengths that go into it: 8 ulp for 8 operations.
 inline constexpr double kGapRounding = 1e-15;
 
-/// Whether a primitive is felt at all: finite, with a direction, with a strength.        [loop]
-inline bool is_usable(const Vec3& anchor, double direction_length, double strength_n) noexcept {
+/// Whether a primitive is felt at all: finite, with a direction, with a strength. `bound`: s in N,
+/// or s / k in m where what follows divides by that: the smallest s have none.           [loop]
+inline bool is_usable(const Vec3& anchor, double direction_length, double bound) noexcept {
     return std::isfinite(direction_length) && direction_length > 0.0 && is_finite(anchor) &&
-           strength_n > 0.0;
+           bound > 0.0;
 }
 
 } // namespace palpate::internal

@@ -38,7 +38,7 @@ TEST(DeviceList, NothingAttachedSaysSoAndWhatServesAsWell) {
         EXPECT_EQ(text.back(), '\n');
     }
     EXPECT_EQ(nlohmann::json::parse(device_list_json({})),
-              nlohmann::json::parse(R"({"devices": []})"));
+              nlohmann::json::parse(R"({"devices": [], "plugins": []})"));
 }
 
 TEST(DeviceList, BriefNamesWhatToPutIntoTheSceneAndPointsToWhy) {

@@ -62,6 +62,25 @@ TEST(HapticLoop, AProbeThatIsNoNumberHoldsTheProxyAndFadesTheForce) {
     EXPECT_NEAR(glm::length(report.proxy - held), 0.0, 1e-9) << "the next frame is normal";
 }
 
+// Seen where a path of the frame before was taken for that of a frame whose probe was infinite: who
+// looks at every chord looked at it twice.
+TEST(HapticLoop, AFrameThatDoesNotMoveTheProxyHasNeitherPathNorSteps) {
+    test::ScriptedClock clock;
+    HapticLoop loop(ball(), clock);
+    loop.frame(at(0, 0, 0.06));
+    DeviceState stale = at(0, 0, 0.045);
+    stale.freshness = Freshness::stale;
+    for (const DeviceState& silent : {at(NAN, 0, 0), at(0, INFINITY, 0), at(0, 0, -1e300), stale}) {
+        loop.frame(at(0, 0, 0.045));
+        EXPECT_FALSE(loop.path().empty());
+        EXPECT_FALSE(loop.steps_left().empty());
+        const FrameReport report = loop.frame(silent);
+        EXPECT_EQ(report.evaluations, 0u);
+        EXPECT_TRUE(loop.path().empty());
+        EXPECT_TRUE(loop.steps_left().empty());
+    }
+}
+
 TEST(HapticLoop, BeginningWithNoNumberWaitsForOne) {
     test::ScriptedClock clock;
     HapticLoop loop(ball(), clock);

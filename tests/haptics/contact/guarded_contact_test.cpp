@@ -159,6 +159,39 @@ TEST(GuardedContact, AHeldProbeOnTheLeashMovesNoBit) {
     EXPECT_GT(held_by_the_guard, 10);
 }
 
+// Where the guard stands at a vertex, the leash holds the proxy on a ball about it, at an edge on a
+// cylinder. Seen: with flat planes and a probe farther away than the leash is long, frames went to
+// and fro between two of them up to their cap.
+TEST(GuardedContact, TheLeashFromACornerIsABall) {
+    constexpr double kHalf = 0.01;
+    TriangleMesh cavity = test::box_mesh(Vec3{-kHalf}, Vec3{kHalf});
+    for (auto& triangle : cavity.triangles)
+        std::swap(triangle[1], triangle[2]);
+    // A field that holds nothing there: a ball far away.
+    const auto field = test::voxels_of(
+        [](const Vec3& p) { return 0.004 - glm::length(p - Vec3{0.03}); }, 0.04, 1e-3);
+    for (const Vec3& direction :
+         {Vec3{1, 1, 1}, Vec3{1, 0.9, 0.7}, Vec3{1, 0.8, 0.02}, Vec3{0.7, 1, -0.3}}) {
+        ContactLoop loop({}, guarded(field, cavity));
+        loop.start(Vec3{0.0});
+        for (int i = 1; i <= 200; ++i) {
+            const Vec3 probe = (i / 200.0) * 0.015 * direction;
+            const SubdivisionResult result = loop.move(probe);
+            const Vec3 foot = glm::clamp(probe, Vec3{-kHalf}, Vec3{kHalf});
+            const double away = glm::length(probe - foot);
+            if (away < kLeash) continue; // it may not have come to the leash yet
+            ASSERT_FALSE(result.flags & kEvaluationCap) << i << " " << direction.y;
+            // The energy bank may let it hang a little lower than the leash's plane.
+            const double held = glm::length(loop.proxy() - foot);
+            ASSERT_GE(held, 0.8 * kLeash - 1e-7);
+            ASSERT_LE(held, kLeash + 1e-7);
+            // What is left of the way is an adaptive frame's tolerance.
+            const Vec3 exact = foot + (held / away) * (probe - foot);
+            ASSERT_LE(glm::length(loop.proxy() - exact), 1e-7) << i << " " << direction.y;
+        }
+    }
+}
+
 /// Checks every sub-step in which the leash has a say.
 class LeashListener final : public SubStepObserver {
 public:

@@ -303,6 +303,83 @@ TEST(MeshContact, MeshAndVolumeTogether) {
     }
 }
 
+/// In one of two boxes side by side, less than 1 nm apart: a proxy on its end, which is certified,
+/// beside a face that is not.
+class OnAnEndOfTwoBoxes {
+public:
+    static constexpr double kHalf = 0.01; // m
+
+    explicit OnAnEndOfTwoBoxes(double beside_m, const MeshContactSettings& settings = {})
+        : contact_(boxes(), settings) {
+        contact_.restart(proxy_);
+        go({3 * kHalf, 0, 2e-3});
+        on_ = {2 * kHalf, kHalf - beside_m, 2e-3};
+        for (int leg = 0; leg < 3; ++leg) // one ends on the edge between both facets of the end
+            go(on_);
+        EXPECT_LE(glm::length(proxy_ - on_), kExact);
+    }
+    /// A chord from where the proxy is, and how far it went, m. By a vector from the place at
+    /// first.
+    double along(const Vec3& way) { return go(on_ + way); }
+    /// Planes that it is offered after that.
+    const ContactSet& planes() const { return contacts_; }
+
+private:
+    static std::shared_ptr<const CertifiedMesh> boxes() {
+        constexpr double kGap = 0.7e-9; // m
+        TriangleMesh mesh = test::box_mesh({-2 * kHalf, -kHalf, -kHalf}, {-kGap, kHalf, kHalf});
+        test::append(mesh, test::box_mesh({0, -kHalf, -kHalf}, {2 * kHalf, kHalf, kHalf}));
+        auto made = certified(mesh);
+        EXPECT_EQ(made->uncertain_count(), 20u) << "all but the ends";
+        return made;
+    }
+    double go(const Vec3& to) {
+        const Vec3 from = proxy_;
+        proxy_ += contact_.carry(from, to).fraction * (to - from);
+        contacts_.clear();
+        contact_.offer(proxy_, contacts_);
+        contact_.commit(proxy_, false, true);
+        return glm::length(proxy_ - from);
+    }
+
+    MeshContact contact_;
+    ContactSet contacts_;
+    Vec3 proxy_{kHalf, 0, 2e-3}, on_{0.0};
+};
+
+// Seen: the proxy was drawn off the end and could not go, as the face was nearer than a skin. It
+// was then taken to be in free space, without the label of its side, and the next chord went out
+// through the end.
+TEST(MeshContact, WhereAFlightEndsAtOnceTheProxyKeepsItsSide) {
+    for (const double beside_m : {0.0, 1e-9, 2e-9, 1e-8}) {
+        SCOPED_TRACE(beside_m);
+        OnAnEndOfTwoBoxes proxy(beside_m);
+        EXPECT_LE(proxy.along({-1e-3, 3e-3, 0}), kExact) << "off the end, through the face";
+        EXPECT_LE(proxy.along({1e-3, 0, 0}), kExact) << "through the end";
+        EXPECT_LE(proxy.along({1e-3, 1e-4, 0}), kExact) << "through the edge";
+        EXPECT_GE(proxy.along({-1e-3, -3e-3, 0}), 3e-3) << "back into the box";
+    }
+}
+
+TEST(MeshContact, WhereAFlightEndsAtOnceBothFacetsHold) {
+    OnAnEndOfTwoBoxes hard(2e-9);
+    hard.along({-1e-3, 3e-3, 0});
+    ASSERT_EQ(hard.planes().size(), 2u);
+    EXPECT_EQ(hard.planes()[0].plane.normal, Vec3(0, -1, 0));
+    EXPECT_EQ(hard.planes()[1].plane.normal, Vec3(-1, 0, 0));
+
+    // Of one that yields, the one that is pressed: two would resist with twice its strength.
+    MeshContactSettings settings;
+    settings.strength_n = 1.0;
+    OnAnEndOfTwoBoxes weak(2e-9, settings);
+    weak.along({-1e-3, 3e-3, 0});
+    ASSERT_EQ(weak.planes().size(), 1u);
+    EXPECT_EQ(weak.planes()[0].plane.normal, Vec3(0, -1, 0));
+    weak.along({1e-3, 0, 0});
+    ASSERT_EQ(weak.planes().size(), 1u);
+    EXPECT_EQ(weak.planes()[0].plane.normal, Vec3(-1, 0, 0));
+}
+
 TEST(MeshContact, SettingsOutOfRangeAreRefused) {
     const auto mesh = certified(test::plate());
     EXPECT_THROW(MeshContact(nullptr, {}), std::invalid_argument);

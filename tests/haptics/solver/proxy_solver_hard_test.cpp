@@ -101,5 +101,33 @@ TEST(ProxySolverHard, EveryStrengthIsAnswered) {
     }
 }
 
+// Seen with a guide whose strength had faded to 4e-308 N, where frames know no smaller numbers: over
+// the stiffness that is no length any more, and the solution was no number. As nothing made it go
+// on, the proxy stayed where it was for ever.
+TEST(ProxySolverHard, AStrengthTooSmallToBeALengthHoldsNothing) {
+    const double least = std::numeric_limits<double>::denorm_min();
+    ASSERT_EQ(least / kStiffness, 0.0);
+    const Vec3 probe{0.002, -0.001, 0.004};
+    PrimitiveSet wall;
+    wall.add({{0, 0, 0.005}, {0, 0, 1}, kInfinite});
+    const Vec3 held = solve_proxy(wall, probe, kStiffness).proxy;
+    const auto expect_held = [&](const PrimitiveSet& set) {
+        const ProxySolution solution = solve_proxy(set, probe, kStiffness);
+        ASSERT_TRUE(is_finite(solution.proxy));
+        EXPECT_EQ(solution.status, SolveStatus::exact);
+        // 1e-12 of the scale, two centimetres.
+        EXPECT_LE(glm::length(solution.proxy - held), 2e-14);
+    };
+    PrimitiveSet point = wall, line = wall, plane = wall;
+    point.add_point({{0.02, 0, 0}, least});
+    line.add_line({{0.02, 0, 0}, {0, 1, 0}, least});
+    plane.add({{0.02, 0, 0}, {1, 0, 0}, least});
+    expect_held(point);
+    expect_held(line);
+    expect_held(plane);
+    plane.add_point({{0.02, 0, 0}, 1e-3}); // a plane among tethers
+    ASSERT_TRUE(is_finite(solve_proxy(plane, probe, kStiffness).proxy));
+}
+
 } // namespace
 } // namespace palpate

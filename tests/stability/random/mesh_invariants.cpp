@@ -70,6 +70,17 @@ double farthest(const TriangleMesh& mesh) {
     return most;
 }
 
+/// What of a height above a facet is none, m: a chord may end so far behind the facet that it is on
+/// (mesh_contact.md 7). 2e-11 of the half extent; at least a thousand roundings of a position, each
+/// 8 units of double's last place: 1.2 nm at 660 m.
+double tolerance_m(const TriangleMesh& mesh) {
+    constexpr double kRoundings = 1000.0 * 8.0 * std::numeric_limits<double>::epsilon();
+    double largest = 0.0; // coordinate
+    for (const Vec3& p : mesh.vertices)
+        largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    return std::max(2e-11 * half_extent(mesh), kRoundings * largest);
+}
+
 /// Chords against triangles. A chord crosses one whose both ends are off its plane, on either side,
 /// where it is within its edges. A proxy that comes onto a facet and leaves it has to leave on the
 /// side that it came from; who has walked over an edge meanwhile is not judged here.
@@ -79,8 +90,7 @@ public:
         : surface_(*hard.surface), index_(hard.index),
           facets_(facets_of(surface_.mesh.scene->mesh())) {
         const TriangleMesh& mesh = surface_.mesh.scene->mesh();
-        // A hundredth of a skin (mesh_contact.md 7), and rounding far from the origin.
-        off_m_ = 1e-8 * half_extent(mesh) + 2e-15 * farthest(mesh);
+        off_m_ = 1e-8 * half_extent(mesh) + tolerance_m(mesh); // the first: a hundredth of a skin
     }
     const char* name() const override { return "crossing"; }
 
@@ -155,7 +165,7 @@ class Side final : public Invariant {
 public:
     Side(const HardSurface& hard, bool pure)
         : surface_(*hard.surface), index_(hard.index), mesh_(surface_.mesh.scene->mesh()),
-          pure_(pure), hair_m_(2e-7 * half_extent(mesh_) + 1e-14 * farthest(mesh_)) {}
+          pure_(pure), hair_m_(2e-7 * half_extent(mesh_) + 2.0 * tolerance_m(mesh_)) {}
     const char* name() const override { return "side"; }
 
     std::optional<std::string> check(const SeenFrame& seen) override {

@@ -166,8 +166,7 @@ private:
             }
             twin_.restore(kept);
         }
-        FrameReport twins =
-            own.evaluations > 0 ? twin_.frame(state, first_.steps_left()) : twin_.frame(state);
+        FrameReport twins = twin_.frame(state, first_.steps_left());
         if (options_.spoil_twin) options_.spoil_twin(twins);
         ++outcome_.checks["same bits"];
         own.estimate_us = twins.estimate_us = 0.0; // of the clock, which is another one

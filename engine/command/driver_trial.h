@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/device_plugin.h>
+#include <palpate/drivers/plugin_device.h>
+#include <palpate/engine/command/check_suite.h>
+
+namespace palpate::command {
+
+/// A read and a write, as the check's thread saw them.
+struct Exchange {
+    palpate_plugin_state state; ///< as the plug-in left it
+    int read = 0;               ///< what read returned
+    int write = 0;              ///< what write returned
+    double began_s = 0.0;       ///< when read was called, CLOCK_MONOTONIC
+    double read_s = 0.0;        ///< how long it took; without what other programs took
+    double write_s = 0.0;
+    Watched watched; ///< what both did
+};
+
+/// A driver under test: a plug-in, or one of our own behind the same functions. One check, one
+/// process, one trial. What it does not let a check do it throws as a Verdict.
+class DriverTrial {
+public:
+    /// What is allowed, and how much is asked.
+    struct Settings {
+        bool may_push = false;      ///< forces may be as long as the device can hold
+        long long frames = 100'000; ///< of the check `endurance`
+    };
+
+    /// `driver` as --device takes it, a plug-in also without "plugin:".
+    DriverTrial(std::string driver, const Settings& settings);
+
+    bool is_own() const; ///< of our own: no file to look at
+    const std::string& path() const { return address_.path; }
+    bool may_push() const;
+    long long frames() const { return settings_.frames; }
+
+    const palpate_device_plugin& plugin();
+    /// Opens another one, with an option more where `key` is not empty; null where it refuses, and
+    /// then with a reason.
+    void* try_open(const std::string& key, std::string& reason);
+    void* opened();                                ///< opens it at the first call
+    const palpate_plugin_properties& properties(); ///< of the opened one
+    void* started();                               ///< starts it at the first call
+    void stop();
+    void close();
+
+    /// One exchange with this force, N.
+    Exchange exchange(const double (&force_n)[3]);
+    /// Exchanges at the device's rate, without force, for at least `least_s`.
+    std::vector<Exchange> exchanges(double least_s = 0.3);
+    /// The same; `next` gives each force from the exchange before.
+    template <class Next>
+    std::vector<Exchange> exchanges_with(double least_s, Next next);
+    /// What is waited between two exchanges.
+    void wait_for_next();
+    /// A state that is new, within two seconds; else throws.
+    Exchange first_state();
+
+private:
+    PluginAddress address_;
+    Settings settings_;
+    const palpate_device_plugin* plugin_ = nullptr;
+    void* device_ = nullptr;
+    bool is_started_ = false;
+    palpate_plugin_properties properties_{};
+    double due_s_ = 0.0;
+};
+
+template <class Next>
+std::vector<Exchange> DriverTrial::exchanges_with(double least_s, Next next) {
+    std::vector<Exchange> all;
+    all.reserve(static_cast<std::size_t>(4.0 * least_s * properties().rate_hz));
+    const Exchange first = first_state();
+    all.push_back(first);
+    while (all.back().began_s - first.began_s < least_s || all.size() < 60) {
+        double force_n[3] = {};
+        next(all.back(), force_n);
+        wait_for_next();
+        all.push_back(exchange(force_n));
+    }
+    return all;
+}
+
+/// The states of exchanges that are new and in range, in order of time.
+std::vector<palpate_plugin_state> good_states(std::span<const Exchange> exchanges);
+
+/// Why a force cannot be checked.
+inline constexpr const char* kUnseen =
+    "held_force_n is not set with each state, new or not, so nobody can see it";
+
+using DriverCheck = Check<DriverTrial>;
+
+/// All of them, in their order.
+std::span<const DriverCheck> library_checks();
+std::span<const DriverCheck> life_checks();
+std::span<const DriverCheck> state_checks();
+std::span<const DriverCheck> call_checks();
+std::span<const DriverCheck> force_checks();
+std::span<const DriverCheck> end_checks();
+
+/// Our own drivers behind a plug-in's functions: hand, path:FILE, hid:ADDRESS; null: `driver` names
+/// none.
+const palpate_device_plugin* own_driver(const std::string& driver);
+
+} // namespace palpate::command

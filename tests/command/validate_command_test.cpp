@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+// `palpate validate driver` finds each fault of plugins/seeded_device.c by the check that is meant,
+// and nothing in a plug-in without one.
+#include <csignal>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "tests/command/check_outcomes.h"
+#include "tests/command/command_run.h"
+
+namespace palpate {
+namespace {
+
+using test::checks;
+
+const std::string kFolder = PALPATE_PLUGINS;
+
+/// Faults that an option chooses, and the check that finds each.
+const std::map<std::string, std::string> kFoundBy{
+    {"ANY_OPTION", "unknown_option"},
+    {"SILENT_OPEN", "open"},
+    {"NEEDS_FILE", "open_without_device"},
+    {"RATE_NAN", "properties"},
+    {"PROPERTIES_CHANGE", "properties_stay"},
+    {"SECOND_OPEN_CRASHES", "open_twice"},
+    {"CRASH_BEFORE_START", "before_start"},
+    {"FORCE_BEFORE_START", "before_start"},
+    {"START_FAILS", "start"},
+    {"START_EXITS", "start"},
+    {"NO_STATE", "first_state"},
+    {"NAN_POSITION", "finite"},
+    {"TIME_BACK", "time_forward"},
+    {"TIME_MS", "time_unit"},
+    {"SAME_TIME", "time_unit"},
+    {"POSITION_MM", "position_unit"},
+    {"SLOW_STATES", "rate"},
+    {"OUTSIDE", "workspace"},
+    {"WRONG_VELOCITY", "velocity"},
+    {"WRONG_BUTTONS", "buttons"},
+    {"ALWAYS_STALE", "fresh"},
+    {"SLOW_READ", "read_time"},
+    {"SLOW_WRITE", "write_time"},
+    {"BLOCKS", "blocking"},
+    {"ALLOCATES", "allocation"},
+    {"HOLDS_LOCK", "locks"},
+    {"REFUSES_FORCE", "force_taken"},
+    {"TOO_STRONG", "force_limit"},
+    {"NAN_FORCE", "force_not_finite"},
+    {"WRONG_SIGN", "force_sign"},
+    {"DELAYED", "passivity"},
+    {"FORCE_AFTER_STOP", "zero_at_stop"},
+    {"SECOND_STOP_CRASHES", "stop_twice"},
+    {"NO_RESTART", "restart"},
+    {"TAKES_SIGNALS", "signals"},
+    {"CRASH_LATE", "endurance"},
+    {"CRASH_IN_CLOSE", "close"},
+    {"CRASH_UNSTARTED", "close_unstarted"},
+    {"NO_REOPEN", "reopen"},
+    {"LEAKS_FILE", "descriptors"},
+    {"LEAKS_THREAD", "threads"},
+    {"LEAKS_MEMORY", "memory"},
+};
+
+/// Faults that are compiled in.
+const std::map<std::string, std::string> kFilesFoundBy{
+    {"UNDEFINED_SYMBOL", "file"}, {"NO_ENTRY", "entry"},   {"NULL_TABLE", "entry"},
+    {"WRONG_ABI", "version"},     {"SHORT_TABLE", "size"}, {"NULL_READ", "functions"}};
+
+constexpr const char* kBall = "[volume.ball]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n"
+                              "[surface.skin]\nvolume = \"ball\"\n"
+                              "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
+
+/// The ball, felt with a plug-in.
+std::string ball_with(const std::string& plugin) {
+    return kBall + ("[device]\ntype = \"plugin:" + plugin + "\"\n");
+}
+
+class ValidateCommand : public test::CommandRun {
+protected:
+    /// With all checks where PALPATE_ALL_CHECKS is set: the others must not fail. That takes some
+    /// minutes; else the check that is meant, and those that it needs.
+    void expect_found(const std::string& driver, const std::string& check) {
+        SCOPED_TRACE(driver);
+        std::vector<std::string> words{"validate",  "driver", driver,     "--json",
+                                       "--limit-s", "30",     "--frames", "25000"};
+        if (std::getenv("PALPATE_ALL_CHECKS") == nullptr) {
+            words.push_back("--only");
+            words.push_back(check);
+        }
+        const test::CommandResult result = run(words);
+        EXPECT_EQ(result.exit, 1) << result.err;
+        EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{check}) << result.out;
+    }
+};
+
+TEST_F(ValidateCommand, APluginWithoutAFaultPassesEveryCheck) {
+    const test::CommandResult result =
+        run({"validate", "driver", kFolder + "/seeded_device.so", "--json", "--frames", "20000"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
+    EXPECT_EQ(checks(result, "WARN"), std::vector<std::string>{}) << result.out;
+    std::vector<std::string> skipped = checks(result, "SKIP");
+    EXPECT_LE(skipped.size(), 2u) << "allocations and locks are not counted under sanitizers";
+    EXPECT_GE(checks(result, "PASS").size(), 40u);
+}
+
+/// Runs a hand in Python beside what it is given.
+class PythonHand {
+public:
+    explicit PythonHand(const std::string& port) : process_(::fork()) {
+        if (process_ != 0) return;
+        ::execl(PALPATE_PYTHON, PALPATE_PYTHON, "-B", PALPATE_HAND, port.c_str(), "120", nullptr);
+        ::_exit(127);
+    }
+    ~PythonHand() {
+        ::kill(process_, SIGKILL);
+        ::waitpid(process_, nullptr, 0);
+    }
+    PythonHand(const PythonHand&) = delete;
+    PythonHand& operator=(const PythonHand&) = delete;
+
+private:
+    pid_t process_;
+};
+
+TEST_F(ValidateCommand, TheUdpExampleWithAHandInPythonPassesAndIsReplayed) {
+    const std::string port = std::to_string(20000 + ::getpid() % 20000);
+    const std::string plugin = kFolder + "/udp_device.so?port=" + port;
+    const PythonHand hand(port);
+    const test::CommandResult result =
+        run({"validate", "driver", plugin, "--json", "--frames", "20000"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
+    EXPECT_GE(checks(result, "PASS").size(), 38u) << result.out;
+
+    make("scene.toml", kBall);
+    const test::CommandResult trace = run({"trace", "scene.toml", "--pace", "realtime", "--seconds",
+                                           "3", "--out", "out", "--device", "plugin:" + plugin});
+    ASSERT_EQ(trace.exit, 0) << trace.err;
+    EXPECT_EQ(run({"replay", "out/recording.h5", "--check"}).exit, 0);
+}
+
+TEST_F(ValidateCommand, TheSimulatedHandPasses) {
+    const test::CommandResult result =
+        run({"validate", "driver", "hand", "--json", "--frames", "20000"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_GE(checks(result, "PASS").size(), 30u) << result.out;
+}
+
+TEST_F(ValidateCommand, FaultsOfTheFileAreFound) {
+    for (const auto& [defect, check] : kFilesFoundBy)
+        expect_found(kFolder + "/seeded_" + defect + ".so", check);
+}
+
+TEST_F(ValidateCommand, AnExceptionOfAPluginIsNamedWithItsFunction) {
+    const test::CommandResult result =
+        run({"validate", "driver", kFolder + "/throwing_device.so", "--only", "open"});
+    EXPECT_EQ(result.exit, 1);
+    EXPECT_NE(result.out.find("an exception leaves open (no such port); catch it there"),
+              std::string::npos)
+        << result.out;
+}
+
+/// One test each, so that they share the cores.
+class SeededFault : public ValidateCommand,
+                    public testing::WithParamInterface<std::pair<const std::string, std::string>> {
+};
+
+TEST_P(SeededFault, IsFoundByItsCheck) {
+    const auto& [defect, check] = GetParam();
+    expect_found(kFolder + "/seeded_device.so?defect=" + defect, check);
+}
+
+INSTANTIATE_TEST_SUITE_P(Plugin, SeededFault, testing::ValuesIn(kFoundBy.begin(), kFoundBy.end()),
+                         [](const auto& fault) { return fault.param.first; });
+
+TEST_F(ValidateCommand, ADriverThatHangsIsEndedAndTheOtherChecksAreSkipped) {
+    for (const char* defect : {"OPEN_HANGS", "HANG_IN_CLOSE"}) {
+        const test::CommandResult result =
+            run({"validate", "driver", kFolder + "/seeded_device.so?defect=" + defect, "--only",
+                 "reopen", "--limit-s", "5"});
+        EXPECT_EQ(result.exit, 1);
+        EXPECT_NE(result.out.find("does not return within 5 s; let no call wait"),
+                  std::string::npos)
+            << result.out;
+    }
+}
+
+TEST_F(ValidateCommand, AForceThatNobodyEndsIsAWarning) {
+    const test::CommandResult result =
+        run({"validate", "driver", kFolder + "/seeded_device.so?defect=HOLDS_FOREVER", "--json",
+             "--only", "watchdog"});
+    EXPECT_EQ(result.exit, 0);
+    EXPECT_EQ(checks(result, "WARN"), std::vector<std::string>{"watchdog"}) << result.out;
+}
+
+TEST_F(ValidateCommand, WhatIsAskedWronglyIsSaid) {
+    const test::CommandResult none = run({"validate", "driver", "hand", "--only", "times"});
+    EXPECT_EQ(none.exit, 2);
+    EXPECT_NE(none.err.find("--only times: there is no such check; "), std::string::npos)
+        << none.err;
+    EXPECT_EQ(run({"validate", "driver"}).exit, 2);
+    const test::CommandResult file = run({"validate", "driver", "none.so", "--only", "file"});
+    EXPECT_EQ(file.exit, 1);
+    EXPECT_NE(file.out.find("none.so: there is no such file; give the plug-in's"),
+              std::string::npos)
+        << file.out;
+    EXPECT_EQ(run({"validate", "driver", "x.so?port", "--list"}).exit, 0);
+    EXPECT_EQ(run({"validate", "driver", "x.so?port"}).exit, 3);
+}
+
+TEST_F(ValidateCommand, ARunWithAPluginIsReplayedToTheLastBit) {
+    make("scene.toml", ball_with(kFolder + "/seeded_device.so"));
+    const test::CommandResult trace =
+        run({"trace", "scene.toml", "--pace", "realtime", "--seconds", "1", "--out", "out"});
+    ASSERT_EQ(trace.exit, 0) << trace.err;
+    EXPECT_NE(trace.err.find("device"), std::string::npos);
+    const test::CommandResult replay = run({"replay", "out/recording.h5", "--check"});
+    EXPECT_EQ(replay.exit, 0) << replay.out << replay.err;
+
+    const test::CommandResult asap = run({"trace", "scene.toml"});
+    EXPECT_EQ(asap.exit, 2);
+    EXPECT_NE(asap.err.find("use --pace realtime"), std::string::npos) << asap.err;
+}
+
+TEST_F(ValidateCommand, ARunThatHangsInThePluginEndsAndSaysSo) {
+    make("scene.toml", ball_with(kFolder + "/seeded_device.so?defect=HANG_IN_READ"));
+    const test::CommandResult trace =
+        run({"trace", "scene.toml", "--pace", "realtime", "--seconds", "1", "--out", "out"});
+    EXPECT_EQ(trace.exit, 0) << trace.err;
+    EXPECT_NE(trace.err.find("stop did not return"), std::string::npos) << trace.err;
+    EXPECT_EQ(run({"replay", "out/recording.h5", "--check"}).exit, 0);
+}
+
+TEST_F(ValidateCommand, APluginThatIsNotThereIsADeviceError) {
+    make("scene.toml", ball_with(folder().string() + "/none.so"));
+    const test::CommandResult trace = run({"trace", "scene.toml", "--pace", "realtime"});
+    EXPECT_EQ(trace.exit, 4);
+    EXPECT_NE(trace.err.find("none.so: there is no such file; give the plug-in's shared library"),
+              std::string::npos)
+        << trace.err;
+    EXPECT_EQ(run({"explain", "scene.toml"}).exit, 0) << "a scene can be looked at without it";
+}
+
+TEST_F(ValidateCommand, PluginsAreListedWhereTheyAreNamed) {
+    const test::CommandResult listed =
+        run({"devices", "--plugin", kFolder + "/seeded_device.so", kFolder + "/none.so"});
+    EXPECT_EQ(listed.exit, 0) << listed.err;
+    EXPECT_NE(listed.out.find("seeded_device.so  seeded 1.0: plug-in  plugin:"), std::string::npos)
+        << listed.out;
+    EXPECT_NE(listed.out.find("none.so: there is no such file"), std::string::npos) << listed.out;
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// `palpate validate effect` finds each fault of effect_plugins/seeded_effect.cpp by the check that
+// is meant, and none in Palpate's own kinds.
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/command/check_outcomes.h"
+#include "tests/command/command_run.h"
+
+namespace palpate {
+namespace {
+
+using test::checks;
+
+const std::string kFolder = PALPATE_EFFECTS;
+
+/// Faults that the environment chooses, and the check that finds each.
+const std::map<std::string, std::string> kFoundBy{
+    {"THROWS", "make"},
+    {"NULL", "make"},
+    {"SAYS_NEGATIVE", "promises"},
+    {"NAN", "finite"},
+    {"NEGATIVE", "finite"},
+    {"LONG_AXIS", "unit_vectors"},
+    {"MANY", "room"},
+    {"FAR", "far"},
+    {"CRASHES_ON_LEAP", "far"},
+    {"PERIOD", "rates"},
+    {"CLOCK", "same_bits"},
+    {"STATIC", "independent"},
+    {"NO_RESTART", "restart"},
+    {"GATHER_MOVES", "gather_keeps"},
+    {"NOT_FELT", "felt"},
+    {"RESTARTS_CRASH", "gains"},
+    {"CRASHES_AFTER_SILENCE", "odd_probes"},
+    {"FORGETS", "save_restore"},
+    {"OWN_STATE", "restore_other"},
+    {"SHAKES", "rest"},
+    {"PUSHES", "unasked"},
+    {"DRIVES", "passivity"},
+    {"SLOW", "cost"},
+    {"ALLOCATES", "allocation"},
+    {"LOCKS", "locks"},
+    {"SLEEPS", "system_calls"},
+    {"LEAKS_MEMORY", "memory"},
+    {"LEAKS_THREAD", "memory"},
+};
+
+/// Checks that count calls, which a sanitizer has its own of.
+bool is_watched(const std::string& check) {
+    return check != "allocation" && check != "locks" && check != "system_calls" &&
+           check != "memory";
+}
+
+class ValidateEffect : public test::CommandRun {
+protected:
+    test::CommandResult run_with(const char* defect, std::vector<std::string> words) {
+        ::setenv("PALPATE_DEFECT", defect, 1);
+        const test::CommandResult result = run(words);
+        ::unsetenv("PALPATE_DEFECT");
+        return result;
+    }
+};
+
+TEST_F(ValidateEffect, AnEffectWithoutAFaultPassesEveryCheck) {
+    const test::CommandResult result =
+        run({"validate", "effect", kFolder + "/seeded_effect.so", "--json"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
+    EXPECT_GE(checks(result, "PASS").size(), 30u) << result.out;
+}
+
+TEST_F(ValidateEffect, TheExampleOfTheDocumentsPasses) {
+    const test::CommandResult result = run({"validate", "effect", kFolder + "/wave.so", "--json"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_GE(checks(result, "PASS").size(), 27u) << result.out;
+}
+
+/// One test each, so that they share the cores.
+class SeededEffect : public ValidateEffect,
+                     public testing::WithParamInterface<std::pair<const std::string, std::string>> {
+};
+
+/// With all checks where PALPATE_ALL_CHECKS is set: the others must not fail, but of what is slow,
+/// which the others wait for. Else the check that is meant, and those that it needs.
+TEST_P(SeededEffect, IsFoundByItsCheck) {
+    const auto& [defect, check] = GetParam();
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    if (!is_watched(check)) GTEST_SKIP() << "a sanitizer allocates and calls in its own way";
+#else
+    static_cast<void>(is_watched);
+#endif
+    std::vector<std::string> words{"validate", "effect", kFolder + "/seeded_effect.so", "--json"};
+    if (std::getenv("PALPATE_ALL_CHECKS") == nullptr || defect == "SLOW") {
+        words.push_back("--only");
+        words.push_back(check);
+    }
+    const test::CommandResult result = run_with(defect.c_str(), words);
+    EXPECT_EQ(result.exit, 1) << result.err;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{check}) << result.out;
+}
+
+INSTANTIATE_TEST_SUITE_P(Effect, SeededEffect, testing::ValuesIn(kFoundBy.begin(), kFoundBy.end()),
+                         [](const auto& fault) { return fault.param.first; });
+
+/// Each kind of the engine's own, by the name that scenes know it by.
+class OwnKind : public ValidateEffect, public testing::WithParamInterface<const char*> {};
+
+TEST_P(OwnKind, PassesEveryCheck) {
+    const test::CommandResult result = run({"validate", "effect", GetParam(), "--json"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
+    EXPECT_GE(checks(result, "PASS").size(), 20u) << result.out;
+}
+
+constexpr const char* kKinds[] = {
+    "surface",     "gradient_surface", "constant_force", "gradient_force",
+    "viscosity",   "vector_force",     "vector_follow",  "fibre_follow",
+    "front_shape", "vortex",           "friction",       "stick_slip",
+    "guide",       "workspace",        "vibration",      "gravity_compensation",
+    "magnet",      "texture"};
+
+INSTANTIATE_TEST_SUITE_P(Effect, OwnKind, testing::ValuesIn(kKinds),
+                         [](const auto& kind) { return std::string(kind.param); });
+
+TEST_F(ValidateEffect, FaultsOfTheFileAreFound) {
+    for (const auto& [defect, check] : std::map<std::string, std::string>{
+             {"NO_ENTRY", "entry"}, {"WRONG_VERSION", "version"}, {"WRONG_LAYOUT", "layout"}}) {
+        const test::CommandResult result =
+            run({"validate", "effect", kFolder + "/" + defect + ".so", "--json"});
+        EXPECT_EQ(result.exit, 1) << result.err;
+        EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{check}) << result.out;
+    }
+}
+
+TEST_F(ValidateEffect, AnEffectThatFindsNoBalanceIsAWarning) {
+    const test::CommandResult result =
+        run_with("BENDS", {"validate", "effect", kFolder + "/seeded_effect.so", "--json", "--only",
+                           "converges"});
+    EXPECT_EQ(result.exit, 0) << result.out;
+    EXPECT_EQ(checks(result, "WARN"), std::vector<std::string>{"converges"}) << result.out;
+}
+
+TEST_F(ValidateEffect, WhatIsAskedWronglyIsSaid) {
+    const test::CommandResult kind = run({"validate", "effect", "guid"});
+    EXPECT_EQ(kind.exit, 2);
+    EXPECT_NE(kind.err.find("validate effect guid: there is no such kind"), std::string::npos)
+        << kind.err;
+    for (const char* name : kKinds)
+        EXPECT_NE(run({"validate", "effect", "x"}).err.find(name), std::string::npos) << name;
+    EXPECT_EQ(run({"validate", "effect"}).exit, 2);
+    EXPECT_EQ(run({"validate", "effect", "guide", "--scene", "x.toml"}).exit, 2);
+    EXPECT_EQ(run({"validate", "effect", "guide", "--forces"}).exit, 2);
+    EXPECT_EQ(run({"validate", "driver", "hand", "--path", "x.csv"}).exit, 2);
+    for (const char* option : {"--scene", "--path"}) {
+        const test::CommandResult none =
+            run({"validate", "effect", kFolder + "/wave.so", option, "none.toml"});
+        EXPECT_EQ(none.exit, 3) << none.out;
+        EXPECT_NE(none.err.find("none.toml: cannot be read"), std::string::npos) << none.err;
+    }
+    const test::CommandResult file = run({"validate", "effect", "./none.so", "--only", "file"});
+    EXPECT_EQ(file.exit, 1);
+    EXPECT_NE(file.out.find("none.so: there is no such file"), std::string::npos) << file.out;
+}
+
+} // namespace
+} // namespace palpate
