@@ -114,6 +114,7 @@ void check_beside_soft(const SceneDescription& scene, std::size_t index) {
     if (traits.part == SurfacePart::friction) refuse("it rubs", "leave friction on it out");
     if (traits.part == SurfacePart::magnet) refuse("it draws", "leave the magnet out");
     if (!makes_surface_felt(effect)) return;
+    if (!surface.beneath.empty()) refuse("it is stiffer over what lies beneath", "remove beneath");
     if (std::isfinite(surface.strength_n))
         refuse("it yields", "remove strength_n, or let a table of stiffness_mm_n end flat");
     if (surface.moves) refuse("it moves", "remove moves");

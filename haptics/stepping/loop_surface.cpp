@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 #include <palpate/geometry/range.h>
 
@@ -21,9 +23,18 @@ LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
     : contact_(&contact), moving_(contact.moving()),
       strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet),
       has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr),
-      softness_(finish.softness), own_strength_n_(finish.strength_n) {
+      softness_(finish.softness), stiffness_(finish.stiffness), own_strength_n_(finish.strength_n) {
     require("strength_n", own_strength_n_, kPositiveOrInfinite);
     softness_.check("softness");
+    if (!stiffness_) return;
+    const auto refuse = [](const std::string& what) {
+        throw std::invalid_argument("stiffness: a map of a surface that " + what +
+                                    "; leave one of both out");
+    };
+    if (softness_.none()) refuse("is hard");
+    if (std::isfinite(own_strength_n_) || strength_.depends_on_place()) refuse("yields");
+    if (finish.friction.static_mu > 0.0) refuse("rubs");
+    if (moving_) refuse("moves");
 }
 
 LoopSurface::State LoopSurface::save_state() const {
@@ -138,14 +149,37 @@ void LoopSurface::follow_coupling(double coupling) noexcept {
     law_is_new_ = true;
 }
 
-LoopSurface::Press LoopSurface::press(double press_m, double period_s) noexcept {
+LoopSurface::Press LoopSurface::press(double press_m, double period_s, double ratio) noexcept {
+    if (stiffness_) return press_over_lumps(press_m, period_s, ratio);
     const double slope_n_per_m = law_.slope(press_m);
-    if (!(softness_.damping > 0.0)) return {law_.force_n(press_m), slope_n_per_m};
+    if (!(softness_.damping > 0.0)) return {law_.force_n(press_m), slope_n_per_m, 0.0};
     const PressLaw::Balance balance = law_.damped(press_m, tissue_m_, softness_.damping, period_s);
     // However fast it is pressed, it holds no more than its strength.
     const double force_n = std::min(balance.force_n, law_.force_n(yields_at_m_));
     tissue_m_ = force_n < balance.force_n ? press_m - force_n / law_.coupling() : balance.tissue_m;
-    return {force_n, slope_n_per_m};
+    return {force_n, slope_n_per_m, 0.0};
+}
+
+/// The same where what lies beneath makes its law `ratio` times as stiff. Of such a surface the
+/// strength is infinite.
+LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s,
+                                                 double ratio) noexcept {
+    double took = 1.0;
+    const PressLaw law = law_.scaled(ratio, took);
+    Press press{law.force_n(press_m), law.slope(press_m), 0.0};
+    double at_rest_m = press_m; // where the tissue's spring would be with no damper beside it
+    if (softness_.damping > 0.0) {
+        const double before_m = tissue_m_;
+        const PressLaw::Balance balance =
+            law.damped(press_m, before_m, softness_.damping, period_s);
+        press.force_n = balance.force_n;
+        tissue_m_ = balance.tissue_m;
+        const double viscous_n = softness_.damping / period_s * (tissue_m_ - before_m);
+        at_rest_m = tissue_m_ + std::max(0.0, press.force_n - viscous_n) / law.coupling();
+    }
+    // Where the coupling is as stiff as the ratio could make it, the ratio changes nothing.
+    if (took == ratio) press.energy_j = law_.energy_j(at_rest_m);
+    return press;
 }
 
 void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {

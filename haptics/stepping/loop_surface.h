@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <typeinfo>
 #include <utility>
@@ -15,6 +16,7 @@
 #include <palpate/haptics/effects/surface_magnets.h>
 #include <palpate/haptics/solver/gain.h>
 #include <palpate/haptics/stepping/level_bank.h>
+#include <palpate/volume/fields/stiffness_map.h>
 
 namespace palpate {
 
@@ -99,9 +101,17 @@ public:
     struct Press {
         double force_n = 0.0;       ///< F, N, >= 0
         double slope_n_per_m = 0.0; ///< of F over delta, without the tissue's damper, N/m
+        double energy_j = 0.0;      ///< by how much the stored energy rises with the ratio, J per 1
     };
-    /// The frame ends with a delta of `press_m`, m, >= 0.                                [loop]
-    Press press(double press_m, double period_s) noexcept;
+    /// Whether it is stiffer over what lies beneath: a map says by which ratio.          [any]
+    bool has_stiffness_map() const noexcept { return stiffness_ != nullptr; }
+    /// What lies beneath a front, m, scene frame; of has_stiffness_map().                [loop]
+    StiffnessMap::Sample beneath(const Vec3& front) const noexcept {
+        return stiffness_->sample(front);
+    }
+    /// The frame ends with a delta of `press_m`, m, >= 0, where the surface is `ratio` times as
+    /// stiff as its law, > 0.                                                            [loop]
+    Press press(double press_m, double period_s, double ratio) noexcept;
 
     // In a frame. Places in m, scene frame.
 
@@ -190,6 +200,7 @@ public:
     double drifted_j() const noexcept { return bank_.energy_j(); }
 
 private:
+    Press press_over_lumps(double press_m, double period_s, double ratio) noexcept;
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
     FrameContext seen(const FrameContext& frame) const noexcept;
@@ -201,6 +212,7 @@ private:
     bool has_magnet_;
     LevelBank bank_;
     Softness softness_;
+    std::shared_ptr<const StiffnessMap> stiffness_;
     double own_strength_n_;
     PressLaw law_;
     bool law_is_new_ = false;

@@ -4,6 +4,7 @@
 #include <palpate/haptics/stepping/subdivision.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -20,6 +21,8 @@ constexpr double kNoDirection_m = 1e-12;
 constexpr int kMostFollows = 8;
 // Below this eigenvalue of 1 + d h the front is (nearly) not the nearest place: it may be anywhere.
 constexpr double kNearFocus = 0.1;
+// Squared sine of the angle between two planes; below, they are one plane.
+constexpr double kNoEdge = 1e-6;
 
 /// Throws where a soft surface that is not alone has what would have to act on its front.
 void require_plain(const SurfaceContact& contact, const SurfaceFinish& finish) {
@@ -31,6 +34,7 @@ void require_plain(const SurfaceContact& contact, const SurfaceFinish& finish) {
     if (!finish.magnet.none() || finish.magnet.over.field) refuse("draws", "take its magnet off");
     if (std::isfinite(finish.strength_n) || finish.strength.field)
         refuse("yields", "give it no strength_n");
+    if (finish.stiffness) refuse("is stiffer over lumps", "take its map of stiffness away");
     if (const_cast<SurfaceContact&>(contact).moving()) refuse("moves", "let it stand still");
 }
 
@@ -54,17 +58,52 @@ SubdivisionResult Subdivision::pressed_result() noexcept {
     if (!is_a_place(result_.proxy)) return result_;
     pressed_ = {0.0, 0.0, result_.proxy};
     softened_ = 1.0;
+    aside_n_ = Vec3{0.0};
     if (!surface.is_soft()) return result_;
     const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
     const Vec3 behind = pressed_.front - drawn_to;
     const double press_m = glm::length(behind);
-    const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
+    StiffnessMap::Sample beneath;
+    if (surface.has_stiffness_map()) beneath = surface.beneath(pressed_.front);
+    const LoopSurface::Press press = surface.press(press_m, frame_.period_s, beneath.ratio);
     if (!(press_m > Stepping::kNoMovement_m)) return result_; // free
     softened_ = press.force_n / (frame_.stiffness * press_m);
     pressed_.indentation_m = (1.0 - softened_) * press_m;
     pressed_.slope_n_per_m = press.slope_n_per_m;
     result_.proxy = drawn_to + softened_ * behind;
+    if (!surface.has_stiffness_map() || !(press.energy_j > 0.0)) return result_;
+    aside_n_ = -press.energy_j * along_front(beneath.gradient, behind / press_m, press_m);
+    result_.proxy += aside_n_ / frame_.stiffness;
     return result_;
+}
+
+/// What a front that is held where this frame left it makes of a gradient: (dy / da')^T times that.
+/// Along one plane of curvature h the front follows by (1 + delta h)^-1 of the probe's way, along
+/// an edge, which is taken as straight, by all of it, and at a corner by none. `n`: from the probe
+/// to the front, `press_m` away.
+Vec3 Subdivision::along_front(const Vec3& gradient, const Vec3& n, double press_m) const noexcept {
+    std::array<std::size_t, 2> holding{};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        if (solution_.planes[i].state == MultiplierState::released) continue;
+        if (count == holding.size()) return Vec3{0.0};
+        holding[count++] = i;
+    }
+    if (count == 2) {
+        const Vec3 edge =
+            glm::cross(contacts_[holding[0]].plane.normal, contacts_[holding[1]].plane.normal);
+        const double length2 = squared_length(edge);
+        if (length2 > kNoEdge) return glm::dot(edge, gradient) / length2 * edge;
+    }
+    const Mat3 basis = internal::across_of(n);
+    const Vec3 &t = basis[0], &b = basis[1];
+    const double gt = glm::dot(t, gradient), gb = glm::dot(b, gradient);
+    const Mat3 bends = press_m * (count == 0 ? Mat3(0.0) : contacts_[holding[0]].depth_hessian);
+    const double m00 = 1.0 + glm::dot(t, bends * t), m11 = 1.0 + glm::dot(b, bends * b);
+    const double m01 = 0.5 * (glm::dot(t, bends * b) + glm::dot(b, bends * t));
+    const double det = m00 * m11 - m01 * m01;
+    if (!(m00 > kNearFocus) || !(det > kNearFocus * m00)) return gt * t + gb * b;
+    return (m11 * gt - m01 * gb) / det * t + (m00 * gb - m01 * gt) / det * b;
 }
 
 // ---- several surfaces, or effects that hold the tip
