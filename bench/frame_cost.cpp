@@ -171,6 +171,21 @@ Subject plane() {
                        felt("wall"));
 }
 
+/// Skin of 0.2 N/mm, 10 mm of it over bone that is felt from 16.7 mm on, 12 to 20 mm deep.
+Subject skin_over_bone() {
+    std::vector<Vec3> way{{0.0601, 0.0, 0.0}};
+    for (std::size_t i = 1; i < kFrames; ++i) {
+        const double angle = 0.2e-3 * static_cast<double>(i) / 0.044;
+        const double radius_m = 0.044 - 0.004 * std::sin(3.0 * angle);
+        way.push_back(radius_m * Vec3{std::cos(angle), std::sin(angle), 0.0});
+    }
+    return {made("[volume.body]\nanalytic = \"solid_sphere\"\nradius_mm = 60\n"
+                 "[surface.bone]\nvolume = \"body\"\niso_value = 0.01\n" +
+                 felt("bone") + "[surface.skin]\nvolume = \"body\"\nstiffness_n_per_mm = 0.2\n" +
+                 felt("skin")),
+            hand_along({way})};
+}
+
 // What is right, and what is counted -------------------------------------------------------------
 
 /// A pass over all frames that is not timed.
@@ -328,6 +343,7 @@ int main(int argc, char** argv) {
         add_frames("sphere_330k", sphere, method);
         add_frames("plate_2mps", plate, method);
     }
+    add_frames("skin_over_bone", skin_over_bone, "adaptive");
     add("advance/empty", [](benchmark::State& state) { advance(state, nothing, ""); });
     add("advance/sphere_330k", [](benchmark::State& state) { advance(state, sphere, "ball"); });
     add("advance/plate_2mps", [](benchmark::State& state) { advance(state, plate, "plate"); });

@@ -182,7 +182,8 @@ palpate_frame frame_of(const palpate::FrameReport& report) noexcept {
     frame.root_queries = report.root_queries;
     frame.indentation_m = report.indentation_m;
     frame.stiffness_n_per_m = report.stiffness_n_per_m;
-    put(report.front, frame.front_m);
+    put(palpate::place_on_surface(report), frame.front_m);
+    frame.pressed_surface = report.pressed_surface;
     return frame;
 }
 

@@ -347,7 +347,8 @@ typedef struct palpate_frame {
     uint32_t root_queries;    /* first crossings of a segment with a level, computed exactly */
     double indentation_m;     /* of the soft surface that is pressed in: how far, m; else 0 */
     double stiffness_n_per_m; /* what the hand feels of its stiffness there, N/m */
-    double front_m[3];        /* its place from which it is pressed in, m */
+    double front_m[3];        /* its place from which it is pressed in, m; else the proxy */
+    uint32_t pressed_surface; /* which it is: a number for palpate_scene_surface(); else 0 */
 } palpate_frame;
 
 /* One haptic frame: probe in, force out. PALPATE_BAD_CALL: a pointer is NULL or a size is too

@@ -35,6 +35,12 @@ SURFACE = '[[effect]]\ntype = "surface"\nsurface = "{0}"\n'
 PATH = '[device]\ntype = "path"\nfile = "{0}.csv"\n'
 PLANE = '[volume.wall]\nanalytic = "slab"\nthickness_mm = 200\n[surface.wall]\nvolume = "wall"\n'
 BALL = '[surface.ball]\nmesh = "ball.ply"\nmesh_unit = "m"\n'
+SOFT = "stiffness_n_per_mm = 0.2\n"  # behind the coupling's 0.5
+SKIN = (
+    '[volume.body]\nanalytic = "solid_sphere"\nradius_mm = 60\n'
+    '[surface.bone]\nvolume = "body"\niso_value = 0.01\n'  # m: 10 mm beneath
+    '[surface.skin]\nvolume = "body"\n' + SOFT
+)
 PLATE = '[surface.plate]\nmesh = "plate.ply"\nmesh_unit = "m"\n'
 CT = '[volume.ct]\nfile = "{volume}"\n'
 BONE = (
@@ -137,6 +143,15 @@ def round_in_ball(frames):
     return [[(0.0495, 0.0, 0.0)] + [(0.055 * math.cos(a), 0.055 * math.sin(a), 0.0) for a in at]]
 
 
+def round_over_skin(frames):
+    """0.2 m/s around a ball of 60 mm, 12 to 20 mm behind it: skin of 0.2 N/mm, and from 16.7 mm on
+    bone of 50 mm beneath it."""
+    at = [i * 1e-3 * 0.2 / 0.044 for i in range(frames)]
+    depths = [0.016 + 0.004 * math.sin(3.0 * a) for a in at]
+    points = [((0.06 - d) * math.cos(a), (0.06 - d) * math.sin(a), 0.0) for a, d in zip(at, depths)]
+    return [[(0.0601, 0.0, 0.0)] + points]
+
+
 def off_the_plate(frames):
     """2 m/s over a plate of 60 x 60 x 1 mm, 2.5 mm behind its face, and 20 mm beyond its edge."""
     trials, length = [], 27  # rows of a trial, which ends 50 mm from the middle
@@ -152,10 +167,10 @@ def off_the_plate(frames):
 
 class Case:
     """A scene: its tables, and the name of its path. `ct` is the table of the volume whose bone is
-    felt, along an orbit that Palpate makes."""
+    felt, along an orbit that Palpate makes. `fixed`: whether method fixed is for it."""
 
-    def __init__(self, words, text, path, ct=""):
-        self.words, self.text, self.path, self.ct = words, text, path, ct
+    def __init__(self, words, text, path, ct="", fixed=True):
+        self.words, self.text, self.path, self.ct, self.fixed = words, text, path, ct, fixed
 
 
 def cases(skull):
@@ -163,6 +178,10 @@ def cases(skull):
         "empty": Case("nothing to feel", "", "plane"),
         "plane": Case("wall by a formula, contact volume", PLANE + SURFACE.format("wall"), "plane"),
         "sphere": Case("mesh, sphere of 327,680 facets", BALL + SURFACE.format("ball"), "sphere"),
+        "soft-plane": Case("the same wall, 0.2 N/mm", PLANE + SOFT + SURFACE.format("wall"), "plane"),
+        "soft-sphere": Case("the same sphere, 0.2 N/mm", BALL + SOFT + SURFACE.format("ball"), "sphere"),
+        "skin-bone": Case("skin of 0.2 N/mm over bone, by formulas",
+                          SKIN + SURFACE.format("bone") + SURFACE.format("skin"), "skin", fixed=False),
         "plate": Case("mesh, slid off a plate at 2 m/s", PLATE + SURFACE.format("plate"), "plate"),
     }
     bones = [("ct", "generated CT", "ct.nrrd")]
@@ -202,6 +221,8 @@ class Bench:
         if any("ball.ply" in case.text for case in wanted.values()):
             write_ply(self.folder / "ball.ply", icosphere(0.05, 7))
             write_path(self.folder / "sphere.csv", round_in_ball(self.frames))
+        if "skin" in paths:
+            write_path(self.folder / "skin.csv", round_over_skin(self.frames))
         if "plate" in paths:
             write_ply(self.folder / "plate.ply", box((0.03, 0.03, 0.0005)))
             write_path(self.folder / "plate.csv", off_the_plate(self.frames))
@@ -301,7 +322,7 @@ def measure(bench, wanted, jobs, sub_steps):
     """{name: {quantity: number}}; the runs side by side, which changes no count."""
     runs = [(name, "adaptive", None) for name in wanted]
     if sub_steps:
-        runs += [(name, "fixed", n) for name in wanted for n in SUB_STEPS]
+        runs += [(name, "fixed", n) for name in wanted if wanted[name].fixed for n in SUB_STEPS]
     counted = {}
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(bench.count, *run): run for run in runs}

@@ -117,6 +117,25 @@ json felt_summary(const Scene& scene, std::span<const FrameReport> frames) {
     return list;
 }
 
+/// How far each soft surface was pressed in, and with what stiffness, in the frames in which it was
+/// the one that was pressed in farthest.
+json pressed_summary(const Scene& scene, std::span<const FrameReport> frames) {
+    json list = json::array();
+    for (std::size_t i = 0; i < scene.surfaces().size(); ++i) {
+        std::vector<double> indentation_mm, n_per_mm;
+        for (const FrameReport& frame : frames) {
+            if (!(frame.indentation_m > 0.0) || frame.pressed_surface != i) continue;
+            indentation_mm.push_back(1e3 * frame.indentation_m);
+            n_per_mm.push_back(1e-3 * frame.stiffness_n_per_m);
+        }
+        if (indentation_mm.empty()) continue;
+        list.push_back({{"name", scene.surfaces()[i].name},
+                        {"indentation_mm", statistics(std::move(indentation_mm))},
+                        {"stiffness_n_per_mm", statistics(std::move(n_per_mm))}});
+    }
+    return list;
+}
+
 /// How deep the probe was behind what held it, frame by frame in contact, mm.
 std::vector<double> depths_mm(std::span<const FrameReport> frames) {
     std::vector<double> depths;
@@ -295,6 +314,7 @@ std::string summarize(const Scene& scene, const Trace& trace) {
     for (const SurfaceAudit& audit : trace.audits)
         summary["surfaces"].push_back(surface_summary(audit));
     summary["felt"] = felt_summary(scene, frames);
+    if (presses_a_soft_surface(frames)) summary["pressed"] = pressed_summary(scene, frames);
     summary["truth"] = truth(scene, trace);
     summary["flags"] = flag_summary(frames);
     summary["effects"] = effect_summary(scene);

@@ -18,7 +18,7 @@ std::string per_mm(double n_per_m) { return fmt::format("{:.3g} N/mm", 1e-3 * n_
 /// A slope of the hand's law, with the tissue's behind the coupling k.
 std::string with_tissue(double slope, double k) {
     if (!(slope < k)) return per_mm(k) + " (as stiff as the coupling: hard)";
-    return fmt::format("{} ({} of tissue behind the coupling's {})", per_mm(slope),
+    return fmt::format("{} at the hand ({} of tissue behind the coupling's {})", per_mm(slope),
                        per_mm(1.0 / (1.0 / slope - 1.0 / k)), per_mm(k));
 }
 

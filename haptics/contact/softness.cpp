@@ -140,6 +140,7 @@ double PressLaw::strength_of_hard_n(double strength_n) const noexcept {
 
 PressLaw::Tissue PressLaw::tissue(double indentation_m) const noexcept {
     const double stiffest = kStiffest * coupling_;
+    if (is_hard()) return {stiffest * indentation_m, stiffest};
     double force_n = 0.0, left_m = indentation_m;
     for (std::size_t i = 0;; ++i) {
         const Point begin = begin_of(i);

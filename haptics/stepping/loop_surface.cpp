@@ -17,24 +17,33 @@ constexpr double kYieldingTrust = 4.0;
 // A lift below this is rounding.
 constexpr double kNoLift_m = 1e-10;
 
+/// Throws where a map of stiffness is of a surface that it cannot be of: the energy that it makes
+/// is of a front that follows the probe, and of a place that stands still.
+void require_plain(const SurfaceFinish& finish, bool moves) {
+    const auto refuse = [](const std::string& what) {
+        throw std::invalid_argument("stiffness: a map of a surface that " + what +
+                                    "; leave one of both out");
+    };
+    if (finish.softness.none()) refuse("is hard");
+    if (std::isfinite(finish.strength_n) || finish.strength.field) refuse("yields");
+    if (finish.friction.static_mu > 0.0) refuse("rubs");
+    if (moves) refuse("moves");
+}
+
 } // namespace
 
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
     : contact_(&contact), moving_(contact.moving()),
       strength_(LocalStrength::holding(0.0, finish.strength)), magnet_(finish.magnet),
-      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr),
-      softness_(finish.softness), stiffness_(finish.stiffness), own_strength_n_(finish.strength_n) {
-    require("strength_n", own_strength_n_, kPositiveOrInfinite);
-    softness_.check("softness");
-    if (!stiffness_) return;
-    const auto refuse = [](const std::string& what) {
-        throw std::invalid_argument("stiffness: a map of a surface that " + what +
-                                    "; leave one of both out");
-    };
-    if (softness_.none()) refuse("is hard");
-    if (std::isfinite(own_strength_n_) || strength_.depends_on_place()) refuse("yields");
-    if (finish.friction.static_mu > 0.0) refuse("rubs");
-    if (moving_) refuse("moves");
+      has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {
+    require("strength_n", finish.strength_n, kPositiveOrInfinite);
+    finish.softness.check("softness");
+    if (finish.stiffness) require_plain(finish, moving_ != nullptr);
+    if (finish.softness.none()) return;
+    soft_ = std::make_unique<Soft>();
+    soft_->softness = finish.softness;
+    soft_->stiffness = finish.stiffness;
+    soft_->own_strength_n = finish.strength_n;
 }
 
 LoopSurface::State LoopSurface::save_state() const {
@@ -43,7 +52,7 @@ LoopSurface::State LoopSurface::save_state() const {
                 strength_.save_state(),
                 magnet_.save_state(),
                 bank_,
-                tissue_m_,
+                soft_ ? soft_->tissue_m : 0.0,
                 {},
                 pushes_back_,
                 began_inside_,
@@ -59,8 +68,10 @@ void LoopSurface::restore_state(const State& state) {
     strength_.restore_state(state.strength);
     magnet_.restore_state(state.magnet);
     bank_ = state.bank;
-    tissue_m_ = state.tissue_m;
-    law_ = {}; // and the contact's strength, at the next frame
+    if (soft_) {
+        soft_->tissue_m = state.tissue_m;
+        soft_->law = {}; // and the contact's strength, at the next frame
+    }
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         gains_[part].restore_state(state.gains[part]);
     as_set_ = all_gains_are_one();
@@ -75,7 +86,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
     const bool inside = restart(proxy);
     if (!contact_->go_on_from(*before.contact_)) return inside;
     bank_ = before.bank_;
-    tissue_m_ = before.tissue_m_;
+    if (soft_ && before.soft_) soft_->tissue_m = before.soft_->tissue_m;
     pushes_back_ = before.pushes_back_;
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;
@@ -85,7 +96,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexc
 
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
-    tissue_m_ = 0.0;
+    if (soft_) soft_->tissue_m = 0.0;
     strength_.restart();
     magnet_.restart();
     for (GainRamp& gain : gains_)
@@ -95,7 +106,7 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
-    const bool law_is_new = std::exchange(law_is_new_, false);
+    const bool law_is_new = soft_ && std::exchange(soft_->law_is_new, false);
     bool any_moves = strength_.depends_on_place() || law_is_new;
     for (const GainRamp& gain : gains_)
         any_moves = any_moves || gain.moves();
@@ -112,8 +123,8 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
         if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
         if (is_soft()) {
             now.strength_here_n =
-                law_.strength_of_hard_n(now.strength_here_n.value_or(own_strength_n_));
-            yields_at_m_ = now.strength_n(own_strength_n_) / law_.coupling();
+                soft_->law.strength_of_hard_n(now.strength_here_n.value_or(soft_->own_strength_n));
+            soft_->yields_at_m = now.strength_n(soft_->own_strength_n) / soft_->law.coupling();
         }
         contact_->set_gain(now);
     }
@@ -127,7 +138,7 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
 /// what it has to move.
 FrameContext LoopSurface::seen(const FrameContext& frame) const noexcept {
     FrameContext seen = moving_ ? in_body(frame) : frame;
-    if (is_soft()) seen.stiffness = law_.softest();
+    if (is_soft()) seen.stiffness = soft_->law.softest();
     return seen;
 }
 
@@ -144,19 +155,22 @@ bool LoopSurface::all_gains_are_one() const noexcept {
 }
 
 void LoopSurface::follow_coupling(double coupling) noexcept {
-    if (law_.coupling() == coupling) return;
-    law_ = PressLaw(softness_, coupling);
-    law_is_new_ = true;
+    if (soft_->law.coupling() == coupling) return;
+    soft_->law = PressLaw(soft_->softness, coupling);
+    soft_->law_is_new = true;
 }
 
 LoopSurface::Press LoopSurface::press(double press_m, double period_s, double ratio) noexcept {
-    if (stiffness_) return press_over_lumps(press_m, period_s, ratio);
-    const double slope_n_per_m = law_.slope(press_m);
-    if (!(softness_.damping > 0.0)) return {law_.force_n(press_m), slope_n_per_m, 0.0};
-    const PressLaw::Balance balance = law_.damped(press_m, tissue_m_, softness_.damping, period_s);
+    if (soft_->stiffness) return press_over_lumps(press_m, period_s, ratio);
+    const PressLaw& law = soft_->law;
+    const double slope_n_per_m = law.slope(press_m);
+    const double damping = soft_->softness.damping;
+    if (!(damping > 0.0)) return {law.force_n(press_m), slope_n_per_m, 0.0};
+    const PressLaw::Balance balance = law.damped(press_m, soft_->tissue_m, damping, period_s);
     // However fast it is pressed, it holds no more than its strength.
-    const double force_n = std::min(balance.force_n, law_.force_n(yields_at_m_));
-    tissue_m_ = force_n < balance.force_n ? press_m - force_n / law_.coupling() : balance.tissue_m;
+    const double force_n = std::min(balance.force_n, law.force_n(soft_->yields_at_m));
+    soft_->tissue_m =
+        force_n < balance.force_n ? press_m - force_n / law.coupling() : balance.tissue_m;
     return {force_n, slope_n_per_m, 0.0};
 }
 
@@ -165,20 +179,19 @@ LoopSurface::Press LoopSurface::press(double press_m, double period_s, double ra
 LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s,
                                                  double ratio) noexcept {
     double took = 1.0;
-    const PressLaw law = law_.scaled(ratio, took);
+    const PressLaw law = soft_->law.scaled(ratio, took);
     Press press{law.force_n(press_m), law.slope(press_m), 0.0};
     double at_rest_m = press_m; // where the tissue's spring would be with no damper beside it
-    if (softness_.damping > 0.0) {
-        const double before_m = tissue_m_;
-        const PressLaw::Balance balance =
-            law.damped(press_m, before_m, softness_.damping, period_s);
+    if (const double damping = soft_->softness.damping; damping > 0.0) {
+        const double before_m = soft_->tissue_m;
+        const PressLaw::Balance balance = law.damped(press_m, before_m, damping, period_s);
         press.force_n = balance.force_n;
-        tissue_m_ = balance.tissue_m;
-        const double viscous_n = softness_.damping / period_s * (tissue_m_ - before_m);
-        at_rest_m = tissue_m_ + std::max(0.0, press.force_n - viscous_n) / law.coupling();
+        soft_->tissue_m = balance.tissue_m;
+        const double viscous_n = damping / period_s * (balance.tissue_m - before_m);
+        at_rest_m = balance.tissue_m + std::max(0.0, press.force_n - viscous_n) / law.coupling();
     }
     // Where the coupling is as stiff as the ratio could make it, the ratio changes nothing.
-    if (took == ratio) press.energy_j = law_.energy_j(at_rest_m);
+    if (took == ratio) press.energy_j = soft_->law.energy_j(at_rest_m);
     return press;
 }
 

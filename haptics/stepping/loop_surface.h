@@ -72,7 +72,7 @@ public:
     /// The body that it is of; null where it does not move.                              [any]
     MovingSurface* moving() const noexcept { return moving_; }
     /// Whether it may be soft.                                                           [any]
-    bool has_softness() const noexcept { return !softness_.none(); }
+    bool has_softness() const noexcept { return soft_ != nullptr; }
     /// Of the fields that its strength and its magnet depend on.                         [any]
     std::uint64_t samples() const noexcept { return strength_.samples() + magnet_.samples(); }
 
@@ -96,7 +96,7 @@ public:
     /// A frame behind a coupling of k, N/m, begins; to be called before follow_gains(). [loop]
     void follow_coupling(double coupling) noexcept;
     /// Whether it is softer than that coupling.                                          [loop]
-    bool is_soft() const noexcept { return !law_.is_hard(); }
+    bool is_soft() const noexcept { return soft_ && !soft_->law.is_hard(); }
     /// What it presses with where it is soft.
     struct Press {
         double force_n = 0.0;       ///< F, N, >= 0
@@ -104,10 +104,10 @@ public:
         double energy_j = 0.0;      ///< by how much the stored energy rises with the ratio, J per 1
     };
     /// Whether it is stiffer over what lies beneath: a map says by which ratio.          [any]
-    bool has_stiffness_map() const noexcept { return stiffness_ != nullptr; }
+    bool has_stiffness_map() const noexcept { return soft_ && soft_->stiffness; }
     /// What lies beneath a front, m, scene frame; of has_stiffness_map().                [loop]
     StiffnessMap::Sample beneath(const Vec3& front) const noexcept {
-        return stiffness_->sample(front);
+        return soft_->stiffness->sample(front);
     }
     /// The frame ends with a delta of `press_m`, m, >= 0, where the surface is `ratio` times as
     /// stiff as its law, > 0.                                                            [loop]
@@ -200,6 +200,17 @@ public:
     double drifted_j() const noexcept { return bank_.energy_j(); }
 
 private:
+    /// Of one that has_softness().
+    struct Soft {
+        Softness softness;
+        std::shared_ptr<const StiffnessMap> stiffness; // null: the same everywhere
+        double own_strength_n = 0.0;
+        PressLaw law;
+        bool law_is_new = false;
+        double yields_at_m = 0.0; // delta of the law
+        double tissue_m = 0.0;    // d of the tissue at the last frame's end, with a damper
+    };
+
     Press press_over_lumps(double press_m, double period_s, double ratio) noexcept;
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
@@ -211,13 +222,6 @@ private:
     LoopMagnet magnet_;
     bool has_magnet_;
     LevelBank bank_;
-    Softness softness_;
-    std::shared_ptr<const StiffnessMap> stiffness_;
-    double own_strength_n_;
-    PressLaw law_;
-    bool law_is_new_ = false;
-    double yields_at_m_ = 0.0; // delta of law_
-    double tissue_m_ = 0.0;    // d of the tissue at the last frame's end, with a damper
     std::array<GainRamp, kSurfaceParts> gains_;
     bool as_set_ = true; // all_gains_are_one(), as of the last time that one moved
 
@@ -225,6 +229,8 @@ private:
     bool pushes_back_ = false;
     bool yields_ = false;
     double sunk_m_ = 0.0; // how far its planes lie below its level in this frame, >= 0
+
+    std::unique_ptr<Soft> soft_; // apart, as most surfaces are hard
 
     bool looked_ = false;
     bool pushed_before_ = false; // at the end of the last frame

@@ -74,9 +74,10 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
 SubdivisionResult Subdivision::advance(const FrameContext& frame,
                                        std::span<const std::uint32_t> steps_left) noexcept {
     frame_ = frame;
-    if (needs_.alone) begin_pressing();
-    const SubdivisionResult result = run(steps_left);
-    return needs_.alone ? pressed_result() : result;
+    if (!needs_.alone) return run(steps_left);
+    begin_pressing();
+    run(steps_left);
+    return pressed_result();
 }
 
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. A step of the paper

@@ -103,10 +103,16 @@ public:
         CoulombFriction::State friction;
         Calming calming;
         Stepping::State stepping;
-        Vec3 front{0.0};              ///< of what is soft and alone, m
-        std::vector<State> fronts;    ///< of what is soft and not alone
-        std::vector<double> tissue_m; ///< of the same: d with a damper
-        PrimitiveSet primitives; ///< of the last evaluation: their pull begins the next frame's
+        struct OfLayer;
+        Vec3 front{0.0};             ///< of what is soft and alone, m
+        std::vector<OfLayer> layers; ///< what is soft and not alone
+        PrimitiveSet primitives;     ///< of the last evaluation: their pull begins the next frame's
+    };
+    struct State::OfLayer {
+        State front;           ///< of the Subdivision that leads it
+        Vec3 y{0.0};           ///< where it is, m
+        double tissue_m = 0.0; ///< d with a damper, m
+        double force_n = 0.0;  ///< of the last frame
     };
     State save_state() const; ///< between frames                                         [setup]
     /// Between frames; allocates only if an effect's own restore_state() does. Settings, surfaces

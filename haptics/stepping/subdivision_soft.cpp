@@ -24,18 +24,24 @@ constexpr double kNearFocus = 0.1;
 // Squared sine of the angle between two planes; below, they are one plane.
 constexpr double kNoEdge = 1e-6;
 
-/// Throws where a soft surface that is not alone has what would have to act on its front.
-void require_plain(const SurfaceContact& contact, const SurfaceFinish& finish) {
-    const auto refuse = [](const std::string& what, const std::string& remedy) {
-        throw std::invalid_argument("softness: of a surface that is not alone and " + what + "; " +
+/// Throws std::invalid_argument where the i-th surface, a soft one that is not alone, has what
+/// would have to act on its front.
+void require_plain(std::size_t i, SurfaceContact& contact, const SurfaceFinish& finish,
+                   SteppingMethod method) {
+    const auto refuse = [i](const char* what, const char* remedy) {
+        throw std::invalid_argument("surface " + std::to_string(i) +
+                                    " is soft and not all that is felt, and " + what + "; " +
                                     remedy);
     };
-    if (finish.friction.static_mu > 0.0) refuse("rubs", "take friction off it");
-    if (!finish.magnet.none() || finish.magnet.over.field) refuse("draws", "take its magnet off");
+    if (finish.friction.static_mu > 0.0) refuse("it rubs", "leave friction on it out");
+    if (!finish.magnet.none() || finish.magnet.over.field)
+        refuse("it draws", "leave the magnet out");
     if (std::isfinite(finish.strength_n) || finish.strength.field)
-        refuse("yields", "give it no strength_n");
-    if (finish.stiffness) refuse("is stiffer over lumps", "take its map of stiffness away");
-    if (const_cast<SurfaceContact&>(contact).moving()) refuse("moves", "let it stand still");
+        refuse("it yields", "leave strength_n out, or let its Softness end flat");
+    if (finish.stiffness) refuse("it is stiffer over lumps", "leave their map out");
+    if (contact.moving()) refuse("it moves", "let it stand still");
+    if (method != SteppingMethod::adaptive)
+        refuse("the method is not adaptive", "take SteppingMethod::adaptive");
 }
 
 } // namespace
@@ -106,8 +112,7 @@ Vec3 Subdivision::along_front(const Vec3& gradient, const Vec3& n, double press_
     return (m11 * gt - m01 * gb) / det * t + (m00 * gb - m01 * gt) / det * b;
 }
 
-// ---- several surfaces, or effects that hold the tip
-// -----------------------------------------------
+// ---- several surfaces, or effects that hold the tip ---------------------------------------------
 
 /// Takes the soft surfaces out, unless one is alone and nothing holds its tip.
 void Subdivision::make_layers(const SteppingSettings& settings,
@@ -122,10 +127,7 @@ void Subdivision::make_layers(const SteppingSettings& settings,
     if (contacts.size() == 1 && only_pushed && !has_magnet) return;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         if (finish[i].softness.none()) continue;
-        require_plain(*contacts[i], finish[i]);
-        if (settings.method != SteppingMethod::adaptive)
-            throw std::invalid_argument("softness: of a surface that is not alone, with another "
-                                        "method than adaptive; take that");
+        require_plain(i, *contacts[i], finish[i], settings.method);
         finish[i].softness.check("softness");
         SurfaceFinish hard = finish[i];
         hard.softness = {};
@@ -177,7 +179,7 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
     const Vec3 way = layer.y - tip;
     layer.indentation_m = glm::length(way);
     layer.force_n = layer.slope_n_per_m = 0.0;
-    if (!(layer.indentation_m > kNoDirection_m) || layer.law.is_hard()) return;
+    if (!(layer.indentation_m > kNoDirection_m)) return;
     layer.normal = way / layer.indentation_m;
     const PressLaw::Tissue tissue = layer.law.tissue(layer.indentation_m);
     const double viscous = layer.softness.damping / frame_.period_s;
@@ -223,16 +225,17 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
     for (Layer& layer : layers_) {
         const bool pushes = layer.force_n > 0.0;
         result_.felt |= bit_of(layer.surface, pushes);
+        result_.contacts += pushes ? 1 : 0;
         if (layer.front->result_.open & 1U) result_.open |= bit_of(layer.surface, true);
         if (layer.front->result_.guarded & 1U) result_.guarded |= bit_of(layer.surface, true);
         layer.tissue_m =
             pushes ? layer.indentation_m
                    : layer.law.damped(0.0, layer.tissue_m, layer.softness.damping, frame_.period_s)
                          .tissue_m;
-        if (pushes && layer.indentation_m > pressed_.indentation_m)
-            pressed_ = {layer.indentation_m,
-                        1.0 / (1.0 / layer.slope_n_per_m + 1.0 / frame_.stiffness), layer.y,
-                        static_cast<std::uint32_t>(layer.surface)};
+        if (!pushes || !(layer.indentation_m > pressed_.indentation_m)) continue;
+        const double slope = layer.law.tissue(layer.indentation_m).slope_n_per_m;
+        pressed_ = {layer.indentation_m, 1.0 / (1.0 / slope + 1.0 / frame_.stiffness), layer.y,
+                    static_cast<std::uint32_t>(layer.surface)};
     }
     result_.flags |= layer_flags_ & (kLiveGain | kForceNotFinite);
 }

@@ -30,20 +30,11 @@ void require_same_kinds(const char* what, const std::vector<Part>& parts,
 } // namespace
 
 Subdivision::State Subdivision::save_state() const {
-    State state{{},
-                {},
-                friction_.save_state(),
-                calming_,
-                stepping_.save_state(),
-                pressed_.front,
-                {},
-                {},
-                primitives_};
-    for (const Layer& layer : layers_) {
-        state.fronts.push_back(layer.front->save_state());
-        state.fronts.back().front = layer.y;
-        state.tissue_m.push_back(layer.tissue_m);
-    }
+    State state{
+        {}, {},         friction_.save_state(), calming_, stepping_.save_state(), pressed_.front,
+        {}, primitives_};
+    for (const Layer& layer : layers_)
+        state.layers.push_back({layer.front->save_state(), layer.y, layer.tissue_m, layer.force_n});
     for (const LoopSurface& surface : surfaces_)
         state.surfaces.push_back(surface.save_state());
     for (const LoopEffect& effect : effects_)
@@ -54,10 +45,11 @@ Subdivision::State Subdivision::save_state() const {
 void Subdivision::restore_state(const State& state) {
     require_same_kinds("surface", surfaces_, state.surfaces);
     require_same_kinds("effect", effects_, state.effects);
-    if (state.fronts.size() != layers_.size())
+    if (state.layers.size() != layers_.size())
         throw std::invalid_argument(
-            "restore: the state has " + std::to_string(state.fronts.size()) +
-            " soft surfaces with others, the loop " + std::to_string(layers_.size()));
+            "restore: the state has " + std::to_string(state.layers.size()) +
+            " soft surfaces beside others, the loop " + std::to_string(layers_.size()) +
+            "; restore it into a loop that was made alike");
     for (std::size_t i = 0; i < effects_.size(); ++i)
         effects_[i].restore_state(state.effects[i]);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
@@ -67,9 +59,10 @@ void Subdivision::restore_state(const State& state) {
     stepping_.restore_state(state.stepping);
     pressed_ = {0.0, 0.0, state.front};
     for (std::size_t i = 0; i < layers_.size(); ++i) {
-        layers_[i].front->restore_state(state.fronts[i]);
-        layers_[i].y = state.fronts[i].front;
-        layers_[i].tissue_m = state.tissue_m[i];
+        layers_[i].front->restore_state(state.layers[i].front);
+        layers_[i].y = state.layers[i].y;
+        layers_[i].tissue_m = state.layers[i].tissue_m;
+        layers_[i].force_n = state.layers[i].force_n;
     }
     primitives_ = state.primitives;
     path_.clear();

@@ -44,6 +44,7 @@ constexpr std::array kColumns{
     PALPATE_COLUMN(late_us, 'd'),       PALPATE_COLUMN(surface_queries, 'I'),
     PALPATE_COLUMN(field_samples, 'I'), PALPATE_COLUMN(root_queries, 'I'),
     PALPATE_COLUMN(indentation_m, 'd'), PALPATE_COLUMN(stiffness_n_per_m, 'd'),
+    PALPATE_VECTOR(front, "m"),         PALPATE_COLUMN(pressed_surface, 'I'),
 };
 #undef PALPATE_COLUMN
 #undef PALPATE_VECTOR

@@ -17,6 +17,13 @@ struct Report {
     std::shared_ptr<const std::vector<std::string>> felt_names;
 };
 
+std::string pressed_name(const Report& report) {
+    const FrameReport& frame = report.frame;
+    const bool is_named =
+        frame.indentation_m > 0.0 && frame.pressed_surface < report.felt_names->size();
+    return is_named ? (*report.felt_names)[frame.pressed_surface] : "";
+}
+
 /// A contact with the name of its surface, and as the surface's body sees it: there the labels are.
 struct PyTouch {
     Touch touch;
@@ -227,6 +234,11 @@ void add_report(py::module_& module) {
            "How far the proxy is behind the surface that it presses in, m; 0: none is soft.");
     number("stiffness_n_per_m", &FrameReport::stiffness_n_per_m,
            "What the hand feels of its stiffness there, N/m.");
+    report.def_property_readonly(
+        "front_m", [](const Report& r) { return array_of(place_on_surface(r.frame)); },
+        "(3,), m, scene frame: the place from which that surface is pressed in; else the proxy.");
+    report.def_property_readonly("pressed", &pressed_name,
+                                 "Name of that surface, \"\" where none is pressed.");
     number("sub_steps", &FrameReport::sub_steps, "Movements of the proxy that were accepted.");
     number("evaluations", &FrameReport::evaluations,
            "Times that primitives were gathered and solved.");

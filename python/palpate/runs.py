@@ -27,18 +27,19 @@ Path = npt.ArrayLike | PathLike  # or a DataFrame
 
 _ROW = ("t_s", "x_m", "y_m", "z_m")
 _TIMING = ("spent_us", "estimate_us", "late_us", "surface_queries", "field_samples", "root_queries")
-_SOFT = ("indentation_m", "stiffness_n_per_m")
+_SOFT = ("indentation_m", "stiffness_n_per_m", "front_x_m", "front_y_m", "front_z_m")
+_BITS = ("surfaces_felt", "pressed_surface")  # as text: felt and pressed
 
 
 class Frames(Table):
     """A row per frame. The arrays are views of what was computed: read them, or copy them.
 
     The columns are those of frames.csv, with its ``felt`` as text and as bits (surfaces_felt), and
-    those of timing.csv behind them, and then what a soft surface was pressed in, and its stiffness.
+    those of timing.csv behind them, and then those of frames.csv about soft surfaces, of every run.
     """
 
-    columns = tuple(name for name in _palpate.column_names if name not in _TIMING + _SOFT)
-    columns = columns[:-1] + ("felt", "surfaces_felt") + _TIMING + _SOFT
+    columns = tuple(name for name in _palpate.column_names if name not in _TIMING + _SOFT + _BITS)
+    columns += ("felt", "surfaces_felt") + _TIMING + _SOFT + ("pressed",)
 
     def __init__(self, frames: _palpate.Frames) -> None:
         self._native = frames
@@ -79,6 +80,11 @@ class Frames(Table):
         return len(self._native)
 
     def _column(self, column: str) -> np.ndarray:
+        if column == "pressed":
+            names = np.array([*self.surfaces, ""], dtype=np.str_)
+            surface = self._native.column("pressed_surface")
+            is_named = (self["indentation_m"] > 0) & (surface < len(self.surfaces))
+            return names[np.where(is_named, surface, len(self.surfaces))]
         if column != "felt":
             return self._native.column(column)
         indices, texts = self._native.felt()

@@ -121,6 +121,7 @@ int main(void) {
     MEMBER(palpate_frame, indentation_m);
     MEMBER(palpate_frame, stiffness_n_per_m);
     MEMBER(palpate_frame, front_m);
+    MEMBER(palpate_frame, pressed_surface);
     STRUCT(palpate_pose);
     MEMBER(palpate_pose, position_m);
     MEMBER(palpate_pose, orientation);

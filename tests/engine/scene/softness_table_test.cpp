@@ -98,9 +98,11 @@ TEST_F(SoftnessTable, MistakesAreRefusedWithLineValueAndRemedy) {
 }
 
 TEST_F(SoftnessTable, ExplainSaysWhatTheHandFeels) {
-    EXPECT_THAT(reason("stiffness_n_per_mm = 0.2\n"),
-                HasSubstr("soft: 0.2 N/mm (0.333 N/mm of tissue behind the coupling's 0.5 N/mm); 5 "
-                          "N with the hand 25 mm behind the surface"));
+    EXPECT_THAT(
+        reason("stiffness_n_per_mm = 0.2\n"),
+        HasSubstr(
+            "soft: 0.2 N/mm at the hand (0.333 N/mm of tissue behind the coupling's 0.5 N/mm); 5 "
+            "N with the hand 25 mm behind the surface"));
     EXPECT_THAT(reason("stiffness_n_per_mm = 0.2\nstrength_n = 1\npress_damping_n_s_per_m = 2\n"),
                 HasSubstr("1 N with the hand 5 mm behind the surface; damped with 2 N s/m"));
     EXPECT_THAT(reason("stiffness_n_per_mm = 0.6\n"),

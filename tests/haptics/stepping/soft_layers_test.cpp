@@ -134,6 +134,20 @@ TEST(SoftLayers, SkinOverBoneIsFeltAsTheClosedFormSays) {
         }
 }
 
+// As behind a device that bears less than the scene's coupling: the skin is then the stiffer one.
+TEST(SoftLayers, WhatIsStifferThanTheCouplingIsNotPassed) {
+    ContactLoop loop({}, surfaces(ball(50e-3), ball(60e-3)), {}, 0.0, {{}, soft(2.0 * kK)});
+    loop.start({61e-3, 0, 0});
+    for (int i = 0; i < 200; ++i) {
+        const double depth = std::min(20e-3, 2e-4 * i);
+        const Vec3 probe{60e-3 - depth, 0, 0};
+        const SubdivisionResult result = loop.move(probe);
+        // Tissue of a hundred times the coupling's stiffness, in series with that.
+        EXPECT_NEAR(force(loop, probe).x, kK * depth * 100.0 / 101.0, 2.0 * kK * 1e-7) << i;
+        EXPECT_EQ(result.contacts, depth > 0.0 ? 1u : 0u) << i;
+    }
+}
+
 TEST(SoftLayers, OneThatIsAloneIsTheSameEliminatedOrSolved) {
     std::mt19937 random(5);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -399,19 +413,25 @@ TEST(SoftLayers, StatesAreValues) {
     };
     one->start(place(0));
     other->start(place(0));
-    for (int i = 0; i < 300; ++i)
+    for (int i = 0; i < 200; ++i)
         one->move(place(i));
     const Subdivision::State state = one->subdivision().save_state();
     Vec3 start = one->proxy();
     std::vector<Vec3> first;
-    for (int i = 300; i < 600; ++i) {
+    for (int i = 200; i < 600; ++i) {
         one->move(place(i));
         first.push_back(one->proxy());
     }
     other->subdivision().restore_state(state);
-    for (int i = 300; i < 600; ++i) {
+    TouchList touches;
+    for (int i = 200; i < 600; ++i) {
         start = other->subdivision().advance({place(i), start, kK, 1e-3}).proxy;
-        ASSERT_EQ(start, first[static_cast<std::size_t>(i - 300)]) << i;
+        ASSERT_EQ(start, first[static_cast<std::size_t>(i - 200)]) << i;
+        if (i > 200) continue;
+        other->subdivision().find_touches(touches);
+        ASSERT_FALSE(touches.empty());
+        for (const Touch& touch : touches)
+            EXPECT_EQ(touch.phase, Touch::Phase::goes_on) << touch.surface;
     }
 }
 

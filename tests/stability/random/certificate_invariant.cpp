@@ -109,7 +109,8 @@ OwnField field_of(const Scene& scene, const SceneSurface& surface) {
 class Certificate final : public Invariant {
 public:
     Certificate(const Scene& scene, const HardSurface& hard)
-        : surface_(*hard.surface), index_(hard.index), field_(field_of(scene, surface_)),
+        : surface_(*hard.surface), index_(hard.index), place_(hard.place),
+          field_(field_of(scene, surface_)),
           scale_(LevelScale::of(*surface_.baked.field, surface_.level)) {}
     const char* name() const override { return "certificate"; }
 
@@ -124,8 +125,8 @@ public:
         // as far as a texture stands in front of them.
         const double in_front =
             2.0 * (scale_.free + surface_.texture.height_m * scale_.typical_slope);
-        if (depth(in_body(seen.poses[index_], place_on_surface(seen.report))) < -in_front)
-            armed_ = true;
+        const auto place = place_.of(seen.report);
+        if (place && depth(in_body(seen.poses[index_], *place)) < -in_front) armed_ = true;
         return std::nullopt;
     }
 
@@ -153,6 +154,7 @@ private:
 
     const SceneSurface& surface_;
     std::size_t index_;
+    PlaceOn place_;
     OwnField field_;
     LevelScale scale_;
     bool armed_ = false; // the proxy has been in front since the trial began

@@ -159,7 +159,8 @@ std::vector<HardSurface> hard_surfaces(const Watched& watched) {
             if (event.event.kind == CaseEvent::Kind::gain && event.effect < scene.effects.size() &&
                 surface_of(scene.effects[event.effect]) == surface.name)
                 moved = true;
-        if (!moved) hard.push_back({i, &surface});
+        const PlaceOn place(watched.scene, surface);
+        if (!moved && place.has_path()) hard.push_back({i, &surface, place});
     }
     return hard;
 }

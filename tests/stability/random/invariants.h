@@ -10,6 +10,7 @@
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/truth/place_on.h>
 
 #include "tests/stability/random/random_case.h"
 
@@ -47,10 +48,12 @@ struct Watched {
     const std::vector<FileEvent>& events;
 };
 
-/// A surface that must not be passed: it is hard, it is felt, and its gain stays 1.
+/// A surface that must not be passed: it never yields, it is felt, and its gain stays 1. Of a soft
+/// one: by its front, where that has a path, i.e. where it is alone.
 struct HardSurface {
     std::size_t index = 0; ///< of Scene::surfaces()
     const SceneSurface* surface = nullptr;
+    PlaceOn place; ///< where a frame is on it
 };
 std::vector<HardSurface> hard_surfaces(const Watched& watched);
 /// Whether one hard surface is all that is felt: no other effect, and no event but detours.

@@ -164,15 +164,18 @@ bool is_closed(const TriangleMesh& mesh) {
 class Side final : public Invariant {
 public:
     Side(const HardSurface& hard, bool pure)
-        : surface_(*hard.surface), index_(hard.index), mesh_(surface_.mesh.scene->mesh()),
-          pure_(pure), hair_m_(2e-7 * half_extent(mesh_) + 2.0 * tolerance_m(mesh_)) {}
+        : surface_(*hard.surface), index_(hard.index), on_surface_(hard.place),
+          mesh_(surface_.mesh.scene->mesh()), pure_(pure),
+          hair_m_(2e-7 * half_extent(mesh_) + 2.0 * tolerance_m(mesh_)) {}
     const char* name() const override { return "side"; }
 
     std::optional<std::string> check(const SeenFrame& seen) override {
         constexpr int kEvery = 8; // frames: it looks at all triangles
         if (seen.begins_trial) winds_.reset();
         if (seen.begins_trial || seen.frame % kEvery == 0) {
-            const Vec3 proxy = in_body(seen.poses[index_], place_on_surface(seen.report));
+            const auto on_surface = on_surface_.of(seen.report);
+            if (!on_surface) return std::nullopt;
+            const Vec3 proxy = in_body(seen.poses[index_], *on_surface);
             const Vec3 probe = in_body(seen.poses[index_], seen.state.position);
             const auto place = off_the_mesh(proxy, probe, seen.report);
             if (!place) return std::nullopt;
@@ -207,6 +210,7 @@ private:
 
     const SceneSurface& surface_;
     std::size_t index_;
+    PlaceOn on_surface_;
     const TriangleMesh& mesh_;
     bool pure_;
     double hair_m_;

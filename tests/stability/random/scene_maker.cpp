@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -260,27 +263,20 @@ SceneMaker::Keys SceneMaker::strength_over_volume(const std::string& key, double
                               between(low, high))}};
 }
 
-void soften(RandomCase& made) {
-    constexpr std::uint64_t kOwnDraws = 0x50f7;
-    test::Random random(made.seed ^ kOwnDraws << 32);
-    const auto is_surface = [](const SceneTable& table) {
-        return table.header.starts_with("[surface.");
-    };
-    if (std::count_if(made.tables.begin(), made.tables.end(), is_surface) != 1 ||
-        !test::chance(random, 0.25))
-        return;
-    const auto stays = [](const SceneTable& table) {
-        if (!table.is_effect()) return true;
-        for (const std::string_view kind : {"surface", "friction", "stick_slip", "texture",
-                                            "constant_force", "gravity_compensation", "vibration"})
-            if (table.value("type") == fmt::format("\"{}\"", kind)) return true;
-        return false;
-    };
-    std::erase_if(made.tables, [&](const SceneTable& table) { return !stays(table); });
-    SceneTable& surface = *std::find_if(made.tables.begin(), made.tables.end(), is_surface);
+namespace {
+
+bool is_surface(const SceneTable& table) { return table.header.starts_with("[surface."); }
+
+bool is_effect_of(const SceneTable& table, std::initializer_list<std::string_view> kinds) {
+    return table.is_effect() && std::any_of(kinds.begin(), kinds.end(), [&](std::string_view kind) {
+               return table.value("type") == fmt::format("\"{}\"", kind);
+           });
+}
+
+void make_soft(SceneTable& surface, double size_m, test::Random& random) {
     if (test::chance(random, 0.3)) {
         // From a piece that is flat to one that is as good as hard; it may saturate.
-        const double depth = 1e3 * made.size_m * test::between(random, 0.02, 0.2);
+        const double depth = 1e3 * size_m * test::between(random, 0.02, 0.2);
         const double force = test::of_any_size(random, 0.05, 5.0);
         surface.keys.emplace_back("stiffness_mm_n",
                                   fmt::format("[[{}, {}], [{}, {}], [{}, {}]]", depth,
@@ -294,6 +290,49 @@ void soften(RandomCase& made) {
     if (test::chance(random, 0.3))
         surface.keys.emplace_back("press_damping_n_s_per_m",
                                   fmt::format("{}", test::of_any_size(random, 0.1, 50.0)));
+}
+
+/// The only surface, without what is not composed with it.
+void soften_alone(RandomCase& made, test::Random& random) {
+    std::erase_if(made.tables, [](const SceneTable& table) {
+        return table.is_effect() &&
+               !is_effect_of(table, {"surface", "friction", "stick_slip", "texture",
+                                     "constant_force", "gravity_compensation", "vibration"});
+    });
+    make_soft(*std::find_if(made.tables.begin(), made.tables.end(), is_surface), made.size_m,
+              random);
+}
+
+/// Some of the surfaces that stand still, beside all else: without what would act on their fronts.
+void soften_beside(RandomCase& made, test::Random& random) {
+    std::vector<std::string> soft;
+    for (SceneTable& table : made.tables) {
+        if (!is_surface(table) || !table.value("moves").empty() || test::chance(random, 0.4))
+            continue;
+        std::erase_if(table.keys, [](const auto& key) {
+            return key.first == "strength_n" || key.first == "yield";
+        });
+        make_soft(table, made.size_m, random);
+        soft.push_back(fmt::format("\"{}\"", table.name()));
+    }
+    std::erase_if(made.tables, [&](const SceneTable& table) {
+        return is_effect_of(table, {"friction", "stick_slip", "magnet"}) &&
+               std::find(soft.begin(), soft.end(), table.value("surface")) != soft.end();
+    });
+}
+
+} // namespace
+
+void soften(RandomCase& made) {
+    constexpr std::uint64_t kOwnDraws = 0x50f7;
+    test::Random random(made.seed ^ kOwnDraws << 32);
+    const bool is_one = std::count_if(made.tables.begin(), made.tables.end(), is_surface) == 1;
+    if (is_one && test::chance(random, 0.25)) return soften_alone(made, random);
+    const bool is_adaptive =
+        std::any_of(made.tables.begin(), made.tables.end(), [](const SceneTable& table) {
+            return table.header == "[loop]" && table.value("method") == "\"adaptive\"";
+        });
+    if (is_adaptive && test::chance(random, 0.3)) soften_beside(made, random);
 }
 
 } // namespace palpate::stability

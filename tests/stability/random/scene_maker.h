@@ -71,8 +71,8 @@ private:
     int named_ = 0, ids_ = 0;
 };
 
-/// Of some seeds with one surface: it becomes soft, and what is not composed with that is left out.
-/// By draws of its own, so that all other cases stay as they are.
+/// Of some seeds: surfaces become soft, alone or beside others, and what is not composed with that
+/// is left out. By draws of its own, so that all other cases stay as they are.
 void soften(RandomCase& made);
 
 } // namespace palpate::stability
