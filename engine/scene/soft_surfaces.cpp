@@ -102,9 +102,15 @@ void check_beside_soft(const SceneDescription& scene, std::size_t index) {
         scene.effects.begin(), scene.effects.end(), [&](const EffectDescription& other) {
             return makes_surface_felt(other) && surface_of(other) == surface_of(effect);
         });
-    if (!is_felt || is_soft_and_alone(scene)) return;
+    if (!is_felt) return;
     const SurfaceDescription& surface = scene.surfaces.at(surface_of(effect));
     const FieldCheck check(fmt::format("effects[{}]", index));
+    if (traits.part == SurfacePart::friction && !surface.beneath.empty())
+        check.fail("surface",
+                   fmt::format("= \"{}\" is stiffer over what lies beneath, and it rubs",
+                               surface_of(effect)),
+                   "leave friction on it out, or remove beneath");
+    if (is_soft_and_alone(scene)) return;
     const auto refuse = [&](const std::string& what, const std::string& remedy) {
         check.fail("surface",
                    fmt::format("= \"{}\" is soft and not all that is felt, and {}",

@@ -191,7 +191,7 @@ LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s
         at_rest_m = balance.tissue_m + std::max(0.0, press.force_n - viscous_n) / law.coupling();
     }
     // Where the coupling is as stiff as the ratio could make it, the ratio changes nothing.
-    if (took == ratio) press.energy_j = soft_->law.energy_j(at_rest_m);
+    if (took == ratio && press.force_n > 0.0) press.energy_j = soft_->law.energy_j(at_rest_m);
     return press;
 }
 
