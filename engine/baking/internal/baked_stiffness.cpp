@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -28,7 +29,10 @@ constexpr double kWidestOfAsked = 20.0;
 constexpr double kMostOutside = 0.1; // of a lump's voxels: what smoothing may take of its rim
 constexpr const char* kMetadata = "palpate_stiffness";
 // A spline of degree 2 sees nodes up to 1.5 spacings away on each axis.
-constexpr double kSeen = 1.5 * 1.7320508075688773;
+constexpr double kSeen = 1.5;
+constexpr double kBeside_m = 1e-3; // so far beside the level a front has its map: over textures
+// Gains are multiples of this, so that what is read of a file has the same bits.
+constexpr double kGainStep = 1.0 / (1 << 21);
 
 /// A mesh of the level, and the mean normal around a place of it.
 class Surface {
@@ -108,6 +112,7 @@ StiffnessMap::Lattice lattice_around(Box box, double spacing_m) {
 /// Nodes that a place of the surface sees.
 std::vector<std::uint8_t> seen_nodes(const Surface& surface, const StiffnessMap::Lattice& lattice) {
     std::vector<std::uint8_t> seen(lattice.nodes(), 0);
+    const double around = kSeen + kBeside_m / lattice.spacing_m;
     for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
         std::array<int, 3> low{}, high{};
         for (int axis = 0; axis < 3; ++axis) {
@@ -119,9 +124,9 @@ std::vector<std::uint8_t> seen_nodes(const Surface& surface, const StiffnessMap:
                 to = std::max(to, at);
             }
             const auto a = static_cast<std::size_t>(axis);
-            low[a] = static_cast<int>(std::max(0.0, std::ceil(from - 1.5)));
+            low[a] = static_cast<int>(std::max(0.0, std::ceil(from - around)));
             high[a] = static_cast<int>(
-                std::min(static_cast<double>(lattice.size[a]) - 1.0, std::floor(to + 1.5)));
+                std::min(static_cast<double>(lattice.size[a]) - 1.0, std::floor(to + around)));
         }
         for (int k = low[2]; k <= high[2]; ++k)
             for (int j = low[1]; j <= high[1]; ++j)
@@ -131,11 +136,15 @@ std::vector<std::uint8_t> seen_nodes(const Surface& surface, const StiffnessMap:
     return seen;
 }
 
+float rounded_gain(double gain) {
+    return static_cast<float>(kGainStep * std::round(gain / kGainStep));
+}
+
 std::vector<float> gains_of(const Surface& surface, const InclusionSum& sum,
                             const StiffnessMap::Lattice& lattice) {
     const std::vector<std::uint8_t> seen = seen_nodes(surface, lattice);
-    // Triangles may be larger than cells: what their boxes hold may lie farther away.
-    const double reach_m = (kSeen + 0.5) * lattice.spacing_m;
+    const double reach_m =
+        std::numbers::sqrt3 * (kSeen * lattice.spacing_m + kBeside_m) + 0.5 * lattice.spacing_m;
     std::vector<float> gains(lattice.nodes(), 0.0F);
     for (int k = 0; k < lattice.size[2]; ++k)
         for (int j = 0; j < lattice.size[1]; ++j)
@@ -144,7 +153,7 @@ std::vector<float> gains_of(const Surface& surface, const InclusionSum& sum,
                 if (!seen[node]) continue;
                 const auto foot = surface.scene().closest_point(lattice.place(i, j, k), reach_m);
                 if (!foot) continue;
-                gains[node] = static_cast<float>(
+                gains[node] = rounded_gain(
                     sum.gain(foot->position, surface.inward(foot->position, foot->normal)));
             }
     return gains;
@@ -305,8 +314,8 @@ BakedStiffness read_stiffness(const std::filesystem::path& file) {
     const std::unique_ptr<FieldSampler> sampler = grid->make_sampler();
     for (int k = 0; k < lattice.size[2]; ++k)
         for (int j = 0; j < lattice.size[1]; ++j)
-            for (int i = 0; i < lattice.size[0]; ++i) // in a node the float of it, but for rounding
-                gains.push_back(static_cast<float>(sampler->value(lattice.place(i, j, k))));
+            for (int i = 0; i < lattice.size[0]; ++i) // a node's own value, but for rounding
+                gains.push_back(rounded_gain(sampler->value(lattice.place(i, j, k))));
     stiffness.map = std::make_shared<StiffnessMap>(lattice, std::move(gains));
     stiffness.from_cache = true;
     return stiffness;

@@ -74,10 +74,10 @@ TEST_F(BeneathTable, RefusesWhatItWouldHaveToGoWith) {
                                "[[effect]]\ntype = \"friction\"\nsurface = \"body\"\nstatic = "
                                "0.3\n")),
                 HasSubstr("beneath"));
-    EXPECT_THAT(
-        complaint(felt(kSoft + kNodule, "[[effect]]\ntype = \"point_guide\"\nposition_mm = [0, 0, "
-                                        "0]\nstrength_n = 1\n")),
-        HasSubstr("remove beneath"));
+    EXPECT_THAT(complaint(felt(
+                    kSoft + kNodule,
+                    "[[effect]]\ntype = \"workspace\"\nradius_mm = 60\ncenter_mm = [0, 0, 0]\n")),
+                HasSubstr("remove beneath"));
     EXPECT_THAT(complaint(felt(kSoft + kNodule, "[surface.lump]\nvolume = \"v\"\nlabel = "
                                                 "\"Nodule\"\nstiffness_n_per_mm = 0.3\n")),
                 HasSubstr("it would count twice"));
