@@ -113,19 +113,22 @@ void check_beside_soft(const SceneDescription& scene, std::size_t index) {
     if (is_soft_and_alone(scene)) return;
     const auto refuse = [&](const std::string& what, const std::string& remedy) {
         check.fail("surface",
-                   fmt::format("= \"{}\" is soft and not all that is felt, and {}",
+                   fmt::format("= \"{}\" is soft, and not all that is felt: then {}",
                                surface_of(effect), what),
                    remedy + ", or make it hard: stiffness_n_per_mm = inf");
     };
-    if (traits.part == SurfacePart::friction) refuse("it rubs", "leave friction on it out");
-    if (traits.part == SurfacePart::magnet) refuse("it draws", "leave the magnet out");
+    if (traits.part == SurfacePart::friction) refuse("it cannot rub", "leave friction on it out");
+    if (traits.part == SurfacePart::magnet) refuse("it cannot draw", "leave the magnet out");
     if (!makes_surface_felt(effect)) return;
-    if (!surface.beneath.empty()) refuse("it is stiffer over what lies beneath", "remove beneath");
+    if (!surface.beneath.empty())
+        refuse("it cannot be stiffer over what lies beneath", "remove beneath");
     if (std::isfinite(surface.strength_n))
-        refuse("it yields", "remove strength_n, or let a table of stiffness_mm_n end flat");
-    if (surface.moves) refuse("it moves", "remove moves");
+        refuse(fmt::format("it cannot yield (strength_n = {})", surface.strength_n),
+               "remove strength_n, or let a table of stiffness_mm_n end flat");
+    if (surface.moves) refuse("it cannot move (moves = true)", "remove moves");
     if (scene.loop.method != SteppingMethod::adaptive)
-        refuse("the method is not adaptive", "take method = \"adaptive\"");
+        refuse(fmt::format("the method cannot be {}", name(scene.loop.method)),
+               "take method = \"adaptive\"");
 }
 
 } // namespace internal

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/study/converged_proxy.h>
 #include <palpate/engine/study/internal/baseline_contestant.h>
 #include <palpate/engine/truth/certified_proxy.h>
@@ -88,6 +90,16 @@ std::vector<LoopDescription> study_settings(const LoopDescription& own) {
 }
 
 void check_study(const Scene& scene) {
+    const SceneDescription& said = scene.description();
+    for (const SceneSurface& felt : scene.surfaces()) {
+        const SurfaceDescription& surface = said.surfaces.at(felt.name);
+        if (is_soft(said, surface) && !is_soft_and_alone(scene))
+            throw std::runtime_error(fmt::format(
+                "{}:{}: surface \"{}\" is soft, and not all that is felt: method adaptive alone is "
+                "for that, and a study compares methods; study it alone, or make it hard: "
+                "stiffness_n_per_mm = inf",
+                said.file.string(), surface.line, felt.name));
+    }
     const auto& effects = scene.plan().effects;
     if (std::any_of(effects.begin(), effects.end(), [](const auto& effect) { return effect.on; }))
         return;

@@ -22,6 +22,8 @@ constexpr int kMostShifts = 32;
 // one direction here.
 constexpr double kIndependent = 1e-3;
 
+// What both curvature_step() call is put in line, so that frames of hard surfaces pay for no call.
+
 /// The span of the directions in which something holds, orthonormalised.
 struct PinnedDirections {
     std::array<Vec3, 3> axis{};
@@ -41,7 +43,7 @@ struct FreeDirections {
     int count = 0;
 };
 
-FreeDirections complement(const PinnedDirections& pinned) noexcept {
+[[gnu::always_inline]] inline FreeDirections complement(const PinnedDirections& pinned) noexcept {
     const auto& n = pinned.axis;
     if (pinned.count == 1) {
         const Mat3 plane = internal::across_of(n[0]);
@@ -69,8 +71,9 @@ struct Tethers {
     }
 };
 
-Tethers tethers_of(const PrimitiveSet& primitives, const ProxySolution& solution, double stiffness,
-                   PinnedDirections& pinned) noexcept {
+[[gnu::always_inline]] inline Tethers tethers_of(const PrimitiveSet& primitives,
+                                                 const ProxySolution& solution, double stiffness,
+                                                 PinnedDirections& pinned) noexcept {
     Tethers tethers;
     for (std::size_t i = 0; i < primitives.lines().size(); ++i) {
         const LinePrimitive& line = primitives.lines()[i];
@@ -103,8 +106,8 @@ Tethers tethers_of(const PrimitiveSet& primitives, const ProxySolution& solution
 
 /// Solves M z = r for two directions; where M has no minimum to find, along its eigenvectors with
 /// their curvature made positive.
-std::array<double, 2> newton_in_plane(double m00, double m01, double m10, double m11, double r0,
-                                      double r1) noexcept {
+[[gnu::always_inline]] inline std::array<double, 2>
+newton_in_plane(double m00, double m01, double m10, double m11, double r0, double r1) noexcept {
     const double off = 0.5 * (m01 + m10);
     const double mean = 0.5 * (m00 + m11);
     const double half = 0.5 * (m00 - m11);
@@ -153,7 +156,8 @@ Vec3 newton_in_space(Mat3 m, const Vec3& r) noexcept {
 
 /// Normal part of a step along one plane: meets the level with the exact slope (contact.md 1.2,
 /// step 5).
-double step_to_level(const ContactPlane& contact, const Vec3& tangential) noexcept {
+[[gnu::always_inline]] inline double step_to_level(const ContactPlane& contact,
+                                                   const Vec3& tangential) noexcept {
     const Vec3& n = contact.plane.normal;
     double along_normal = glm::dot(contact.slope, n); // < 0: the value falls towards free space
     if (along_normal > -kSlopeShare * contact.gradient_length)
@@ -164,13 +168,13 @@ double step_to_level(const ContactPlane& contact, const Vec3& tangential) noexce
     return std::clamp(sigma, -longest, longest);
 }
 
-} // namespace
-
-Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
+/// Frames without softness take it as if there were none.
+template <bool kWithTissue>
+Vec3 corrected_step(const PrimitiveSet& primitives, const ContactSet& contacts,
                     const ProxySolution& solution, const Vec3& proxy, double stiffness,
-                    double damping, const Mat3* tissue) noexcept {
+                    double damping, const Mat3& tissue) noexcept {
     const Vec3 full = solution.proxy - proxy;
-    if (primitives.planes().empty() && !tissue)
+    if (!kWithTissue && primitives.planes().empty())
         return full; // what lines and points add is no curvature
 
     // The planes that hold, and the curvature they bring.
@@ -189,10 +193,12 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
     }
     const Tethers tethers = tethers_of(primitives, solution, stiffness, pinned);
     const FreeDirections free = complement(pinned);
-    if (tissue) curvature += *tissue;
-    if (tissue && pinned.count == 0)
-        return damping * newton_in_space(Mat3(1.0) + curvature + tethers.turning,
-                                         full + tethers.turning * full);
+    if constexpr (kWithTissue) {
+        curvature += tissue;
+        if (pinned.count == 0)
+            return damping * newton_in_space(Mat3(1.0) + curvature + tethers.turning,
+                                             full + tethers.turning * full);
+    }
     if (free.count == 0) return full;
 
     Vec3 tangential_full{0.0};
@@ -228,6 +234,20 @@ Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
                                squared_length(contacts[holds].slope) > 0.0;
     if (!follows_slope) return normal_part + tangential;
     return tangential + step_to_level(contacts[holds], tangential) * contacts[holds].plane.normal;
+}
+
+} // namespace
+
+Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
+                    const ProxySolution& solution, const Vec3& proxy, double stiffness,
+                    double damping) noexcept {
+    return corrected_step<false>(primitives, contacts, solution, proxy, stiffness, damping, {});
+}
+
+Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
+                    const ProxySolution& solution, const Vec3& proxy, double stiffness,
+                    double damping, const Mat3& tissue) noexcept {
+    return corrected_step<true>(primitives, contacts, solution, proxy, stiffness, damping, tissue);
 }
 
 } // namespace palpate

@@ -16,11 +16,16 @@ namespace palpate {
 /// plane that is contact.md's tangent Newton; its normal part then follows the exact slope, since
 /// the continuous normal may be 23 degrees off it. `contacts` are the first of `primitives`, plane
 /// by plane. `stiffness` is the coupling's with the springs, N/m. `damping` in (0,1] shortens the
-/// tangential part. `tissue`, if it is not null: by how much the forces of soft surfaces, which are
-/// among the primitives' forces, fall with the step, as a share of `stiffness`: a part of B, also
-/// where there are no planes (docs/palpation.md).
+/// tangential part.
 Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
                     const ProxySolution& solution, const Vec3& proxy, double stiffness,
-                    double damping, const Mat3* tissue = nullptr) noexcept;
+                    double damping) noexcept;
+
+/// The same with soft surfaces, whose forces are among the primitives': `tissue` is by how much
+/// these fall with the step, as a share of `stiffness`: a part of B, also where there are no planes
+/// (docs/palpation.md).
+Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
+                    const ProxySolution& solution, const Vec3& proxy, double stiffness,
+                    double damping, const Mat3& tissue) noexcept;
 
 } // namespace palpate

@@ -106,8 +106,7 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
-    const bool law_is_new = soft_ && std::exchange(soft_->law_is_new, false);
-    bool any_moves = strength_.depends_on_place() || law_is_new;
+    bool any_moves = strength_.depends_on_place();
     for (const GainRamp& gain : gains_)
         any_moves = any_moves || gain.moves();
     if (!any_moves) return false;
@@ -118,20 +117,23 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
     const auto has_moved = [&](SurfacePart part) {
         return (moved >> static_cast<unsigned>(part) & 1U) != 0;
     };
-    if (has_moved(SurfacePart::strength) || strength_.depends_on_place() || law_is_new) {
-        Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
-        if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
-        if (is_soft()) {
-            now.strength_here_n =
-                soft_->law.strength_of_hard_n(now.strength_here_n.value_or(soft_->own_strength_n));
-            soft_->yields_at_m = now.strength_n(soft_->own_strength_n) / soft_->law.coupling();
-        }
-        contact_->set_gain(now);
-    }
+    if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) set_strength(frame);
     if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
     FieldSurface* field = has_moved(SurfacePart::texture) ? contact_->of_field() : nullptr;
     if (field) field->set_texture_gain(gain_value(SurfacePart::texture));
     return moved != 0;
+}
+
+/// As strong as its gain and its place make it.
+void LoopSurface::set_strength(const FrameContext& frame) noexcept {
+    Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
+    if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
+    if (is_soft()) {
+        now.strength_here_n =
+            soft_->law.strength_of_hard_n(now.strength_here_n.value_or(soft_->own_strength_n));
+        soft_->yields_at_m = now.strength_n(soft_->own_strength_n) / soft_->law.coupling();
+    }
+    contact_->set_gain(now);
 }
 
 /// As its strength by place sees it: a force finds something else elsewhere the sooner, the softer
@@ -154,10 +156,10 @@ bool LoopSurface::all_gains_are_one() const noexcept {
                        [](const GainRamp& gain) { return gain.value() == 1.0; });
 }
 
-void LoopSurface::follow_coupling(double coupling) noexcept {
-    if (soft_->law.coupling() == coupling) return;
-    soft_->law = PressLaw(soft_->softness, coupling);
-    soft_->law_is_new = true;
+void LoopSurface::follow_coupling(const FrameContext& frame) noexcept {
+    if (soft_->law.coupling() == frame.stiffness) return;
+    soft_->law = PressLaw(soft_->softness, frame.stiffness);
+    if (!strength_.depends_on_place()) set_strength(frame); // else each frame does
 }
 
 LoopSurface::Press LoopSurface::press(double press_m, double period_s, double ratio) noexcept {

@@ -93,8 +93,9 @@ public:
     // Of one that has_softness(). Then all else is about its front, and forces as of a hard surface
     // in its place (docs/palpation.md).
 
-    /// A frame behind a coupling of k, N/m, begins; to be called before follow_gains(). [loop]
-    void follow_coupling(double coupling) noexcept;
+    /// A frame begins, behind a coupling that may be another one; to be called before
+    /// follow_gains(). [loop]
+    void follow_coupling(const FrameContext& frame) noexcept;
     /// Whether it is softer than that coupling.                                          [loop]
     bool is_soft() const noexcept { return soft_ && !soft_->law.is_hard(); }
     /// What it presses with where it is soft.
@@ -206,7 +207,6 @@ private:
         std::shared_ptr<const StiffnessMap> stiffness; // null: the same everywhere
         double own_strength_n = 0.0;
         PressLaw law;
-        bool law_is_new = false;
         double yields_at_m = 0.0; // delta of the law
         double tissue_m = 0.0;    // d of the tissue at the last frame's end, with a damper
     };
@@ -215,6 +215,7 @@ private:
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
     FrameContext seen(const FrameContext& frame) const noexcept;
+    void set_strength(const FrameContext& frame) noexcept;
 
     SurfaceContact* contact_;
     MovingSurface* moving_;

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include <palpate/haptics/contact/curvature_step.h>
 #include <palpate/haptics/contact/no_contact.h>
 #include <palpate/haptics/solver/internal/one_plane.h>
 #include <palpate/haptics/stepping/frame_flags.h>
@@ -49,11 +48,14 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
         needs_.magnets = needs_.magnets || surfaces_.back().has_magnet();
         needs_.softness = needs_.softness || surfaces_.back().has_softness() || layer_of(i);
     }
-    needs_.alone = needs_.softness && layers_.empty();
+    needs_.layers = !layers_.empty();
+    needs_.alone = needs_.softness && !needs_.layers;
+    needs_.starts = needs_.bodies || needs_.alone;
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
     needs_.one_field = surfaces_.size() == 1 && surfaces_.front().contact().of_field();
+    needs_.others = needs_.layers || !effects_.empty();
     needs_.nothing = surfaces_.empty() && effects_.empty();
     needs_.only_slides = surfaces_.size() == 1 && effects_.empty() && friction_.none() &&
                          !needs_.magnets && !needs_.bodies && surfaces_.front().contact().sliding();
@@ -74,10 +76,7 @@ SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
 SubdivisionResult Subdivision::advance(const FrameContext& frame,
                                        std::span<const std::uint32_t> steps_left) noexcept {
     frame_ = frame;
-    if (!needs_.alone) return run(steps_left);
-    begin_pressing();
-    run(steps_left);
-    return pressed_result();
+    return run(steps_left);
 }
 
 /// One frame: section 4.1 of the paper. Numbers in brackets are its equations. A step of the paper
@@ -135,7 +134,10 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     steps_left_.clear();
     budget_ = {0, work_of_a_frame_, kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
-    if (needs_.bodies) frame_.start = follow_bodies(frame_.start);
+    if (needs_.starts) {
+        if (needs_.alone) begin_pressing();
+        if (needs_.bodies) frame_.start = follow_bodies(frame_.start);
+    }
     path_.begin(frame_.start);
     follow_gains();
     if (needs_.calming || (needs_.one_field && calming_.stays(frame_.probe))) begin_calming();
@@ -233,8 +235,8 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         primitives_.add(contacts_[i].plane);
     if (calming_.spring_n_per_m() > 0.0)
         primitives_.add_spring(frame_.start, calming_.spring_n_per_m());
-    if (!layers_.empty()) press_layers(proxy); // effects that hold look where all others draw
-    if (!effects_.empty()) {
+    if (needs_.others) {
+        if (needs_.layers) press_layers(proxy); // effects that hold look where all others draw
         for (LoopEffect& effect : effects_)
             effect.gather(proxy, frame_.force_limit_n, primitives_);
         primitives_.set_gain({});
@@ -269,12 +271,7 @@ void Subdivision::solve(const Vec3& proxy) noexcept {
         solution_.proxy = proxy;
         result_.flags |= kForceNotFinite;
     }
-    if (layers_press_) { // the forces of soft surfaces fall with the step
-        const double stiffness = primitives_.total_stiffness(frame_.stiffness);
-        const Mat3 tissue = tissue_ / stiffness;
-        solution_.proxy = proxy + curvature_step(primitives_, contacts_, solution_, proxy,
-                                                 stiffness, 1.0, &tissue);
-    }
+    if (layers_press_) correct_for_layers(proxy);
     for (LoopEffect& effect : effects_)
         effect.solved(solution_.proxy);
     for (LoopSurface& surface : surfaces_)
@@ -336,7 +333,7 @@ bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& prox
         // Where another surface stopped it at once, that one has planes the next time.
         more = stepping_.steps_left() > 0 && (proxy != before || !stepping_.has_converged());
     } else {
-        if (primitives_.is_free() && proxy == solution_.proxy && layers_.empty()) return false;
+        if (primitives_.is_free() && proxy == solution_.proxy && !needs_.layers) return false;
         if (proxy != move.to) stepping_.cut_short(); // it was not the last
         more = stepping_.goes_on(budget_);
     }
@@ -381,7 +378,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
         result_.guarded |= bit_of(i, surface.contact().guarded());
     }
     note_open();
-    if (!layers_.empty()) commit_layers(proxy);
+    if (needs_.layers) commit_layers(proxy);
     friction_.commit();
     if (calming_.begun())
         calming_.end(proxy,
@@ -396,6 +393,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
         if (squared_length(solution_.lines[i].force_n) > 0.0) ++result_.contacts;
     for (const TetherOutcome& point : solution_.points)
         if (squared_length(point.force_n) > 0.0) ++result_.contacts;
+    if (needs_.alone) return end_frame(tip_of(proxy));
     return end_frame(proxy);
 }
 

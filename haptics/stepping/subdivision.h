@@ -241,6 +241,9 @@ private:
         bool bodies = false;      // a surface may move
         bool softness = false;    // a surface may be soft
         bool alone = false;       // and is all that is felt, but for what only pushes
+        bool layers = false;      // and is felt beside others
+        bool starts = false;      // a frame may begin elsewhere: bodies, alone
+        bool others = false;      // there are effects, or layers
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
         bool one_field = false;   // one surface, of a volume: noise may have no balance at all
@@ -252,7 +255,7 @@ private:
 
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
     void begin_pressing() noexcept;
-    SubdivisionResult pressed_result() noexcept;
+    Vec3 tip_of(const Vec3& front) noexcept;
     Vec3 along_front(const Vec3& gradient, const Vec3& n, double press_m) const noexcept;
     void make_layers(const SteppingSettings& settings, const std::vector<SurfaceContact*>& contacts,
                      const std::vector<SurfaceFinish>& finish, Clock& clock,
@@ -267,6 +270,7 @@ private:
         return layer ? layer->front->surfaces_.front() : surfaces_[i];
     }
     void press_layers(const Vec3& tip) noexcept;
+    void correct_for_layers(const Vec3& tip) noexcept;
     void press(Layer& layer, const Vec3& tip) noexcept;
     Mat3 turning_of(const Layer& layer) const noexcept;
     void commit_layers(const Vec3& tip) noexcept;

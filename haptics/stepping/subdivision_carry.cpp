@@ -98,9 +98,10 @@ LoopSurface& Subdivision::leader() noexcept { return surfaces_[contacts_[0].surf
 
 /// Whether one surface alone holds the proxy, and can lead it.
 bool Subdivision::one_surface_leads() noexcept {
-    const bool others_hold = !layers_.empty() || primitives_.planes().size() != contacts_.size() ||
+    const bool others_hold = primitives_.planes().size() != contacts_.size() ||
                              primitives_.has_tethers() || !contacts_.are_of_one_surface();
-    return !others_hold && !friction_.rubs(contacts_[0].surface) && leader().sliding();
+    return !others_hold && !friction_.rubs(contacts_[0].surface) && leader().sliding() &&
+           !needs_.layers;
 }
 
 /// Whether the proxy is where it has to be. Then it keeps its bits: while the probe is held, the
@@ -153,16 +154,17 @@ std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
 }
 
 Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
-    if (layers_press_)
-        return proxy + trusted(stepping_.damp() * (solution_.proxy - proxy), surfaces_);
-    if (primitives_.is_free()) return solution_.proxy;
+    if (primitives_.is_free() && !layers_press_) return solution_.proxy;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
     const double damping = stepping_.damp();
     // A step that is corrected for the surfaces that push may lead into a surface that does not.
-    // Then try the step of the planes alone: it stays in front of all of them.
-    Vec3 step = stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay
-                    ? solution_.proxy - proxy
-                    : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
+    // Then try the step of the planes alone: it stays in front of all of them. With layers, solve()
+    // has corrected it.
+    const bool as_solved =
+        layers_press_ || (stepping_.seeks_balance() && path_.tries_in_vain() >= kTriesOfOneWay);
+    const Vec3 step =
+        as_solved ? (layers_press_ ? damping : 1.0) * (solution_.proxy - proxy)
+                  : curvature_step(primitives_, contacts_, solution_, proxy, stiffness, damping);
     return proxy + trusted(step, surfaces_);
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <palpate/haptics/contact/curvature_step.h>
 #include <palpate/haptics/solver/internal/mixed_primitives.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
@@ -30,18 +31,18 @@ void require_plain(std::size_t i, SurfaceContact& contact, const SurfaceFinish& 
                    SteppingMethod method) {
     const auto refuse = [i](const char* what, const char* remedy) {
         throw std::invalid_argument("surface " + std::to_string(i) +
-                                    " is soft and not all that is felt, and " + what + "; " +
+                                    " is soft, and not all that is felt: then " + what + "; " +
                                     remedy);
     };
-    if (finish.friction.static_mu > 0.0) refuse("it rubs", "leave friction on it out");
+    if (finish.friction.static_mu > 0.0) refuse("it cannot rub", "leave friction on it out");
     if (!finish.magnet.none() || finish.magnet.over.field)
-        refuse("it draws", "leave the magnet out");
+        refuse("it cannot draw", "leave the magnet out");
     if (std::isfinite(finish.strength_n) || finish.strength.field)
-        refuse("it yields", "leave strength_n out, or let its Softness end flat");
-    if (finish.stiffness) refuse("it is stiffer over lumps", "leave their map out");
-    if (contact.moving()) refuse("it moves", "let it stand still");
+        refuse("it cannot yield", "leave strength_n out, or let its Softness end flat");
+    if (finish.stiffness) refuse("it cannot be stiffer over lumps", "leave their map out");
+    if (contact.moving()) refuse("it cannot move", "let it stand still");
     if (method != SteppingMethod::adaptive)
-        refuse("the method is not adaptive", "take SteppingMethod::adaptive");
+        refuse("the method cannot be another than adaptive", "take SteppingMethod::adaptive");
 }
 
 } // namespace
@@ -50,7 +51,7 @@ void require_plain(std::size_t i, SurfaceContact& contact, const SurfaceFinish& 
 
 /// The frame is one of the front: it goes on from there.
 void Subdivision::begin_pressing() noexcept {
-    surfaces_.front().follow_coupling(frame_.stiffness);
+    surfaces_.front().follow_coupling(frame_);
     frame_.start = pressed_.front;
 }
 
@@ -59,28 +60,26 @@ void Subdivision::begin_pressing() noexcept {
 /// tissue's law. So the front is where a hard surface would hold the proxy, with every certificate,
 /// and force and tip follow:
 ///   delta = |a' - y|,  n = (y - a') / delta,  x = a' + (F_h(delta) / k) n    (docs/palpation.md)
-SubdivisionResult Subdivision::pressed_result() noexcept {
+Vec3 Subdivision::tip_of(const Vec3& front) noexcept {
     LoopSurface& surface = surfaces_.front();
-    if (!is_a_place(result_.proxy)) return result_;
-    pressed_ = {0.0, 0.0, result_.proxy};
+    if (!is_a_place(front)) return front;
+    pressed_ = {0.0, 0.0, front};
     softened_ = 1.0;
     aside_n_ = Vec3{0.0};
-    if (!surface.is_soft()) return result_;
+    if (!surface.is_soft()) return front;
     const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
-    const Vec3 behind = pressed_.front - drawn_to;
+    const Vec3 behind = front - drawn_to;
     const double press_m = glm::length(behind);
     StiffnessMap::Sample beneath;
-    if (surface.has_stiffness_map()) beneath = surface.beneath(pressed_.front);
+    if (surface.has_stiffness_map()) beneath = surface.beneath(front);
     const LoopSurface::Press press = surface.press(press_m, frame_.period_s, beneath.ratio);
-    if (!(press_m > Stepping::kNoMovement_m)) return result_; // free
+    if (!(press_m > Stepping::kNoMovement_m)) return front; // free
     softened_ = press.force_n / (frame_.stiffness * press_m);
     pressed_.indentation_m = (1.0 - softened_) * press_m;
     pressed_.slope_n_per_m = press.slope_n_per_m;
-    result_.proxy = drawn_to + softened_ * behind;
-    if (!surface.has_stiffness_map() || !(press.energy_j > 0.0)) return result_;
-    aside_n_ = -press.energy_j * along_front(beneath.gradient, behind / press_m, press_m);
-    result_.proxy += aside_n_ / frame_.stiffness;
-    return result_;
+    if (surface.has_stiffness_map() && press.energy_j > 0.0)
+        aside_n_ = -press.energy_j * along_front(beneath.gradient, behind / press_m, press_m);
+    return drawn_to + softened_ * behind + aside_n_ / frame_.stiffness;
 }
 
 /// What a front that is held where this frame left it makes of a gradient: (dy / da')^T times that.
@@ -157,6 +156,13 @@ void Subdivision::press_layers(const Vec3& tip) noexcept {
         primitives_.add_force(layer.force_n * layer.normal);
         tissue_ += turning_of(layer);
     }
+}
+
+/// Corrects the step to what the solver found by how these forces fall with it.
+void Subdivision::correct_for_layers(const Vec3& tip) noexcept {
+    const double stiffness = primitives_.total_stiffness(frame_.stiffness);
+    solution_.proxy = tip + curvature_step(primitives_, contacts_, solution_, tip, stiffness, 1.0,
+                                           tissue_ / stiffness);
 }
 
 /// Lets a front follow the tip, and finds what presses there.

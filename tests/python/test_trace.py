@@ -28,7 +28,8 @@ class Traces(unittest.TestCase):
         for name, cells in columns.items():
             ours = trace[name]
             self.assertEqual(len(ours), len(cells))
-            theirs = np.array(cells) if name == "felt" else np.array(cells, dtype=ours.dtype)
+            is_text = name in ("felt", "pressed")
+            theirs = np.array(cells) if is_text else np.array(cells, dtype=ours.dtype)
             self.assertEqual(ours.astype(theirs.dtype).tobytes(), theirs.tobytes(), name)
         return columns
 
@@ -53,6 +54,31 @@ class Traces(unittest.TestCase):
                 self.assertEqual(trace.columns[: len(columns)], tuple(columns))
                 self.assertGreater((trace["felt"] == "wall").sum(), 1000)
                 self.assertGreater((trace["felt"] == "").sum(), 1000)
+
+    def test_what_is_soft_has_the_columns_of_frames_csv_too(self):
+        text = CAVITY_TOML.replace("[surface.wall]\n", "[surface.wall]\nstiffness_n_per_mm = 0.2\n")
+        positions = strokes(2000)
+        with tempfile.TemporaryDirectory() as folder:
+            scene_file, path = Path(folder) / "cavity.toml", Path(folder) / "path.csv"
+            scene_file.write_text(text)
+            write_path(path, positions)
+            said = run_command(
+                *("trace", scene_file, "--device", f"path:{path}", "--out", "out"), cwd=folder
+            )
+            self.assertEqual(said.returncode, 0, said.stderr)
+            scene = palpate.Scene(scene_file)
+            trace = palpate.trace(scene, positions)
+            columns = self.assert_same_bits(trace, Path(folder) / "out" / FRAMES)
+        self.assertIn("pressed", columns)
+        self.assertEqual(set(trace["pressed"]), {"", "wall"})
+        self.assertIn("stiffness_n_per_mm", trace.summary()["pressed"][0])
+        loop = palpate.Loop(scene)
+        for i, place in enumerate(positions):
+            report = loop.frame(place)
+            self.assertEqual(report.pressed, trace["pressed"][i])
+            self.assertEqual(report.indentation_m, trace["indentation_m"][i])
+            self.assertEqual(report.stiffness_n_per_m, trace["stiffness_n_per_m"][i])
+            self.assertEqual(report.front_m[0], trace["front_x_m"][i])
 
     def test_the_scenes_own_device_and_every_and_frames_too(self):
         scene_file = ROOT / "examples" / "cavity.toml"

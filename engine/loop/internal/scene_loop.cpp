@@ -83,6 +83,7 @@ SceneLoop::SceneLoop(std::shared_ptr<const Scene> scene, Clock& clock, const Loo
     effects_after_.resize(effects_.size());
     subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts), effects_,
                                                  clock_, std::move(felt_.finish));
+    has_softness_ = subdivision_->has_softness();
     gains_ = gains_of_effects(custom_.size());
 }
 
@@ -317,13 +318,16 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     report.surfaces_open = result.open;
     report.surfaces_guarded = result.guarded;
     report.flags |= result.flags;
-    if (subdivision_->has_softness()) {
-        const Subdivision::Pressed& pressed = subdivision_->pressed();
-        report.indentation_m = pressed.indentation_m;
-        report.stiffness_n_per_m = pressed.slope_n_per_m;
-        report.front = pressed.front;
-        report.pressed_surface = pressed.surface;
-    }
+    if (has_softness_) report_pressed(report);
+}
+
+/// Of a soft surface: how it is pressed. Apart, so that frames of hard surfaces do not pay for it.
+[[gnu::noinline]] void SceneLoop::report_pressed(FrameReport& report) const noexcept {
+    const Subdivision::Pressed& pressed = subdivision_->pressed();
+    report.indentation_m = pressed.indentation_m;
+    report.stiffness_n_per_m = pressed.slope_n_per_m;
+    report.front = pressed.front;
+    report.pressed_surface = pressed.surface;
 }
 
 QueryCount SceneLoop::queries() const noexcept {

@@ -70,6 +70,7 @@ private:
     std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                     FrameReport& report) noexcept;
+    void report_pressed(FrameReport& report) const noexcept;
     Vec3 release(std::uint32_t& flags) noexcept;
     Vec3 wanted_force(const DeviceState& device, const Vec3& velocity,
                       std::span<const std::uint32_t> steps_left, FrameReport& report) noexcept;
@@ -83,6 +84,7 @@ private:
     CustomEffects custom_;
     std::vector<Effect*> effects_; // all, in the order in which they are gathered
     std::unique_ptr<Subdivision> subdivision_;
+    bool has_softness_ = false;    // of it
     std::vector<GainRamp*> gains_; // of each effect of the scene, then of the custom ones; null:
                                    // the plan left it out
     VirtualCoupling coupling_;

@@ -122,22 +122,24 @@ TEST_F(SoftnessTable, BesideOthersASoftSurfaceIsPlain) {
     EXPECT_EQ(complaint(felt(soft + "strength_n = 2\n")), "");
     EXPECT_EQ(
         complaint(felt(soft + "strength_n = 2\n", bone)),
-        "scene.toml:8: effects[0].surface = \"skin\" is soft and not all that is felt, and it "
-        "yields; remove strength_n, or let a table of stiffness_mm_n end flat, or make it "
-        "hard: stiffness_n_per_mm = inf");
-    EXPECT_THAT(complaint(felt(soft + "moves = true\n", bone)), HasSubstr("and it moves"));
+        "scene.toml:8: effects[0].surface = \"skin\" is soft, and not all that is felt: then it "
+        "cannot yield (strength_n = 2); remove strength_n, or let a table of stiffness_mm_n end "
+        "flat, or make it hard: stiffness_n_per_mm = inf");
+    EXPECT_THAT(complaint(felt(soft + "moves = true\n", bone)),
+                HasSubstr("it cannot move (moves = true); remove moves"));
     EXPECT_THAT(complaint("[loop]\nmethod = \"fixed\"\n" + felt(soft, bone)),
-                HasSubstr("the method is not adaptive"));
+                HasSubstr("the method cannot be fixed; take method = \"adaptive\""));
     EXPECT_EQ(complaint("[loop]\nmethod = \"fixed\"\n" + felt(soft)), "");
     const std::string rubs = "[[effect]]\ntype = \"friction\"\nsurface = \"skin\"\nstatic = 0.3\n";
     EXPECT_EQ(complaint(felt(soft, rubs)), "");
-    EXPECT_THAT(complaint(felt(soft, rubs + bone)), HasSubstr("and it rubs"));
+    EXPECT_THAT(complaint(felt(soft, rubs + bone)),
+                HasSubstr("it cannot rub; leave friction on it out"));
     const std::string of_bone =
         "[[effect]]\ntype = \"friction\"\nsurface = \"bone\"\nstatic = 0.3\n";
     EXPECT_EQ(complaint(felt(soft, bone + of_bone)), "");
     EXPECT_THAT(complaint(felt(
                     soft, "[[effect]]\ntype = \"magnet\"\nsurface = \"skin\"\nstrength_n = 1\n")),
-                HasSubstr("and it draws"));
+                HasSubstr("it cannot draw; leave the magnet out"));
     for (const std::string_view effect :
          {"type = \"viscosity\"\ndamping_n_s_per_m = 1\n",
           "type = \"workspace\"\nradius_mm = 60\ncenter_mm = [0, 0, 0]\n",
@@ -171,7 +173,7 @@ TEST_F(SoftnessTable, ASceneInCodeIsCheckedAsOneFromAFile) {
     scene.effects.push_back(effects::Surface{.surface = "bone"});
     EXPECT_EQ(why(scene), "");
     scene.surfaces.at("bone").strength_n = 1.0;
-    EXPECT_THAT(why(scene), HasSubstr("surface = \"bone\" is soft and not all that is felt"));
+    EXPECT_THAT(why(scene), HasSubstr("surface = \"bone\" is soft, and not all that is felt"));
 }
 
 } // namespace

@@ -214,6 +214,25 @@ TEST(Study, RefusesASceneInWhichNothingIsFelt) {
     EXPECT_NO_THROW(check_study(*surface_cavity()));
 }
 
+// Methods cannot be compared where one alone is for the scene.
+TEST(Study, RefusesASoftSurfaceBesideOthers) {
+    const std::string skin = kCavity + "[surface.skin]\nvolume = \"v\"\nstiffness_n_per_mm = 0.2\n"
+                                       "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
+    const std::string bone = "[surface.bone]\nvolume = \"v\"\niso_value = 0.005\n"
+                             "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
+    EXPECT_NO_THROW(check_study(Scene(parse_scene(skin, "scene.toml"))));
+    try {
+        check_study(Scene(parse_scene(skin + bone, "scene.toml")));
+        FAIL() << "accepted";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what())
+                      .find("surface \"skin\" is soft, and not all that is "
+                            "felt: method adaptive alone is for that"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
 // Errors and counts are what a single run gives, to the bit, however often times are measured.
 TEST(Study, RepetitionsChangeNoAnswer) {
     const auto scene = surface_cavity();
