@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/scene_tables.h>
+#include <palpate/engine/scene/tissues.h>
 
 namespace palpate::internal {
 namespace {
@@ -45,14 +46,6 @@ Softness read_pairs(const TomlTable& table) {
         table.fail(table.line_of(key), fmt::format("{} {} is 0 N everywhere", key, table.where()),
                    "give a force above 0, or no effect `surface`");
     return softness;
-}
-
-/// Of a round, flat and stiff contact of radius a on a deep layer of modulus E that keeps its
-/// volume (nu = 1/2):  K = 2 a E / (1 - nu^2).
-Softness of_modulus(double youngs_kpa, double contact_radius_mm) {
-    constexpr double kPoisson = 0.5;
-    const double modulus_pa = 1e3 * youngs_kpa, radius_m = 1e-3 * contact_radius_mm;
-    return Softness::linear(2.0 * radius_m * modulus_pa / (1.0 - kPoisson * kPoisson));
 }
 
 } // namespace
@@ -105,8 +98,8 @@ Softness read_softness(const TomlTable& table, const Softness& fallback) {
     } else if (said == "stiffness_mm_n") {
         softness = read_pairs(table);
     } else if (said == "youngs_kpa") {
-        softness = of_modulus(table.number(said, kYoungsKpa, 0.0),
-                              table.number("contact_radius_mm", kContactRadiusMm, 0.0));
+        softness = softness_of_modulus(table.number(said, kYoungsKpa, 0.0),
+                                       table.number("contact_radius_mm", kContactRadiusMm, 0.0));
     }
     softness.damping = softness.none() ? 0.0 : fallback.damping;
     if (!table.has("press_damping_n_s_per_m")) return softness;
