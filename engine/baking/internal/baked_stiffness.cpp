@@ -46,6 +46,7 @@ public:
             areas_.push_back(area(t));
             buckets_[bucket(centre(t))].push_back(t);
         }
+        inward_.resize(areas_.size(), Vec3{0.0});
     }
 
     const SurfaceScene& scene() const { return scene_; }
@@ -59,27 +60,27 @@ public:
     /// Its normal, towards free space, times twice its area, m^2.
     const Vec3& area_of(std::uint32_t t) const { return areas_[t]; }
 
-    /// Unit, inward: the mean over a contact's radius, with weights that end smoothly, of what
-    /// faces the same way as `outward`.
-    Vec3 inward(const Vec3& at, const Vec3& outward) const {
-        Vec3 sum = 1e-3 * kMm2 * outward; // what is all alone has its own
+    /// Unit, inward, around a triangle: the mean over a contact's radius, with weights that end
+    /// smoothly, of what faces the same way. Found once for each.
+    const Vec3& inward(std::uint32_t t) {
+        if (inward_[t] != Vec3{0.0}) return inward_[t];
+        Vec3 sum = areas_[t];
+        const Vec3 at = centre(t);
         const std::array<int, 3> home = bucket(at);
         for (int n = 0; n < 27; ++n) {
             const auto found =
                 buckets_.find({home[0] + n % 3 - 1, home[1] + n / 3 % 3 - 1, home[2] + n / 9 - 1});
             if (found == buckets_.end()) continue;
-            for (const std::uint32_t t : found->second) {
-                const double d2 = squared_length(centre(t) - at) / (contact_m_ * contact_m_);
-                if (d2 < 1.0 && glm::dot(areas_[t], outward) > 0.0)
-                    sum += (1.0 - d2) * (1.0 - d2) * areas_[t];
+            for (const std::uint32_t other : found->second) {
+                const double d2 = squared_length(centre(other) - at) / (contact_m_ * contact_m_);
+                if (d2 < 1.0 && glm::dot(areas_[other], areas_[t]) > 0.0)
+                    sum += (1.0 - d2) * (1.0 - d2) * areas_[other];
             }
         }
-        return -glm::normalize(sum);
+        return inward_[t] = -glm::normalize(sum);
     }
 
 private:
-    static constexpr double kMm2 = 1e-6; // m^2
-
     Vec3 area(std::uint32_t t) const {
         return glm::cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0));
     }
@@ -91,6 +92,7 @@ private:
     double contact_m_;
     SurfaceScene scene_;
     std::vector<Vec3> areas_;
+    std::vector<Vec3> inward_; // 0: not found yet
     std::map<std::array<int, 3>, std::vector<std::uint32_t>> buckets_;
 };
 
@@ -140,7 +142,7 @@ float rounded_gain(double gain) {
     return static_cast<float>(kGainStep * std::round(gain / kGainStep));
 }
 
-std::vector<float> gains_of(const Surface& surface, const InclusionSum& sum,
+std::vector<float> gains_of(Surface& surface, const InclusionSum& sum,
                             const StiffnessMap::Lattice& lattice) {
     const std::vector<std::uint8_t> seen = seen_nodes(surface, lattice);
     const double reach_m =
@@ -153,8 +155,8 @@ std::vector<float> gains_of(const Surface& surface, const InclusionSum& sum,
                 if (!seen[node]) continue;
                 const auto foot = surface.scene().closest_point(lattice.place(i, j, k), reach_m);
                 if (!foot) continue;
-                gains[node] = rounded_gain(
-                    sum.gain(foot->position, surface.inward(foot->position, foot->normal)));
+                gains[node] =
+                    rounded_gain(sum.gain(foot->position, surface.inward(foot->triangle)));
             }
     return gains;
 }
@@ -228,10 +230,11 @@ double steepest_allowed_per_m(const SceneDescription& scene) {
 BakedStiffness map_stiffness(const BakedSurface& baked, const LabelVolume& volume,
                              std::span<const Inclusion> inclusions, double contact_radius_m,
                              double steepest_per_m) {
-    const Surface surface(baked, contact_radius_m);
+    Surface surface(baked, contact_radius_m);
     BakedStiffness result;
     result.asked_radius_m = result.contact_radius_m = contact_radius_m;
-    for (double a = contact_radius_m; a <= kWidestOfAsked * contact_radius_m; a *= kWidening) {
+    for (double a = contact_radius_m; a <= kWidestOfAsked * contact_radius_m;
+         a *= std::max(kWidening, std::sqrt(result.steepest_per_m / steepest_per_m))) {
         const InclusionSum sum(volume, inclusions, a);
         if (sum.bounds().empty()) return result; // as stiff as what is around it
         const double reach_m = sum.reach_m(kLeastGain);

@@ -15,8 +15,9 @@ namespace palpate::internal {
 /// |grad K| delta <= k at the largest delta, the force limit over K. [setup]
 double steepest_allowed_per_m(const SceneDescription& scene);
 
-/// The map of a surface over `inclusions`: of the least contact radius, from `contact_radius_m` on
-/// in steps of kWidening, with which no change is steeper than `steepest_per_m`.        [setup]
+/// The map of a surface over `inclusions`: of the first contact radius, from `contact_radius_m` on,
+/// with which no change is steeper than `steepest_per_m`. Each radius that is tried is wider than
+/// the one before by the root of how much too steep that was, and at least by kWidening. [setup]
 /// The stiffness is that of the kernel at the point of the surface that is nearest to a node, along
 /// the mean normal of the surface within the contact, as a flat contact lies on it. `lumps` and
 /// `from_cache` are left to the caller. Throws std::runtime_error without place where no radius
@@ -25,7 +26,7 @@ BakedStiffness map_stiffness(const BakedSurface& baked, const LabelVolume& volum
                              std::span<const Inclusion> inclusions, double contact_radius_m,
                              double steepest_per_m);
 
-/// Factor between two contact radii that map_stiffness() tries.
+/// Least factor between two contact radii that map_stiffness() tries.
 inline constexpr double kWidening = 1.1;
 
 /// What lies beneath a surface of a scene, which was baked from these labels. `place` begins
