@@ -14,6 +14,9 @@ constexpr double kAgainst = -0.25; // cosine
 constexpr double kNoShorter = 0.5;
 // Or where its way is so many times as long as where it has led to: it goes round.
 constexpr double kRound = 4.0;
+// A frame that walks so many times as far as it gets is stuck between its own steps. One that does
+// get on, though in zigzag, is let be; and so are a few of them, which may precede rest.
+constexpr double kInVain = 100.0;
 // With each turn back; from the coupling's own stiffness on.
 constexpr double kStiffer = 4.0;
 // With each frame after the first of these: what would go on for ever is over in some hundred.
@@ -80,7 +83,7 @@ bool Calming::rests(const Vec3& asked) noexcept {
     return false;
 }
 
-void Calming::end(const Vec3& proxy, double slowness) noexcept {
+void Calming::end(const Vec3& proxy, double walked_m, double slowness) noexcept {
     const Vec3 step = proxy - frame_.start;
     end_ = proxy;
     const bool hardly = slowness * glm::length(step) < kStill * tolerance_m_;
@@ -89,7 +92,8 @@ void Calming::end(const Vec3& proxy, double slowness) noexcept {
     probe_way_m_ += probe_step_m_;
     if (step == Vec3{0.0}) return;
     way_m_ += glm::length(step);
-    if (turned_back(step)) {
+    in_vain_ = held_ && !hardly && walked_m > kInVain * glm::length(step) ? in_vain_ + 1 : 0;
+    if (turned_back(step) || in_vain_ > kStillFrames) {
         damping_ = std::clamp(kStiffer * damping_, frame_.stiffness, kStiffest * frame_.stiffness);
         look_anew(proxy);
     } else if (way_m_ <= kFollows * probe_way_m_) {

@@ -12,7 +12,8 @@ namespace palpate {
 /// frames a proximal-point iteration: its steps shorten as k / (k + g), and once g exceeds what the
 /// effects bend by, each frame takes energy out. g grows with each turn back, and then with each
 /// frame that the probe stands still; it is forgotten as the probe goes on. 0: the frame is
-/// untouched.
+/// untouched. A frame that walks to and fro within itself has turned back, too: a method that does
+/// not seek the balance may end each of its frames a little farther on, wherever chance leads it.
 ///
 /// A proxy that has all but stopped under a held probe keeps its bits from then on, until what is
 /// asked of it there changes.
@@ -46,9 +47,10 @@ public:
     /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
     /// within the tolerance.                                                            [loop]
     bool rests(const Vec3& asked) noexcept;
-    /// The frame ends with the proxy at `proxy`, m, scene frame; `slowness` >= 1: how many times
-    /// shorter its media made its way.                                                  [loop]
-    void end(const Vec3& proxy, double slowness) noexcept;
+    /// The frame ends with the proxy at `proxy`, m, scene frame, after a walk of `walked_m` (m, >=
+    /// 0; 0 where the frame has found its balance); `slowness` >= 1: how many times shorter its
+    /// media made its way. [loop]
+    void end(const Vec3& proxy, double walked_m, double slowness) noexcept;
 
 private:
     bool turned_back(const Vec3& step) const noexcept;
@@ -65,6 +67,7 @@ private:
     double damping_ = 0.0;        // g, as the next frame begins with it
     double spring_n_per_m_ = 0.0; // g in this frame
     int still_ = 0;               // frames in a row that hardly moved the proxy
+    int in_vain_ = 0;             // held frames in a row that walked and got nowhere
     int rested_ = 0;              // frames of the rest
     Vec3 asked_{0.0};             // in its second frame, when all is as the first has left it
 

@@ -44,6 +44,12 @@ public:
     }
     /// Whether the last move was none.                                                   [loop]
     bool stands_still() const noexcept { return unmoved_ > 0; }
+    double length_m() const noexcept { ///< of all movements, m                           [loop]
+        double length = 0.0;
+        for (std::size_t i = 1; i < corners_.size(); ++i)
+            length += glm::length(corners_[i] - corners_[i - 1]);
+        return length;
+    }
     /// Moves in a row that were none.                                                    [loop]
     int tries_in_vain() const noexcept { return unmoved_; }
 
