@@ -96,19 +96,23 @@ double PressLaw::energy_j(double press_m) const noexcept {
     }
 }
 
-PressLaw PressLaw::scaled(double ratio, double& took) const noexcept {
-    double steepest = 0.0;
+double PressLaw::ratio_within(double ratio) const noexcept {
+    if (is_hard()) return 1.0;
+    double steepest = 0.0; // of what is not hard it ends above 0
     for (std::size_t i = 0; i < count_; ++i) {
         const Point begin = begin_of(i);
         steepest = std::max(steepest, (points_[i].force_n - begin.force_n) /
                                           (points_[i].press_m - begin.press_m));
     }
-    took = is_hard() ? 1.0 : std::min(ratio, coupling_ / steepest); // a law has a slope above 0
+    return std::min(ratio, coupling_ / steepest);
+}
+
+PressLaw PressLaw::scaled(double ratio) const noexcept {
     PressLaw law = *this;
     for (std::size_t i = 0; i < count_; ++i) {
-        law.points_[i].force_n *= took;
-        law.points_[i].tissue_m =
-            std::max(0.0, law.points_[i].press_m - law.points_[i].force_n / coupling_);
+        Point& point = law.points_[i];
+        point.force_n *= ratio;
+        point.tissue_m = std::max(0.0, point.press_m - point.force_n / coupling_);
     }
     return law;
 }

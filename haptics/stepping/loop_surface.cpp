@@ -180,8 +180,8 @@ LoopSurface::Press LoopSurface::press(double press_m, double period_s, double ra
 /// strength is infinite.
 LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s,
                                                  double ratio) noexcept {
-    double took = 1.0;
-    const PressLaw law = soft_->law.scaled(ratio, took);
+    const double within = soft_->law.ratio_within(ratio);
+    const PressLaw law = soft_->law.scaled(within);
     Press press{law.force_n(press_m), law.slope(press_m), 0.0};
     double at_rest_m = press_m; // where the tissue's spring would be with no damper beside it
     if (const double damping = soft_->softness.damping; damping > 0.0) {
@@ -193,7 +193,7 @@ LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s
         at_rest_m = balance.tissue_m + std::max(0.0, press.force_n - viscous_n) / law.coupling();
     }
     // Where the coupling is as stiff as the ratio could make it, the ratio changes nothing.
-    if (took == ratio && press.force_n > 0.0) press.energy_j = soft_->law.energy_j(at_rest_m);
+    if (within == ratio && press.force_n > 0.0) press.energy_j = soft_->law.energy_j(at_rest_m);
     return press;
 }
 

@@ -237,8 +237,8 @@ TEST(PressLaw, ScaledItIsTheSameLawTimesTheRatioAsFarAsTheCouplingLetsIt) {
         const PressLaw law(random_table(random, 600.0), kK);
         if (law.is_hard()) continue;
         const double ratio = 0.3 + 1.5 * unit(random);
-        double took = 0.0;
-        const PressLaw scaled = law.scaled(ratio, took);
+        const double took = law.ratio_within(ratio);
+        const PressLaw scaled = law.scaled(took);
         EXPECT_LE(took, ratio);
         capped += took < ratio ? 1 : 0;
         double steepest = 0.0;
