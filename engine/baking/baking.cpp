@@ -12,6 +12,7 @@
 #include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/baking/internal/baked_field.h>
 #include <palpate/engine/baking/internal/baked_report.h>
+#include <palpate/engine/baking/internal/baked_stiffness.h>
 #include <palpate/engine/files/data_hash.h>
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/scene/internal/progress.h>
@@ -149,6 +150,34 @@ void read_for(const SceneDescription& scene, const std::string& name, const Read
     }
 }
 
+/// The map of a soft surface over what lies beneath it, from the cache where it is there.
+BakedStiffness stiffness_beneath(const SceneDescription& scene, const std::string& surface,
+                                 const BakedSurface& baked, VolumeReader& reader,
+                                 const ResultCache& cache, const Progress& progress) {
+    const SurfaceDescription& description = scene.surfaces.at(surface);
+    std::string text =
+        fmt::format("palpate stiffness {}\n{}\n{:a} {:a}\n", kCacheVersion, baked.key,
+                    description.contact_radius_mm, internal::steepest_allowed_per_m(scene));
+    for (const auto& [label, ratio] : description.beneath)
+        text += fmt::format("{} {} {:a}\n", label.size(), label, ratio);
+    const std::string name = sha256_of_text(text).substr(0, 32) + ".vdb";
+    if (const auto file = cache.find(name)) {
+        try {
+            return internal::read_stiffness(*file);
+        } catch (const std::exception&) {
+            // Of no use: made again below.
+        }
+    }
+    internal::report(progress, 0.95, "mapping what lies beneath");
+    BakedStiffness stiffness = internal::bake_stiffness(
+        scene, surface, baked, reader.labels(description.volume), place_of_surface(scene, surface));
+    if (stiffness.map)
+        cache.keep(name, [&](const std::filesystem::path& file) {
+            internal::write_stiffness(stiffness, file);
+        });
+    return stiffness;
+}
+
 } // namespace
 
 VolumeReader::VolumeReader(const SceneDescription& scene)
@@ -217,6 +246,8 @@ BakedSurface bake_surface(const SceneDescription& scene, const std::string& surf
     if (source.voxels) baked.warnings = source.voxels->warnings;
     if (source.label_volume) baked.warnings = source.label_volume->warnings;
     baked.key = key;
+    if (!description.beneath.empty())
+        baked.stiffness = stiffness_beneath(scene, surface, baked, reader, cache, progress);
     internal::report(progress, 1.0, "field ready");
     return baked;
 }

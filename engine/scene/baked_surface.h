@@ -7,10 +7,25 @@
 
 #include <palpate/engine/scene/scene_description.h>
 #include <palpate/volume/fields/grid_field.h>
+#include <palpate/volume/fields/stiffness_map.h>
 #include <palpate/volume/scalar_field.h>
 #include <palpate/volume/volume_parts.h>
 
 namespace palpate {
+
+/// What lies beneath a soft surface, as it is felt from above.
+struct BakedStiffness {
+    std::shared_ptr<const StiffnessMap> map; ///< scene frame; null: nothing does
+    double contact_radius_m = 0.0; ///< of the kernel: the scene's, or as much wider as the coupling
+                                   ///< asks for, m
+    double asked_radius_m = 0.0;   ///< the scene's, m
+    std::string lumps;             ///< what lies beneath, as "Nodule 10x"
+    double stiffest = 1.0;         ///< greatest ratio on the surface
+    double softest = 1.0;          ///< least ratio on it
+    double steepest_per_m = 0.0;   ///< greatest change of its logarithm along the surface, 1/m
+    Vec3 steepest_at{0.0};         ///< where that is, m, scene frame
+    bool from_cache = false;       ///< read from the cache, not computed
+};
 
 /// A field made ready for one surface: smoothed, its level chosen again, unwanted components
 /// removed. Mesh and contact take the same one, so that they are of the same thing.
@@ -25,8 +40,9 @@ struct BakedSurface {
     std::vector<VolumeComponent>
         components;                  ///< of the material, largest first; empty for a formula
     std::vector<std::string> labels; ///< names of those it is made of; empty: an isosurface
-    bool joined = false; ///< to labels of other surfaces, without_grooves(): it reaches about
-                         ///< smooth_voxels into them, which volume_mm3 does not count
+    bool joined = false;      ///< to labels of other surfaces, without_grooves(): it reaches about
+                              ///< smooth_voxels into them, which volume_mm3 does not count
+    BakedStiffness stiffness; ///< not of the field: made for each scene
     std::vector<ThinPart> thin_parts;  ///< of labels: what smoothing took away
     std::vector<std::string> warnings; ///< of reading the volume
     std::string key;                   ///< hash of everything that went in: names it in the cache

@@ -275,6 +275,7 @@ std::vector<SurfaceFinish> Scene::finish_with(const internal::EffectFields& fiel
             finish[i].strength = {fields.scalars.at(surface.strength_volume),
                                   surface.strength_over_value};
         if (is_soft(description_, surface)) finish[i].softness = surface.softness;
+        if (!finish[i].softness.none()) finish[i].stiffness = surfaces_[i].baked.stiffness.map;
         finish[i].strength_n = surface.strength_n;
     }
     for (const PlannedEffect& planned : plan_.effects) {

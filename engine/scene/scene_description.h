@@ -133,6 +133,10 @@ struct SurfaceDescription {
                          ///< function of its value at the proxy; empty: the same everywhere
     TransferFunction strength_over_value; ///< with strength_volume: N, > 0, finite
     Softness softness; ///< how it gives way below its strength; hard where it is none
+    std::map<std::string, double> beneath; ///< stiffer or softer labels of its volume beneath what
+                                           ///< is soft, by name or number: ratio of the modulus to
+                                           ///< that of the tissue around, [0.1, 1000]; empty: none
+    double contact_radius_mm = 4.0;      ///< with `beneath`: of the finger that feels them, [1, 15]
     std::optional<double> facet_size_mm; ///< of the mesh, where one is needed, (0, 50]; empty: 2,
                                          ///< for labels half a voxel
     std::optional<double> facet_distance_mm; ///< of the mesh, (0, 10]; empty: 0.2, for labels 0.05

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/scene_tables.h>
+#include <palpate/engine/scene/tissues.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/engine/text/text_file.h>
 
@@ -60,6 +61,14 @@ LoopDescription read_loop(const TomlTable& table) {
     return loop;
 }
 
+/// Gives the scene the tissue that a surface names as its material, if the file has no such table.
+void add_tissue(const TomlTable& surface, SceneDescription& scene) {
+    if (!surface.has("material")) return;
+    const std::string name = surface.text("material");
+    if (scene.materials.contains(name)) return;
+    if (const auto material = tissue_material(name)) scene.materials[name] = *material;
+}
+
 // Data in memory.
 
 /// Null where there is none of that name.
@@ -103,8 +112,9 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     for (const auto& [name, table] : top.named_tables("material"))
         scene.materials[name] = internal::read_material_table(table);
     for (const auto& [name, table] : top.named_tables("surface"))
-        scene.surfaces[name] =
-            internal::read_surface_table(table, scene, found(data.meshes, name));
+        add_tissue(table, scene);
+    for (const auto& [name, table] : top.named_tables("surface"))
+        scene.surfaces[name] = internal::read_surface_table(table, scene, found(data.meshes, name));
     for (const TomlTable& table : top.table_list("effect"))
         for (const EffectDescription& effect : internal::read_effect_table(table, scene))
             scene.effects.push_back(effect);

@@ -102,9 +102,15 @@ void check_beside_soft(const SceneDescription& scene, std::size_t index) {
         scene.effects.begin(), scene.effects.end(), [&](const EffectDescription& other) {
             return makes_surface_felt(other) && surface_of(other) == surface_of(effect);
         });
-    if (!is_felt || is_soft_and_alone(scene)) return;
+    if (!is_felt) return;
     const SurfaceDescription& surface = scene.surfaces.at(surface_of(effect));
     const FieldCheck check(fmt::format("effects[{}]", index));
+    if (traits.part == SurfacePart::friction && !surface.beneath.empty())
+        check.fail("surface",
+                   fmt::format("= \"{}\" is stiffer over what lies beneath, and it rubs",
+                               surface_of(effect)),
+                   "leave friction on it out, or remove beneath");
+    if (is_soft_and_alone(scene)) return;
     const auto refuse = [&](const std::string& what, const std::string& remedy) {
         check.fail("surface",
                    fmt::format("= \"{}\" is soft, and not all that is felt: then {}",
@@ -114,6 +120,8 @@ void check_beside_soft(const SceneDescription& scene, std::size_t index) {
     if (traits.part == SurfacePart::friction) refuse("it cannot rub", "leave friction on it out");
     if (traits.part == SurfacePart::magnet) refuse("it cannot draw", "leave the magnet out");
     if (!makes_surface_felt(effect)) return;
+    if (!surface.beneath.empty())
+        refuse("it cannot be stiffer over what lies beneath", "remove beneath");
     if (std::isfinite(surface.strength_n))
         refuse(fmt::format("it cannot yield (strength_n = {})", surface.strength_n),
                "remove strength_n, or let a table of stiffness_mm_n end flat");

@@ -82,6 +82,41 @@ double PressLaw::slope(double press_m) const noexcept {
     return (points_[i].force_n - begin.force_n) / (points_[i].press_m - begin.press_m);
 }
 
+double PressLaw::energy_j(double press_m) const noexcept {
+    if (is_hard()) return 0.5 * coupling_ * press_m * press_m;
+    double energy_j = 0.0;
+    for (std::size_t i = 0;; ++i) {
+        const Point begin = begin_of(i);
+        const double way_m = points_[i].press_m - begin.press_m;
+        const double slope = (points_[i].force_n - begin.force_n) / way_m; // ways are above 0
+        const bool is_last = i + 1 == count_ || press_m <= points_[i].press_m;
+        const double left_m = is_last ? press_m - begin.press_m : way_m;
+        energy_j += left_m * (begin.force_n + 0.5 * slope * left_m);
+        if (is_last) return energy_j;
+    }
+}
+
+double PressLaw::ratio_within(double ratio) const noexcept {
+    if (is_hard()) return 1.0;
+    double steepest = 0.0; // of what is not hard it ends above 0
+    for (std::size_t i = 0; i < count_; ++i) {
+        const Point begin = begin_of(i);
+        steepest = std::max(steepest, (points_[i].force_n - begin.force_n) /
+                                          (points_[i].press_m - begin.press_m));
+    }
+    return std::min(ratio, coupling_ / steepest);
+}
+
+PressLaw PressLaw::scaled(double ratio) const noexcept {
+    PressLaw law = *this;
+    for (std::size_t i = 0; i < count_; ++i) {
+        Point& point = law.points_[i];
+        point.force_n *= ratio;
+        point.tissue_m = std::max(0.0, point.press_m - point.force_n / coupling_);
+    }
+    return law;
+}
+
 double PressLaw::softest() const noexcept {
     double least = is_hard() ? coupling_ : 0.0;
     for (std::size_t i = 0; i < count_; ++i) {

@@ -57,6 +57,12 @@ public:
     double slope(double press_m) const noexcept;
     /// Its least slope above 0, N/m; 0 where all are 0.                                 [any]
     double softest() const noexcept;
+    /// What coupling and tissue store together at delta, J: the integral of F_h.          [any]
+    double energy_j(double press_m) const noexcept;
+    /// `ratio`, > 0, or as much of it as leaves all its slopes at most the coupling's.    [any]
+    double ratio_within(double ratio) const noexcept;
+    /// The same law with all forces times a ratio of ratio_within().                      [any]
+    PressLaw scaled(double ratio) const noexcept;
     /// The least delta, m, at which it presses with a force in N, > 0; infinite where it never
     /// does. [any]
     double press_m(double force_n) const noexcept;

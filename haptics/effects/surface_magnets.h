@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include <palpate/haptics/contact/softness.h>
@@ -10,6 +11,7 @@
 #include <palpate/haptics/effects/coulomb_friction.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/effects/guide_capture.h>
+#include <palpate/volume/fields/stiffness_map.h>
 
 namespace palpate {
 
@@ -29,6 +31,8 @@ struct SurfaceFinish {
     StrengthOverField strength{}; ///< with a field: the surface's by place, N, > 0, no more than
                                   ///< its own and finite
     Softness softness{};          ///< how it gives way below its strength
+    std::shared_ptr<const StiffnessMap> stiffness{}; ///< of what is soft, by place: what lies
+                                                     ///< beneath it; null: the same everywhere
     double strength_n = std::numeric_limits<double>::infinity(); ///< its own, N, > 0: asked for
                                                                  ///< where it is soft
 };

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 #include <palpate/geometry/range.h>
 
@@ -15,6 +17,19 @@ constexpr double kYieldingTrust = 4.0;
 // A lift below this is rounding.
 constexpr double kNoLift_m = 1e-10;
 
+/// Throws where a map of stiffness is of a surface that it cannot be of: the energy that it makes
+/// is of a front that follows the probe, and of a place that stands still.
+void require_plain(const SurfaceFinish& finish, bool moves) {
+    const auto refuse = [](const std::string& what) {
+        throw std::invalid_argument("stiffness: a map of a surface that " + what +
+                                    "; leave one of both out");
+    };
+    if (finish.softness.none()) refuse("is hard");
+    if (std::isfinite(finish.strength_n) || finish.strength.field) refuse("yields");
+    if (finish.friction.static_mu > 0.0) refuse("rubs");
+    if (moves) refuse("moves");
+}
+
 } // namespace
 
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
@@ -23,9 +38,11 @@ LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
       has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {
     require("strength_n", finish.strength_n, kPositiveOrInfinite);
     finish.softness.check("softness");
+    if (finish.stiffness) require_plain(finish, moving_ != nullptr);
     if (finish.softness.none()) return;
     soft_ = std::make_unique<Soft>();
     soft_->softness = finish.softness;
+    soft_->stiffness = finish.stiffness;
     soft_->own_strength_n = finish.strength_n;
 }
 
@@ -145,17 +162,39 @@ void LoopSurface::follow_coupling(const FrameContext& frame) noexcept {
     if (!strength_.depends_on_place()) set_strength(frame); // else each frame does
 }
 
-LoopSurface::Press LoopSurface::press(double press_m, double period_s) noexcept {
+LoopSurface::Press LoopSurface::press(double press_m, double period_s, double ratio) noexcept {
+    if (soft_->stiffness) return press_over_lumps(press_m, period_s, ratio);
     const PressLaw& law = soft_->law;
     const double slope_n_per_m = law.slope(press_m);
     const double damping = soft_->softness.damping;
-    if (!(damping > 0.0)) return {law.force_n(press_m), slope_n_per_m};
+    if (!(damping > 0.0)) return {law.force_n(press_m), slope_n_per_m, 0.0};
     const PressLaw::Balance balance = law.damped(press_m, soft_->tissue_m, damping, period_s);
     // However fast it is pressed, it holds no more than its strength.
     const double force_n = std::min(balance.force_n, law.force_n(soft_->yields_at_m));
     soft_->tissue_m =
         force_n < balance.force_n ? press_m - force_n / law.coupling() : balance.tissue_m;
-    return {force_n, slope_n_per_m};
+    return {force_n, slope_n_per_m, 0.0};
+}
+
+/// The same where what lies beneath makes its law `ratio` times as stiff. Of such a surface the
+/// strength is infinite.
+LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s,
+                                                 double ratio) noexcept {
+    const double within = soft_->law.ratio_within(ratio);
+    const PressLaw law = soft_->law.scaled(within);
+    Press press{law.force_n(press_m), law.slope(press_m), 0.0};
+    double at_rest_m = press_m; // where the tissue's spring would be with no damper beside it
+    if (const double damping = soft_->softness.damping; damping > 0.0) {
+        const double before_m = soft_->tissue_m;
+        const PressLaw::Balance balance = law.damped(press_m, before_m, damping, period_s);
+        press.force_n = balance.force_n;
+        soft_->tissue_m = balance.tissue_m;
+        const double viscous_n = damping / period_s * (balance.tissue_m - before_m);
+        at_rest_m = balance.tissue_m + std::max(0.0, press.force_n - viscous_n) / law.coupling();
+    }
+    // Where the coupling is as stiff as the ratio could make it, the ratio changes nothing.
+    if (within == ratio && press.force_n > 0.0) press.energy_j = soft_->law.energy_j(at_rest_m);
+    return press;
 }
 
 void LoopSurface::offer(const Vec3& proxy, const Vec3& pull, ContactSet& contacts) noexcept {

@@ -16,6 +16,7 @@
 #include <palpate/haptics/effects/surface_magnets.h>
 #include <palpate/haptics/solver/gain.h>
 #include <palpate/haptics/stepping/level_bank.h>
+#include <palpate/volume/fields/stiffness_map.h>
 
 namespace palpate {
 
@@ -101,9 +102,17 @@ public:
     struct Press {
         double force_n = 0.0;       ///< F, N, >= 0
         double slope_n_per_m = 0.0; ///< of F over delta, without the tissue's damper, N/m
+        double energy_j = 0.0;      ///< by how much the stored energy rises with the ratio, J per 1
     };
-    /// The frame ends with a delta of `press_m`, m, >= 0.                                [loop]
-    Press press(double press_m, double period_s) noexcept;
+    /// Whether it is stiffer over what lies beneath: a map says by which ratio.          [any]
+    bool has_stiffness_map() const noexcept { return soft_ && soft_->stiffness; }
+    /// What lies beneath a front, m, scene frame; of has_stiffness_map().                [loop]
+    StiffnessMap::Sample beneath(const Vec3& front) const noexcept {
+        return soft_->stiffness->sample(front);
+    }
+    /// The frame ends with a delta of `press_m`, m, >= 0, where the surface is `ratio` times as
+    /// stiff as its law, > 0.                                                            [loop]
+    Press press(double press_m, double period_s, double ratio) noexcept;
 
     // In a frame. Places in m, scene frame.
 
@@ -195,12 +204,14 @@ private:
     /// Of one that has_softness().
     struct Soft {
         Softness softness;
+        std::shared_ptr<const StiffnessMap> stiffness; // null: the same everywhere
         double own_strength_n = 0.0;
         PressLaw law;
         double yields_at_m = 0.0; // delta of the law
         double tissue_m = 0.0;    // d of the tissue at the last frame's end, with a damper
     };
 
+    Press press_over_lumps(double press_m, double period_s, double ratio) noexcept;
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
     FrameContext seen(const FrameContext& frame) const noexcept;

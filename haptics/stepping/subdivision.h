@@ -251,6 +251,7 @@ private:
     SubdivisionResult run(std::span<const std::uint32_t> replayed) noexcept;
     void begin_pressing() noexcept;
     Vec3 tip_of(const Vec3& front) noexcept;
+    Vec3 along_front(const Vec3& gradient, const Vec3& n, double press_m) const noexcept;
     void make_layers(const SteppingSettings& settings, const std::vector<SurfaceContact*>& contacts,
                      const std::vector<SurfaceFinish>& finish, Clock& clock,
                      const std::vector<Effect*>& effects);
@@ -344,6 +345,7 @@ private:
     bool layers_press_ = false;                              // in this evaluation
     Mat3 tissue_{0.0};              // by how much their forces fall with the tip's step, N/m
     std::uint32_t layer_flags_ = 0; // of their fronts in this frame
+    Vec3 aside_n_{0.0};             // of the last frame: towards where the surface is softer
     double softened_ = 1.0;         // forces of the last frame: so much of those of a hard surface
 
     Needs needs_;

@@ -4,6 +4,7 @@
 #include <palpate/haptics/stepping/subdivision.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -21,6 +22,8 @@ constexpr double kNoDirection_m = 1e-12;
 constexpr int kMostFollows = 8;
 // Below this eigenvalue of 1 + d h the front is (nearly) not the nearest place: it may be anywhere.
 constexpr double kNearFocus = 0.1;
+// Squared sine of the angle between two planes; below, they are one plane.
+constexpr double kNoEdge = 1e-6;
 
 /// Throws std::invalid_argument where the i-th surface, a soft one that is not alone, has what
 /// would have to act on its front.
@@ -36,6 +39,7 @@ void require_plain(std::size_t i, SurfaceContact& contact, const SurfaceFinish& 
         refuse("it cannot draw", "leave the magnet out");
     if (std::isfinite(finish.strength_n) || finish.strength.field)
         refuse("it cannot yield", "leave strength_n out, or let its Softness end flat");
+    if (finish.stiffness) refuse("it cannot be stiffer over lumps", "leave their map out");
     if (contact.moving()) refuse("it cannot move", "let it stand still");
     if (method != SteppingMethod::adaptive)
         refuse("the method cannot be another than adaptive", "take SteppingMethod::adaptive");
@@ -61,16 +65,50 @@ Vec3 Subdivision::tip_of(const Vec3& front) noexcept {
     if (!is_a_place(front)) return front;
     pressed_ = {0.0, 0.0, front};
     softened_ = 1.0;
+    aside_n_ = Vec3{0.0};
     if (!surface.is_soft()) return front;
     const Vec3 drawn_to = frame_.probe + primitives_.force() / frame_.stiffness;
     const Vec3 behind = front - drawn_to;
     const double press_m = glm::length(behind);
-    const LoopSurface::Press press = surface.press(press_m, frame_.period_s);
+    StiffnessMap::Sample beneath;
+    if (surface.has_stiffness_map()) beneath = surface.beneath(front);
+    const LoopSurface::Press press = surface.press(press_m, frame_.period_s, beneath.ratio);
     if (!(press_m > Stepping::kNoMovement_m)) return front; // free
     softened_ = press.force_n / (frame_.stiffness * press_m);
     pressed_.indentation_m = (1.0 - softened_) * press_m;
     pressed_.slope_n_per_m = press.slope_n_per_m;
-    return drawn_to + softened_ * behind;
+    if (surface.has_stiffness_map() && press.energy_j > 0.0)
+        aside_n_ = -press.energy_j * along_front(beneath.gradient, behind / press_m, press_m);
+    return drawn_to + softened_ * behind + aside_n_ / frame_.stiffness;
+}
+
+/// What a front that is held where this frame left it makes of a gradient: (dy / da')^T times that.
+/// Along one plane of curvature h the front follows by (1 + delta h)^-1 of the probe's way, along
+/// an edge, which is taken as straight, by all of it, and at a corner by none. `n`: from the probe
+/// to the front, `press_m` away.
+Vec3 Subdivision::along_front(const Vec3& gradient, const Vec3& n, double press_m) const noexcept {
+    std::array<std::size_t, 2> holding{};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        if (solution_.planes[i].state == MultiplierState::released) continue;
+        if (count == holding.size()) return Vec3{0.0};
+        holding[count++] = i;
+    }
+    if (count == 2) {
+        const Vec3 edge =
+            glm::cross(contacts_[holding[0]].plane.normal, contacts_[holding[1]].plane.normal);
+        const double length2 = squared_length(edge);
+        if (length2 > kNoEdge) return glm::dot(edge, gradient) / length2 * edge;
+    }
+    const Mat3 basis = internal::across_of(n);
+    const Vec3 &t = basis[0], &b = basis[1];
+    const double gt = glm::dot(t, gradient), gb = glm::dot(b, gradient);
+    const Mat3 bends = press_m * (count == 0 ? Mat3(0.0) : contacts_[holding[0]].depth_hessian);
+    const double m00 = 1.0 + glm::dot(t, bends * t), m11 = 1.0 + glm::dot(b, bends * b);
+    const double m01 = 0.5 * (glm::dot(t, bends * b) + glm::dot(b, bends * t));
+    const double det = m00 * m11 - m01 * m01;
+    if (!(m00 > kNearFocus) || !(det > kNearFocus * m00)) return gt * t + gb * b;
+    return (m11 * gt - m01 * gb) / det * t + (m00 * gb - m01 * gt) / det * b;
 }
 
 // ---- several surfaces, or effects that hold the tip ---------------------------------------------

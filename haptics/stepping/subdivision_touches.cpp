@@ -41,7 +41,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
         }
         touch.phase = surface.pushed_before() ? Touch::Phase::goes_on : Touch::Phase::began;
         if (led_) {
-            touch.force = softened_ * held_with(proxy);
+            touch.force = softened_ * held_with(proxy) + aside_n_;
             touches.push_back(touch);
             continue;
         }
@@ -54,6 +54,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
             touch.force = softened_ * (outcome.multiplier_n * plane.normal + friction_at(c));
             touches.push_back(touch);
         }
+        if (!touches.empty()) touches[touches.size() - 1].force += aside_n_;
     }
 }
 

@@ -14,6 +14,9 @@ namespace {
 
 using nlohmann::json;
 
+// What a finger notices, as a share: docs/palpation.md has where from.
+constexpr double kForceThreshold = 0.07, kComplianceThreshold = 0.22;
+constexpr double kFeltNot = 1e-3;      // softer by less is not worth a word
 constexpr std::size_t kMostListed = 8; // components and thin parts in words; JSON has them all
 
 json vector_json(const Vec3& v) { return {v.x, v.y, v.z}; }
@@ -51,6 +54,36 @@ std::string components_in_words(const BakedSurface& baked) {
                   dropped);
 }
 
+/// What lies beneath, as it is felt; empty where nothing does.
+std::string stiffness_in_words(const BakedStiffness& stiffness) {
+    if (!stiffness.map) return {};
+    const auto percent = [](double ratio) {
+        return fmt::format("{:+.1f} %", 100.0 * (ratio - 1.0));
+    };
+    std::string felt;
+    if (stiffness.stiffest > 1.0) felt += percent(stiffness.stiffest);
+    if (stiffness.softest < 1.0 - kFeltNot)
+        felt += (felt.empty() ? "" : " and ") + percent(stiffness.softest);
+    std::string words =
+        fmt::format("beneath: {}, felt as {} of the stiffness at most, by a contact of {:.3g} mm; "
+                    "steepest {:.2g} % per mm, {}\n",
+                    stiffness.lumps, felt.empty() ? "0 %" : felt, 1e3 * stiffness.contact_radius_m,
+                    0.1 * stiffness.steepest_per_m, place_in_words(stiffness.steepest_at));
+    const double most = std::max(stiffness.stiffest - 1.0, 1.0 - stiffness.softest);
+    words += most < kForceThreshold ? "    below the 7 % of a force that fingers notice "
+                                      "(Pang, Tan and Durlach 1991)\n"
+             : most < kComplianceThreshold
+                 ? "    above the 7 % of a force that fingers notice (Pang, Tan and Durlach 1991), "
+                   "below the 22 % of a compliance alone (Tan et al. 1995)\n"
+                 : "    above the 22 % of a compliance that fingers notice (Tan et al. 1995)\n";
+    if (stiffness.contact_radius_m > stiffness.asked_radius_m)
+        words +=
+            fmt::format("    smoothed, so that the loop stays stable: by a contact of {:.3g} mm "
+                        "instead of {:.3g} mm\n",
+                        1e3 * stiffness.contact_radius_m, 1e3 * stiffness.asked_radius_m);
+    return words;
+}
+
 } // namespace
 
 std::string baked_in_words(const BakedSurface& baked) {
@@ -75,7 +108,7 @@ std::string baked_in_words(const BakedSurface& baked) {
     if (!baked.thin_parts.empty())
         words += listed("thin parts that smoothing took away; smooth_voxels = 0 keeps them:\n",
                         baked.thin_parts);
-    return words;
+    return words + stiffness_in_words(baked.stiffness);
 }
 
 std::string baked_as_json(const BakedSurface& baked) {

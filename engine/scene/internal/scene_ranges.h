@@ -55,6 +55,7 @@ inline constexpr Range kPressMm{0.0, 1e3, Range::Ends::low_open};
 inline constexpr Range kPressN{0.0, 1e5};
 inline constexpr Range kYoungsKpa{0.0, 1e3, Range::Ends::low_open};
 inline constexpr Range kContactRadiusMm{1.0, 15.0}; ///< from a probe's tip to a thumb
+inline constexpr Range kModulusRatio{0.1, 1e3};     ///< of a lump to the tissue around it
 inline constexpr Range kPressDamping{0.0, 100.0};   // N s/m
 
 /// N s/m.

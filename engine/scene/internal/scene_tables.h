@@ -68,6 +68,10 @@ inline constexpr std::array<std::string_view, 5> kSoftnessKeys{
 /// What they say; without them `fallback`.
 Softness read_softness(const TomlTable& table, const Softness& fallback);
 
+/// beneath = { Nodule = 10.0 } and the contact_radius_mm of it, of a surface whose softness and
+/// labels have been read.
+void read_beneath(const TomlTable& table, SurfaceDescription& surface);
+
 /// yield = "holds" or "opens"; the key must exist.
 Yielding read_yielding(const TomlTable& table);
 

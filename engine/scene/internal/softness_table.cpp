@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/internal/scene_tables.h>
+#include <palpate/engine/scene/tissues.h>
 
 namespace palpate::internal {
 namespace {
@@ -47,15 +48,31 @@ Softness read_pairs(const TomlTable& table) {
     return softness;
 }
 
-/// Of a round, flat and stiff contact of radius a on a deep layer of modulus E that keeps its
-/// volume (nu = 1/2):  K = 2 a E / (1 - nu^2).
-Softness of_modulus(double youngs_kpa, double contact_radius_mm) {
-    constexpr double kPoisson = 0.5;
-    const double modulus_pa = 1e3 * youngs_kpa, radius_m = 1e-3 * contact_radius_mm;
-    return Softness::linear(2.0 * radius_m * modulus_pa / (1.0 - kPoisson * kPoisson));
-}
-
 } // namespace
+
+void read_beneath(const TomlTable& table, SurfaceDescription& surface) {
+    if (table.has("contact_radius_mm"))
+        surface.contact_radius_mm = table.number("contact_radius_mm", kContactRadiusMm, 0.0);
+    if (!table.has("beneath")) return;
+    const int line = table.line_of("beneath");
+    const toml::table* lumps = table.node("beneath").as_table();
+    if (lumps == nullptr || lumps->empty())
+        table.fail(line, fmt::format("beneath {} names no labels", table.where()),
+                   "give labels and ratios of moduli, as beneath = { Nodule = 10.0 }");
+    if (surface.labels.empty())
+        table.fail(line,
+                   fmt::format("beneath {} is of labels, and the surface is not made of any",
+                               table.where()),
+                   "give label = [...] of all that it wraps, the lumps, too");
+    if (surface.softness.none())
+        table.fail(line,
+                   fmt::format("beneath {} is felt through what is soft, and the surface is hard",
+                               table.where()),
+                   "say how soft it is, as stiffness_n_per_mm = 0.2");
+    for (const auto& [label, ratio] : *lumps)
+        surface.beneath[std::string(label.str())] =
+            table.number_in(ratio, fmt::format("beneath.{}", label.str()), kModulusRatio);
+}
 
 Softness read_softness(const TomlTable& table, const Softness& fallback) {
     Softness softness = fallback;
@@ -71,18 +88,18 @@ Softness read_softness(const TomlTable& table, const Softness& fallback) {
     if (table.has("youngs_kpa"))
         table.require("contact_radius_mm",
                       "say how wide the contact is, as contact_radius_mm = 4 for a fingertip");
-    else if (table.has("contact_radius_mm"))
+    else if (table.has("contact_radius_mm") && !table.has("beneath"))
         table.fail(table.line_of("contact_radius_mm"),
-                   fmt::format("contact_radius_mm {} is for youngs_kpa", table.where()),
-                   "give youngs_kpa, too, or remove it");
+                   fmt::format("contact_radius_mm {} is for youngs_kpa or beneath", table.where()),
+                   "give one of these, too, or remove it");
     if (said == "stiffness_n_per_mm") {
         const double n_per_mm = table.number(said, kStiffnessNPerMm, 0.0);
         softness = std::isinf(n_per_mm) ? Softness{} : Softness::linear(1e3 * n_per_mm);
     } else if (said == "stiffness_mm_n") {
         softness = read_pairs(table);
     } else if (said == "youngs_kpa") {
-        softness = of_modulus(table.number(said, kYoungsKpa, 0.0),
-                              table.number("contact_radius_mm", kContactRadiusMm, 0.0));
+        softness = softness_of_modulus(table.number(said, kYoungsKpa, 0.0),
+                                       table.number("contact_radius_mm", kContactRadiusMm, 0.0));
     }
     softness.damping = softness.none() ? 0.0 : fallback.damping;
     if (!table.has("press_damping_n_s_per_m")) return softness;

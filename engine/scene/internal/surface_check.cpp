@@ -106,6 +106,33 @@ void check_softness(const FieldCheck& check, const Softness& softness) {
     }
 }
 
+void check_beneath(const FieldCheck& check, const SceneDescription& scene,
+                   const SurfaceDescription& surface) {
+    check.number("contact_radius_mm", surface.contact_radius_mm, kContactRadiusMm);
+    if (surface.beneath.empty()) return;
+    if (surface.labels.empty())
+        check.fail("beneath", "is of labels, and the surface is not made of any",
+                   "make it of labels: of all that it wraps, the lumps, too");
+    if (surface.softness.none())
+        check.fail("beneath", "is felt through what is soft, and the surface is hard",
+                   "say how soft it is, as stiffness_n_per_mm = 0.2");
+    if (std::isfinite(surface.strength_n) || !surface.strength_volume.empty())
+        check.fail("beneath", "does not go with a strength_n",
+                   "leave one of both out, or let a table of stiffness_mm_n end flat");
+    if (surface.moves)
+        check.fail("beneath", "does not go with a surface that moves", "leave one of both out");
+    for (const auto& [label, ratio] : surface.beneath) {
+        check.number(fmt::format("beneath[\"{}\"]", label), ratio, kModulusRatio);
+        for (const auto& [name, other] : scene.surfaces)
+            if (!other.softness.none() && other.volume == surface.volume &&
+                other.labels == std::vector<std::string>{label})
+                check.fail(
+                    fmt::format("beneath[\"{}\"]", label),
+                    fmt::format("is soft surface \"{}\" as well: it would count twice", name),
+                    "let it be beneath, or a surface of its own");
+    }
+}
+
 void check_strength(const FieldCheck& check, const SceneDescription& scene,
                     const SurfaceDescription& surface) {
     check.number("strength_n", surface.strength_n, kHoldingN);
@@ -200,6 +227,7 @@ void check_surface(const FieldCheck& check, const SceneDescription& scene,
     }
     check_strength(check, scene, surface);
     check_softness(check, surface.softness);
+    check_beneath(check, scene, surface);
 }
 
 } // namespace palpate::internal

@@ -386,7 +386,7 @@ void refuse_labels(const TomlTable& table, std::string_view key, const SceneDesc
 
 SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescription& scene,
                                       const std::shared_ptr<const TriangleMesh>* mesh) {
-    constexpr std::array<std::string_view, 24> keys{"material",
+    constexpr std::array<std::string_view, 25> keys{"material",
                                                     "volume",
                                                     "iso_value",
                                                     "label",
@@ -405,6 +405,7 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
                                                     "facet_size_mm",
                                                     "facet_distance_mm",
                                                     "moves",
+                                                    "beneath",
                                                     kSoftnessKeys[0],
                                                     kSoftnessKeys[1],
                                                     kSoftnessKeys[2],
@@ -426,6 +427,7 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
         read_volume_part(table, scene, surface);
     else
         refuse_volume_part(table);
+    read_beneath(table, surface);
     read_contact(table, scene, surface);
     read_surface_strength(table, scene, surface);
     if (table.has("facet_size_mm"))

@@ -211,5 +211,51 @@ TEST(Softness, WhatIsNoLawIsRefusedByName) {
     EXPECT_NE(why(damped).find("damping = -1"), std::string::npos);
 }
 
+// Trapezoids of a law of straight pieces err only where a piece ends within one.
+TEST(PressLaw, ItsEnergyIsTheIntegralOfItsForce) {
+    SCOPED_TRACE("seed 21");
+    std::mt19937 random(21);
+    for (int n = 0; n < 50; ++n) {
+        const PressLaw law(random_table(random, 900.0), kK);
+        constexpr double step = 1e-5;
+        double sum_j = 0.0;
+        for (int i = 0; i < 3000; ++i) {
+            sum_j += 0.5 * step * (law.force_n(step * i) + law.force_n(step * (i + 1)));
+            const double bound_j = Softness::kCapacity * kK * step * step;
+            ASSERT_NEAR(law.energy_j(step * (i + 1)), sum_j, bound_j);
+        }
+    }
+    EXPECT_DOUBLE_EQ(PressLaw(Softness{}, kK).energy_j(2e-3), 0.5 * kK * 4e-6);
+}
+
+TEST(PressLaw, ScaledItIsTheSameLawTimesTheRatioAsFarAsTheCouplingLetsIt) {
+    SCOPED_TRACE("seed 22");
+    std::mt19937 random(22);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    int capped = 0;
+    for (int n = 0; n < 300; ++n) {
+        const PressLaw law(random_table(random, 600.0), kK);
+        if (law.is_hard()) continue;
+        const double ratio = 0.3 + 1.5 * unit(random);
+        const double took = law.ratio_within(ratio);
+        const PressLaw scaled = law.scaled(took);
+        EXPECT_LE(took, ratio);
+        capped += took < ratio ? 1 : 0;
+        double steepest = 0.0;
+        for (int i = 1; i < 400; ++i) {
+            const double press_m = 1e-4 * i;
+            EXPECT_NEAR(scaled.force_n(press_m), took * law.force_n(press_m),
+                        kRounding * (1.0 + law.force_n(press_m)));
+            EXPECT_LE(scaled.slope(press_m), kK * (1.0 + kRounding));
+            steepest = std::max(steepest, scaled.slope(press_m));
+            // Coupling and tissue are still in series: a damper of nothing changes nothing.
+            EXPECT_NEAR(scaled.damped(press_m, 0.0, 0.0, 1e-3).force_n, scaled.force_n(press_m),
+                        1e-9);
+        }
+        if (took < ratio) EXPECT_NEAR(steepest, kK, 1e-6 * kK);
+    }
+    EXPECT_GT(capped, 20);
+}
+
 } // namespace
 } // namespace palpate

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/scene/tissues.h>
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/engine/scene/scene_file_fixture.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class Tissues : public test::SceneFolder {
+protected:
+    SceneDescription with(const std::string& keys, const std::string& more = "") const {
+        return parse(test::kBall + "[surface.organ]\nvolume = \"ball\"\n" + keys + more);
+    }
+};
+
+// K = 2 a E / (1 - 1/4) at a = 4 mm: 0.01067 N/mm per kPa.
+TEST_F(Tissues, AreMaterialsThatNeedNoTable) {
+    for (const Tissue& tissue : tissues()) {
+        const SceneDescription scene = with("material = \"" + std::string(tissue.name) + "\"\n");
+        EXPECT_NEAR(scene.surfaces.at("organ").softness.steepest(),
+                    1e3 * tissue.youngs_kpa * 8e-3 / 0.75, 1e-9)
+            << tissue.name;
+        EXPECT_GT(tissue.youngs_kpa, 0.0);
+        EXPECT_FALSE(tissue.source.empty());
+    }
+    EXPECT_TRUE(with("").materials.empty());
+    EXPECT_FALSE(tissue_material("gold"));
+}
+
+TEST_F(Tissues, ATableOfTheSceneComesFirst) {
+    const SceneDescription scene =
+        with("material = \"liver\"\n", "[material.liver]\nstiffness_n_per_mm = 0.4\n");
+    EXPECT_DOUBLE_EQ(scene.surfaces.at("organ").softness.steepest(), 400.0);
+}
+
+TEST_F(Tissues, ASurfaceMaySayAnotherStiffness) {
+    EXPECT_DOUBLE_EQ(with("material = \"spleen\"\nstiffness_n_per_mm = 0.1\n")
+                         .surfaces.at("organ")
+                         .softness.steepest(),
+                     100.0);
+}
+
+TEST_F(Tissues, WhatIsNoneIsRefused) {
+    EXPECT_THAT(
+        complaint(test::kBall + "[surface.organ]\nvolume = \"ball\"\nmaterial = \"gold\"\n"),
+        HasSubstr("gold"));
+}
+
+} // namespace
+} // namespace palpate
