@@ -87,7 +87,9 @@ class Frames(Table):
             return names[np.where(is_named, surface, len(self.surfaces))]
         if column.startswith("front_"):  # where nothing is pressed in, it is the proxy
             is_pressed = self["indentation_m"] > 0
-            return np.where(is_pressed, self._native.column(column), self[f"proxy{column[5:]}"])
+            front = np.where(is_pressed, self._native.column(column), self[f"proxy{column[5:]}"])
+            front.setflags(write=False)
+            return front
         if column != "felt":
             return self._native.column(column)
         indices, texts = self._native.felt()
