@@ -7,6 +7,7 @@ import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 import {close, closeBrowser, openPage, output, ready, seek, work} from './browser.mjs';
+import {measure} from './measure.mjs';
 
 const folder = join(work, 'soft');
 const palpate = (...options) => execFileSync(process.env.PALPATE, options, {cwd: folder, stdio: 'pipe',
@@ -88,7 +89,8 @@ test('of hard surfaces nothing of it is shown', async () => {
 test('on a phone all of it is legible', async () => {
   const page = await openPage(pathToFileURL(join(folder, 'soft.html')).href, {width: 390, height: 800, scheme: 'dark'});
   await ready(page);
-  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+  await seek(page, 1500);
+  assert.deepEqual(await page.evaluate(measure), []);
   for (const cell of await page.locator('.chart').all()) {
     const box = await cell.boundingBox();
     assert.ok(box.width > 250 && box.height > 60, `${box.width} x ${box.height}`);
