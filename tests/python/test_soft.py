@@ -28,7 +28,7 @@ def organ():
     values[5:46, 5:46, 5:30] = 1
     values[(i - 25) ** 2 + (j - 25) ** 2 + (k - 21.5) ** 2 <= 25.0] = 2
     return {
-        "volume": {"v": palpate.Labels(values, AFFINE, {1: "Organ", 2: "Lump"})},
+        "volume": {"v": palpate.Labels(np.asfortranarray(values), AFFINE, {1: "Organ", 2: "Lump"})},
         "surface": {
             "organ": {
                 "volume": "v",
@@ -62,7 +62,7 @@ class SoftSurfaces(unittest.TestCase):
 
     def test_a_dict_is_refused_in_the_words_of_a_file(self):
         refused = {
-            "youngs_kpa": {"youngs_kpa": 10},
+            "contact_radius_mm = 4 for a fingertip": {"youngs_kpa": 10},
             "is 0 N everywhere": {"stiffness_mm_n": [[2, 0]]},
             "stiffness_n_per_mm": {"stiffness_n_per_mm": -1},
             "is of what is soft": {"press_damping_n_s_per_m": 1},
