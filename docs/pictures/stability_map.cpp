@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The maps of docs/safety.md: stability_map FOLDER [SCENE] presses a simulated hand into a scene's
-// first surface (a ball of 50 mm where none is given) at each rate, stiffness, delay and encoder
-// step, with and without the safety chain. It writes stability_map.csv, stability_map.svg (1 kHz)
+// first soft surface, or its first one (a ball of 50 mm where no scene is given), at each rate,
+// stiffness, delay and encoder step, with and without the safety chain. Over lumps it presses where
+// the stiffness changes most. It writes stability_map.csv, stability_map.svg (1 kHz)
 // and stability_rates.svg (the stiffest calm coupling at each rate).
 #include <algorithm>
 #include <array>
@@ -74,7 +75,7 @@ std::array<PressedScene, kStiffness.size()> scenes_of(const SceneDescription& de
         stiff.coupling = {kStiffness[k], 0.0};
         scenes[k].scene =
             std::make_shared<const Scene>(stiff, SceneResources{.files = scene_files()});
-        // In front and above: of a head, the forehead.
+        // From in front and above: of a head, on the forehead.
         scenes[k].where = test::pressed_point(*scenes[k].scene, {0.0, -0.8, 0.6});
     }
     return scenes;

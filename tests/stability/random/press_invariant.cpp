@@ -17,12 +17,12 @@ namespace {
 
 constexpr double kRounding = 1e-9;
 
-/// F_h(press), its slopes times `ratio` and at most k: pair by pair, each of which keeps its force.
-double felt_n(const Softness& softness, double k, double ratio, double press_m) {
+/// F_h(press), its slopes at most k: pair by pair, each of which keeps its force.
+double felt_n(const Softness& softness, double k, double press_m) {
     double from_m = 0.0, from_n = 0.0;
     for (std::size_t i = 0; i < softness.count; ++i) {
         const Softness::Knot before = i == 0 ? Softness::Knot{} : softness.knots[i - 1];
-        const double rise_n = ratio * (softness.knots[i].force_n - before.force_n);
+        const double rise_n = softness.knots[i].force_n - before.force_n;
         const double slope = std::min(k, rise_n / (softness.knots[i].press_m - before.press_m));
         const double width_m = slope < k ? softness.knots[i].press_m - before.press_m : rise_n / k;
         if (i + 1 == softness.count || press_m < from_m + width_m)
@@ -61,8 +61,11 @@ public:
         const double press_m = glm::length(press);
         const Vec3 n = press / press_m, spring = k_ * (report.proxy - seen.state.position);
         const auto& map = surface.baked.stiffness.map;
-        const double ratio = map ? map->sample(report.front).ratio : 1.0;
-        const double law_n = felt_n(softness, k_, ratio, press_m);
+        // Over lumps all of the law is as much stiffer, until its steepest piece is the coupling's.
+        const double ratio =
+            map ? std::min(map->sample(report.front).ratio, k_ / std::min(k_, softness.steepest()))
+                : 1.0;
+        const double law_n = ratio * felt_n(softness, k_, press_m);
         const double off_n =
             map ? std::abs(glm::dot(spring, n) - law_n) : glm::length(spring - law_n * n);
         // Differences of places: as exact as these.
