@@ -123,12 +123,11 @@ inline HandSettings pressing_hand(double delay_s, double step_m) {
 inline constexpr double kPressApproach_s = 0.5;
 inline constexpr double kPressHold_s = 2.5;
 
-/// A hand that comes from 5 mm in front of the surface, intends to be 10 mm behind it, holds, and
-/// goes back; in closed loop with the scene at asap pace.
-inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint& where,
-                   const HandSettings& settings, Protection protection) {
-    SimulatedHand hand(settings, press_into(where.point, where.outward, 5e-3, 10e-3,
-                                            kPressApproach_s, kPressHold_s));
+/// A hand with these intents, which holds until `ends_s` and lets go within kPressApproach_s, in
+/// closed loop with the scene at asap pace.
+inline Press follow(const std::shared_ptr<const Scene>& scene, const HandSettings& settings,
+                    const std::vector<HandIntent>& intents, double ends_s, Protection protection) {
+    SimulatedHand hand(settings, intents);
     DeviceProperties properties = hand.properties();
     if (protection == Protection::limits) properties = DeviceProperties{};
     if (protection == Protection::controller) properties.damping_n_s_per_m = 0.0;
@@ -137,7 +136,7 @@ inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint
     stepping.rate_hz = settings.rate_hz;
     HapticLoop loop(scene, clock, stepping, properties);
 
-    const double ends_s = kPressApproach_s + kPressHold_s + settings.arm.reaction_s;
+    ends_s += settings.arm.reaction_s;
     const auto frames =
         static_cast<long>(settings.rate_hz * (ends_s + kPressApproach_s + 0.2)); // and is free
     Press result;
@@ -167,6 +166,16 @@ inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint
     result.oscillation_m_per_s = rms_between(velocities, settings.rate_hz, 20.0, 400.0);
     result.slow_m_per_s = rms_between(velocities, settings.rate_hz, 5.0, 20.0);
     return result;
+}
+
+/// A hand that comes from 5 mm in front of the surface, intends to be 10 mm behind it, holds, and
+/// goes back.
+inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint& where,
+                   const HandSettings& settings, Protection protection) {
+    return follow(
+        scene, settings,
+        press_into(where.point, where.outward, 5e-3, 10e-3, kPressApproach_s, kPressHold_s),
+        kPressApproach_s + kPressHold_s, protection);
 }
 
 /// The tremor of a hand that touches nothing, rms of the handle's velocity in 5-20 Hz, m/s.
