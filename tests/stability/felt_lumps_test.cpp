@@ -47,7 +47,7 @@ Vec3 centre_of(const Lump& lump) {
     return above(lump) - (lump.top_mm + lump.radius_mm) * kMm * outward(above(lump));
 }
 
-std::shared_ptr<const Scene> organ() {
+std::shared_ptr<const Scene> made_organ() {
     const AffineTransform frame{Mat3(kMm), Vec3{-64.0, -49.0, -4.0} * kMm};
     LabelVolume volume = test::made_labels({129, 99, 39}, frame, 4, [&](const Vec3& index) {
         const Vec3 p = frame.point(index);
@@ -72,6 +72,11 @@ std::shared_ptr<const Scene> organ() {
     surface.contact_radius_mm = 1e3 * kContact;
     scene.effects.push_back(effects::Surface{.surface = "organ"});
     return std::make_shared<const Scene>(scene, SceneResources{.files = scene_files()});
+}
+
+const std::shared_ptr<const Scene>& organ() {
+    static const std::shared_ptr<const Scene> made = made_organ();
+    return made;
 }
 
 /// What the three balls add at a point of the surface: midpoints of the kernel in each, along the
@@ -149,7 +154,7 @@ Felt press_with_force(const std::shared_ptr<const Scene>& scene, const Vec3& pla
 // Voxels of 1 mm move the surface by 0.14 mm (sd), that is 6 % of what a lump adds at 2 mm, and 4
 // at 5.
 TEST(FeltLumps, AcrossEachLumpAHandFindsTheKernelsStiffness) {
-    const auto scene = organ();
+    const auto& scene = organ();
     for (const Lump& lump : kLumps) {
         double most = 0.0, most_at_mm = 0.0;
         for (double aside_mm = -12.0; aside_mm <= 12.0; aside_mm += 3.0) {
@@ -222,7 +227,7 @@ Round round_of(const std::shared_ptr<const Scene>& scene, const Lump& lump, doub
 // twice as far as the probe goes at most:
 //   |F aside| <= 2 U0 |grad rho|,   U0 = K delta^2 / 2,   |grad rho| <= rho |grad log rho|
 TEST(FeltLumps, RoundAFlankTheForceAlongTheSurfaceIsBoundedAndGivesNoEnergy) {
-    const auto scene = organ();
+    const auto& scene = organ();
     const BakedStiffness& beneath = scene->surfaces().front().baked.stiffness;
     for (const Lump& lump : kLumps)
         for (const double sense : {-1.0, 1.0}) {
