@@ -159,27 +159,26 @@ Press pushed_to(const std::shared_ptr<const Scene>& scene, double x, const HandS
 
 constexpr double kCoupling = 500.0;
 
-/// The same hand on something hard: its tremor, as the loop lets it be.
-double held_on_hard_m(const HandSettings& hand) {
-    const double held_m = pressed(scene_of({}, kCoupling, nullptr), 0.0, hand).held_m;
-    EXPECT_LT(held_m, 0.3e-3) << "it is the tremor alone";
-    return held_m;
-}
+/// A border of the plane: K on its soft side, N/m, and how many times that on its other side.
+struct Sides {
+    double softest_n_per_m, ratio;
+};
 
-// ln K rises by k / (force limit) per m where it is steepest: as much as the rule accepts. The
-// finger comes from above, or from the soft side, to the middle of it, and to where it begins and
-// ends; one is stiffer on the stiff side than the coupling.
-TEST(HandOverLumps, AtEveryBorderThatIsSmoothEnoughItIsHeldAsStillAsOnSomethingHard) {
+/// The finger comes from above, or from the soft side, to the middle of each border, and to where
+/// it begins and ends. ln K rises by `per_m` where it is steepest.
+void expect_as_still_as_on_something_hard(double per_m, const std::vector<Sides>& borders) {
     for (const bool firm : {false, true}) {
         const HandSettings hand = hand_of(firm, 1);
-        const double hard_m = held_on_hard_m(hand);
-        for (const auto& [softest, ratio] : {std::pair{49.0, 10.0}, {240.0, 2.0}, {100.0, 8.0}}) {
-            const Border border = Border::as_steep_as(kCoupling / kForce_n, ratio);
-            const auto scene = scene_of(Softness::linear(softest), kCoupling, border.map());
+        const double hard_m = pressed(scene_of({}, kCoupling, nullptr), 0.0, hand).held_m;
+        EXPECT_LT(hard_m, 0.3e-3) << "it is the tremor alone";
+        for (const Sides& sides : borders) {
+            const Border border = Border::as_steep_as(per_m, sides.ratio);
+            const auto scene =
+                scene_of(Softness::linear(sides.softest_n_per_m), kCoupling, border.map());
             for (const double t : {-0.4, 0.0, 0.4})
                 for (const Press& held : {pressed(scene, t * border.width_m, hand),
                                           pushed_to(scene, t * border.width_m, hand)}) {
-                    EXPECT_LE(held.held_m, 1.2 * hard_m) << firm << " " << ratio << " " << t;
+                    EXPECT_LE(held.held_m, 1.2 * hard_m) << firm << " " << sides.ratio << " " << t;
                     EXPECT_LE(held.hand_work_j, PassivitySettings{}.bank_j);
                     EXPECT_GT(held.pressed_n, 0.1) << "it is felt";
                 }
@@ -187,25 +186,19 @@ TEST(HandOverLumps, AtEveryBorderThatIsSmoothEnoughItIsHeldAsStillAsOnSomethingH
     }
 }
 
+// As steep as the rule accepts: k / (force limit). One is stiffer on its stiff side than the
+// coupling.
+TEST(HandOverLumps, AtEveryBorderThatIsSmoothEnoughItIsHeldAsStillAsOnSomethingHard) {
+    expect_as_still_as_on_something_hard(kCoupling / kForce_n,
+                                         {{49.0, 10.0}, {240.0, 2.0}, {100.0, 8.0}});
+}
+
 // A coupling may be made softer than the scene's when a device bears less, and while a loop runs;
 // the map stays. Then the force still changes along the surface by no more than the scene's
-// coupling would, as the force limit bounds how deep a finger is: here by ten times what the
-// coupling of the loop would be asked for.
+// coupling would, as the force limit bounds how deep a finger is: here by ten times as much as the
+// loop's own coupling asks for.
 TEST(HandOverLumps, BehindATenthOfTheCouplingThatTheBorderWasSmoothedForItIsHeldAsStill) {
-    for (const bool firm : {false, true}) {
-        const HandSettings hand = hand_of(firm, 1);
-        const double hard_m = held_on_hard_m(hand);
-        for (const auto& [softest, ratio] : {std::pair{49.0, 10.0}, {240.0, 2.0}}) {
-            const Border border = Border::as_steep_as(10.0 * kCoupling / kForce_n, ratio);
-            const auto scene = scene_of(Softness::linear(softest), kCoupling, border.map());
-            for (const double t : {-0.4, 0.0, 0.4})
-                for (const Press& held : {pressed(scene, t * border.width_m, hand),
-                                          pushed_to(scene, t * border.width_m, hand)}) {
-                    EXPECT_LE(held.held_m, 1.2 * hard_m) << firm << " " << ratio << " " << t;
-                    EXPECT_LE(held.hand_work_j, PassivitySettings{}.bank_j);
-                }
-        }
-    }
+    expect_as_still_as_on_something_hard(10.0 * kCoupling / kForce_n, {{49.0, 10.0}, {240.0, 2.0}});
 }
 
 // The control: ten times as stiff from one node to the next, 0.5 mm, and the hand leans against it.
