@@ -211,6 +211,7 @@ TEST(HandOverLumps, AtABorderThatIsNotSmoothedItShakesAndTheChainCalmsIt) {
     EXPECT_TRUE(oscillates(shaken, tremor));
     EXPECT_GT(shaken.hand_work_j, 5.0 * PassivitySettings{}.bank_j);
     const Press calm = pushed_to(scene, 1e-3, hand, Protection::chain);
+    EXPECT_TRUE(calm.flags & kSoftened) << "the coupling, while the loop runs";
     EXPECT_FALSE(oscillates(calm, tremor));
     EXPECT_LE(calm.hand_work_j, PassivitySettings{}.bank_j);
 }
