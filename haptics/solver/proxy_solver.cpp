@@ -13,10 +13,6 @@
 namespace palpate {
 namespace {
 
-using internal::kAbsoluteGap;
-using internal::kGapRounding;
-using internal::kHardMultiplier;
-using internal::kRelativeGap;
 
 constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr std::size_t kNone = kCapacity;
