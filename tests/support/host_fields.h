@@ -19,6 +19,7 @@ public:
         double value_offset_m = 0.0; ///< of value(), not of sample()
         double feature_size_m = 0.0; ///< 0: as it is
         double root_factor = 1.0;    ///< of first_root()
+        double turn_factor = 1.0;    ///< of the hessian
         bool has_roots = true;
         bool is_finite = true;
         bool has_sampler = true;
@@ -55,7 +56,7 @@ private:
             if (r < 1e-12) return s;
             const Vec3 u = p / r;
             s.slope = s.gradient = -ball_.spoil_.slope_factor * u;
-            s.hessian = (-1.0 / r) * (Mat3(1.0) - glm::outerProduct(u, u));
+            s.hessian = (-ball_.spoil_.turn_factor / r) * (Mat3(1.0) - glm::outerProduct(u, u));
             return s;
         }
         double value(const Vec3& p) noexcept override {
