@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -76,10 +77,12 @@ private:
             if (!ball_.spoil_.has_roots || !(b < 0.0) || !(root > 0.0)) return std::nullopt;
             double t = c / (-b + std::sqrt(root)) * ball_.spoil_.root_factor;
             if (!(t <= 1.0)) return std::nullopt;
-            // On the side below the level.
-            while (t > 0.0 && ball_.spoil_.root_factor == 1.0 &&
-                   ball_.radius_m_ - glm::length(from + t * along) >= level)
-                t = std::nextafter(t, 0.0);
+            // On the side below the level; in ever longer steps, as short ones may be rounding.
+            double back = std::numeric_limits<double>::epsilon() * t;
+            for (; t > 0.0 && ball_.spoil_.root_factor == 1.0 &&
+                   ball_.radius_m_ - glm::length(from + t * along) >= level;
+                 back *= 2.0)
+                t = std::max(0.0, t - back);
             return t;
         }
 
