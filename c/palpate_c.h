@@ -258,6 +258,30 @@ size_t palpate_scene_surface_count(const palpate_scene *scene);
 /* The name of surface i, valid as long as the scene. NULL: there is no such surface. [any] */
 const char *palpate_scene_surface(const palpate_scene *scene, size_t i);
 
+/* How soft a surface is felt: docs/palpation.md. */
+typedef struct palpate_softness {
+    size_t size;
+    int32_t is_soft;        /* 0: it is nowhere softer than the coupling, and felt as hard */
+    int32_t has_beneath;    /* not 0: it has a map of what lies beneath it */
+    double stiffness_n_per_m; /* at the hand, where pressing begins and no lump lies beneath, N/m */
+    double press_damping_n_s_per_m; /* of the tissue, N s/m */
+    double contact_radius_m;  /* of the contact that feels what lies beneath, m; 0: nothing does */
+    double asked_radius_m;    /* what the scene asked for, m: less where the map had to be smoothed */
+    double node_spacing_m;    /* of the map, m */
+    double stiffest;          /* the greatest stiffness on the surface, times stiffness_n_per_m */
+    double softest;           /* the least one; both are 1 where nothing lies beneath */
+} palpate_softness;
+
+/* Of surface i. PALPATE_BAD_CALL: there is no such surface, a pointer is NULL or the size is too
+   small. [any] */
+palpate_code palpate_scene_softness(const palpate_scene *scene, size_t i,
+                                    palpate_softness *softness);
+/* The stiffness in N/m that the hand feels of surface i where it begins to press at a place, m,
+   scene frame, with what lies beneath; of a hard surface the coupling's. PALPATE_BAD_CALL: there is
+   no such surface, or a pointer is NULL. [any] */
+palpate_code palpate_scene_stiffness_at(const palpate_scene *scene, size_t i,
+                                        const double place_m[3], double *n_per_m);
+
 /* How many warnings there are: what will not be felt as the scene says. [any] */
 size_t palpate_scene_warning_count(const palpate_scene *scene);
 /* Warning i, one line, valid as long as the scene. NULL: there is no such warning. [any] */

@@ -4,8 +4,8 @@
 
     scripts/make_lump_phantom.py demo-output/data/lumps.seg.nrrd
 
-The organ is half an ellipsoid of 60 x 45 x 30 mm, its flat side down, in voxels of 1 mm. Each ball
-has a label of its own; LUMPS says where it is. examples/find_the_lump.toml feels it.
+The organ is an ellipsoid with half axes of 60, 45 and 30 mm, in voxels of 1 mm. Each ball has a
+label of its own; LUMPS says where it is. examples/find_the_lump.toml feels it.
 """
 import math
 import os
@@ -38,17 +38,17 @@ def voxels():
     half = [int(h) + margin for h in HALF_AXES_MM]
     centres = [centre_of(lump) for lump in LUMPS]
     values = bytearray()
-    for z in range(-margin, half[2] + 1):
+    for z in range(-half[2], half[2] + 1):
         for y in range(-half[1], half[1] + 1):
             for x in range(-half[0], half[0] + 1):
-                inside = z >= 0 and sum((p / h) ** 2 for p, h in zip((x, y, z), HALF_AXES_MM)) <= 1
+                inside = sum((p / h) ** 2 for p, h in zip((x, y, z), HALF_AXES_MM)) <= 1
                 value = 1 if inside else 0
                 for i, (lump, centre) in enumerate(zip(LUMPS, centres)):
                     if inside and math.dist((x, y, z), centre) <= lump[4]:
                         value = 2 + i
                 values.append(value)
-    sizes = [2 * half[0] + 1, 2 * half[1] + 1, half[2] + margin + 1]
-    return bytes(values), sizes, (-half[0], -half[1], -margin)
+    sizes = [2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1]
+    return bytes(values), sizes, tuple(-h for h in half)
 
 
 def header(sizes, first):

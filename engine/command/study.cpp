@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/study/paced_run.h>
 #include <palpate/engine/study/study.h>
@@ -140,6 +142,11 @@ int study(StudyOptions options) {
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     check_study(*scene);
+    if (has_soft_layers(*scene) && (options.real_time || !options.sweeps.empty()))
+        throw std::runtime_error(fmt::format(
+            "{}: a soft surface is not all that is felt: method adaptive alone is for that, and {} "
+            "compares methods; leave it out",
+            options.scene, options.real_time ? "--real-time" : "--sweep"));
     std::vector<DeviceState> inputs = device_states(*scene, options.every);
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
@@ -147,7 +154,7 @@ int study(StudyOptions options) {
     SceneResources made_with = resources();
     if (made_with.extract) made_with.extract = extracting_once(std::move(made_with.extract));
     Study study =
-        run_study(scene, inputs, study_settings(scene->description().loop), clock, progress_bar(),
+        run_study(scene, inputs, study_settings(*scene), clock, progress_bar(),
                   {.baselines = true,
                    .converged = true,
                    .repetitions = options.repetitions,

@@ -216,6 +216,9 @@ OrbitTarget orbit_target(const SceneSurface& surface) {
 OrbitTarget orbit_target(const Scene& scene, const SceneSurface& surface) {
     OrbitTarget target = orbit_target(surface);
     target.stiffness_n_per_m = scene.description().coupling.stiffness_n_per_m;
+    target.surface = static_cast<std::size_t>(&surface - scene.surfaces().data());
+    for (const SceneSurface& one : scene.surfaces())
+        target.softness.push_back(scene.description().surfaces.at(one.name).softness);
     target.make_contacts = [&scene, &surface] {
         std::vector<std::unique_ptr<SurfaceContact>> contacts;
         for (const SceneSurface& one : scene.surfaces())

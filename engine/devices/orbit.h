@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/haptics/contact/softness.h>
 #include <palpate/volume/scalar_field.h>
 
 namespace palpate {
@@ -27,6 +29,9 @@ struct OrbitTarget {
     /// Contacts with all that holds a proxy there, itself without yielding; empty where there are
     /// none: then nobody knows where the path's probe would be held.
     std::function<std::vector<std::unique_ptr<SurfaceContact>>()> make_contacts = {};
+    /// How soft each of these contacts is, for where a soft surface's front goes; empty: all hard.
+    std::vector<Softness> softness = {};
+    std::size_t surface = 0;          ///< that the path leads over, among these contacts
     double stiffness_n_per_m = 500.0; ///< of the coupling: what others of them yield by
 };
 

@@ -14,6 +14,7 @@
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/internal/surface_loops.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/truth/place_on.h>
 #include <palpate/volume/fields/grid_field.h>
 
 namespace palpate {
@@ -271,11 +272,11 @@ std::vector<DeviceState> make_tour(std::shared_ptr<const TriangleMesh> mesh,
     return walk.take();
 }
 
-SurfaceCoverage coverage_of(const TriangleMesh& mesh, std::span<const FrameReport> frames,
-                            std::uint64_t bit, double within_m) {
+SurfaceCoverage coverage_of(const TriangleMesh& mesh, std::span<const Vec3> places,
+                            double within_m) {
     PointCells touched(within_m);
-    for (const FrameReport& frame : frames)
-        if (frame.surfaces_felt & bit) touched.add(frame.proxy);
+    for (const Vec3& place : places)
+        touched.add(place);
     SurfaceCoverage coverage;
     coverage.within_m = within_m;
     double felt_m2 = 0.0;
@@ -297,8 +298,14 @@ std::vector<SurfaceCoverage> tour_coverage(const Scene& scene,
     for (const SceneSurface* surface : internal::surfaces_of_device(scene)) {
         const auto index = static_cast<std::size_t>(surface - scene.surfaces().data());
         if (index >= kFeltBits) continue;
-        list.push_back(coverage_of(*mesh_of(*surface), frames, std::uint64_t{1} << index,
-                                   1e-3 * device.spacing_mm));
+        const PlaceOn place_on(scene, *surface);
+        std::vector<Vec3> places;
+        places.reserve(frames.size());
+        for (const FrameReport& frame : frames) {
+            if (!(frame.surfaces_felt >> index & 1U)) continue;
+            if (const std::optional<Vec3> place = place_on.of(frame)) places.push_back(*place);
+        }
+        list.push_back(coverage_of(*mesh_of(*surface), places, 1e-3 * device.spacing_mm));
         list.back().surface = surface->name;
     }
     return list;

@@ -39,13 +39,13 @@ struct SurfaceCoverage {
     double felt_share = 0.0; ///< of the area, [0,1]
 };
 
-/// Share of a mesh's area within a distance of the proxies of those frames in which `bit` of
-/// FrameReport::surfaces_felt is set.                                                   [setup]
-SurfaceCoverage coverage_of(const TriangleMesh& mesh, std::span<const FrameReport> frames,
-                            std::uint64_t bit, double within_m);
+/// Share of a mesh's area within a distance, m, of places where it was felt, m, scene frame.
+/// [setup]
+SurfaceCoverage coverage_of(const TriangleMesh& mesh, std::span<const Vec3> places,
+                            double within_m);
 
-/// Of each surface that the tour of a scene goes to, within its spacing; none where its device is
-/// no tour, and of surfaces that have no bit.                                              [setup]
+/// Of each surface that the tour of a scene goes to, within its spacing of where frames that felt
+/// it were on it; none where its device is no tour, and of surfaces that have no bit.      [setup]
 std::vector<SurfaceCoverage> tour_coverage(const Scene& scene, std::span<const FrameReport> frames);
 
 } // namespace palpate

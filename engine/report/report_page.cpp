@@ -11,9 +11,9 @@
 
 #include <palpate/engine/picture/internal/force_colors.h>
 #include <palpate/engine/picture/picture.h>
-#include <palpate/engine/report/internal/force_chart.h>
 #include <palpate/engine/report/internal/html.h>
 #include <palpate/engine/report/internal/report_style.h>
+#include <palpate/engine/report/internal/time_chart.h>
 #include <palpate/engine/report/internal/trace_summary_reader.h>
 #include <palpate/engine/text/base64.h>
 #include <palpate/engine/text/url.h>
@@ -188,6 +188,30 @@ std::string felt_table(const std::vector<Entry>& entries) {
                       rows);
 }
 
+std::string pressed_table(const std::vector<Entry>& entries) {
+    std::vector<Cells> rows;
+    for (const auto& [trace, summary] : entries)
+        for (const internal::PressedSummary& pressed : summary.pressed)
+            rows.push_back({trace->title, pressed.name, readable(pressed.indentation_mm.frames),
+                            readable(pressed.indentation_mm.p50),
+                            readable(pressed.indentation_mm.max),
+                            readable(pressed.stiffness_n_per_mm.p50),
+                            readable(pressed.stiffness_n_per_mm.max)});
+    if (rows.empty()) return {};
+    return "<h2>What gave way</h2>\n" +
+           paragraph("Each soft surface, in the frames in which it was the one that was pressed in "
+                     "farthest: how far, and the stiffness that the hand felt.") +
+           html_table("What gave way",
+                      {{"", "Trace", false},
+                       {"", "Surface", false},
+                       {"", "Frames"},
+                       {"Indentation, mm", "median"},
+                       {"Indentation, mm", "max"},
+                       {"Stiffness, N/mm", "median"},
+                       {"Stiffness, N/mm", "max"}},
+                      rows);
+}
+
 std::string paths_table(const std::vector<Entry>& entries) {
     std::vector<Cells> rows;
     for (const auto& [trace, s] : entries) {
@@ -205,7 +229,8 @@ std::string paths_table(const std::vector<Entry>& entries) {
     }
     if (rows.empty()) return {};
     return "<h2>Where the probe was led</h2>\n" +
-           paragraph("Depth: how far the probe was behind the proxy while in contact, and in how "
+           paragraph("Depth: how far the probe was behind the proxy while in contact (of a soft "
+                     "surface: behind its front), and in how "
                      "many frames farther than the path was asked to be. Covered: the share of a "
                      "surface's area that is near a place where it was felt.") +
            html_table("Where the probe was led",
@@ -311,7 +336,7 @@ std::string legend(std::span<const FrameReport> frames) {
             "<rect x=\"{}\" y=\"4\" width=\"7\" height=\"14\" fill=\"rgb({:.0f},{:.0f},{:.0f})\"/>",
             10 + 6 * i, 255.0 * color[0], 255.0 * color[1], 255.0 * color[2]);
     }
-    const bool clipped = internal::largest_force_n(frames) > scale_n * (1.0 + 1e-9);
+    const bool clipped = internal::largest_of(internal::kForce, frames) > scale_n * (1.0 + 1e-9);
     return fmt::format(
         "<svg class=\"legend\" viewBox=\"0 0 420 40\" role=\"img\" aria-label=\"Colours of the "
         "path: dark blue is "
@@ -341,7 +366,7 @@ std::string picture(const SurfaceScene& scene, const ReportSubject& subject,
         fmt::format("{}, {}, with the proxy\u2019s path of {} on it: {} of {} frames in contact, "
                     "forces up to {} N",
                     subject.title, from.name, trace.title, contacts, trace.frames.size(),
-                    readable(internal::largest_force_n(trace.frames)));
+                    readable(internal::largest_of(internal::kForce, trace.frames)));
     return fmt::format(
         "<figure><img width=\"{}\" height=\"{}\" alt=\"{}\" src=\"data:image/png;base64,{}\">"
         "<figcaption>{}</figcaption></figure>\n",
@@ -379,24 +404,39 @@ std::string playbacks(const ReportSubject& subject) {
     return html;
 }
 
-std::string charts(const ReportSubject& subject, const std::string& id) {
-    double largest_n = 0.0;
+/// The same quantity of all traces of a subject, on one scale.
+std::string charts_of(const internal::FrameQuantity& quantity, const ReportSubject& subject,
+                      const std::string& id) {
+    double largest = 0.0;
     for (const ReportTrace& trace : subject.traces)
-        largest_n = std::max(largest_n, internal::largest_force_n(trace.frames));
-    const double top_n = internal::round_up(largest_n);
+        largest = std::max(largest, internal::largest_of(quantity, trace.frames));
+    const double top = internal::round_up(largest);
     std::string html;
     for (std::size_t i = 0; i < subject.traces.size(); ++i) {
         const ReportTrace& trace = subject.traces[i];
-        const std::string chart = internal::force_chart(trace.frames, top_n, trace.title,
-                                                        fmt::format("{}-chart{}", id, i));
+        const std::string chart = internal::chart_over_time(
+            quantity, trace.frames, top, trace.title, fmt::format("{}{}", id, i));
         if (chart.empty()) continue;
-        html += fmt::format("<h3>Force over time: {}</h3>\n{}", escape_html(trace.title), chart);
+        html += fmt::format("<h3>{} over time: {}</h3>\n{}", quantity.name,
+                            escape_html(trace.title), chart);
     }
+    return html;
+}
+
+std::string charts(const ReportSubject& subject, const std::string& id) {
+    const std::string html = charts_of(internal::kForce, subject, id + "-chart");
     if (html.empty()) return {};
-    return html +
-           paragraph(
-               "Magnitude of the force in newtons over seconds, on one scale for all charts of a "
-               "surface; a column of the chart spans the smallest to the largest force in it.");
+    std::string all =
+        html + paragraph("Magnitude of the force in newtons over seconds, on one scale for all "
+                         "charts of a surface; a column of the chart spans the smallest to the "
+                         "largest force in it.");
+    if (std::any_of(subject.traces.begin(), subject.traces.end(),
+                    [](const ReportTrace& trace) { return presses_a_soft_surface(trace.frames); }))
+        all += charts_of(internal::kIndentation, subject, id + "-indentation") +
+               charts_of(internal::kStiffness, subject, id + "-stiffness") +
+               paragraph("How far a soft surface is pressed in, in mm, and the stiffness that the "
+                         "hand feels of it there, in N/mm; 0 where none is.");
+    return all;
 }
 
 std::string subject_section(const ReportSubject& subject, std::size_t number) {
@@ -417,8 +457,9 @@ void write_report_page(const std::filesystem::path& file,
     page += main_table(entries);
     for (std::size_t i = 0; i < subjects.size(); ++i)
         page += subject_section(subjects[i], i);
-    page += felt_table(entries) + paths_table(entries) + surfaces_table(entries) +
-            truth_table(entries) + flags_table(entries) + effects_table(entries);
+    page += felt_table(entries) + pressed_table(entries) + paths_table(entries) +
+            surfaces_table(entries) + truth_table(entries) + flags_table(entries) +
+            effects_table(entries);
     page += "<footer>\n" + machine_lines(entries) + "</footer>\n</main>\n</body>\n</html>\n";
     write_whole_file(file, page);
 }

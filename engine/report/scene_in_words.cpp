@@ -2,6 +2,7 @@
 #include <palpate/engine/report/scene_in_words.h>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 
 namespace palpate {
 namespace {
@@ -36,6 +38,48 @@ std::string in_words(const SceneSurface& surface) {
         words += fmt::format("leash: the proxy gets no farther than {:.3g} mm from the mesh's\n",
                              1e3 * surface.leash_m);
     return words;
+}
+
+/// How soft a surface is felt; null where its scene says nothing of it. Of a law of which no piece
+/// is softer than the coupling, is_felt is false.
+nlohmann::json softness_as_json(const Scene& scene, const SceneSurface& surface) {
+    const SceneDescription& of = scene.description();
+    const SurfaceDescription& description = of.surfaces.at(surface.name);
+    const Softness& softness = description.softness;
+    if (softness.none()) return {};
+    const double k = of.coupling.stiffness_n_per_m;
+    const PressLaw law(softness, k);
+    nlohmann::json points = nlohmann::json::array();
+    for (std::size_t i = 0; i < softness.count && softness.count > 1; ++i)
+        points.push_back({1e3 * softness.knots[i].press_m, softness.knots[i].force_n});
+    const double slope = law.slope(0.0);
+    const double limit_n = std::min(of.limits.force_n, description.strength_n);
+    const double press_m = law.press_m(limit_n);
+    return {{"is_felt", !law.is_hard()},
+            {"is_alone", is_soft_and_alone(scene)},
+            {"stiffness_n_per_mm", 1e-3 * slope},
+            {"tissue_n_per_mm",
+             slope < k ? nlohmann::json(1e-3 / (1.0 / slope - 1.0 / k)) : nlohmann::json()},
+            {"coupling_n_per_mm", 1e-3 * k},
+            {"points_mm_n", points},
+            {"press_damping_n_s_per_m", softness.damping},
+            {"most_n", limit_n},
+            {"most_mm", std::isfinite(press_m) ? nlohmann::json(1e3 * press_m) : nlohmann::json()}};
+}
+
+/// What lies beneath a surface, as it is felt; null where its scene names nothing.
+nlohmann::json beneath_as_json(const Scene& scene, const SceneSurface& surface) {
+    const SurfaceDescription& description = scene.description().surfaces.at(surface.name);
+    if (description.beneath.empty()) return {};
+    const BakedStiffness& stiffness = surface.baked.stiffness;
+    const Vec3 at_mm = 1e3 * stiffness.steepest_at;
+    return {{"ratios", description.beneath},
+            {"contact_radius_mm", 1e3 * stiffness.contact_radius_m},
+            {"asked_contact_radius_mm", 1e3 * stiffness.asked_radius_m},
+            {"stiffest", stiffness.stiffest},
+            {"softest", stiffness.softest},
+            {"steepest_percent_per_mm", 0.1 * stiffness.steepest_per_m},
+            {"steepest_at_mm", {at_mm.x, at_mm.y, at_mm.z}}};
 }
 
 /// A warning behind the file that it is of, where there is one.
@@ -69,6 +113,8 @@ std::string scene_as_json(const Scene& scene, std::span<const double> prices) {
         surfaces.push_back(
             {{"name", surface.name},
              {"contact", name(surface.contact)},
+             {"softness", softness_as_json(scene, surface)},
+             {"beneath", beneath_as_json(scene, surface)},
              {"baked", surface.baked.grid ? nlohmann::json::parse(baked_as_json(surface.baked))
                                           : nlohmann::json()},
              {"mesh", surface.mesh.scene ? nlohmann::json::parse(mesh_as_json(surface.mesh))

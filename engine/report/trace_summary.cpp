@@ -117,6 +117,11 @@ json felt_summary(const Scene& scene, std::span<const FrameReport> frames) {
     return list;
 }
 
+bool is_generated(const DeviceDescription& device) {
+    return device.kind == DeviceDescription::Kind::tour ||
+           device.kind == DeviceDescription::Kind::orbit;
+}
+
 /// How far each soft surface was pressed in, and with what stiffness, in the frames in which it was
 /// the one that was pressed in farthest.
 json pressed_summary(const Scene& scene, std::span<const FrameReport> frames) {
@@ -136,12 +141,22 @@ json pressed_summary(const Scene& scene, std::span<const FrameReport> frames) {
     return list;
 }
 
-/// How deep the probe was behind what held it, frame by frame in contact, mm.
-std::vector<double> depths_mm(std::span<const FrameReport> frames) {
+/// How deep the probe was behind what held it, frame by frame in contact, mm. A path that was
+/// generated goes by its own surfaces: not by the front of soft tissue over them.
+std::vector<double> depths_mm(const Scene& scene, std::span<const FrameReport> frames) {
+    const DeviceDescription& device = scene.description().device;
+    const std::string led_over = is_generated(device) ? device.surface : "";
+    const auto counts = [&](std::size_t surface) {
+        return led_over.empty() ||
+               (surface < scene.surfaces().size() && scene.surfaces()[surface].name == led_over);
+    };
     std::vector<double> depths;
-    for (const FrameReport& frame : frames)
-        if (frame.contacts > 0)
-            depths.push_back(1e3 * glm::distance(frame.probe, place_on_surface(frame)));
+    depths.reserve(frames.size());
+    for (const FrameReport& frame : frames) {
+        if (frame.contacts == 0) continue;
+        const bool at_front = frame.indentation_m > 0.0 && counts(frame.pressed_surface);
+        depths.push_back(1e3 * glm::distance(frame.probe, at_front ? frame.front : frame.proxy));
+    }
     return depths;
 }
 
@@ -150,10 +165,10 @@ json generated_path(const Scene& scene, std::span<const FrameReport> frames) {
     constexpr double kRounding_mm = 0.05; // a step at 0.2 m/s leaves a probe at 1 mm 20 um deeper
     const DeviceDescription& device = scene.description().device;
     const bool is_tour = device.kind == DeviceDescription::Kind::tour;
-    if (!is_tour && device.kind != DeviceDescription::Kind::orbit) return {};
+    if (!is_generated(device)) return {};
     const double least = is_tour ? device.press_mm : device.depth_min_mm;
     const double most = is_tour ? device.press_mm : device.depth_max_mm;
-    const std::vector<double> depths = depths_mm(frames);
+    const std::vector<double> depths = depths_mm(scene, frames);
     const auto deeper = std::count_if(depths.begin(), depths.end(),
                                       [&](double depth) { return depth > most + kRounding_mm; });
     json path = {{"type", is_tour ? "tour" : "orbit"},
@@ -307,7 +322,7 @@ std::string summarize(const Scene& scene, const Trace& trace) {
         {"surface_queries", mean([](const FrameReport& f) { return f.surface_queries; })}};
     summary["force_n"] =
         statistics_of(frames, [](const FrameReport& f) { return glm::length(f.force); });
-    summary["depth_mm"] = statistics(depths_mm(frames));
+    summary["depth_mm"] = statistics(depths_mm(scene, frames));
     if (const json path = generated_path(scene, frames); !path.is_null())
         summary["generated_path"] = path;
     summary["surfaces"] = json::array();

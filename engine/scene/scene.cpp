@@ -14,6 +14,7 @@
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/internal/scene_sources.h>
+#include <palpate/engine/scene/internal/soft_borders.h>
 #include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -237,6 +238,8 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     shape_surfaces();
     const LoopParts parts = make_parts();
     plan_.warnings = internal::warnings_of(*this, internal::felt_effects(*this, parts));
+    for (std::string& warning : internal::warnings_of_soft_borders(*this))
+        plan_.warnings.push_back(std::move(warning));
 }
 
 void Scene::shape_surfaces() {

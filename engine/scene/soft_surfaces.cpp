@@ -6,8 +6,10 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate {
 namespace {
@@ -83,6 +85,14 @@ std::string softness_in_words(const SceneDescription& scene, const SurfaceDescri
     return words;
 }
 
+double stiffness_at(const Scene& scene, const SceneSurface& surface, const Vec3& place) {
+    const SceneDescription& description = scene.description();
+    const PressLaw law(description.surfaces.at(surface.name).softness,
+                       description.coupling.stiffness_n_per_m);
+    const auto& beneath = surface.baked.stiffness.map;
+    return law.slope(0.0) * (beneath ? law.ratio_within(beneath->sample(place).ratio) : 1.0);
+}
+
 bool is_soft_and_alone(const SceneDescription& scene) {
     return is_soft_and_alone(scene, [](std::size_t) { return true; });
 }
@@ -90,6 +100,15 @@ bool is_soft_and_alone(const SceneDescription& scene) {
 bool is_soft_and_alone(const Scene& scene) {
     return is_soft_and_alone(scene.description(),
                              [&](std::size_t effect) { return scene.plan().effects[effect].on; });
+}
+
+bool has_soft_layers(const Scene& scene) {
+    const SceneDescription& said = scene.description();
+    return !is_soft_and_alone(scene) &&
+           std::any_of(scene.surfaces().begin(), scene.surfaces().end(),
+                       [&](const SceneSurface& surface) {
+                           return is_soft(said, said.surfaces.at(surface.name));
+                       });
 }
 
 namespace internal {

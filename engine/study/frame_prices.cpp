@@ -10,6 +10,7 @@
 #include <palpate/engine/report/internal/spread.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/study/internal/interleaved.h>
 #include <palpate/engine/study/internal/scene_variants.h>
 
@@ -57,6 +58,30 @@ std::vector<Variant> without_effects(const Scene& scene, const SceneResources& r
     return variants;
 }
 
+/// Of each surface that gives way: as if it were hard, and as if nothing lay beneath it.
+std::vector<Variant> without_softness(const Scene& scene, const SceneResources& resources) {
+    std::vector<Variant> variants;
+    const auto add = [&](const std::string& what, const std::string& of, auto change) {
+        variants.push_back(variant_of(fmt::format("{} of {}", what, of), true, [&] {
+            SceneDescription without = scene.description();
+            change(without.surfaces.at(of));
+            return std::make_shared<const Scene>(std::move(without), resources);
+        }));
+    };
+    for (const SceneSurface& surface : scene.surfaces()) {
+        const SurfaceDescription& said = scene.description().surfaces.at(surface.name);
+        if (!is_soft(scene.description(), said)) continue;
+        add("softness", surface.name, [](SurfaceDescription& without) {
+            without.softness = {};
+            without.beneath.clear();
+        });
+        if (!said.beneath.empty())
+            add("what lies beneath", surface.name,
+                [](SurfaceDescription& without) { without.beneath.clear(); });
+    }
+    return variants;
+}
+
 std::vector<Variant> other_contacts(const Scene& scene, const SceneResources& resources,
                                     const ConvergedProxies& converged) {
     std::vector<Variant> variants;
@@ -95,6 +120,8 @@ std::vector<FramePrice> frame_prices(std::shared_ptr<const Scene> scene,
                                      const Progress& progress) {
     const ConvergedProxies converged = converged_proxies(scene, inputs, progress);
     std::vector<Variant> variants = without_effects(*scene, resources);
+    for (Variant& variant : without_softness(*scene, resources))
+        variants.push_back(std::move(variant));
     for (Variant& variant : other_contacts(*scene, resources, converged))
         variants.push_back(std::move(variant));
 

@@ -23,10 +23,11 @@ struct FramePrice {
     std::string why_not;      ///< why it is not known, without a comma; empty where it is
 };
 
-/// Of each effect that is on: the scene as it is against the scene without it. Of each contact that
-/// the one surface could have instead of its own: that contact against the scene's. Of the frames
-/// in which the scene's converged proxy is in contact, whatever the variant feels there. [setup]
-/// Throws std::runtime_error when cancelled.
+/// Of each effect that is on: the scene as it is against the scene without it. Of each soft
+/// surface: against the scene where it is hard, and where nothing lies beneath it. Of each contact
+/// that the one surface could have instead of its own: that contact against the scene's. Of the
+/// frames in which the scene's converged proxy is in contact, whatever the variant feels there.
+/// [setup] Throws std::runtime_error when cancelled.
 std::vector<FramePrice> frame_prices(std::shared_ptr<const Scene> scene,
                                      std::span<const DeviceState> inputs,
                                      const SceneResources& resources, int repetitions, Clock& clock,

@@ -7,8 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/scene/scene_surface.h>
-#include <palpate/engine/scene/soft_surfaces.h>
+#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/study/converged_proxy.h>
 #include <palpate/engine/study/internal/baseline_contestant.h>
 #include <palpate/engine/truth/certified_proxy.h>
@@ -37,6 +36,15 @@ bool same_setting(const LoopDescription& a, const LoopDescription& b) {
 }
 
 } // namespace
+
+std::vector<LoopDescription> study_settings(const Scene& scene) {
+    std::vector<LoopDescription> settings = study_settings(scene.description().loop);
+    if (has_soft_layers(scene))
+        std::erase_if(settings, [](const LoopDescription& loop) {
+            return loop.method != SteppingMethod::adaptive;
+        });
+    return settings;
+}
 
 std::vector<LoopDescription> study_settings(const LoopDescription& own) {
     std::vector<LoopDescription> settings;
@@ -90,16 +98,6 @@ std::vector<LoopDescription> study_settings(const LoopDescription& own) {
 }
 
 void check_study(const Scene& scene) {
-    const SceneDescription& said = scene.description();
-    for (const SceneSurface& felt : scene.surfaces()) {
-        const SurfaceDescription& surface = said.surfaces.at(felt.name);
-        if (is_soft(said, surface) && !is_soft_and_alone(scene))
-            throw std::runtime_error(fmt::format(
-                "{}:{}: surface \"{}\" is soft, and not all that is felt: method adaptive alone is "
-                "for that, and a study compares methods; study it alone, or make it hard: "
-                "stiffness_n_per_mm = inf",
-                said.file.string(), surface.line, felt.name));
-    }
     const auto& effects = scene.plan().effects;
     if (std::any_of(effects.begin(), effects.end(), [](const auto& effect) { return effect.on; }))
         return;

@@ -52,6 +52,8 @@ struct Study {
 /// 1024 sub-steps; paper with budgets of 10 us .. 900 us that leave a tenth of the period; adaptive
 /// with tolerances of 100 um .. 0.001 um. [setup]
 std::vector<LoopDescription> study_settings(const LoopDescription& own);
+/// Those of a scene: of soft layers, has_soft_layers(), method adaptive alone.           [setup]
+std::vector<LoopDescription> study_settings(const Scene& scene);
 
 /// Computes the frames with each setting, back to back, and compares each with the truth outside
 /// the clock. The settings take turns, a slice of the path each, so that what slows the machine for

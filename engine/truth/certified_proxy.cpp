@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/felt_level.h>
 #include <palpate/haptics/contact/volume_contact.h>
@@ -11,7 +12,7 @@
 namespace palpate {
 
 std::vector<Vec3> certified_proxies(const Scene& scene, std::span<const DeviceState> inputs) {
-    if (!levels_hold_alone(scene)) return {};
+    if (!levels_hold_alone(scene) || has_soft_layers(scene)) return {};
     std::vector<std::unique_ptr<SurfaceContact>> contacts;
     std::vector<SurfaceContact*> surfaces;
     for (const FeltLevel& level : felt_levels(scene)) {

@@ -332,6 +332,20 @@ json add_frames(Container& container, const ViewFrames& frames) {
     columns["sub_steps"] = scalar("sub_steps", &FrameReport::sub_steps, std::uint32_t{});
     columns["spent_us"] = scalar("spent_us", &FrameReport::spent_us, float{});
     columns["late_us"] = scalar("late_us", &FrameReport::late_us, float{});
+    if (presses_a_soft_surface(frames.frames)) {
+        columns["indentation_m"] = scalar("indentation_m", &FrameReport::indentation_m, float{});
+        columns["stiffness_n_per_m"] =
+            scalar("stiffness_n_per_m", &FrameReport::stiffness_n_per_m, float{});
+        columns["pressed"] = add_column<std::uint32_t, 1>(
+            container, "pressed", frames, [](const FrameReport& frame) {
+                return std::array{frame.indentation_m > 0.0 ? frame.pressed_surface + 1 : 0U};
+            });
+        columns["front_m"] =
+            add_column<double, 3>(container, "front_m", frames, [](const FrameReport& frame) {
+                const Vec3& v = place_on_surface(frame);
+                return std::array{v.x, v.y, v.z};
+            });
+    }
     return {{"first", frames.first},
             {"count", frames.frames.size()},
             {"lost", frames.lost},

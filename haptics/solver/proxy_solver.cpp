@@ -8,15 +8,12 @@
 
 #include <palpate/haptics/solver/internal/mixed_solver.h>
 #include <palpate/haptics/solver/internal/one_plane.h>
+#include <palpate/haptics/solver/internal/shared_strength.h>
 #include <palpate/haptics/solver/internal/solver_limits.h>
 
 namespace palpate {
 namespace {
 
-using internal::kAbsoluteGap;
-using internal::kGapRounding;
-using internal::kHardMultiplier;
-using internal::kRelativeGap;
 
 constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr std::size_t kNone = kCapacity;
@@ -341,8 +338,8 @@ bool all_across(std::span<const PlanePrimitive> planes, const Vec3& axis) noexce
 
 } // namespace
 
-void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
-                 ProxySolution& solution) noexcept {
+void internal::solve_unshared(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
+                              int pass_cap, ProxySolution& solution) noexcept {
     const double stiffness = primitives.total_stiffness(coupling); // K
     const Vec3 target = primitives.pull(probe, coupling);          // a'
     const auto planes = primitives.planes();
@@ -368,6 +365,13 @@ void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupl
     if (one_point) internal::add_one_point(points[0], target, stiffness, solution);
     add_planes(planes, lines, target, stiffness, solution);
     if (!lines.empty()) internal::add_one_line(lines[0], target, stiffness, solution);
+}
+
+void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
+                 ProxySolution& solution) noexcept {
+    internal::solve_unshared(primitives, probe, coupling, pass_cap, solution);
+    if (primitives.shares_strengths())
+        internal::share_strengths(primitives, probe, coupling, pass_cap, solution);
 }
 
 } // namespace palpate

@@ -30,6 +30,21 @@ void require_plain(const SurfaceFinish& finish, bool moves) {
     if (moves) refuse("moves");
 }
 
+/// How deep the tip is behind the front where the tissue alone presses with a force in N. [any]
+double indentation_m(const PressLaw& tissue, double force_n) {
+    const double alone_m = force_n / tissue.coupling();
+    const double press_m = tissue.press_m(force_n); // with the coupling in series; may be infinite
+    return std::isfinite(press_m) ? std::max(press_m - alone_m, alone_m / PressLaw::kStiffest)
+                                  : press_m;
+}
+
+/// A gain with which a surface has a strength in N, whatever its own.
+Gain holding(double strength_n, Gain gain) {
+    gain.force_limit_n = std::numeric_limits<double>::infinity();
+    gain.strength_here_n = gain.off() ? 0.0 : strength_n / gain.value;
+    return gain;
+}
+
 } // namespace
 
 LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
@@ -129,9 +144,13 @@ void LoopSurface::set_strength(const FrameContext& frame) noexcept {
     Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
     if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
     if (is_soft()) {
-        now.strength_here_n =
-            soft_->law.strength_of_hard_n(now.strength_here_n.value_or(soft_->own_strength_n));
-        soft_->yields_at_m = now.strength_n(soft_->own_strength_n) / soft_->law.coupling();
+        const double felt_n = now.strength_n(soft_->own_strength_n);
+        const double hard_n = soft_->law.strength_of_hard_n(felt_n);
+        soft_->yields_at_m = hard_n / soft_->law.coupling();
+        now = holding(hard_n, now);
+    } else if (tissue_) {
+        const double felt_n = now.strength_n(std::numeric_limits<double>::infinity());
+        now = holding(frame.stiffness * indentation_m(*tissue_, felt_n), now);
     }
     contact_->set_gain(now);
 }

@@ -96,6 +96,9 @@ public:
     /// A frame begins, behind a coupling that may be another one; to be called before
     /// follow_gains(). [loop]
     void follow_coupling(const FrameContext& frame) noexcept;
+    /// Of a hard one that leads the front of a layer: it yields where a tissue of this law, which
+    /// must outlive it, presses with its strength; null: where a spring of the coupling does. [any]
+    void yield_as(const PressLaw* tissue) noexcept { tissue_ = tissue; }
     /// Whether it is softer than that coupling.                                          [loop]
     bool is_soft() const noexcept { return soft_ && !soft_->law.is_hard(); }
     /// What it presses with where it is soft.
@@ -231,7 +234,8 @@ private:
     bool yields_ = false;
     double sunk_m_ = 0.0; // how far its planes lie below its level in this frame, >= 0
 
-    std::unique_ptr<Soft> soft_; // apart, as most surfaces are hard
+    std::unique_ptr<Soft> soft_;       // apart, as most surfaces are hard
+    const PressLaw* tissue_ = nullptr; // yield_as()
 
     bool looked_ = false;
     bool pushed_before_ = false; // at the end of the last frame

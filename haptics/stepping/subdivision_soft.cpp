@@ -147,6 +147,8 @@ void Subdivision::make_layers(const SteppingSettings& settings,
             settings, std::vector{contacts[i]}, std::vector<Effect*>{}, clock, std::vector{hard});
         layers_.push_back(std::move(layer));
     }
+    for (Layer& layer : layers_)
+        layer.front->surfaces_.front().yield_as(&layer.law);
 }
 
 /// The forces of soft surfaces on the tip, and by how much they fall with its step. To the solver

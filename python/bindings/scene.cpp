@@ -7,6 +7,7 @@
 #include <palpate/engine/record/output_files.h>
 #include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/run/effect_prices.h>
+#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/validation.h>
@@ -72,6 +73,21 @@ py::object mesh_of(const PyScene& scene, const std::string& surface) {
     for (const SceneSurface& felt : scene.scene->surfaces())
         if (felt.name == surface)
             return felt.mesh.scene ? py::object(arrays_of(felt.mesh.scene->mesh())) : py::none();
+    throw py::key_error(surface);
+}
+
+/// For each of the points, m, the stiffness in N/m that is felt of a surface there.
+py::array_t<double> stiffness_of(const PyScene& scene, const std::string& surface,
+                                 const Points& points) {
+    for (const SceneSurface& felt : scene.scene->surfaces()) {
+        if (felt.name != surface) continue;
+        py::array_t<double> stiffness(points.shape(0));
+        const auto from = points.unchecked<2>();
+        auto to = stiffness.mutable_unchecked<1>();
+        for (py::ssize_t i = 0; i < from.shape(0); ++i)
+            to(i) = stiffness_at(*scene.scene, felt, {from(i, 0), from(i, 1), from(i, 2)});
+        return stiffness;
+    }
     throw py::key_error(surface);
 }
 
@@ -163,6 +179,7 @@ void add_scene(py::module_& module) {
         .def_static("files", files_of, py::arg("text"), py::arg("file"),
                     "what a scene's text is read from, as bytes")
         .def("mesh", mesh_of, py::arg("surface"), "(V, F), or None where its contact needs none")
+        .def("stiffness", stiffness_of, py::arg("surface"), py::arg("points"), "(N,), N/m")
         .def("path", path_of, py::arg("every"), "(N, 4) rows of the scene's own device");
 }
 

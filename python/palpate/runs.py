@@ -85,6 +85,11 @@ class Frames(Table):
             surface = self._native.column("pressed_surface")
             is_named = (self["indentation_m"] > 0) & (surface < len(self.surfaces))
             return names[np.where(is_named, surface, len(self.surfaces))]
+        if column.startswith("front_"):  # where nothing is pressed in, it is the proxy
+            is_pressed = self["indentation_m"] > 0
+            front = np.where(is_pressed, self._native.column(column), self[f"proxy{column[5:]}"])
+            front.setflags(write=False)
+            return front
         if column != "felt":
             return self._native.column(column)
         indices, texts = self._native.felt()

@@ -10,12 +10,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate import _palpate, _toml
-from palpate._arguments import choice, file_name, integer, shown
+from palpate._arguments import choice, file_name, float64, integer, shown
 from palpate._arguments import text as _text
 from palpate.data import VolumeData
-from palpate.errors import SceneError
+from palpate.errors import ArgumentError, SceneError
 from palpate.meshes import Mesh, _arrays
 
 
@@ -236,11 +237,24 @@ class Scene:
 
         Raises KeyError where no such surface is felt.
         """
-        if not isinstance(surface, str) or surface not in self.surfaces:
-            felt = ", ".join(self.surfaces) or "none"
-            raise KeyError(f"no surface {shown(surface)} is felt; there are {felt}")
+        self._require_felt(surface)
         arrays = self._native.mesh(surface)
         return None if arrays is None else Mesh(*arrays)
+
+    def stiffness(self, surface: str, points: npt.ArrayLike) -> np.ndarray:
+        """The stiffness that the hand feels of a surface at places of it: (N,), N/m.
+
+        ``points`` are (N, 3), m, scene frame, and on the surface. It is that where pressing begins,
+        with what lies ``beneath``; of a hard surface the coupling's. Raises KeyError where no such
+        surface is felt, and ArgumentError where ``points`` is no (N, 3).
+        """
+        self._require_felt(surface)
+        rows = float64("points", points)
+        if rows.ndim != 2 or rows.shape[1] != 3:
+            raise ArgumentError(
+                f"points = {shown(points)}: are no rows of three numbers; give (N, 3) in m"
+            )
+        return self._native.stiffness(surface, rows)
 
     def path(self, *, every: int = 1) -> np.ndarray:
         """The probe path of the scene's own device: (N, 4) of t_s, x_m, y_m, z_m, as in a file.
@@ -249,6 +263,11 @@ class Scene:
         SceneError where the device is another one.
         """
         return self._native.path(integer("every", every, 1))
+
+    def _require_felt(self, surface: Any) -> None:
+        if not isinstance(surface, str) or surface not in self.surfaces:
+            felt = ", ".join(self.surfaces) or "none"
+            raise KeyError(f"no surface {shown(surface)} is felt; there are {felt}")
 
     def __repr__(self) -> str:
         return f"<palpate.Scene {self.name}: {', '.join(self.surfaces) or 'no surface'}>"

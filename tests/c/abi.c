@@ -147,6 +147,16 @@ int main(void) {
     MEMBER(palpate_surface_state, standing);
     MEMBER(palpate_surface_state, is_guarded);
     MEMBER(palpate_surface_state, depth_m);
+    STRUCT(palpate_softness);
+    MEMBER(palpate_softness, is_soft);
+    MEMBER(palpate_softness, has_beneath);
+    MEMBER(palpate_softness, stiffness_n_per_m);
+    MEMBER(palpate_softness, press_damping_n_s_per_m);
+    MEMBER(palpate_softness, contact_radius_m);
+    MEMBER(palpate_softness, asked_radius_m);
+    MEMBER(palpate_softness, node_spacing_m);
+    MEMBER(palpate_softness, stiffest);
+    MEMBER(palpate_softness, softest);
     STRUCT(palpate_nearest);
     MEMBER(palpate_nearest, position_m);
     MEMBER(palpate_nearest, normal);

@@ -12,11 +12,14 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -72,6 +75,30 @@ protected:
     std::string text_;
     std::shared_ptr<const Scene> scene_;
 };
+
+// The example as it is traced: nothing of it may look like a defect.
+TEST_F(SkinOverBone, TheExampleNeitherReachesALimitNorLosesItsPath) {
+    SceneResources resources;
+    resources.files = scene_files(folder_ / "cache");
+    const auto scene =
+        std::make_shared<const Scene>(parse_scene(text_, "skin_over_bone.toml"), resources);
+    std::vector<std::string> notes;
+    test::ScriptedClock clock;
+    const Trace trace = run_trace(scene, device_states(*scene, 1, &notes), clock);
+    EXPECT_TRUE(notes.empty()) << notes.at(0);
+    ASSERT_GT(trace.frames.size(), 20000u);
+    std::size_t capped = 0, on_bone = 0;
+    for (const FrameReport& frame : trace.frames) {
+        EXPECT_EQ(frame.flags & ~std::uint32_t{kEvaluationCap}, 0u) << frame.frame;
+        capped += frame.flags & kEvaluationCap ? 1 : 0;
+        on_bone += frame.surfaces_felt & kBone ? 1 : 0;
+    }
+    EXPECT_LE(capped, 5u); // where the front lets go of an ear, or of the rim where the scan ends
+    EXPECT_GT(on_bone, 1000u);
+    const nlohmann::json summary = nlohmann::json::parse(summarize(*scene, trace));
+    EXPECT_EQ(summary["generated_path"]["deeper_frames"], 0);
+    EXPECT_LE(summary["depth_mm"]["max"], 7.05);
+}
 
 // Where bone is not reached, force over depth is the law's: 0.2 N/mm times how far the probe is
 // behind the skin, where a hard skin, made anew and traced alone, holds a proxy.

@@ -210,7 +210,8 @@ TEST_F(SceneReference, RangesAreTheReaders) {
          {"wavelength_mm", formula("bumpy_cavity") + "radius_mm = 5\namplitude_mm = 1\n"}},
         "");
     expect_ranges("material", {{"dynamic", "[material.m]\nstatic = 0.1\n"}}, "[material.m]\n");
-    expect_ranges("surface", {}, kHead);
+    const std::string soft = kHead + "stiffness_n_per_mm = 0.2\n";
+    expect_ranges("surface", {{"press_damping_n_s_per_m", soft}}, kHead);
     expect_ranges("coupling", {}, "[coupling]\n");
     expect_ranges("limits", {}, "[limits]\n");
     expect_ranges("loop", {}, "[loop]\n");

@@ -6,9 +6,12 @@ import {styleColor} from './colors.js';
 
 const kLiveWindow_s = 10;
 // Names and units of the quantities, the least that fills a chart, so that rounding does not, and how a frame has them.
+// `isSoft`: shown once a soft surface is pressed in.
 const kCharts = [
   {id: 'force', name: 'Force', unit: 'N', series: 1, least: 0.01, of: (f, i) => f.force(i)},
   {id: 'depth', name: 'Depth', unit: 'mm', series: 4, least: 0.01, of: (f, i) => 1000 * f.depth(i)},
+  {id: 'indentation', name: 'Indentation', unit: 'mm', series: 6, least: 0.01, isSoft: true, of: (f, i) => 1000 * f.columns.indentation_m[i]},
+  {id: 'stiffness', name: 'Stiffness', unit: 'N/mm', series: 7, least: 0.01, isSoft: true, of: (f, i) => f.columns.stiffness_n_per_m[i] / 1000},
   {id: 'sub_steps', name: 'Sub-steps', unit: '', series: 3, least: 1, of: (f, i) => f.columns.sub_steps[i]},
   {id: 'spent_us', name: 'Computing', unit: 'µs', series: 2, least: 1, of: (f, i) => f.columns.spent_us[i]},
   {id: 'late_us', name: 'Lateness', unit: 'µs', series: 5, least: 1, of: (f, i) => f.columns.late_us[i]},
@@ -28,6 +31,7 @@ export class Charts {
       const cell = document.createElement('div');
       cell.className = 'chart';
       cell.innerHTML = `<h3>${chart.name}<output aria-live="off"></output></h3><div class="plot"></div>`;
+      cell.hidden = chart.isSoft === true;
       host.append(cell);
       return {...chart, cell, output: cell.querySelector('output'), plot: cell.querySelector('.plot')};
     });
@@ -72,13 +76,21 @@ export class Charts {
     this.update();
   }
 
+  /** The charts that there is something for; others come with the first frame that has it. */
+  shown() {
+    const come = this.cells.filter(cell => cell.cell.hidden && this.frames.isSoft);
+    for (const {cell} of come) cell.hidden = false;
+    if (come.length) this.resize();
+    return this.cells.filter(({cell}) => !cell.hidden);
+  }
+
   /** Draws frames that came, at most the last seconds of a live loop. */
   update() {
     const {frames} = this;
     const newest = frames.count ? frames.columns.time_s[frames.count - 1] : 0;
     const begin = this.isLive ? frames.at(newest - kLiveWindow_s) : 0;
     const times = frames.columns.time_s.subarray(begin, frames.count);
-    for (const cell of this.cells) {
+    for (const cell of this.shown()) {
       const values = new Float64Array(times.length);
       for (let i = 0; i < values.length; ++i) values[i] = cell.of(frames, begin + i);
       cell.chart.setData([times, values]);
@@ -92,7 +104,7 @@ export class Charts {
   /** Shows this frame in all charts. */
   show(index, text) {
     this.index = index;
-    for (const cell of this.cells) {
+    for (const cell of this.shown()) {
       cell.output.textContent = text(cell, cell.of(this.frames, index));
       cell.output.dataset.value = String(cell.of(this.frames, index));
     }

@@ -160,10 +160,10 @@ export class Coverage {
 
   /** Takes in the frames that came since the last time. */
   update(frames, bit, period_s, toView) {
-    const {felt, proxy_m} = frames.columns;
+    const {felt} = frames.columns;
     for (let i = this.done; i < frames.count; ++i) {
       if (!((felt[i] >>> bit) & 1)) continue;
-      const place = toView(proxy_m.subarray(3 * i, 3 * i + 3));
+      const place = toView(frames.placeOn(bit, i));
       this.touch(place, frames.duration(i, period_s), frames.force(i));
     }
     this.done = frames.count;

@@ -9,6 +9,12 @@ const kColumns = {
   sub_steps: ['u32', Uint32Array, 1], spent_us: ['f32', Float32Array, 1],
   late_us: ['f32', Float32Array, 1],
 };
+// Sent where a soft surface is pressed in; before the first of them nothing is kept of it.
+const kSoftColumns = {
+  indentation_m: ['f32', Float32Array, 1], stiffness_n_per_m: ['f32', Float32Array, 1],
+  pressed: ['u32', Uint32Array, 1], // 1 + the bit of the surface; 0: none
+  front_m: ['f64', Float64Array, 3], // its place from which it is pressed in; else the proxy
+};
 const kKept = {...kColumns, index: ['', Uint32Array, 1]}; // besides: the number that the loop counts for a frame
 const kLiveFrames = 600000; // kept of a live loop: 10 minutes at 1 kHz, 60 MB
 
@@ -22,13 +28,18 @@ export class FrameStore {
     this.lost = 0; // frames that the page never got
     this.generation = (this.generation ?? 0) + 1; // changes where earlier frames are gone
     this.columns = {};
+    this.isSoft = false; // whether a soft surface was ever pressed in
     this.reserve(0);
+  }
+
+  get kept() {
+    return this.isSoft ? {...kKept, ...kSoftColumns} : kKept;
   }
 
   reserve(count) {
     if (this.capacity >= count && this.columns.time_s) return;
     this.capacity = Math.max(count, 2 * this.count, 1024);
-    for (const [name, [, Type, width]] of Object.entries(kKept)) {
+    for (const [name, [, Type, width]] of Object.entries(this.kept)) {
       const grown = new Type(this.capacity * width);
       if (this.columns[name]) grown.set(this.columns[name].subarray(0, this.count * width));
       this.columns[name] = grown;
@@ -50,13 +61,33 @@ export class FrameStore {
       if (source !== undefined) arrived[name] = blob(source, count * width, type);
       else if (type === 'f64') throw new DamagedData(`"frames" has no column "${name}".`);
     }
+    for (const [name, [type, , width]] of Object.entries(kSoftColumns)) {
+      const source = frames.columns?.[name];
+      if (source !== undefined) arrived[name] = blob(source, count * width, type);
+    }
     this.lost += frames.lost ?? 0;
     this.reserve(this.count + count);
+    if (arrived.front_m && !this.isSoft) this.beginSoft();
     for (const [name, [, , width]] of Object.entries(kColumns))
       if (arrived[name]) this.columns[name].set(arrived[name], this.count * width);
       else this.columns[name].fill(0, this.count * width, (this.count + count) * width);
+    if (this.isSoft)
+      for (const [name, [, , width]] of Object.entries(kSoftColumns)) {
+        const to = this.columns[name], begin = this.count * width;
+        if (arrived[name]) to.set(arrived[name], begin);
+        else if (name === 'front_m') to.set(arrived.proxy_m, begin);
+        else to.fill(0, begin, begin + count * width);
+      }
     for (let i = 0; i < count; ++i) this.columns.index[this.count + i] = (frames.first ?? 0) + i;
     this.count += count;
+  }
+
+  /** The first soft surface is pressed in: until now the front was the proxy. */
+  beginSoft() {
+    this.isSoft = true;
+    for (const [name, [, Type, width]] of Object.entries(kSoftColumns))
+      this.columns[name] = new Type(this.capacity * width);
+    this.columns.front_m.set(this.columns.proxy_m.subarray(0, 3 * this.count));
   }
 
   /** Whether more frames are here than a live page keeps. */
@@ -73,7 +104,7 @@ export class FrameStore {
 
   /** Forgets so many of the oldest frames. */
   forget(gone) {
-    for (const [name, [, , width]] of Object.entries(kKept))
+    for (const [name, [, , width]] of Object.entries(this.kept))
       this.columns[name].copyWithin(0, gone * width, this.count * width);
     this.count -= gone;
     this.generation += 1;
@@ -90,9 +121,15 @@ export class FrameStore {
     return Math.hypot(f[3 * i], f[3 * i + 1], f[3 * i + 2]);
   }
 
-  /** Distance from probe to proxy, m. */
+  /** Where the proxy is on the surface with this bit of `felt`: the front of one that is soft. */
+  placeOn(bit, i) {
+    const {proxy_m, front_m, pressed} = this.columns;
+    return (pressed?.[i] === bit + 1 ? front_m : proxy_m).subarray(3 * i, 3 * i + 3);
+  }
+
+  /** Distance from probe to proxy, or to the front of the soft surface that is pressed in, m. */
   depth(i) {
-    const {probe_m: a, proxy_m: b} = this.columns;
+    const {probe_m: a, proxy_m} = this.columns, b = this.columns.front_m ?? proxy_m;
     return Math.hypot(a[3 * i] - b[3 * i], a[3 * i + 1] - b[3 * i + 1], a[3 * i + 2] - b[3 * i + 2]);
   }
 

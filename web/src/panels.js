@@ -361,11 +361,21 @@ export class Panels {
     };
     put('force', frames.force(i), 'N');
     put('depth', 1000 * frames.depth(i), 'mm');
+    at('pressed-row').hidden = !frames.isSoft;
+    if (frames.isSoft) this.showPressed(i);
     at('touching').textContent = listed(felt.map(s => s.name)) || 'nothing';
     const device = [state.device ?? scene.device ?? 'unknown', state.device_ended && 'has ended', state.frozen && 'frozen',
                     state.recording && (state.file ? `recording to ${state.file.split('/').at(-1)}` : 'recording'),
                     frames.lost > 0 && `${frames.lost} frames lost on the way here`].filter(Boolean);
     at('device').textContent = device.join(', ');
     at('flags').textContent = flags.length ? flags.map(f => (f.remedy ? `${f.name}: ${f.remedy}` : f.name)).join('; ') : 'none';
+  }
+
+  /** Which soft surface is pressed in, how far, and how stiff it is there. */
+  showPressed(i) {
+    const {frames, scene} = this.app, {indentation_m, stiffness_n_per_m, pressed} = frames.columns;
+    const surface = scene.structures?.find(s => s.bit >= 0 && s.bit + 1 === pressed[i]);
+    at('pressed').textContent = pressed[i] === 0 ? 'nothing'
+      : `${surface?.name ?? 'a surface'}: ${readable(1000 * indentation_m[i])} mm, ${readable(stiffness_n_per_m[i] / 1000)} N/mm`;
   }
 }

@@ -27,15 +27,25 @@ pointers_to(const std::vector<std::unique_ptr<SurfaceContact>>& contacts) {
     return pointers;
 }
 
+/// What is soft of them. A damper would only bring the tip nearer to the front.
+std::vector<SurfaceFinish> finish_of(const OrbitTarget& target) {
+    std::vector<SurfaceFinish> finish(target.softness.size());
+    for (std::size_t i = 0; i < finish.size(); ++i) {
+        finish[i].softness = target.softness[i];
+        finish[i].softness.damping = 0.0;
+    }
+    return finish;
+}
+
 } // namespace
 
-ProxyFollower::ProxyFollower(std::vector<std::unique_ptr<SurfaceContact>> contacts,
-                             double stiffness_n_per_m)
-    : contacts_(std::move(contacts)), stiffness_n_per_m_(stiffness_n_per_m),
-      subdivision_({}, pointers_to(contacts_), {}, clock_) {}
+ProxyFollower::ProxyFollower(const OrbitTarget& target)
+    : contacts_(target.make_contacts()), stiffness_n_per_m_(target.stiffness_n_per_m),
+      surface_(target.surface),
+      subdivision_({}, pointers_to(contacts_), {}, clock_, finish_of(target)) {}
 
 void ProxyFollower::restart(const Vec3& probe) {
-    proxy_ = probe;
+    proxy_ = held_at_ = probe;
     subdivision_.restart(proxy_);
 }
 
@@ -44,12 +54,14 @@ void ProxyFollower::follow(const Vec3& probe) {
     frame.probe = probe;
     frame.start = proxy_;
     frame.stiffness = stiffness_n_per_m_;
-    proxy_ = subdivision_.advance(frame).proxy;
+    proxy_ = held_at_ = subdivision_.advance(frame).proxy;
+    const Subdivision::Pressed& pressed = subdivision_.pressed();
+    if (pressed.indentation_m > 0.0 && pressed.surface == surface_) held_at_ = pressed.front;
 }
 
 std::unique_ptr<ProxyFollower> follower_of(const OrbitTarget& target) {
     if (!target.make_contacts) return nullptr;
-    return std::make_unique<ProxyFollower>(target.make_contacts(), target.stiffness_n_per_m);
+    return std::make_unique<ProxyFollower>(target);
 }
 
 SurfaceWalk::SurfaceWalk(Settings settings, std::unique_ptr<ProxyFollower> follower)
@@ -78,7 +90,7 @@ bool SurfaceWalk::step_to(const Vec3& target, double depth_m) {
         // A proxy only comes nearer to a probe: who is within this now will be then. On an even
         // surface it is a step behind.
         const double reach = std::hypot(depth_m, step_m_);
-        probe = nearest_in_ball(target, follower_->proxy(), reach);
+        probe = nearest_in_ball(target, follower_->held_at(), reach);
     }
     const Vec3 way = probe - last;
     const double length = glm::length(way);

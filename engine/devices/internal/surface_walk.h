@@ -23,21 +23,21 @@ struct TouchPlace {
 /// held. Not for the loop.
 class ProxyFollower {
 public:
-    /// Contacts with all that holds it, and the coupling's stiffness, N/m, by which some yield.
-    ProxyFollower(std::vector<std::unique_ptr<SurfaceContact>> contacts,
-                  double stiffness_n_per_m); ///< [setup]
+    explicit ProxyFollower(const OrbitTarget& target); ///< that has make_contacts [setup]
 
     void restart(const Vec3& probe);
-    /// Where the proxy is before the next frame, m.
-    const Vec3& proxy() const noexcept { return proxy_; }
+    /// Where the target holds it before the next frame, m: the proxy, or the front of a soft
+    /// target.
+    const Vec3& held_at() const noexcept { return held_at_; }
     void follow(const Vec3& probe); ///< a frame
 
 private:
     std::vector<std::unique_ptr<SurfaceContact>> contacts_;
     double stiffness_n_per_m_;
+    std::size_t surface_;
     SteadyClock clock_; // decides nothing of method adaptive
     Subdivision subdivision_;
-    Vec3 proxy_{0.0};
+    Vec3 proxy_{0.0}, held_at_{0.0};
 };
 
 /// One for a target; null where nobody knows what holds a proxy there.                   [setup]

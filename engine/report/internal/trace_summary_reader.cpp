@@ -164,6 +164,9 @@ TraceSummary read_trace_summary(const std::string& title, const std::string& tex
         summary.surfaces.push_back(read_surface(entry));
     for (const Object& entry : root.list("felt"))
         summary.felt.push_back(read_felt(entry));
+    for (const Object& entry : root.list("pressed"))
+        summary.pressed.push_back({entry.text("name"), read_spread(entry.object("indentation_mm")),
+                                   read_spread(entry.object("stiffness_n_per_mm"))});
     for (const Object& entry : root.list("flags"))
         summary.flags.push_back(read_flag(entry));
     for (const Object& entry : root.list("effects"))

@@ -34,6 +34,12 @@ struct FeltSummary {
     Number frames, contact_s, force_mean_n, force_max_n, path_mm;
 };
 
+/// How a soft surface gave way, in the frames in which it was pressed in farthest.
+struct PressedSummary {
+    std::string name;
+    SpreadSummary indentation_mm, stiffness_n_per_mm;
+};
+
 /// How much of a surface a tour felt.
 struct CoverageSummary {
     std::string surface;
@@ -69,6 +75,7 @@ struct TraceSummary {
     Number field_samples, roots, surface_queries; ///< per frame
     std::vector<SurfaceSummary> surfaces;
     std::vector<FeltSummary> felt;
+    std::vector<PressedSummary> pressed;
     std::vector<FlagSummary> flags;
     std::vector<EffectSummary> effects;
 };

@@ -186,13 +186,11 @@ TEST(SurfaceTour, IsNoDeeperThanAskedInAnatomy) {
 
 TEST(SurfaceCoverage, IsTheShareOfTheAreaNearWhatWasFelt) {
     const TriangleMesh ball = test::icosphere(20e-3, 5, Vec3{0.0});
-    std::vector<FrameReport> frames(1);
-    frames[0].proxy = {0.0, 0.0, 20e-3};
-    frames[0].surfaces_felt = 0b10;
-    EXPECT_EQ(coverage_of(ball, frames, 0b01, 10e-3).felt_share, 0.0) << "another surface's bit";
+    EXPECT_EQ(coverage_of(ball, {}, 10e-3).felt_share, 0.0);
+    const std::vector<Vec3> places{{0.0, 0.0, 20e-3}};
     // A cap of height h = d^2 / 2R has the share h / 2R of a sphere; edges are 0.7 mm.
-    EXPECT_NEAR(coverage_of(ball, frames, 0b10, 20e-3).felt_share, 0.25, 0.01);
-    EXPECT_EQ(coverage_of(ball, frames, 0b10, 41e-3).felt_share, 1.0);
+    EXPECT_NEAR(coverage_of(ball, places, 20e-3).felt_share, 0.25, 0.01);
+    EXPECT_EQ(coverage_of(ball, places, 41e-3).felt_share, 1.0);
 }
 
 // What the orbit of 6faef8e did in 24.9 % of the skull's contact frames and 35.9 % of the brain's:

@@ -14,8 +14,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <palpate/engine/report/internal/force_chart.h>
 #include <palpate/engine/report/internal/html.h>
+#include <palpate/engine/report/internal/time_chart.h>
 
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_count.h"
@@ -280,12 +280,40 @@ TEST_F(ReportPage, NothingIsLeftWhereItCannotBeWritten) {
     EXPECT_EQ(test::files_in(folder()), 0u);
 }
 
+TEST_F(ReportPage, ShowsHowSoftSurfacesGaveWay) {
+    EXPECT_THAT(
+        written({subject_of("skull", kSummary)}),
+        testing::AllOf(Not(HasSubstr("What gave way")), Not(HasSubstr("Indentation over time"))));
+    std::string summary = kSummary;
+    summary.insert(summary.find(" \"truth\""),
+                   " \"pressed\": [{\"name\": \"periosteum\", \"indentation_mm\": {\"frames\": "
+                   "777, \"p50\": 1.375, \"max\": 3.125}, \"stiffness_n_per_mm\": {\"p50\": "
+                   "0.1875, \"max\": 0.4375}}],\n");
+    ReportSubject subject = subject_of("skull", summary);
+    subject.traces[0].frames[100].indentation_m = 3.125e-3;
+    const std::string page = written({subject});
+    for (const char* said : {"What gave way", "777", "1.38", "3.12", "0.188", "0.438",
+                             "Indentation over time", "Stiffness over time"})
+        EXPECT_THAT(page, HasSubstr(said));
+}
+
+TEST(TimeChart, OfAPeakedIndentationIsInMillimetres) {
+    std::vector<FrameReport> frames = frames_of(100);
+    frames[50].indentation_m = 3.25e-3;
+    EXPECT_DOUBLE_EQ(internal::largest_of(internal::kIndentation, frames), 3.25);
+    const std::string svg =
+        internal::chart_over_time(internal::kIndentation, frames, 3.25, "skin", "x");
+    EXPECT_THAT(svg, HasSubstr("Indentation over time: skin"));
+    EXPECT_THAT(svg, HasSubstr("at most 3.25 mm"));
+    EXPECT_EQ(count_of(svg, " 24.0 "), 2u) << "the peak, in the wide and the narrow chart";
+}
+
 TEST(ForceChart, KeepsAPeakOfOneFrame) {
     std::vector<FrameReport> frames = frames_of(100000);
     for (FrameReport& frame : frames)
         frame.force = Vec3(0.1, 0.0, 0.0);
     frames[54321].force = Vec3(0.0, 0.0, -4.0);
-    const std::string svg = internal::force_chart(frames, 4.0, "peak", "x");
+    const std::string svg = internal::chart_over_time(internal::kForce, frames, 4.0, "peak", "x");
     // The top of the plot is 24 pixels down. It begins at 46 and has a column for each of its 660
     // pixels, or 280 where it is narrow; the peak is in column 54321 / 100000 of them, 358 or 152,
     // and drawn at its middle.
@@ -298,10 +326,10 @@ TEST(ForceChart, KeepsAPeakOfOneFrame) {
 TEST(ForceChart, ForcesThatAreNoNumbersLeaveAGap) {
     std::vector<FrameReport> frames = frames_of(200); // fewer than columns
     frames[100].force.x = std::numeric_limits<double>::quiet_NaN();
-    const std::string svg = internal::force_chart(frames, 2.0, "gap", "x");
+    const std::string svg = internal::chart_over_time(internal::kForce, frames, 2.0, "gap", "x");
     EXPECT_THAT(svg, Not(HasSubstr("nan")));
     EXPECT_EQ(count_of(svg, "Z"), 4u); // wide and narrow
-    EXPECT_EQ(internal::force_chart({}, 1.0, "", "x"), "");
+    EXPECT_EQ(internal::chart_over_time(internal::kForce, {}, 1.0, "", "x"), "");
 }
 
 TEST(Html, ControlCharactersBecomeSpaces) {

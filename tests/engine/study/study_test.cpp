@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/study/study.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -214,23 +216,49 @@ TEST(Study, RefusesASceneInWhichNothingIsFelt) {
     EXPECT_NO_THROW(check_study(*surface_cavity()));
 }
 
-// Methods cannot be compared where one alone is for the scene.
-TEST(Study, RefusesASoftSurfaceBesideOthers) {
-    const std::string skin = kCavity + "[surface.skin]\nvolume = \"v\"\nstiffness_n_per_mm = 0.2\n"
-                                       "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
-    const std::string bone = "[surface.bone]\nvolume = \"v\"\niso_value = 0.005\n"
-                             "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
-    EXPECT_NO_THROW(check_study(Scene(parse_scene(skin, "scene.toml"))));
-    try {
-        check_study(Scene(parse_scene(skin + bone, "scene.toml")));
-        FAIL() << "accepted";
-    } catch (const std::runtime_error& error) {
-        EXPECT_NE(std::string(error.what())
-                      .find("surface \"skin\" is soft, and not all that is "
-                            "felt: method adaptive alone is for that"),
-                  std::string::npos)
-            << error.what();
-    }
+const std::string kSkin = kCavity + "[surface.skin]\nvolume = \"v\"\nstiffness_n_per_mm = 0.2\n"
+                                    "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
+const std::string kBone = "[surface.bone]\nvolume = \"v\"\niso_value = 0.001\n"
+                          "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
+
+// One method alone is for a soft surface that is not all that is felt.
+TEST(Study, OfSoftLayersIsOfMethodAdaptive) {
+    const auto layers = std::make_shared<const Scene>(parse_scene(kSkin + kBone, "scene.toml"));
+    const Scene alone(parse_scene(kSkin, "scene.toml"));
+    const auto methods = [](const Scene& scene) {
+        std::set<SteppingMethod> all;
+        for (const LoopDescription& loop : study_settings(scene))
+            all.insert(loop.method);
+        return all.size();
+    };
+    EXPECT_EQ(methods(alone), 4u);
+    EXPECT_EQ(methods(*layers), 1u);
+    test::ScriptedClock clock(1.0);
+    const std::vector<DeviceState> inputs = along_the_wall(1e-4);
+    const Study study = run_study(layers, inputs, study_settings(*layers), clock, {},
+                                  {.baselines = true, .converged = true});
+    ASSERT_GT(study.runs.size(), 4u);
+    EXPECT_LT(study.runs.back().converged.rms_um, 0.01); // tolerance 0.001 um
+    EXPECT_LE(study.runs.back().converged.rms_um, study.runs.front().converged.rms_um);
+    EXPECT_FALSE(study.runs.front().elsewhere) << "no hard proxy is where the front should be";
+}
+
+TEST(Study, HasThePriceOfSoftness) {
+    const auto layers = std::make_shared<const Scene>(parse_scene(kSkin + kBone, "scene.toml"));
+    test::ScriptedClock clock(1.0);
+    const std::vector<FramePrice> prices = frame_prices(layers, along_the_wall(1e-4), {}, 1, clock);
+    const auto found = std::find_if(prices.begin(), prices.end(), [](const FramePrice& price) {
+        return price.what == "softness of skin";
+    });
+    ASSERT_NE(found, prices.end());
+    EXPECT_EQ(found->why_not, "");
+    EXPECT_GT(found->with_us, 0.0);
+    EXPECT_EQ(std::count_if(prices.begin(), prices.end(),
+                            [](const FramePrice& price) {
+                                return price.what.find("softness") != std::string::npos;
+                            }),
+              1)
+        << "bone is hard";
 }
 
 // Errors and counts are what a single run gives, to the bit, however often times are measured.

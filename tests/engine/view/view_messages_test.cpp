@@ -93,6 +93,29 @@ TEST(SceneMessage, SaysWhatThePageExpects) {
         EXPECT_TRUE(test::is_as_sent(frames[i], back[i])) << "frame " << i;
 }
 
+TEST(FramesMessage, TellsHowASoftSurfaceIsPressedIn) {
+    std::vector<FrameReport> frames = test::odd_frames(3);
+    const std::string hard = frames_message({frames, 0, 0});
+    EXPECT_FALSE(
+        test::ContainerReader(hard).document.at("frames").at("columns").contains("indentation_m"));
+    frames[1].indentation_m = 3.25e-3;
+    frames[1].stiffness_n_per_m = 187.5;
+    frames[1].pressed_surface = 4;
+    frames[1].front = {0.1 / 3.0, -0.0, 5e-324};
+    const std::string bytes = frames_message({frames, 0, 0});
+    const test::ContainerReader read(bytes);
+    EXPECT_EQ(read.column<float>("indentation_m", "f32"),
+              (std::vector<float>{0.0F, 3.25e-3F, 0.0F}));
+    EXPECT_EQ(read.column<float>("stiffness_n_per_m", "f32"),
+              (std::vector<float>{0.0F, 187.5F, 0.0F}));
+    EXPECT_EQ(read.column<std::uint32_t>("pressed", "u32"), (std::vector<std::uint32_t>{0, 5, 0}));
+    const auto front = read.column<double>("front_m", "f64");
+    ASSERT_EQ(front.size(), 9u);
+    EXPECT_EQ(front[0], frames[0].proxy.x) << "where nothing is pressed in, it is the proxy";
+    EXPECT_EQ(front[3], frames[1].front.x);
+    EXPECT_EQ(front[8], frames[2].proxy.z);
+}
+
 TEST(FramesMessage, CountsWhatWasLost) {
     const std::vector<FrameReport> frames = test::odd_frames(5);
     const std::string bytes = frames_message({frames, 1000, 12});

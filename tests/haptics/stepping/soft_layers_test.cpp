@@ -95,6 +95,24 @@ std::unique_ptr<SurfaceContact> bone_of(Kind kind) {
         LevelSettings{});
 }
 
+/// A layer of slope K at the hand, at a gain g: the force over how deep the probe is.
+void expect_strength_left(Softness softness) {
+    constexpr double kGain = 0.2, kLeft_n = 5.0 * kGain / (1.0 - kGain); // Gain::strength_n
+    SurfaceFinish skin;
+    skin.softness = softness;
+    const PressLaw law(softness, kK);
+    ContactLoop loop(precise(), surfaces(ball(30e-3), ball(60e-3)), {}, 0.0, {{}, skin});
+    loop.start({61e-3, 0, 0});
+    loop.subdivision().gain(1, SurfacePart::strength).set(kGain);
+    for (int i = 0; i < 60; ++i)
+        loop.move({61e-3, 0, 0});
+    for (double depth_m = 0.5e-3; depth_m < 16e-3; depth_m += 0.5e-3) {
+        const Vec3 probe{60e-3 - depth_m, 0, 0};
+        loop.move(probe);
+        EXPECT_NEAR(force(loop, probe).x, std::min(law.force_n(depth_m), kLeft_n), 1e-6) << depth_m;
+    }
+}
+
 /// Press to `depth` and drag, over soft skin of 60 mm around bone of 50.
 Tally skin_over_bone(double stiffness, double step, double depth, const SteppingSettings& settings,
                      Kind bone = Kind::formula) {
@@ -120,6 +138,15 @@ Tally skin_over_bone(double stiffness, double step, double depth, const Stepping
     }
     tally.evaluations /= tally.frames;
     return tally;
+}
+
+TEST(SoftLayers, AGainLeavesTheStrengthThatTheHandFeels) {
+    expect_strength_left(Softness::linear(150.0));
+    Softness table;
+    table.knots[0] = {4e-3, 0.4};
+    table.knots[1] = {8e-3, 1.8};
+    table.count = 2;
+    expect_strength_left(table);
 }
 
 TEST(SoftLayers, SkinOverBoneIsFeltAsTheClosedFormSays) {

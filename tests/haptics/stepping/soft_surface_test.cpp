@@ -509,6 +509,22 @@ TEST(SoftSurface, SwitchedOffAndOnItFadesAndComesBack) {
     EXPECT_NEAR(force(loop, probe).z, 0.6, 1e-9);
 }
 
+// A gain g below 1 leaves F g / (1 - g) of what never yields, with F the force limit of 5 N: the
+// hand feels that, and not the force of a hard surface at the same depth.
+TEST(SoftSurface, AGainLeavesTheStrengthThatTheHandFeels) {
+    constexpr double kGain = 0.2, kLeft_n = 5.0 * kGain / (1.0 - kGain), kSoft = 150.0;
+    ContactLoop loop = on(make_slab(80e-3), soft(kSoft));
+    loop.start({0, 0, 41e-3});
+    loop.subdivision().gain(0, SurfacePart::strength).set(kGain);
+    for (int i = 0; i < 60; ++i)
+        loop.move({0, 0, 41e-3});
+    for (double depth_m = 1e-3; depth_m < 16e-3; depth_m += 1e-3) {
+        const Vec3 probe{0, 0, 40e-3 - depth_m};
+        loop.move(probe);
+        EXPECT_NEAR(force(loop, probe).z, std::min(kSoft * depth_m, kLeft_n), 1e-9) << depth_m;
+    }
+}
+
 TEST(SoftSurface, ABodyThatMovesPressesAsDeepAsItComes) {
     std::vector<std::unique_ptr<SurfaceContact>> surfaces;
     surfaces.push_back(std::make_unique<MovingContact>(std::make_unique<VolumeContact>(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/report/internal/force_chart.h>
+#include <palpate/engine/report/internal/time_chart.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,34 +26,35 @@ struct Plot {
     std::size_t columns() const { return static_cast<std::size_t>(width); }
 };
 
-/// Smallest and largest force of the frames in one column; empty when smallest > largest.
+/// Smallest and largest number of the frames in one column; empty when smallest > largest.
 struct Range {
     double smallest = 1.0;
     double largest = 0.0;
     bool empty() const noexcept { return smallest > largest; }
 };
 
-std::vector<Range> ranges_of(std::span<const FrameReport> frames, const Plot& plot) {
+std::vector<Range> ranges_of(const FrameQuantity& quantity, std::span<const FrameReport> frames,
+                             const Plot& plot) {
     const std::size_t columns = std::min(plot.columns(), frames.size());
     std::vector<Range> ranges(columns);
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        const double force = glm::length(frames[i].force);
-        if (!std::isfinite(force)) continue;
+        const double value = quantity.of(frames[i]);
+        if (!std::isfinite(value)) continue;
         Range& range = ranges[i * columns / frames.size()];
         range = range.empty()
-                    ? Range{force, force}
-                    : Range{std::min(range.smallest, force), std::max(range.largest, force)};
+                    ? Range{value, value}
+                    : Range{std::min(range.smallest, value), std::max(range.largest, value)};
     }
     return ranges;
 }
 
-/// A closed band from the largest forces there to the smallest ones back; a new one after columns
+/// A closed band from the largest numbers there to the smallest ones back; a new one after columns
 /// without numbers.
-std::string band(const std::vector<Range>& ranges, double top_n, const Plot& plot) {
-    const auto point = [&](std::size_t column, double force) {
+std::string band(const std::vector<Range>& ranges, double top, const Plot& plot) {
+    const auto point = [&](std::size_t column, double value) {
         const double x = Plot::kLeft + plot.width * (static_cast<double>(column) + 0.5) /
                                            static_cast<double>(ranges.size());
-        const double y = Plot::kTop + Plot::kHeight * (1.0 - std::clamp(force / top_n, 0.0, 1.0));
+        const double y = Plot::kTop + Plot::kHeight * (1.0 - std::clamp(value / top, 0.0, 1.0));
         return fmt::format("{:.1f} {:.1f} ", x, y);
     };
     std::string path;
@@ -90,33 +91,44 @@ std::string time_ticks(double duration_s, const Plot& plot) {
 
 } // namespace
 
-double largest_force_n(std::span<const FrameReport> frames) noexcept {
+const FrameQuantity kForce{"Force", "Magnitude of the force on the hand", "N",
+                           [](const FrameReport& frame) { return glm::length(frame.force); }};
+const FrameQuantity kIndentation{
+    "Indentation", "How far the soft surface that is pressed in farthest is pressed in", "mm",
+    [](const FrameReport& frame) { return 1e3 * frame.indentation_m; }};
+const FrameQuantity kStiffness{
+    "Stiffness", "What the hand feels of that surface's stiffness", "N/mm",
+    [](const FrameReport& frame) { return 1e-3 * frame.stiffness_n_per_m; }};
+
+double largest_of(const FrameQuantity& quantity, std::span<const FrameReport> frames) noexcept {
     double largest = 0.0;
     for (const FrameReport& frame : frames) {
-        const double force = glm::length(frame.force);
-        if (std::isfinite(force)) largest = std::max(largest, force);
+        const double value = quantity.of(frame);
+        if (std::isfinite(value)) largest = std::max(largest, value);
     }
     return largest;
 }
 
-std::string force_chart(std::span<const FrameReport> frames, double top_n, std::string_view title,
-                        std::string_view id) {
+std::string chart_over_time(const FrameQuantity& quantity, std::span<const FrameReport> frames,
+                            double top, std::string_view title, std::string_view id) {
     if (frames.empty()) return {};
     const double duration_s = frames.back().time_s - frames.front().time_s;
     const std::string description = fmt::format(
-        "Magnitude of the force on the hand over {} s, from 0 to at most {} N; each column shows "
-        "the smallest and the largest of its frames.",
-        readable(duration_s), readable(largest_force_n(frames)));
+        "{} over {} s, from 0 to at most {} {}; each column shows the smallest and the largest of "
+        "its frames.",
+        quantity.what, readable(duration_s), readable(largest_of(quantity, frames)), quantity.unit);
     return chart_in_page(id, [&](ChartWidth width, const std::string& one) {
         const Plot plot(width);
-        std::string svg = chart_opening(width, Plot::kTop + Plot::kHeight + 26.0, one,
-                                        fmt::format("Force over time: {}", title), description);
+        std::string svg =
+            chart_opening(width, Plot::kTop + Plot::kHeight + 26.0, one,
+                          fmt::format("{} over time: {}", quantity.name, title), description);
         for (const double share : {0.0, 0.5, 1.0})
             svg += chart_line(Plot::kLeft, Plot::kTop + Plot::kHeight * (1.0 - share), plot.width,
-                              readable(share * top_n));
-        svg += time_ticks(duration_s, plot) + chart_text(Plot::kLeft - 6.0, 12.0, "end", {"N"});
-        return svg + "<path class=\"force\" d=\"" + band(ranges_of(frames, plot), top_n, plot) +
-               "\"/>\n</svg>\n";
+                              readable(share * top));
+        svg += time_ticks(duration_s, plot) +
+               chart_text(Plot::kLeft - 6.0, 12.0, "end", {std::string(quantity.unit)});
+        return svg + "<path class=\"force\" d=\"" +
+               band(ranges_of(quantity, frames, plot), top, plot) + "\"/>\n</svg>\n";
     });
 }
 
