@@ -80,7 +80,10 @@ export class Charts {
   shown() {
     const come = this.cells.filter(cell => cell.cell.hidden && this.frames.isSoft);
     for (const {cell} of come) cell.hidden = false;
-    if (come.length) this.resize();
+    if (come.length) {
+      this.host.classList.add('many');
+      this.resize();
+    }
     return this.cells.filter(({cell}) => !cell.hidden);
   }
 

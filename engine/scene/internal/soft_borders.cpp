@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/soft_surfaces.h>
 
@@ -22,8 +23,10 @@ bool is_within(const Box& box, const Vec3& at) {
            glm::all(glm::lessThanEqual(at, box.upper));
 }
 
-/// Area, m2, of one surface behind which, out of it, the other one begins.
-double shared_m2(const SceneSurface& one, const SceneSurface& other, double beside_m) {
+/// Area, m2, of one surface that has the other one `beside_m` out of it, and not `behind_m` into
+/// it.
+double shared_m2(const SceneSurface& one, const SceneSurface& other, double beside_m,
+                 double behind_m) {
     const TriangleMesh mesh = one.baked.grid->preview(one.level.level);
     const Box reach = other.baked.grid->bounds();
     const std::unique_ptr<FieldSampler> sampler = other.baked.field->make_sampler();
@@ -35,8 +38,9 @@ double shared_m2(const SceneSurface& one, const SceneSurface& other, double besi
         const double length = glm::length(twice);
         const Vec3 centre = (a + b + c) / 3.0;
         if (!(length > 0.0) || !is_within(reach, centre)) continue;
-        const Vec3 way = beside_m / length * twice;
-        if (is_inside(centre + way) && !is_inside(centre - way)) area_m2 += 0.5 * length;
+        const Vec3 out = twice / length;
+        if (is_inside(centre + beside_m * out) && !is_inside(centre - behind_m * out))
+            area_m2 += 0.5 * length;
     }
     return area_m2;
 }
@@ -67,7 +71,10 @@ std::vector<std::string> warnings_of_soft_borders(const Scene& scene) {
             if (said.volume != of_other.volume) continue;
             const double voxel_m =
                 std::max(one.baked.field->feature_size_m(), other.baked.field->feature_size_m());
-            const double area_m2 = shared_m2(one, other, kBeside * voxel_m);
+            // Where they meet, smoothing leads each into the other (BakedSurface::joined).
+            const double into = std::max(smoothing_of(said), smoothing_of(of_other));
+            const double area_m2 =
+                shared_m2(one, other, kBeside * voxel_m, (kBeside + 2.0 * into) * voxel_m);
             if (area_m2 < kLeastShared * voxel_m * voxel_m) continue;
             warnings.push_back(fmt::format(
                 "surfaces {} and {} are both soft and share a border of {:.3g} cm2, where each "

@@ -28,14 +28,13 @@ using Value = std::function<int(const Vec3&)>;
 
 /// The warnings of a scene with surfaces a and b, of labels of 40 x 30 x 30 voxels of 1 mm.
 std::vector<std::string> warned(const Value& value, const std::string& a, const std::string& b) {
-    SceneDescription scene =
-        parse_scene("[volume.v]\nfile = \"none.nrrd\"\n[surface.a]\nvolume = \"v\"\n" + a +
-                        "[surface.b]\nvolume = \"v\"\n" + b +
-                        "[[effect]]\ntype = \"surface\"\nsurface = [\"a\", \"b\"]\n",
-                    "x.toml");
-    scene.volumes.at("v").file.clear();
-    scene.volumes.at("v").label_volume = std::make_shared<const LabelVolume>(
+    SceneData data;
+    data.volumes["v"].label_volume = std::make_shared<const LabelVolume>(
         test::made_labels({40, 30, 30}, AffineTransform{Mat3(1e-3), Vec3(0.0)}, 2, value));
+    SceneDescription scene = parse_scene(
+        "[volume.v]\n[surface.a]\nvolume = \"v\"\n" + a + "[surface.b]\nvolume = \"v\"\n" + b +
+            "[[effect]]\ntype = \"surface\"\nsurface = [\"a\", \"b\"]\n",
+        "x.toml", data);
     SceneResources resources;
     resources.files = scene_files();
     return Scene(std::move(scene), resources).plan().warnings;
