@@ -73,17 +73,13 @@ def soft_force(folder):
         picture.text((28, place(0, newton)[1] + 5), str(newton), GREY, "end")
         picture.line([place(0, newton), place(14.5, newton)], "#ddd", 1)
 
-    def skin_over_bone(depth):
-        # The tip is on bone once the tissue has given way that far: d = (1 - K / k) depth.
-        on_bone = depth * (1 - soft / k) >= bone
-        return k * (depth - bone) if on_bone else soft * depth
-
-    depths = [14.5 * i / 290 for i in range(291)]
+    # The tip is on bone once the tissue has given way that far: d = (1 - K / k) depth.
+    on_bone = bone / (1 - soft / k)
     curves = (
-        ([(d, k * d) for d in depths if k * d <= 3.3], GREY, "5 4", "hard", (5.6, 3.1), "end"),
-        ([(d, soft * d) for d in depths], BLUE, "", "0.2 N/mm", (14.5, 2.12), "end"),
-        ([(d, skin_over_bone(d)) for d in depths if skin_over_bone(d) <= 3.3 and d > 9.99],
-         RED, "", "with bone 6 mm beneath", (15.1, 3.42), "end"),
+        ([(0.0, 0.0), (6.6, 3.3)], GREY, "5 4", "hard", (5.6, 3.1), "end"),
+        ([(0.0, 0.0), (14.5, soft * 14.5)], BLUE, "", "0.2 N/mm", (14.5, 2.12), "end"),
+        ([(on_bone, soft * on_bone), (12.6, k * (12.6 - bone))], RED, "",
+         "with bone 6 mm beneath", (15.1, 3.42), "end"),
         (table + [(13.2, 2.8 + 0.45 * 1.2)], EDGE, "2 3", "a table", (7.2, 0.5), "start"),
     )
     for points, color, dash, words, at, anchor in curves:
