@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The maps of docs/safety.md: stability_map FOLDER [SCENE] presses a simulated hand into a scene's
-// first surface (a ball of 50 mm where none is given) at each rate, stiffness, delay and encoder
-// step, with and without the safety chain. It writes stability_map.csv, stability_map.svg (1 kHz)
-// and stability_rates.svg (the stiffest calm coupling at each rate).
+// The maps of docs/safety.md: stability_map FOLDER [SCENE] [--1khz] presses a simulated hand into a
+// scene's first soft surface, or its first one (a ball of 50 mm where no scene is given), at each
+// rate (or at 1 kHz alone), stiffness, delay and encoder step, with and without the safety chain.
+// Over lumps it presses where the stiffness changes most. It writes stability_map.csv,
+// stability_map.svg (1 kHz) and, of all rates, stability_rates.svg (the stiffest calm coupling at
+// each rate).
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -74,15 +76,15 @@ std::array<PressedScene, kStiffness.size()> scenes_of(const SceneDescription& de
         stiff.coupling = {kStiffness[k], 0.0};
         scenes[k].scene =
             std::make_shared<const Scene>(stiff, SceneResources{.files = scene_files()});
-        // In front and above: of a head, the forehead.
+        // From in front and above: of a head, on the forehead.
         scenes[k].where = test::pressed_point(*scenes[k].scene, {0.0, -0.8, 0.6});
     }
     return scenes;
 }
 
-std::vector<Cell> all_cells() {
+std::vector<Cell> all_cells(std::size_t rates) {
     std::vector<Cell> cells;
-    for (std::size_t rate = 0; rate < kRate.size(); ++rate)
+    for (std::size_t rate = 0; rate < rates; ++rate)
         for (std::size_t k = 0; k < kStiffness.size(); ++k)
             for (std::size_t row = 0; row < kRows.size(); ++row)
                 for (std::size_t step = 0; step < kStep.size(); ++step)
@@ -92,9 +94,9 @@ std::vector<Cell> all_cells() {
 }
 
 /// A press does not read the clock, so its result is the same in any thread and order.
-std::vector<Cell> measure(const SceneDescription& description) {
+std::vector<Cell> measure(const SceneDescription& description, std::size_t rates) {
     const auto scenes = scenes_of(description);
-    std::vector<Cell> cells = all_cells();
+    std::vector<Cell> cells = all_cells(rates);
     std::atomic<std::size_t> next{0};
     const auto work = [&] {
         for (std::size_t i = next++; i < cells.size(); i = next++) {
@@ -337,24 +339,27 @@ void say(const std::vector<Cell>& cells, std::size_t rate, std::size_t row, doub
 
 int main(int count, char** arguments) {
     using namespace palpate;
+    const bool one_rate = count > 2 && std::string(arguments[count - 1]) == "--1khz";
+    if (one_rate) --count;
     if (count < 2 || count > 3) {
-        std::fputs("usage: stability_map FOLDER [SCENE]\n", stderr);
+        std::fputs("usage: stability_map FOLDER [SCENE] [--1khz]\n", stderr);
         return 2;
     }
     try {
         const std::filesystem::path folder = arguments[1];
         const SceneDescription scene =
             count == 3 ? read_scene(arguments[2]) : parse_scene(kBallScene, "ball.toml");
-        Tremors tremors;
-        for (std::size_t rate = 0; rate < kRate.size(); ++rate)
+        const std::size_t rates = one_rate ? 1 : kRate.size(); // 1 kHz comes first
+        Tremors tremors{};
+        for (std::size_t rate = 0; rate < rates; ++rate)
             tremors[rate] = test::free_tremor(hand_of(rate, 0, 0));
-        const std::vector<Cell> cells = measure(scene);
+        const std::vector<Cell> cells = measure(scene, rates);
         const std::string surface =
             count == 3 ? std::filesystem::path(arguments[2]).stem().string() : "a ball of 50 mm";
         write(folder / "stability_map.csv", csv(cells, tremors));
         write(folder / "stability_map.svg", svg(cells, tremors[0], surface));
-        write(folder / "stability_rates.svg", rates_svg(cells, tremors, surface));
-        for (std::size_t rate = 0; rate < kRate.size(); ++rate)
+        if (!one_rate) write(folder / "stability_rates.svg", rates_svg(cells, tremors, surface));
+        for (std::size_t rate = 0; rate < rates; ++rate)
             for (std::size_t row = 0; row < kRows.size(); ++row)
                 say(cells, rate, row, tremors[rate]);
     } catch (const std::exception& error) {

@@ -113,8 +113,8 @@ bool has_soft_layers(const Scene& scene) {
 
 namespace internal {
 
-void check_beside_soft(const SceneDescription& scene, std::size_t index) {
-    const EffectDescription& effect = scene.effects[index];
+void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) {
+    const EffectDescription& effect = scene.effects[effect_index];
     const EffectTraits& traits = traits_of(effect);
     if (!traits.part || !is_soft(scene, scene.surfaces.at(surface_of(effect)))) return;
     const bool is_felt = std::any_of(
@@ -123,7 +123,7 @@ void check_beside_soft(const SceneDescription& scene, std::size_t index) {
         });
     if (!is_felt) return;
     const SurfaceDescription& surface = scene.surfaces.at(surface_of(effect));
-    const FieldCheck check(fmt::format("effects[{}]", index));
+    const FieldCheck check(fmt::format("effects[{}]", effect_index));
     if (traits.part == SurfacePart::friction && !surface.beneath.empty())
         check.fail("surface",
                    fmt::format("= \"{}\" is stiffer over what lies beneath, and it rubs",

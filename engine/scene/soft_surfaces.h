@@ -28,7 +28,7 @@ namespace internal {
 /// Refuses an effect, by its index, of a soft surface that is not alone, where that would have to
 /// act on its front; and such a surface itself (docs/palpation.md). Volumes, surfaces and effects
 /// have been checked. Throws std::invalid_argument as FieldCheck does. [setup]
-void check_beside_soft(const SceneDescription& scene, std::size_t effect);
+void check_beside_soft(const SceneDescription& scene, std::size_t effect_index);
 
 } // namespace internal
 } // namespace palpate

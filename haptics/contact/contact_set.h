@@ -53,8 +53,6 @@ public:
         contact.gradient_length = 1.0;
         contacts_.push_back(contact);
     }
-    /// Takes back the plane that was added last, of at least one.                      [loop]
-    void drop_last() noexcept { contacts_.pop_back(); }
     /// Moves a plane and its level inwards, m.                                          [loop]
     void sink(std::size_t i, double by_m) noexcept {
         contacts_[i].plane.anchor -= by_m * contacts_[i].plane.normal;

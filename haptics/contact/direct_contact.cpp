@@ -82,16 +82,13 @@ void DirectContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane*
     ContactPlane contact;
     if (level_plane(sampler_->sample(proxy), proxy, settings_.level, near_the_facet, scale_,
                     contact)) {
-        // Each plane has the surface's whole strength: of one that yields only the newest.
-        if (std::isfinite(strength_n_)) bundle_.clear();
         bundle_.remember(contact, proxy, patch_cosine_);
         depth_m_ = std::max(0.0, depth_m(contact));
     } else {
         bundle_.clear();
         engaged_ = behind_a_facet(proxy); // so far in front of the level, or where it has no slope
     }
-    for (std::size_t i = 0; i < bundle_.size(); ++i)
-        if (contacts.add(bundle_[i])) ++offered_;
+    offered_ = bundle_.offer(strength_n_, contacts);
 }
 
 void DirectContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {

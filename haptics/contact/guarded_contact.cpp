@@ -34,10 +34,6 @@ Vec3 drawn(MeshContact& guard, Vec3 at, const Vec3& target) noexcept {
     return at;
 }
 
-double depth_m(const PlanePrimitive& plane, const Vec3& point) noexcept {
-    return glm::dot(plane.normal, plane.anchor - point);
-}
-
 MeshContactSettings guard_settings() { return {}; } // the guard itself never yields
 
 } // namespace
@@ -147,12 +143,7 @@ void GuardedContact::offer(const Vec3& proxy, ContactSet& contacts,
     contact.plane = {proxy + (distance - held_m) * normal, normal, volume_.offered_strength_n()};
     contact.gradient_length = 1.0;
     contact.depth_hessian = guard_contact_->distance_hessian(proxy);
-    // Each plane has the surface's whole strength: of one that yields only the deeper is offered.
-    if (volume_planes_ == 1 && std::isfinite(contact.plane.strength_n)) {
-        if (depth_m(contacts[first].plane, proxy) >= depth_m(contact.plane, proxy)) return;
-        contacts.drop_last();
-        volume_planes_ = 0;
-    }
+    contact.plane.shares = volume_planes_ > 0 && std::isfinite(contact.plane.strength_n);
     leash_offered_ = contacts.add(contact);
 }
 

@@ -129,6 +129,11 @@ void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noex
     look_back(proxy);
     if (now_.state != SurfaceState::inside && proxy != now_.behind) front_follows(proxy);
     const bool reached = front_reached(proxy);
+    const bool has_yielded =
+        now_.state == SurfaceState::yielded || now_.state == SurfaceState::inside;
+    // A frame that was cut short may end behind the surface though its last evaluation asked it to
+    // go back: it has given way all the same.
+    if (!has_yielded && !now_.in_front && !reached) yielded = true;
     // Nothing is inside a sheet.
     bool left = !now_.strength.off && (now_.in_front || mesh_->has_border());
     if (left && now_.state == SurfaceState::inside) left = !closest_point(proxy, settings_.free_m);
@@ -165,6 +170,13 @@ void MeshContact::look_back(const Vec3& proxy) noexcept {
     if (!hit) return;
     now_.front_normal = walk_.outward(hit->triangle, now_.front_side);
     now_.in_front = glm::dot(now_.front_normal, proxy - hit->position) > 0.0;
+    if (!now_.in_front) return;
+    // In a groove what is in front of one wall's plane may be behind the other wall: the nearest
+    // place of the surface tells.
+    const double reach_m = glm::length(proxy - hit->position) + tolerance_m_;
+    if (const auto near = closest_point(proxy, reach_m))
+        now_.in_front = walk_.side_seen_from(walk_.spot_at(near->triangle, 1, near->position),
+                                             proxy) == now_.front_side;
 }
 
 } // namespace palpate

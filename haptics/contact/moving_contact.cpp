@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 PlanePrimitive placed(const PlanePrimitive& plane, const RigidMap& map) noexcept {
-    return {map.point(plane.anchor), map.direction(plane.normal), plane.strength_n};
+    return {map.point(plane.anchor), map.direction(plane.normal), plane.strength_n, plane.shares};
 }
 
 /// What is felt in the body's frame becomes what the scene has.
@@ -185,7 +185,8 @@ Vec3 MovingContact::along(const Vec3& proxy) noexcept {
 
 PlanePrimitive MovingContact::along(const PlanePrimitive& plane) const noexcept {
     return {tried_map_.point(map_.point_back(plane.anchor)),
-            tried_map_.direction(map_.direction_back(plane.normal)), plane.strength_n};
+            tried_map_.direction(map_.direction_back(plane.normal)), plane.strength_n,
+            plane.shares};
 }
 
 /// Where the proxy is in the body's frame once it is at `to` and the body at the tried pose: the

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include <palpate/haptics/contact/surface_contact.h>
 
@@ -56,6 +58,28 @@ public:
         keep_if([&](const Entry&) {
             return solution.planes[index++].state != MultiplierState::released;
         });
+    }
+
+    /// The level has moved inwards by `by`, in the field's unit: all planes go along. [loop]
+    void sink(double by) noexcept {
+        for (std::size_t i = 0; i < count_; ++i) {
+            ContactPlane& contact = entries_[i].contact;
+            contact.plane.anchor -= (by / contact.gradient_length) * contact.plane.normal;
+            contact.level_gap += by;
+        }
+    }
+
+    /// Offers its planes. Those of a surface that yields share its strength, N, > 0; how many there
+    /// was room for. [loop]
+    std::uint32_t offer(double strength_n, ContactSet& contacts) const noexcept {
+        std::uint32_t offered = 0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            ContactPlane contact = entries_[i].contact;
+            contact.plane.strength_n = strength_n;
+            contact.plane.shares = i > 0 && std::isfinite(strength_n);
+            if (contacts.add(contact)) ++offered;
+        }
+        return offered;
     }
 
 private:

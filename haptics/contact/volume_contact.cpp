@@ -213,14 +213,9 @@ void VolumeContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane*
         return;
     }
     engaged_ = true;
-    contact.plane.strength_n = strength_.offered_n;
-    // Each plane has the surface's whole strength: several of a yielding surface would resist more
-    // than it.
-    if (std::isfinite(strength_.offered_n)) bundle_.clear();
     bundle_.forget_beyond(proxy, scale_.trust_m);
     bundle_.remember(contact, proxy, patch_cosine_);
-    for (std::size_t i = 0; i < bundle_.size(); ++i)
-        if (contacts.add(bundle_[i])) ++offered_;
+    offered_ = bundle_.offer(strength_.offered_n, contacts);
 }
 
 void VolumeContact::keep_active(const ProxySolution& solution, std::size_t first) noexcept {
@@ -293,10 +288,8 @@ std::optional<Vec3> VolumeContact::obstructed(const Vec3& from, const Vec3& to,
     const Vec3 beyond = between(from, to, blocked_at + kPastRoot);
     ContactPlane contact;
     const FieldSample there = texture_.felt(sampler_->sample(beyond), beyond);
-    if (level_plane(there, beyond, level_, settings_, scale_, contact)) {
-        contact.plane.strength_n = strength_.offered_n;
+    if (level_plane(there, beyond, level_, settings_, scale_, contact))
         bundle_.remember(contact, from, patch_cosine_);
-    }
     return reached;
 }
 
@@ -307,7 +300,7 @@ void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept 
         state_ = next_state(state_, {felt, false, true, true});
         return;
     }
-    const double value = felt_value(proxy);
+    const double value = felt_value(proxy), before = level_;
     state_ = next_state(state_, {felt, yielded, value < settings_.level,
                                  !strength_.off && value < settings_.level - scale_.free});
     if (state_ != SurfaceState::yielded)
@@ -316,6 +309,7 @@ void VolumeContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept 
         level_ = std::clamp(value, settings_.level, level_); // once it was not: only outwards
     else if (yielded || !felt)
         level_ = std::max(settings_.level, value); // play: it holds where it was pushed to
+    if (level_ != before) bundle_.sink(level_ - before);
 }
 
 std::any VolumeContact::save_state() const {

@@ -20,6 +20,11 @@ struct PlanePrimitive {
     Vec3 anchor{0.0};        ///< p: a point of the plane, m, scene frame
     Vec3 normal{0.0};        ///< n: unit, towards free space
     double strength_n = 0.0; ///< s: N, >= 0; infinite: a constraint
+    /// Whether s is one strength for this plane and the one that was added before it, which is as
+    /// strong: sum lambda <= s. So are the planes of one surface that yields: where it is pressed
+    /// in a corner, its energy is s max(0, max over its planes of -n.(x - p)), and it holds with s
+    /// at the most. Nothing to hard planes.
+    bool shares = false;
 };
 
 /// A line that draws the proxy onto itself and lets it slip above its strength: P = -mu across the
@@ -56,6 +61,7 @@ public:
         overflowed_ = false;
         all_finite_ = true;
         draws_ = false;
+        shares_strengths_ = false;
         gain_ = {};
     }
 
@@ -69,8 +75,9 @@ public:
     void add(const PlanePrimitive& plane) noexcept {
         if (!has_room()) return;
         if (!usable(plane.anchor, plane.normal, plane.strength_n))
-            return planes_.push_back({Vec3{0.0}, any_direction(), 0.0}); // keeps its number
-        planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n)});
+            return planes_.push_back({Vec3{0.0}, any_direction(), 0.0, plane.shares}); // a number
+        planes_.push_back({plane.anchor, plane.normal, scaled_n(plane.strength_n), plane.shares});
+        shares_strengths_ = shares_strengths_ || (plane.shares && std::isfinite(plane.strength_n));
     }
     /// Nothing but a hard plane at gain 1: clear() and add(). `anchor`: m, scene frame; `normal`:
     /// unit. Both are finite: it is not asked.                                             [loop]
@@ -85,6 +92,8 @@ public:
             return lines_.push_back({Vec3{0.0}, any_direction(), 0.0});
         lines_.push_back({line.anchor, line.axis, scaled_n(line.strength_n)});
     }
+    /// Replaces a plane that is there by one that is usable, as it is.                    [loop]
+    void set_plane(std::size_t i, const PlanePrimitive& plane) noexcept { planes_[i] = plane; }
     /// Strength of a line that is there, N, >= 0, whatever the gain.                      [loop]
     void set_line_strength(std::size_t line, double strength_n) noexcept {
         lines_[line].strength_n = strength_n;
@@ -140,7 +149,7 @@ public:
     void leave(const RigidMap& body, const Before& before, double most_n) noexcept {
         for (std::size_t i = before.planes; i < planes_.size(); ++i)
             planes_[i] = {body.point(planes_[i].anchor), body.direction(planes_[i].normal),
-                          std::min(planes_[i].strength_n, most_n)};
+                          std::min(planes_[i].strength_n, most_n), planes_[i].shares};
         for (std::size_t i = before.lines; i < lines_.size(); ++i)
             lines_[i] = {body.point(lines_[i].anchor), body.direction(lines_[i].axis),
                          std::min(lines_[i].strength_n, most_n)};
@@ -173,6 +182,8 @@ public:
     bool is_free() const noexcept { return count() == 0; }
     /// Whether there are lines or points.                                                 [loop]
     bool has_tethers() const noexcept { return !lines_.empty() || !points_.empty(); }
+    /// Whether there are planes that share a strength, and may yield.                     [loop]
+    bool shares_strengths() const noexcept { return shares_strengths_; }
     bool overflowed() const noexcept { return overflowed_; } ///< more came than fits  [loop]
     /// Whether everything that was added was finite (strengths: or infinite), and no strength below
     /// 0.                                                                                [loop]
@@ -208,6 +219,7 @@ private:
     bool overflowed_ = false;
     bool all_finite_ = true;
     bool draws_ = false; // there are forces or springs
+    bool shares_strengths_ = false;
     Gain gain_;
 };
 

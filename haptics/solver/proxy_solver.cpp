@@ -8,15 +8,12 @@
 
 #include <palpate/haptics/solver/internal/mixed_solver.h>
 #include <palpate/haptics/solver/internal/one_plane.h>
+#include <palpate/haptics/solver/internal/shared_strength.h>
 #include <palpate/haptics/solver/internal/solver_limits.h>
 
 namespace palpate {
 namespace {
 
-using internal::kAbsoluteGap;
-using internal::kGapRounding;
-using internal::kHardMultiplier;
-using internal::kRelativeGap;
 
 constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr std::size_t kNone = kCapacity;
@@ -30,8 +27,10 @@ constexpr double kDependent = 1e-13;
 /// three normals are free at a time.
 class DualProblem {
 public:
-    DualProblem(std::span<const PlanePrimitive> planes, const Vec3& target,
-                double stiffness) noexcept {
+    /// `reach_m`: the distance of the furthest anchor beside the planes', m, >= 0.
+    DualProblem(std::span<const PlanePrimitive> planes, const Vec3& target, double stiffness,
+                double reach_m) noexcept
+        : scale_(reach_m) {
         for (const PlanePrimitive& plane : planes) {
             Face face;
             const double length = glm::length(plane.normal);
@@ -298,15 +297,15 @@ private:
     FixedVector<Face, kCapacity> faces_;
     std::array<std::size_t, 3> free_{};
     std::size_t free_count_ = 0;
-    double scale_ = 0.0;
+    double scale_;
     double tolerance_ = 0.0;
     int steps_ = 0;
 };
 
-/// Several planes.
+/// Several planes; `reach_m` as in DualProblem.
 void add_several_planes(std::span<const PlanePrimitive> planes, const Vec3& target,
-                        double stiffness, ProxySolution& solution) noexcept {
-    DualProblem problem(planes, target, stiffness);
+                        double stiffness, double reach_m, ProxySolution& solution) noexcept {
+    DualProblem problem(planes, target, stiffness, reach_m);
     solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
     solution.work += problem.steps() * static_cast<int>(planes.size());
     solution.residual_m = problem.residual();
@@ -316,13 +315,18 @@ void add_several_planes(std::span<const PlanePrimitive> planes, const Vec3& targ
         solution.planes[i] = problem.outcome(i, stiffness);
 }
 
-/// Planes alone, as many as there are.
-void add_planes(std::span<const PlanePrimitive> planes, const Vec3& target, double stiffness,
-                ProxySolution& solution) noexcept {
+/// As many planes as there are, and lines that do not count beside them but for their anchors: how
+/// much hard planes hold that contradict each other is a matter of the whole problem's scale.
+void add_planes(std::span<const PlanePrimitive> planes, std::span<const LinePrimitive> lines,
+                const Vec3& target, double stiffness, ProxySolution& solution) noexcept {
     if (planes.empty()) return;
     if (planes.size() == 1)
         return internal::add_one_plane(planes.front(), target, stiffness, solution);
-    add_several_planes(planes, target, stiffness, solution);
+    double reach_m = 0.0;
+    for (const LinePrimitive& line : lines)
+        if (internal::is_usable(line.anchor, glm::length(line.axis), line.strength_n / stiffness))
+            reach_m = std::max(reach_m, glm::length(line.anchor - target));
+    add_several_planes(planes, target, stiffness, reach_m, solution);
 }
 
 /// Whether all planes are across an axis.
@@ -334,8 +338,8 @@ bool all_across(std::span<const PlanePrimitive> planes, const Vec3& axis) noexce
 
 } // namespace
 
-void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
-                 ProxySolution& solution) noexcept {
+void internal::solve_unshared(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
+                              int pass_cap, ProxySolution& solution) noexcept {
     const double stiffness = primitives.total_stiffness(coupling); // K
     const Vec3 target = primitives.pull(probe, coupling);          // a'
     const auto planes = primitives.planes();
@@ -344,7 +348,7 @@ void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupl
     if (!primitives.has_tethers()) {
         solution.restart(primitives, target);
         solution.work = static_cast<int>(planes.size());
-        add_planes(planes, target, stiffness, solution);
+        add_planes(planes, lines, target, stiffness, solution);
         return;
     }
     const bool one_point = points.size() == 1 && lines.empty() && planes.empty();
@@ -359,8 +363,15 @@ void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupl
     solution.restart(primitives, target);
     solution.work = static_cast<int>(primitives.count());
     if (one_point) internal::add_one_point(points[0], target, stiffness, solution);
-    add_planes(planes, target, stiffness, solution);
+    add_planes(planes, lines, target, stiffness, solution);
     if (!lines.empty()) internal::add_one_line(lines[0], target, stiffness, solution);
+}
+
+void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
+                 ProxySolution& solution) noexcept {
+    internal::solve_unshared(primitives, probe, coupling, pass_cap, solution);
+    if (primitives.shares_strengths())
+        internal::share_strengths(primitives, probe, coupling, pass_cap, solution);
 }
 
 } // namespace palpate

@@ -85,7 +85,8 @@ inline constexpr int kLoopPasses = 64;
 /// with a the probe (m, scene frame), k = `coupling` > 0 its stiffness (N/m). Eq. (5) read as a
 /// set-valued force balance (docs/equations.md): the minimiser is unique, moves no further than the
 /// probe does, and |x' - a'| <= |y - a'| for every y with no more primitive energy. Eq. (4) is its
-/// closed form for primitives along an orthonormal frame through the proxy. Primitives that are not
+/// closed form for primitives along an orthonormal frame through the proxy. Planes that
+/// share a strength have s max(0, max over them of -n.(x - p)) together. Primitives that are not
 /// finite, without direction or without strength are ignored. Infinite strengths are solved as 64 k
 /// times the problem's scale (the furthest anchor's distance from PrimitiveSet::pull; k with the
 /// springs): an infeasible hard set becomes a defined compromise. No allocation. Bounded: planes

@@ -48,8 +48,8 @@ public:
     /// within the tolerance.                                                            [loop]
     bool rests(const Vec3& asked) noexcept;
     /// The frame ends with the proxy at `proxy`, m, scene frame, after a walk of `walked_m` (m, >=
-    /// 0; 0 where the frame has found its balance); `slowness` >= 1: how many times shorter its
-    /// media made its way. [loop]
+    /// 0; 0 where the frame has found its balance; taken note of while held() alone); `slowness` >=
+    /// 1: how many times shorter its media made its way. [loop]
     void end(const Vec3& proxy, double walked_m, double slowness) noexcept;
 
 private:

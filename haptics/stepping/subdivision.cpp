@@ -381,7 +381,8 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     if (needs_.layers) commit_layers(proxy);
     friction_.commit();
     if (calming_.begun())
-        calming_.end(proxy, stepping_.seeks_balance() ? 0.0 : path_.length_m(),
+        // Only under a held probe is it asked how far the frame has walked.
+        calming_.end(proxy, stepping_.seeks_balance() || !calming_.held() ? 0.0 : path_.length_m(),
                      (primitives_.total_stiffness(frame_.stiffness) - calming_.spring_n_per_m()) /
                          frame_.stiffness);
     for (LoopEffect& effect : effects_)

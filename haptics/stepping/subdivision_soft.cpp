@@ -22,6 +22,10 @@ constexpr double kNoDirection_m = 1e-12;
 constexpr int kMostFollows = 8;
 // Below this eigenvalue of 1 + d h the front is (nearly) not the nearest place: it may be anywhere.
 constexpr double kNearFocus = 0.1;
+// A front is taken to go no more than twice as far as the probe. Where a rough surface bends more
+// than that, it goes by jumps, from dent to dent: followed to the letter, the force along the
+// surface was several times the force into it, for a frame.
+constexpr double kLeastFollow = 0.5;
 // Squared sine of the angle between two planes; below, they are one plane.
 constexpr double kNoEdge = 1e-6;
 
@@ -106,9 +110,15 @@ Vec3 Subdivision::along_front(const Vec3& gradient, const Vec3& n, double press_
     const Mat3 bends = press_m * (count == 0 ? Mat3(0.0) : contacts_[holding[0]].depth_hessian);
     const double m00 = 1.0 + glm::dot(t, bends * t), m11 = 1.0 + glm::dot(b, bends * b);
     const double m01 = 0.5 * (glm::dot(t, bends * b) + glm::dot(b, bends * t));
-    const double det = m00 * m11 - m01 * m01;
-    if (!(m00 > kNearFocus) || !(det > kNearFocus * m00)) return gt * t + gb * b;
-    return (m11 * gt - m01 * gb) / det * t + (m00 * gb - m01 * gt) / det * b;
+    // Both eigenvalues of M are kept from 0, and the rest is M^-1 of the gradient.
+    const double mean = 0.5 * (m00 + m11), half = 0.5 * (m00 - m11);
+    const double apart = std::hypot(half, m01);
+    const double most = 1.0 / std::max(mean + apart, kLeastFollow);
+    const double least = 1.0 / std::max(mean - apart, kLeastFollow);
+    const double alike = 0.5 * (most + least);
+    const double differ = apart > 0.0 ? 0.5 * (most - least) / apart : 0.0;
+    return (alike * gt + differ * (half * gt + m01 * gb)) * t +
+           (alike * gb + differ * (m01 * gt - half * gb)) * b;
 }
 
 // ---- several surfaces, or effects that hold the tip ---------------------------------------------

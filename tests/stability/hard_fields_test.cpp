@@ -16,6 +16,7 @@
 #include <palpate/volume/filters/label_filters.h>
 
 #include "tests/support/contact_kinds.h"
+#include "tests/support/host_fields.h"
 #include "tests/support/made_labels.h"
 #include "tests/support/stepping_methods.h"
 
@@ -335,6 +336,28 @@ TEST_P(HardFields, AMemorylessWallOfOneVoxelIsJumpedByOneEvaluation) {
         EXPECT_GT(passed(0.005), 10);
     } else {
         EXPECT_EQ(passed(0.005), 0);
+    }
+}
+
+// A program's own field may have a curvature that is no number, or none to speak of. A step that
+// follows it leads nowhere, and is not made; the planes' own step is. The sphere is felt all the
+// same.
+TEST_P(HardFields, ACurvatureThatIsNoNumberLeadsNowhere) {
+    constexpr double kRadius = 0.02;
+    for (const double factor : {std::numeric_limits<double>::quiet_NaN(), kInfinite, 1e308}) {
+        SCOPED_TRACE(factor);
+        test::HostBall::Spoil spoil;
+        spoil.turn_factor = factor;
+        const auto loop = felt(one_surface(std::make_shared<const test::HostBall>(kRadius, spoil)));
+        const Vec3 begin{0, 0, 1.1 * kRadius}, end{0.25 * kRadius, 0, 0.9 * kRadius};
+        loop->start(begin);
+        go(*loop, begin, end, 0.2e-3, [&](const Vec3&) {
+            ASSERT_TRUE(is_finite(loop->proxy()));
+            ASSERT_GE(glm::length(loop->proxy()), kRadius - 25e-6 - 1e-12);
+        });
+        for (int i = 0; i < 50; ++i)
+            ASSERT_TRUE(is_finite(loop->move(end).proxy));
+        EXPECT_NEAR(glm::length(loop->proxy()), kRadius, 25e-6 + 1e-12);
     }
 }
 

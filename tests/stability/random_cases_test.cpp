@@ -58,7 +58,7 @@ TEST(RandomCases, EveryInvariantHolds) {
 }
 
 TEST(RandomCases, SomeSurfacesAreSoftAloneOrBesideOthers) {
-    int alone = 0, beside = 0;
+    int alone = 0, beside = 0, lumps = 0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         const RandomCase made = stability::make_case(seed, kPathFrames);
         int soft = 0, others = 0;
@@ -71,10 +71,12 @@ TEST(RandomCases, SomeSurfacesAreSoftAloneOrBesideOthers) {
                 others += table.value("type") == "\"" + std::string(kind) + "\"" ? 1 : 0;
         }
         if (soft == 0) continue;
+        lumps += made.volumes.count("lumps.nrrd") > 0 ? 1 : 0;
         ++(soft == 1 && others == 0 ? alone : beside);
     }
     EXPECT_GT(alone, 20);
     EXPECT_GT(beside, 10);
+    EXPECT_GT(lumps, 3);
 }
 
 // The same seed is the same case: a failure is found again.
@@ -242,6 +244,25 @@ TEST(RandomCasesControl, AForceThatIsNotTheSpringsIsNoticed) {
         in_one_frame([](FrameReport& report, std::vector<Vec3>&) { report.force *= 1.0 + 1e-6; }));
     ASSERT_TRUE(bad.failure);
     EXPECT_EQ(bad.failure->invariant, "coupling");
+}
+
+// What the hand feels of a soft surface is its law, to rounding.
+TEST(RandomCasesControl, ATipThatIsNotWhereTheLawPutsItIsNoticed) {
+    const test::TemporaryFolder folder;
+    RandomCase of = one_body(false);
+    for (SceneTable& table : of.tables)
+        if (table.header == "[surface.body]")
+            table.keys.emplace_back("stiffness_mm_n", "[[1, 0.1], [2, 0.3]]");
+    stability::write_case(of, folder / "case");
+    const Outcome good = stability::run_case(folder / "case");
+    ASSERT_FALSE(good.failure) << good.failure->words;
+    EXPECT_GT(good.checks.at("press"), 30);
+    const Outcome bad = stability::run_case(
+        folder / "case", in_one_frame([](FrameReport& report, std::vector<Vec3>&) {
+            report.proxy += 1e-9 * glm::normalize(report.front - report.probe);
+        }));
+    ASSERT_TRUE(bad.failure);
+    EXPECT_EQ(bad.failure->invariant, "press");
 }
 
 // A loop that restores all but its count of frames.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -19,6 +20,7 @@ public:
         double value_offset_m = 0.0; ///< of value(), not of sample()
         double feature_size_m = 0.0; ///< 0: as it is
         double root_factor = 1.0;    ///< of first_root()
+        double turn_factor = 1.0;    ///< of the hessian
         bool has_roots = true;
         bool is_finite = true;
         bool has_sampler = true;
@@ -55,7 +57,7 @@ private:
             if (r < 1e-12) return s;
             const Vec3 u = p / r;
             s.slope = s.gradient = -ball_.spoil_.slope_factor * u;
-            s.hessian = (-1.0 / r) * (Mat3(1.0) - glm::outerProduct(u, u));
+            s.hessian = (-ball_.spoil_.turn_factor / r) * (Mat3(1.0) - glm::outerProduct(u, u));
             return s;
         }
         double value(const Vec3& p) noexcept override {
@@ -75,10 +77,12 @@ private:
             if (!ball_.spoil_.has_roots || !(b < 0.0) || !(root > 0.0)) return std::nullopt;
             double t = c / (-b + std::sqrt(root)) * ball_.spoil_.root_factor;
             if (!(t <= 1.0)) return std::nullopt;
-            // On the side below the level.
-            while (t > 0.0 && ball_.spoil_.root_factor == 1.0 &&
-                   ball_.radius_m_ - glm::length(from + t * along) >= level)
-                t = std::nextafter(t, 0.0);
+            // On the side below the level; in ever longer steps, as short ones may be rounding.
+            double back = std::numeric_limits<double>::epsilon() * t;
+            for (; t > 0.0 && ball_.spoil_.root_factor == 1.0 &&
+                   ball_.radius_m_ - glm::length(from + t * along) >= level;
+                 back *= 2.0)
+                t = std::max(0.0, t - back);
             return t;
         }
 

@@ -14,6 +14,7 @@
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 
 #include "tests/support/scripted_clock.h"
 
@@ -32,10 +33,23 @@ struct PressedPoint {
     Vec3 outward{0.0, 0.0, 1.0};
 };
 
-/// Where a ray from outside along -toward first meets a scene's first surface, and the direction
-/// out of it there. Throws std::runtime_error where it meets none, or has no field.
+/// The first surface that is soft; without one, the first.
+inline const SceneSurface& pressed_surface(const Scene& scene) {
+    for (const SceneSurface& surface : scene.surfaces())
+        if (is_soft(scene.description(), scene.description().surfaces.at(surface.name)))
+            return surface;
+    return scene.surfaces().front();
+}
+
+/// Where a ray from outside along -toward first meets the surface that is pressed, or where that
+/// changes its stiffness most; and the direction out of it there. Throws std::runtime_error where
+/// the ray meets none, or the surface has no field.
 inline PressedPoint pressed_point(const Scene& scene, const Vec3& toward) {
-    const SceneSurface& surface = scene.surfaces().front();
+    const SceneSurface& surface = pressed_surface(scene);
+    if (const BakedStiffness& beneath = surface.baked.stiffness; beneath.map && surface.baked.field)
+        return {beneath.steepest_at,
+                -glm::normalize(
+                    surface.baked.field->make_sampler()->sample(beneath.steepest_at).slope)};
     const OrbitTarget target = orbit_target(surface);
     const Vec3 center = target.bounds.center();
     const Vec3 from = center + glm::length(target.bounds.extent()) * toward;
@@ -57,6 +71,7 @@ struct Press {
     double force_n = 0.0;      ///< longest force that was sent
     double step_n = 0.0;       ///< largest change of it in one frame
     double pressed_n = 0.0;    ///< mean length of the force in the last second of holding
+    double held_m = 0.0;       ///< rms of the handle about its mean in that second
     std::uint32_t flags = 0;   ///< FrameFlag bits that were seen
 };
 
@@ -82,6 +97,18 @@ inline double rms_between(const std::vector<Vec3>& signal, double rate_hz, doubl
     return std::sqrt(power);
 }
 
+/// Root of the mean square of how far places are from their mean, m.
+inline double rms_about_mean(const std::vector<Vec3>& places) {
+    const auto n = static_cast<double>(places.size());
+    Vec3 mean{0.0};
+    for (const Vec3& place : places)
+        mean += place / n;
+    double square = 0.0;
+    for (const Vec3& place : places)
+        square += squared_length(place - mean) / n;
+    return std::sqrt(square);
+}
+
 /// A hand that holds loosely, which is the hard case: a firm one damps what the loop excites. The
 /// device has a delay, half of it each way with a little jitter, and encoders of that step.
 inline HandSettings pressing_hand(double delay_s, double step_m) {
@@ -96,12 +123,11 @@ inline HandSettings pressing_hand(double delay_s, double step_m) {
 inline constexpr double kPressApproach_s = 0.5;
 inline constexpr double kPressHold_s = 2.5;
 
-/// A hand that comes from 5 mm in front of the surface, intends to be 10 mm behind it, holds, and
-/// goes back; in closed loop with the scene at asap pace.
-inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint& where,
-                   const HandSettings& settings, Protection protection) {
-    SimulatedHand hand(settings, press_into(where.point, where.outward, 5e-3, 10e-3,
-                                            kPressApproach_s, kPressHold_s));
+/// A hand with these intents, which holds until `ends_s` and lets go within kPressApproach_s, in
+/// closed loop with the scene at asap pace.
+inline Press follow(const std::shared_ptr<const Scene>& scene, const HandSettings& settings,
+                    const std::vector<HandIntent>& intents, double ends_s, Protection protection) {
+    SimulatedHand hand(settings, intents);
     DeviceProperties properties = hand.properties();
     if (protection == Protection::limits) properties = DeviceProperties{};
     if (protection == Protection::controller) properties.damping_n_s_per_m = 0.0;
@@ -110,12 +136,12 @@ inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint
     stepping.rate_hz = settings.rate_hz;
     HapticLoop loop(scene, clock, stepping, properties);
 
-    const double ends_s = kPressApproach_s + kPressHold_s + settings.arm.reaction_s;
+    ends_s += settings.arm.reaction_s;
     const auto frames =
         static_cast<long>(settings.rate_hz * (ends_s + kPressApproach_s + 0.2)); // and is free
     Press result;
     result.stiffness_n_per_m = loop.coupling().stiffness;
-    std::vector<Vec3> velocities;
+    std::vector<Vec3> velocities, places;
     Vec3 before{0.0};
     for (long frame = 0; frame < frames; ++frame) {
         DeviceState state;
@@ -131,13 +157,25 @@ inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint
         before = report.force;
         if (state.time_s >= ends_s - 1.0 && state.time_s < ends_s) {
             velocities.push_back(truth.handle_velocity);
+            places.push_back(truth.handle);
             result.pressed_n += glm::length(report.force);
         }
     }
     result.pressed_n /= static_cast<double>(velocities.size());
+    result.held_m = rms_about_mean(places);
     result.oscillation_m_per_s = rms_between(velocities, settings.rate_hz, 20.0, 400.0);
     result.slow_m_per_s = rms_between(velocities, settings.rate_hz, 5.0, 20.0);
     return result;
+}
+
+/// A hand that comes from 5 mm in front of the surface, intends to be 10 mm behind it, holds, and
+/// goes back.
+inline Press press(const std::shared_ptr<const Scene>& scene, const PressedPoint& where,
+                   const HandSettings& settings, Protection protection) {
+    return follow(
+        scene, settings,
+        press_into(where.point, where.outward, 5e-3, 10e-3, kPressApproach_s, kPressHold_s),
+        kPressApproach_s + kPressHold_s, protection);
 }
 
 /// The tremor of a hand that touches nothing, rms of the handle's velocity in 5-20 Hz, m/s.

@@ -30,9 +30,10 @@ struct Exact3 {
 struct ExactPrimitive {
     enum class Kind { plane, line, point } kind;
     std::size_t index;
-    Exact3 anchor;    // from a', m
-    Exact3 direction; // unit
-    Exact bound;      // m
+    Exact3 anchor;       // from a', m
+    Exact3 direction;    // unit
+    Exact bound;         // m
+    bool shares = false; // the bound is one for it and the plane before it
 
     /// A plane's gap along its normal; the way from the line or the point.
     Exact3 offset(const Exact3& y) const {
@@ -63,7 +64,8 @@ public:
         using Kind = ExactPrimitive::Kind;
         for (std::size_t i = 0; i < set.planes().size(); ++i) {
             const PlanePrimitive& p = set.planes()[i];
-            add(Kind::plane, i, p.anchor, p.normal, p.strength_n / Exact(stiffness));
+            if (add(Kind::plane, i, p.anchor, p.normal, p.strength_n / Exact(stiffness)))
+                primitives_.back().shares = p.shares && i > 0;
         }
         for (std::size_t i = 0; i < set.lines().size(); ++i) {
             const LinePrimitive& p = set.lines()[i];
@@ -102,8 +104,9 @@ public:
         return worth(Exact3(solution.proxy) - target_, w);
     }
 
-    /// Minimises over one multiplier after the other, each in closed form, until the residual is
-    /// below `tolerance_m` or `most_sweeps` are over. Slow where primitives nearly agree.
+    /// Planes that share a strength apart: minimises over one multiplier after the other, each in
+    /// closed form, until the residual is below `tolerance_m` or `most_sweeps` are over. Slow where
+    /// primitives nearly agree.
     struct Swept {
         Exact3 proxy;
         Worth worth;
@@ -129,13 +132,60 @@ public:
     }
 
 private:
-    void add(ExactPrimitive::Kind kind, std::size_t index, const Vec3& anchor,
+    bool add(ExactPrimitive::Kind kind, std::size_t index, const Vec3& anchor,
              const Vec3& direction, Exact bound) {
         const Exact length = Exact3(direction).length();
-        if (!is_finite(anchor) || !(length > 0) || !std::isfinite(length) || !(bound > 0)) return;
+        if (!is_finite(anchor) || !(length > 0) || !std::isfinite(length) || !(bound > 0))
+            return false;
         const Exact3 way = Exact3(anchor) - target_;
         primitives_.push_back({kind, index, way, Exact3(direction) * (1 / length), bound});
         scale_ = std::max(scale_, way.length());
+        return true;
+    }
+
+    /// The end of the run of planes that begins with `first` and shares one bound.
+    std::size_t run_end(std::size_t first) const {
+        std::size_t end = first + 1;
+        while (end < primitives_.size() && primitives_[end].shares)
+            ++end;
+        return end;
+    }
+
+    /// Of multipliers of planes: the nearest that are >= 0, and whose sum is at most `bound`.
+    static std::vector<Exact> allowed_together(std::vector<Exact> wish, Exact bound) {
+        Exact sum = 0;
+        for (Exact& each : wish)
+            sum += each = std::max<Exact>(each, 0);
+        std::vector<Exact> sorted = wish;
+        std::sort(sorted.rbegin(), sorted.rend());
+        Exact less = 0, head = 0;
+        for (std::size_t i = 0; sum > bound && i < sorted.size(); ++i) {
+            head += sorted[i];
+            const Exact even = (head - bound) / static_cast<Exact>(i + 1);
+            if (even < sorted[i]) less = even;
+        }
+        for (Exact& each : wish)
+            each = std::max<Exact>(each - less, 0);
+        return wish;
+    }
+
+    /// Residual and gap of planes that share a bound; `w` are their multipliers.
+    void judge_run(std::size_t first, std::size_t end, const Exact3& y,
+                   const std::vector<Exact3>& w, Worth& result, Exact& gap) const {
+        std::vector<Exact> lambda, wish;
+        Exact deepest = 0;
+        for (std::size_t j = first; j < end; ++j) {
+            const Exact3& normal = primitives_[j].direction;
+            const Exact of_plane = normal.dot(y - primitives_[j].anchor);
+            lambda.push_back(normal.dot(w[j]));
+            wish.push_back(lambda.back() - of_plane);
+            deepest = std::max(deepest, -of_plane);
+            gap += lambda.back() * of_plane;
+        }
+        gap += primitives_[first].bound * deepest;
+        const std::vector<Exact> nearest = allowed_together(wish, primitives_[first].bound);
+        for (std::size_t i = 0; i < nearest.size(); ++i)
+            result.residual_m = std::max(result.residual_m, std::abs(lambda[i] - nearest[i]));
     }
 
     /// With E(y) = abs(y)^2/2 + energies and its dual D(w) = -abs(v)^2/2 + sum w.anchor, v = sum w:
@@ -146,11 +196,16 @@ private:
         Exact gap = 0;
         for (std::size_t j = 0; j < primitives_.size(); ++j) {
             const ExactPrimitive& primitive = primitives_[j];
+            v = v + w[j];
+            if (primitive.shares) continue; // judged with the first of its run
+            if (const std::size_t end = run_end(j); end > j + 1) {
+                judge_run(j, end, y, w, result, gap);
+                continue;
+            }
             const Exact3 r = primitive.offset(y);
             const Exact residual = (w[j] - primitive.allowed(w[j] - r)).length();
             result.residual_m = std::max(result.residual_m, residual);
             gap += primitive.energy(y) + w[j].dot(r);
-            v = v + w[j];
         }
         const Exact imbalance = (y - v).length();
         result.residual_m = std::max(result.residual_m, imbalance);

@@ -15,9 +15,11 @@ namespace {
 
 constexpr const char* kUsage =
     R"(palpate_stability --seed FROM-TO [--frames N] [--path N] [--watchdog S] [--out FOLDER] [--each]
+                  [--soft]
     random scenes of these seeds, until N frames have been felt (20000); each path has --path
     frames (400); a set-up or frames that take S seconds (60) hang; failures are made small and
-    written to FOLDER (stability-failures); --each: a line for each seed
+    written to FOLDER (stability-failures); --each: a line for each seed;
+    --soft: only scenes in which a soft surface is felt
 palpate_stability --replay FOLDER
     one case that was written there, with its events and all invariants
 palpate_stability --wedges
@@ -64,6 +66,8 @@ int run(int argc, char** argv) {
             run.out = value();
         } else if (option == "--each") {
             run.each_seed = true;
+        } else if (option == "--soft") {
+            run.soft = true;
         } else {
             throw std::invalid_argument("no such option: " + option);
         }

@@ -45,6 +45,7 @@ run(${PALPATE} trace ${top}/examples/cavity.toml --frames 1000 --method fixed --
 run(${PALPATE} report ${WORK}/phantom ${WORK}/cavity ${WORK}/cavity-fixed -o ${WORK}/report.html)
 run(${PALPATE} study ${top}/examples/bumpy_cavity.toml --frames 500 --out ${WORK}/study)
 run(${PYTHON} ${top}/scripts/draw_pictures.py ${WORK})
+run(${PYTHON} -B ${top}/scripts/draw_palpation.py ${WORK})
 run(${TEST_ENGINE} --gtest_filter=SeriesChart.HardOnesFillAPage)
 file(GLOB pictures ${WORK}/*.svg)
 execute_process(COMMAND ${check} ${WORK}/report.html ${WORK}/study/index.html ${WORK}/charts.html ${pictures} RESULT_VARIABLE status

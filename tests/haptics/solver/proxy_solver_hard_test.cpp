@@ -73,6 +73,30 @@ TEST(ProxySolverHard, HardPlanesThatContradictEachOtherMeetHalfway) {
     }
 }
 
+// Seen by libFuzzer: beside a line that has no part in it, planes held by the scale of the planes
+// alone, though a hard strength is one of the whole problem's scale. A line that leans by a hair is
+// solved in another way, and has to be answered alike.
+TEST(ProxySolverHard, ContradictingPlanesHoldByTheScaleOfTheWholeProblem) {
+    constexpr double kFurthest_m = 0.01;
+    for (const double tilt : {0.0, 1e-13, 1e-10}) {
+        SCOPED_TRACE(tilt);
+        PrimitiveSet set; // seen from the probe in the origin
+        set.add({{0, 0, 0.001}, {0, 0, 1}, kInfinite});
+        set.add({{0, 0, -0.001}, {0, 0, -1}, kInfinite});
+        set.add_line({{kFurthest_m, 0, 0}, glm::normalize(Vec3{tilt, 0, 1}), kInfinite});
+        const ProxySolution solution = solve_proxy(set, Vec3{0.0}, kStiffness, 1000);
+        EXPECT_EQ(solution.status, SolveStatus::exact);
+        const test::ExactProblem exact(set, Vec3{0.0}, kStiffness);
+        EXPECT_LE(exact.worth(solution).residual_m, 1e-12L * exact.scale());
+        for (const PlaneOutcome& plane : solution.planes) // 64 K scales, to that residual
+            EXPECT_NEAR(plane.multiplier_n, 64.0 * kStiffness * kFurthest_m,
+                        1e-12 * kStiffness * kFurthest_m);
+        EXPECT_LE(glm::length(solution.proxy - Vec3{kFurthest_m, 0, 0}),
+                  (tilt + 1e-12) * kFurthest_m)
+            << "the line's foot";
+    }
+}
+
 // From nothing to everything: not one strength may bring a number that is none.
 TEST(ProxySolverHard, EveryStrengthIsAnswered) {
     const double least = std::numeric_limits<double>::denorm_min();
@@ -101,9 +125,9 @@ TEST(ProxySolverHard, EveryStrengthIsAnswered) {
     }
 }
 
-// Seen with a guide whose strength had faded to 4e-308 N, where frames know no smaller numbers: over
-// the stiffness that is no length any more, and the solution was no number. As nothing made it go
-// on, the proxy stayed where it was for ever.
+// Seen with a guide whose strength had faded to 4e-308 N, where frames know no smaller numbers:
+// over the stiffness that is no length any more, and the solution was no number. As nothing made it
+// go on, the proxy stayed where it was for ever.
 TEST(ProxySolverHard, AStrengthTooSmallToBeALengthHoldsNothing) {
     const double least = std::numeric_limits<double>::denorm_min();
     ASSERT_EQ(least / kStiffness, 0.0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/stability/random/long_run.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -17,6 +18,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/stability/random/path_maker.h"
@@ -27,9 +30,9 @@
 namespace palpate::stability {
 namespace {
 
-constexpr std::array kInvariants{"finite", "limits",      "coupling", "flags",
-                                 "work",   "certificate", "crossing", "side",
-                                 "energy", "same bits",   "rest",     "smooth"};
+constexpr std::array kInvariants{"finite",      "limits",   "coupling", "flags",  "work",
+                                 "certificate", "crossing", "side",     "energy", "same bits",
+                                 "rest",        "smooth",   "press"};
 
 enum class Phase : int { made, set_up, frames, shrinking, done };
 
@@ -76,6 +79,20 @@ const char* name_of(Phase phase) {
 
 std::string folder_of(std::uint64_t seed) { return "seed-" + std::to_string(seed); }
 
+/// Whether a surface is felt in the case of a folder that is softer than the coupling.
+bool feels_soft(const std::filesystem::path& folder) {
+    try {
+        const SceneDescription scene = read_scene(folder / "scene.toml");
+        return std::any_of(scene.effects.begin(), scene.effects.end(),
+                           [&](const EffectDescription& effect) {
+                               return makes_surface_felt(effect) &&
+                                      is_soft(scene, scene.surfaces.at(surface_of(effect)));
+                           });
+    } catch (const std::exception&) {
+        return false; // refused
+    }
+}
+
 /// All cases from a seed on, in the worker.
 void work(const LongRun& run, std::uint64_t from, const std::filesystem::path& folder,
           Shared& shared) {
@@ -94,6 +111,7 @@ void work(const LongRun& run, std::uint64_t from, const std::filesystem::path& f
         const std::filesystem::path keep = run.out / folder_of(seed);
         const RandomCase made = make_case(seed, run.path_frames);
         write_case(made, folder);
+        if (run.soft && !feels_soft(folder)) continue;
         const Outcome outcome = run_case(folder, options);
         shared.add(outcome);
         if (run.each_seed)

@@ -20,6 +20,7 @@ struct LongRun {
     double watchdog_s = 60.0;             ///< processor time of a set-up, or of the frames
     std::filesystem::path out = "stability-failures"; ///< where failures are written
     bool each_seed = false;                           ///< a line for each seed
+    bool soft = false;                                ///< only scenes in which a soft one is felt
 };
 
 /// Tries a case in a folder of its own; where it fails, makes it small and writes it to `keep`.

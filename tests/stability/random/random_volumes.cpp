@@ -97,6 +97,21 @@ VoxelFile random_labels(Random& random, int labels, double size_m, const Vec3& p
             true};
 }
 
+VoxelFile random_lumps(Random& random, double size_m, const Vec3& place) {
+    const int n = 16 + pick(random, 9);
+    const AffineTransform frame = frame_about(random, n, size_m, place);
+    const Vec3 first = any_vector(random, 0.5 * size_m), second = any_vector(random, 0.5 * size_m);
+    const double wide = between(random, 0.1, 0.3) * size_m;
+    return {filled(frame, n,
+                   [&](const Vec3& p) {
+                       const Vec3 q = p - place;
+                       if (glm::length(q) > 0.8 * size_m) return 0.0;
+                       if (glm::length(q - first) < wide) return 2.0;
+                       return glm::length(q - second) < 0.5 * wide ? 3.0 : 1.0;
+                   }),
+            true};
+}
+
 std::shared_ptr<const VectorVolume> random_vectors(Random& random, double size_m,
                                                    const Vec3& place) {
     const int n = 8 + pick(random, 6);

@@ -25,6 +25,8 @@ struct RandomVolume {
 RandomVolume random_volume(test::Random& random, double size_m, const Vec3& place);
 /// A ball of voxels: label 1, or three labels that meet in an edge.
 VoxelFile random_labels(test::Random& random, int labels, double size_m, const Vec3& place);
+/// A ball of voxels, label 1, with two balls in it, labels 2 and 3; one may stick out of the other.
+VoxelFile random_lumps(test::Random& random, double size_m, const Vec3& place);
 /// Vectors in order or in none, or symmetric tensors.
 std::shared_ptr<const VectorVolume> random_vectors(test::Random& random, double size_m,
                                                    const Vec3& place);

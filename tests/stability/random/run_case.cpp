@@ -88,6 +88,7 @@ public:
         add_frame_invariants(watched_, invariants_);
         add_certificates(watched_, invariants_);
         add_mesh_invariants(watched_, invariants_);
+        add_press_invariant(watched_, invariants_);
         for (const auto& [name, surface] : scene_->description().surfaces)
             has_damper_ = has_damper_ || surface.softness.damping > 0.0;
     }

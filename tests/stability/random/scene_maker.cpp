@@ -321,10 +321,40 @@ void soften_beside(RandomCase& made, test::Random& random) {
     });
 }
 
+/// Instead of all surfaces: one that has lumps beneath, with what only pushes.
+void lay_lumps(RandomCase& made, test::Random& random) {
+    std::erase_if(made.tables, [](const SceneTable& table) {
+        return is_surface(table) ||
+               (table.is_effect() &&
+                !is_effect_of(table, {"constant_force", "gravity_compensation", "vibration"}));
+    });
+    made.volumes["lumps.nrrd"] = random_lumps(random, made.size_m, made.place);
+    int id = 0;
+    for (const SceneTable& table : made.tables)
+        id = std::max(id, table.id);
+    const auto ratio = [&] { return test::of_any_size(random, 0.1, 100.0); };
+    SceneTable surface{
+        "[surface.organ]",
+        {{"volume", "\"lumps\""},
+         {"label", "[1, 2, 3]"},
+         {"contact", "\"volume\""},
+         {"contact_radius_mm", fmt::format("{}", test::of_any_size(random, 1.5, 10.0))},
+         {"beneath", fmt::format("{{ \"2\" = {}, \"3\" = {} }}", ratio(), ratio())}},
+        id + 1};
+    make_soft(surface, made.size_m, random);
+    made.tables.push_back({"[volume.lumps]", {{"file", "\"lumps.nrrd\""}}, id + 2});
+    made.tables.push_back(std::move(surface));
+    made.tables.push_back(
+        {"[[effect]]", {{"type", "\"surface\""}, {"surface", "\"organ\""}}, id + 3});
+}
+
 } // namespace
 
 void soften(RandomCase& made) {
-    constexpr std::uint64_t kOwnDraws = 0x50f7;
+    constexpr std::uint64_t kOwnDraws = 0x50f7, kDrawsOfLumps = 0x1032;
+    test::Random lumps(made.seed ^ kDrawsOfLumps << 32);
+    const bool is_small = made.size_m > 4e-3 && made.size_m < 0.05; // of a size that lumps have
+    if (is_small && test::chance(lumps, 0.05)) return lay_lumps(made, lumps);
     test::Random random(made.seed ^ kOwnDraws << 32);
     const bool is_one = std::count_if(made.tables.begin(), made.tables.end(), is_surface) == 1;
     if (is_one && test::chance(random, 0.25)) return soften_alone(made, random);

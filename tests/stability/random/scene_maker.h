@@ -72,7 +72,8 @@ private:
 };
 
 /// Of some seeds: surfaces become soft, alone or beside others, and what is not composed with that
-/// is left out. By draws of its own, so that all other cases stay as they are.
+/// is left out; or there is one surface in their place that has lumps beneath. By draws of its own,
+/// so that all other cases stay as they are.
 void soften(RandomCase& made);
 
 } // namespace palpate::stability

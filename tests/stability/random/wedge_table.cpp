@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -19,7 +20,8 @@ using test::ContactLoop;
 using test::Kind;
 
 constexpr double kMesh_m = 20e-3; // length of a mesh's faces
-constexpr double kGrid_m = 8e-3;  // half of the voxels' cube
+constexpr double kHard_n = std::numeric_limits<double>::infinity();
+constexpr double kGrid_m = 8e-3; // half of the voxels' cube
 
 double half_angle(double angle_deg) { return 0.5 * angle_deg * std::numbers::pi / 180.0; }
 
@@ -72,30 +74,36 @@ std::shared_ptr<const ScalarField> voxels_of(WedgeShape shape, double angle_deg)
         -1.0F);
 }
 
-test::Surfaces surfaces_of(WedgeShape shape, double angle_deg, Kind kind) {
+} // namespace
+
+test::Surfaces wedge_surfaces(WedgeShape shape, double angle_deg, Kind kind, double strength_n) {
+    LevelSettings level;
+    level.strength_n = strength_n;
     const double opening = shape == WedgeShape::wedge ? angle_deg : 360.0 - angle_deg;
     switch (kind) {
     case Kind::formula:
-        return test::one_surface(make_wedge(opening));
+        return test::one_surface(make_wedge(opening), level);
     case Kind::volume:
-        return test::one_surface(voxels_of(shape, angle_deg));
+        return test::one_surface(voxels_of(shape, angle_deg), level);
     case Kind::mesh:
-        return test::one_mesh(mesh_of(shape, angle_deg));
+        return test::one_mesh(mesh_of(shape, angle_deg), MeshContactSettings{strength_n});
     case Kind::guarded:
         break;
     }
     test::Surfaces surfaces;
-    surfaces.push_back(std::make_unique<GuardedContact>(
-        voxels_of(shape, angle_deg), LevelSettings{}, mesh_of(shape, angle_deg), 1e-3));
+    surfaces.push_back(std::make_unique<GuardedContact>(voxels_of(shape, angle_deg), level,
+                                                        mesh_of(shape, angle_deg), 1e-3));
     return surfaces;
 }
+
+namespace {
 
 /// A hand that follows places, and what it measures.
 class Hand {
 public:
     Hand(WedgeShape shape, double angle_deg, Kind kind, SteppingMethod method)
-        : shape_(shape),
-          loop_(test::loop_of(test::stepping(method), surfaces_of(shape, angle_deg, kind))),
+        : shape_(shape), loop_(test::loop_of(test::stepping(method),
+                                             wedge_surfaces(shape, angle_deg, kind, kHard_n))),
           free_m_(kind == Kind::volume || kind == Kind::guarded ? kWedgeVoxel_m : 1e-6) {
         result_.angle_deg = angle_deg;
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct WedgeResult {
 };
 
 inline constexpr double kWedgeVoxel_m = 0.5e-3;
+
+/// A wedge or a groove along y with its edge at the origin, which holds with this strength, N, > 0.
+std::vector<std::unique_ptr<SurfaceContact>> wedge_surfaces(WedgeShape shape, double angle_deg,
+                                                            test::Kind kind, double strength_n);
 
 /// One shape, felt one way.
 WedgeResult feel_wedge(WedgeShape shape, double angle_deg, test::Kind kind, SteppingMethod method);
