@@ -36,6 +36,9 @@ void add_volume_options(CLI::App& command, VolumeOptions& options) {
         .add_option("--nifti-transform", options.nifti_transform,
                     "which transform of a NIfTI places it: automatic, sform or qform")
         ->check(CLI::IsMember({"automatic", "sform", "qform"}));
+    command.add_option("--reference", options.reference,
+                       "DICOM structure set: image whose grid its contours were drawn on; --series "
+                       "and the like are then of that");
 }
 
 VolumeDescription described(const VolumeOptions& options) {
@@ -45,6 +48,9 @@ VolumeDescription described(const VolumeOptions& options) {
     std::error_code ignored;
     if (!options.labels.empty() && !std::filesystem::exists(volume.labels, ignored))
         throw UsageError(fmt::format("--labels {}: does not exist", options.labels));
+    volume.selection.reference = options.reference;
+    if (!options.reference.empty() && !std::filesystem::exists(options.reference, ignored))
+        throw UsageError(fmt::format("--reference {}: does not exist", options.reference));
     volume.selection.series = options.series;
     volume.selection.grid = options.grid;
     if (options.slices == "repair") volume.selection.slices = VolumeSelection::Slices::repair;
@@ -81,6 +87,7 @@ FileInfoSettings read_settings(const VolumeOptions& volume, const MeshOptions& m
     require_volume(volume, "--grid", !volume.grid.empty());
     require_volume(volume, "--slices", volume.slices != "refuse");
     require_volume(volume, "--nifti-transform", volume.nifti_transform != "automatic");
+    require_volume(volume, "--reference", !volume.reference.empty());
     const VolumeDescription read = described(volume);
     FileInfoSettings settings;
     settings.selection = read.selection;

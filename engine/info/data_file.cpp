@@ -18,7 +18,7 @@ namespace internal {
 /// Labels are read again as whole numbers, so that the voxels are never in memory twice.
 ValuesOrLabels read_values_or_labels(const std::filesystem::path& file,
                                      const FileInfoSettings& settings) {
-    if (file.filename().string().ends_with(".seg.nrrd") || !settings.labels.empty())
+    if (holds_labels(file) || !settings.labels.empty())
         return read_label_volume(file, settings.labels, settings.selection);
     VoxelVolume volume = read_volume(file, settings.selection);
     const std::filesystem::path table = find_name_table(file);

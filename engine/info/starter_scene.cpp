@@ -199,6 +199,9 @@ std::string volume_table(const StarterData& data, const std::filesystem::path& s
             fmt::format("nifti_transform = \"{}\"",
                         data.selection.nifti_transform == Transform::sform ? "sform" : "qform"),
             "of the file's two places");
+    if (!data.selection.reference.empty())
+        text += line("reference = " + toml_text(from_folder_of(scene, data.selection.reference)),
+                     "the image that its contours were drawn on");
     return text + "\n";
 }
 
