@@ -83,7 +83,7 @@ void add_new(CLI::App& app, Action& run) {
         app.add_subcommand("new", "a commented starter scene of a volume, labels or a mesh");
     command
         ->add_option("VOLUME|LABELS|MESH", options->volume.file,
-                     "NRRD, NIfTI, MetaImage, DICOM folder, .vdb; .ply, .stl, .obj")
+                     "NRRD, NIfTI, MetaImage, DICOM folder, SEG or RT-STRUCT, .vdb; .ply, .stl, .obj, .vtp, .vtk")
         ->required();
     command->add_option("-o,--out", options->scene, "scene to write (.toml)")->required();
     command->add_option("--iso", options->iso,

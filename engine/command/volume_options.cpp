@@ -4,15 +4,12 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::command {
 namespace {
-
-bool is_mesh_name(const std::string& ending) {
-    return ending == ".ply" || ending == ".stl" || ending == ".obj";
-}
 
 [[noreturn]] void refuse(const char* option, const char* kind, const std::string& file) {
     throw UsageError(
@@ -73,12 +70,12 @@ void add_mesh_options(CLI::App& command, MeshOptions& options) {
 
 void require_volume(const VolumeOptions& volume, const char* option, bool is_given) {
     const std::string ending = internal::lower_case_ending(volume.file);
-    if (is_given && (is_mesh_name(ending) || ending == ".toml" || ending == ".h5"))
+    if (is_given && (is_mesh_name(volume.file) || ending == ".toml" || ending == ".h5"))
         refuse(option, "a volume", volume.file);
 }
 
 FileInfoSettings read_settings(const VolumeOptions& volume, const MeshOptions& mesh) {
-    if (!is_mesh_name(internal::lower_case_ending(volume.file))) {
+    if (!is_mesh_name(volume.file)) {
         if (!mesh.frame.empty()) refuse("--mesh-frame", "a mesh", volume.file);
         if (!mesh.unit.empty()) refuse("--mesh-unit", "a mesh", volume.file);
     }

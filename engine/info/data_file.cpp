@@ -48,7 +48,7 @@ DataFile read_data_file(const std::filesystem::path& file, const FileInfoSetting
     if (!std::filesystem::exists(file, ignored)) refuse("does not exist; check its name");
     DataFile data{file, settings.selection, settings.labels, {}};
     const std::string ending = internal::lower_case_ending(file);
-    if (ending == ".ply" || ending == ".stl" || ending == ".obj") {
+    if (is_mesh_name(file)) {
         data.content = read_mesh(file, settings.mesh);
         return data;
     }
