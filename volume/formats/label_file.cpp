@@ -69,6 +69,10 @@ bool holds_labels(const std::filesystem::path& file) {
            internal::dicom_labels_of(file) != internal::DicomLabels::none;
 }
 
+bool needs_reference(const std::filesystem::path& file) {
+    return internal::dicom_labels_of(file) == internal::DicomLabels::structure_set;
+}
+
 LabelVolume read_label_volume(const std::filesystem::path& file,
                               const std::filesystem::path& name_table,
                               const VolumeSelection& selection) {

@@ -12,6 +12,10 @@ namespace palpate {
 /// structure set by its first bytes. False for what does not exist.                      [setup]
 bool holds_labels(const std::filesystem::path& file);
 
+/// Whether a file is a DICOM structure set, which is read on the grid of a reference
+/// (VolumeSelection::reference).                                                         [setup]
+bool needs_reference(const std::filesystem::path& file);
+
 /// Reads a label volume: .seg.nrrd (3-D, and 4-D with layers; names and colours), a DICOM
 /// segmentation (SEG) or structure set (RT-STRUCT, on the grid of `selection.reference`: a voxel is
 /// inside where its centre is, of an odd number of contours), or any scalar volume of whole
