@@ -138,10 +138,10 @@ private:
         if (format.rows == 0 || format.columns == 0)
             refuse(std::string("states no rows or no columns") + kAgain);
         const auto frames = data_.decimals(kFrames);
-        if (frames.empty() || !(frames.front() >= 1.0 && frames.front() <= kMaxFrames) ||
-            frames.front() != std::floor(frames.front()))
+        const double count = frames.empty() ? 1.0 : frames.front();
+        if (!(count >= 1.0 && count <= kMaxFrames) || count != std::floor(count))
             refuse("is a segmentation without a frame; export it again, with its segments");
-        format.frames = static_cast<int>(frames.front());
+        format.frames = static_cast<int>(count);
         header_.greatest_share = data_.us(kGreatestShare).value_or(255);
         if (header_.greatest_share < 1.0)
             refuse(std::string("states a greatest share of 0") + kAgain);
