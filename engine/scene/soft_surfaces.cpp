@@ -129,6 +129,9 @@ void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) 
                    fmt::format("= \"{}\" is stiffer over what lies beneath, and it rubs",
                                surface_of(effect)),
                    "leave friction on it out, or remove beneath");
+    if (traits.part == SurfacePart::magnet)
+        check.fail("surface", fmt::format("= \"{}\" is soft: it cannot draw", surface_of(effect)),
+                   "leave the magnet out, or make it hard: stiffness_n_per_mm = inf");
     if (is_soft_and_alone(scene)) return;
     const auto refuse = [&](const std::string& what, const std::string& remedy) {
         check.fail("surface",
@@ -137,7 +140,6 @@ void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) 
                    remedy + ", or make it hard: stiffness_n_per_mm = inf");
     };
     if (traits.part == SurfacePart::friction) refuse("it cannot rub", "leave friction on it out");
-    if (traits.part == SurfacePart::magnet) refuse("it cannot draw", "leave the magnet out");
     if (!makes_surface_felt(effect)) return;
     if (!surface.beneath.empty())
         refuse("it cannot be stiffer over what lies beneath", "remove beneath");
