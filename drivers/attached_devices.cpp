@@ -91,9 +91,11 @@ std::string none_attached(const std::vector<AttachedDevice>& attached) {
 
 AttachedDevice device_at(const std::string& address, const std::vector<AttachedDevice>& attached) {
     const bool is_path = address.starts_with('/');
-    const bool is_foreign = std::any_of(
-        internal::foreign_products().begin(), internal::foreign_products().end(),
-        [&](const internal::ForeignProduct& one) { return internal::has_word(one.called, address); });
+    const bool is_foreign =
+        std::any_of(internal::foreign_products().begin(), internal::foreign_products().end(),
+                    [&](const internal::ForeignProduct& one) {
+                        return internal::has_word(one.called, address);
+                    });
     if (!is_path && !is_foreign && std::none_of(kOurs.begin(), kOurs.end(), [&](AttachedKind kind) {
             return address_of(kind) == address;
         }))
@@ -104,8 +106,8 @@ AttachedDevice device_at(const std::string& address, const std::vector<AttachedD
     const AttachedDevice* found = nullptr;
     for (const AttachedDevice& device : attached) {
         if (is_foreign && internal::has_word(device.called, address)) refuse_foreign(device);
-        const bool meant = is_path ? device.path == address
-                                   : !is_foreign && address_of(device.kind) == address;
+        const bool meant =
+            is_path ? device.path == address : !is_foreign && address_of(device.kind) == address;
         if (meant && device.usable()) return device;
         if (meant && found == nullptr) found = &device;
     }

@@ -29,11 +29,10 @@ void judge_foreign(const ForeignProduct& product, const std::string& form, Attac
     device.kind = AttachedKind::foreign;
     device.called = product.called;
     device.way = {product.by, product.page, product.tested};
-    device.findings.push_back(
-        {Weight::obstacle,
-         std::string("Palpate has no driver for it: ") + product.speaks +
-             (form.empty() ? "" : "; it is attached " + form),
-         std::string(product.remedy) + " (" + product.page + ")"});
+    device.findings.push_back({Weight::obstacle,
+                               std::string("Palpate has no driver for it: ") + product.speaks +
+                                   (form.empty() ? "" : "; it is attached " + form),
+                               std::string(product.remedy) + " (" + product.page + ")"});
     device.findings.push_back({Weight::note, product.tested, ""});
 }
 
@@ -121,8 +120,8 @@ private:
     }
 
     const char* foreign_device() {
-        const ForeignProduct* product = find_foreign(
-            device_.vendor, device_.product, evidence_.collections.front().manufacturer);
+        const ForeignProduct* product = find_foreign(device_.vendor, device_.product,
+                                                     evidence_.collections.front().manufacturer);
         if (product == nullptr) return nullptr;
         judge_foreign(*product, "as a HID device", device_);
         return product->id.name;

@@ -155,8 +155,7 @@ const ForeignProduct* find_foreign(std::uint16_t vendor, std::uint16_t product,
     const auto found =
         std::find_if(kForeign.begin(), kForeign.end(), [&](const ForeignProduct& one) {
             if (one.maker != nullptr) return name.find(one.maker) != std::string_view::npos;
-            return one.id.vendor == vendor &&
-                   (one.id.product == product || one.id.product == kAny);
+            return one.id.vendor == vendor && (one.id.product == product || one.id.product == kAny);
         });
     return found == kForeign.end() ? nullptr : &*found;
 }

@@ -162,8 +162,8 @@ void find_node(const fs::path& device, const SystemFolders& system, UsbEvidence&
     std::string bus = line_of(device / "busnum"), number = line_of(device / "devnum");
     for (std::string* digits : {&bus, &number})
         digits->insert(0, digits->size() < 3 ? 3 - digits->size() : 0, '0');
-    evidence.node = (evidence.is_port ? system.dev / port : system.dev / "bus/usb" / bus / number)
-                        .string();
+    evidence.node =
+        (evidence.is_port ? system.dev / port : system.dev / "bus/usb" / bus / number).string();
     evidence.access = access_to(evidence.node);
     evidence.owner = owner_of(evidence.node);
 }

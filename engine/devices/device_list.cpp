@@ -69,7 +69,7 @@ std::string line_of(const std::vector<AttachedDevice>& devices, const AttachedDe
     const std::string ids = fmt::format("{:04x}:{:04x}", device.vendor, device.product);
     const std::string outcome = device.usable()                      ? address_in(devices, device)
                                 : device.kind == AttachedKind::other ? "-"
-                                : !device.way.by.empty() ? "by " + device.way.by
+                                : !device.way.by.empty()             ? "by " + device.way.by
                                                                      : "NOT USABLE";
     return fmt::format("{}  {}  {}: {}  {}\n", device.path, ids, device.name, in_words(device.kind),
                        outcome);
@@ -161,9 +161,8 @@ std::string device_list_json(const std::vector<AttachedDevice>& devices,
                               {"findings", std::move(findings)}};
         if (device.usable()) one["address"] = address_in(devices, device);
         if (!device.way.by.empty())
-            one["way"] = {{"by", device.way.by},
-                          {"page", device.way.page},
-                          {"tested", device.way.tested}};
+            one["way"] = {
+                {"by", device.way.by}, {"page", device.way.page}, {"tested", device.way.tested}};
         list.push_back(std::move(one));
     }
     nlohmann::json named = nlohmann::json::array();

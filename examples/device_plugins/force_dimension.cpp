@@ -117,9 +117,8 @@ int device_write(void* opened, const double force_n[3]) {
     const double length = std::hypot(force_n[0], force_n[1], force_n[2]);
     double kept_n[3] = {};
     for (int i = 0; i < 3 && std::isfinite(length); ++i)
-        kept_n[i] = length > device.longest_force_n
-                        ? force_n[i] * (device.longest_force_n / length)
-                        : force_n[i];
+        kept_n[i] = length > device.longest_force_n ? force_n[i] * (device.longest_force_n / length)
+                                                    : force_n[i];
     // DHD_MOTOR_SATURATED is no failure: a motor is at its limit.
     if (dhdSetForce(kept_n[0], kept_n[1], kept_n[2], device.id) < 0)
         return fail(device.reason, dhdErrorGetLastStr(), "look at its cable and its power");

@@ -28,7 +28,7 @@
 
 #include <palpate/device_plugin.h>
 
-#define FORCE_HOLD_S 0.05 /* a force that nobody has renewed for longer ends */
+#define FORCE_HOLD_S 0.05   /* a force that nobody has renewed for longer ends */
 #define CALLBACK_GONE_S 0.5 /* their scheduler does not call us any more */
 #define LONG_AGO_S (-1e9)
 

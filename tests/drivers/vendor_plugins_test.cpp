@@ -21,8 +21,8 @@ struct Vendor {
     const char* plugin;
     const char* library;
     double longest_force_n;
-    Vec3 middle_m;      ///< where the fake has the origin of our frame, its axes
-    bool has_our_axes;  ///< else x to the right, y up, z towards the user
+    Vec3 middle_m;     ///< where the fake has the origin of our frame, its axes
+    bool has_our_axes; ///< else x to the right, y up, z towards the user
 };
 
 const Vendor kVendors[] = {{"open_haptics", "openhaptics", 3.3, Vec3(0.0), false},
@@ -104,9 +104,10 @@ constexpr double kRounding = 1e-12; // of metres and newtons through a scale of 
 TEST_P(VendorPlugin, PositionsAreInOurAxesAndMetres) {
     for (const Vec3& place : {Vec3(0.03, 0.01, 0.02), Vec3(-0.04, 0.02, -0.01)}) {
         fake_.hold(place);
-        EXPECT_TRUE(test::comes_true(
-            [&] { return fresh() && glm::distance(state_.position, place) < kRounding; }))
-            << state_.position.x << " " << state_.position.y << " " << state_.position.z;
+        EXPECT_TRUE(test::comes_true([&] {
+            return fresh() && glm::distance(state_.position, place) < kRounding;
+        })) << state_.position.x
+            << " " << state_.position.y << " " << state_.position.z;
     }
     EXPECT_NE(state_.buttons & 1u, 0u);
 }

@@ -64,7 +64,11 @@ TEST(DeviceList, WhyTellsEveryFindingAndRemedyAndTheOthers) {
 }
 
 AttachedDevice touch() {
-    AttachedDevice device{"usb 1-4", 0x2988, 0x0302, "3D Systems Touch", AttachedKind::foreign,
+    AttachedDevice device{"usb 1-4",
+                          0x2988,
+                          0x0302,
+                          "3D Systems Touch",
+                          AttachedKind::foreign,
                           {{DeviceFinding::Weight::obstacle, "no driver", "a plug-in (page)"},
                            {DeviceFinding::Weight::note, "with a fake", ""}}};
     device.way = {"a plug-in", "page", "with a fake"};
@@ -88,7 +92,10 @@ TEST(DeviceList, ADeviceOfAnotherMakerIsListedWithItsWay) {
 }
 
 TEST(DeviceList, ThatNothingIsAttachedIsSaidOnlyWhereEverythingWasSeen) {
-    const AttachedDevice unseen{"/sys/bus/usb/devices", 0, 0, "the list of what is on the USB",
+    const AttachedDevice unseen{"/sys/bus/usb/devices",
+                                0,
+                                0,
+                                "the list of what is on the USB",
                                 AttachedKind::unseen,
                                 {{DeviceFinding::Weight::obstacle, "cannot be read", "mount it"}}};
     EXPECT_EQ(device_list_text({unseen, keyboard()}, DeviceListDetail::why),

@@ -28,7 +28,8 @@ double fake_now_s(void) {
 
 static fake_fault state(void) {
     const char* wanted = getenv("FAKE_FAULT");
-    if (broken != FAKE_NONE || wanted == NULL || fake_now_s() - began_s < 0.5) return broken;
+    if (broken != FAKE_NONE || wanted == NULL || began_s == 0.0 || fake_now_s() - began_s < 1.0)
+        return broken;
     if (strcmp(wanted, "lost") == 0) return FAKE_LOST;
     if (strcmp(wanted, "errors") == 0) return FAKE_ERRORS;
     return strcmp(wanted, "silent") == 0 ? FAKE_SILENT : FAKE_NONE;

@@ -16,8 +16,8 @@ static pthread_t thread;
 static volatile int is_running, is_scheduled, is_open, has_force;
 static HDSchedulerCallback callback;
 static void* user_data;
-static HDerror error;       /* of the last call that failed */
-static double wanted_n[3];  /* sent when the frame ends */
+static HDerror error;      /* of the last call that failed */
+static double wanted_n[3]; /* sent when the frame ends */
 static int in_frame;
 
 static void fail(HDerror code) { error = code; }
