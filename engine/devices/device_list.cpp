@@ -26,7 +26,9 @@ std::string_view in_words(AttachedKind kind) {
     case AttachedKind::force_feedback:
         return "two-dimensional force";
     case AttachedKind::foreign:
-        return "a haptic device without a driver here";
+        return "a haptic device of another maker's protocol";
+    case AttachedKind::unseen:
+        return "cannot be looked at";
     case AttachedKind::other:
         break;
     }
@@ -43,6 +45,8 @@ std::string_view json_name(AttachedKind kind) {
         return "force_feedback";
     case AttachedKind::foreign:
         return "foreign";
+    case AttachedKind::unseen:
+        return "unseen";
     case AttachedKind::other:
         break;
     }
@@ -60,9 +64,12 @@ std::string address_in(const std::vector<AttachedDevice>& devices, const Attache
 }
 
 std::string line_of(const std::vector<AttachedDevice>& devices, const AttachedDevice& device) {
+    if (device.kind == AttachedKind::unseen)
+        return fmt::format("{}: {} {}\n", device.path, device.name, in_words(device.kind));
     const std::string ids = fmt::format("{:04x}:{:04x}", device.vendor, device.product);
     const std::string outcome = device.usable()                      ? address_in(devices, device)
                                 : device.kind == AttachedKind::other ? "-"
+                                : !device.way.by.empty()             ? "by " + device.way.by
                                                                      : "NOT USABLE";
     return fmt::format("{}  {}  {}: {}  {}\n", device.path, ids, device.name, in_words(device.kind),
                        outcome);
@@ -106,9 +113,12 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
                              const std::vector<ListedPlugin>& plugins) {
     std::string text;
     std::size_t ours = 0, others = 0, unusable = 0;
+    bool is_all = true;
     for (const AttachedDevice& device : devices) {
         const bool other = device.kind == AttachedKind::other;
-        ++(other ? others : ours);
+        const bool unseen = device.kind == AttachedKind::unseen;
+        is_all = is_all && !unseen;
+        if (!unseen) ++(other ? others : ours);
         if (!other && !device.usable()) ++unusable;
         if (other && detail == DeviceListDetail::brief) continue;
         text += line_of(devices, device);
@@ -119,9 +129,9 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
         if (plugin.obstacle.empty()) ++ours;
     }
     if (ours == 0)
-        text += "no haptic device is attached; a path, an orbit, a tour, a recording or the "
-                "simulated hand serves as well: --device path:FILE, orbit, tour, recording:FILE, "
-                "hand\n";
+        text += (is_all ? "no haptic device is attached" : "no haptic device was found") +
+                std::string("; a path, an orbit, a tour, a recording or the simulated hand serves "
+                            "as well: --device path:FILE, orbit, tour, recording:FILE, hand\n");
     if (detail == DeviceListDetail::brief && unusable > 0)
         text += "`palpate devices --why` says why something is not usable, and what helps\n";
     if (detail == DeviceListDetail::brief && others > 0)
@@ -147,8 +157,12 @@ std::string device_list_json(const std::vector<AttachedDevice>& devices,
                               {"kind", json_name(device.kind)},
                               {"usable", device.usable()},
                               {"address", nullptr},
+                              {"way", nullptr},
                               {"findings", std::move(findings)}};
         if (device.usable()) one["address"] = address_in(devices, device);
+        if (!device.way.by.empty())
+            one["way"] = {
+                {"by", device.way.by}, {"page", device.way.page}, {"tested", device.way.tested}};
         list.push_back(std::move(one));
     }
     nlohmann::json named = nlohmann::json::array();

@@ -24,13 +24,15 @@ struct ListedPlugin {
 /// Loads plug-ins' files, for as long as the program runs, and opens no device.           [setup]
 std::vector<ListedPlugin> listed_plugins(const std::vector<std::string>& files);
 
-/// What is attached, in plain text with a line for each device; lines end with a newline.   [any]
+/// What is attached, in plain text with a line for each device; lines end with a newline. That no
+/// haptic device is attached it says only where everything could be looked at.             [any]
 std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail,
                              const std::vector<ListedPlugin>& plugins = {});
 
-/// The same for programs: {"devices": [{path, vendor, product, name, kind, usable, address,
+/// The same for programs: {"devices": [{path, vendor, product, name, kind, usable, address, way,
 /// findings: [{weight, what, remedy}]}], "plugins": [{path, name, usable, address, obstacle}]}.
-/// `address` is what scenes and --device take; null where the device is not usable.        [any]
+/// `address` is what scenes and --device take; null where the device is not usable. `way` is
+/// {by, page, tested}: what leads to a device that Palpate has no driver for; else null.   [any]
 std::string device_list_json(const std::vector<AttachedDevice>& devices,
                              const std::vector<ListedPlugin>& plugins = {});
 
