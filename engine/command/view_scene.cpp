@@ -79,6 +79,8 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
                std::filesystem::path(scene.device.address.substr(0, scene.device.address.find('?')))
                    .filename()
                    .string();
+    case Kind::inverse3:
+        return "inverse3" + scene.device.address.substr(0, scene.device.address.find('?'));
     case Kind::none:
         break;
     }

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/attached_devices.h>
+#include <palpate/drivers/inverse3_device.h>
 #include <palpate/drivers/plugin_device.h>
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
@@ -207,6 +208,10 @@ SceneDevice make_attached(const Scene& scene) {
     try {
         if (device.kind == Kind::plugin)
             return {std::make_unique<PluginDevice>(plugin_address(device.address)), {}};
+        if (device.kind == Kind::inverse3)
+            return {std::make_unique<Inverse3Device>(
+                        Inverse3Device::Settings{.address = inverse3_address(device.address)}),
+                    {}};
         return {make_hid_device(device.address, attached_devices()), {}};
     } catch (const std::runtime_error& error) {
         throw DeviceError(error.what());
@@ -246,6 +251,7 @@ std::vector<DeviceState> device_states(const Scene& scene, int every,
     case Kind::hand:
     case Kind::hid:
     case Kind::plugin:
+    case Kind::inverse3:
         break;
     }
     throw std::runtime_error(
@@ -265,8 +271,9 @@ SceneDevice make_device(const Scene& scene, int every) {
 }
 
 std::string device_complaint(const HapticDevice& device) {
-    const auto* plugin = dynamic_cast<const PluginDevice*>(&device);
-    return plugin != nullptr ? plugin->complaint() : std::string();
+    if (const auto* plugin = dynamic_cast<const PluginDevice*>(&device)) return plugin->complaint();
+    if (const auto* arm = dynamic_cast<const Inverse3Device*>(&device)) return arm->complaint();
+    return "";
 }
 
 RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {

@@ -64,10 +64,14 @@ void set_device(const std::string& text, DeviceDescription& device) {
     } else if (const auto plugin = behind("plugin:")) {
         device.kind = Kind::plugin;
         device.address = std::filesystem::absolute(*plugin).string();
+    } else if (text == "inverse3" || text.starts_with("inverse3:") ||
+               text.starts_with("inverse3?")) {
+        device.kind = Kind::inverse3;
+        device.address = text.substr(std::string_view("inverse3").size());
     } else {
         throw std::invalid_argument(fmt::format(
             "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, "
-            "hid:ADDRESS or plugin:FILE",
+            "hid:ADDRESS, plugin:FILE or inverse3[:ID]",
             text));
     }
 }

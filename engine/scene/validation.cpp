@@ -65,7 +65,7 @@ void check_placement(const DevicePlacementSettings& placement) {
 void check_device(const SceneDescription& scene, const DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
     const FieldCheck check("device");
-    check.choice("kind", device.kind, Kind::plugin);
+    check.choice("kind", device.kind, Kind::inverse3);
     check.choice("from", device.from, PatientSide::inferior);
     if ((device.kind == Kind::path || device.kind == Kind::recording) && device.file.empty())
         check.fail("file", "is empty", "name what is to be played");

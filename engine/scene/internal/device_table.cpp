@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/inverse3_service.h>
 #include <palpate/engine/scene/internal/scene_tables.h>
 
 namespace palpate::internal {
@@ -11,11 +13,12 @@ namespace {
 
 using Kind = DeviceDescription::Kind;
 
-// Spelled in the order of the enumeration, without `none`, and without `hid` and `plugin`, which
-// are followed by an address.
+// Spelled in the order of the enumeration, without `none`, and without `hid`, `plugin` and
+// `inverse3`, which are followed by an address.
 constexpr std::array<std::string_view, 5> kNames{"path", "orbit", "tour", "recording", "hand"};
 constexpr std::string_view kHid = "hid:";
 constexpr std::string_view kPlugin = "plugin:";
+constexpr std::string_view kInverse3 = "inverse3";
 
 void read_file(const TomlTable& table, const SceneDescription& scene, std::string_view remedy,
                DeviceDescription& device) {
@@ -164,18 +167,38 @@ void read_attached(const TomlTable& table, const SceneDescription& scene, std::s
     device.placement = read_placement(table);
 }
 
+/// A Haply Inverse3; its address may be empty.
+void read_inverse3(const TomlTable& table, const std::string& address, DeviceDescription& device) {
+    device.kind = Kind::inverse3;
+    device.address = address;
+    try {
+        inverse3_address(address);
+    } catch (const std::runtime_error& error) {
+        const std::string what = error.what();
+        const std::size_t end = what.rfind("; ");
+        table.fail(table.line_of("type"), what.substr(0, end), what.substr(end + 2));
+    }
+    table.allow_only(kPlacedKeys, "with type = \"inverse3...\"");
+    device.placement = read_placement(table);
+}
+
 } // namespace
 
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
     DeviceDescription device;
     device.line = table.line();
-    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE", joined(kNames)));
+    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE, inverse3[:ID]",
+                                      joined(kNames)));
     const std::string type = table.text("type");
     for (const std::string_view start : {kHid, kPlugin})
         if (type.starts_with(start)) {
             read_attached(table, scene, start, type.substr(start.size()), device);
             return device;
         }
+    if (type.starts_with(kInverse3)) {
+        read_inverse3(table, type.substr(kInverse3.size()), device);
+        return device;
+    }
     device.kind = static_cast<Kind>(1 + table.choice("type", kNames));
     switch (device.kind) {
     case Kind::path:
