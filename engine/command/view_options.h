@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -57,6 +58,12 @@ int view_recording(const ViewOptions& options);
 
 /// Reads a recording that can be shown: it has frames. [setup] Throws std::runtime_error.
 Recording read_shown(const std::filesystem::path& file);
+
+/// The scene that was felt in a recording that was read from `file`. A view needs its surfaces as
+/// they were; what else a replay needs does not matter.                                  [setup]
+/// Throws as recorded_scene(), and of a run in which bodies moved or another scene followed.
+std::shared_ptr<const Scene> felt_scene(const Recording& recording,
+                                        const std::filesystem::path& file);
 
 /// The page that plays `recording`, which was read from `file`, with the sub-steps of these frames.
 /// [setup] Throws as view_recording().

@@ -22,22 +22,6 @@
 namespace palpate::command {
 namespace {
 
-/// The scene that was felt. A view needs its surfaces as they were; what else a replay needs does
-/// not matter.
-std::shared_ptr<const Scene> felt_scene(const Recording& recording,
-                                        const std::filesystem::path& file) {
-    constexpr std::uint32_t kOther = kBodyMoved | kSceneAdopted;
-    for (const FrameReport& frame : recording.frames)
-        if ((frame.flags & kOther) != 0)
-            throw std::runtime_error(fmt::format(
-                "{}: from frame {} on its surfaces were not where its scene has them, which a "
-                "recording does not keep; record a run for each scene, with its bodies in place",
-                file.string(), frame.frame));
-    Recording alone = recording;
-    static_cast<Run&>(alone) = {};
-    return recorded_scene(alone, file, resources());
-}
-
 /// The frames that a reader wants the sub-steps of: "FROM-TO", "none", or the hardest ones.
 std::vector<std::uint64_t> wanted_frames(const std::string& words, const Run& run) {
     constexpr std::size_t kHardest = 200;
@@ -80,6 +64,20 @@ std::shared_ptr<const Scene> replayed_scene(const Recording& recording,
 }
 
 } // namespace
+
+std::shared_ptr<const Scene> felt_scene(const Recording& recording,
+                                        const std::filesystem::path& file) {
+    constexpr std::uint32_t kOther = kBodyMoved | kSceneAdopted;
+    for (const FrameReport& frame : recording.frames)
+        if ((frame.flags & kOther) != 0)
+            throw std::runtime_error(fmt::format(
+                "{}: from frame {} on its surfaces were not where its scene has them, which a "
+                "recording does not keep; record a run for each scene, with its bodies in place",
+                file.string(), frame.frame));
+    Recording alone = recording;
+    static_cast<Run&>(alone) = {};
+    return recorded_scene(alone, file, resources());
+}
 
 Recording read_shown(const std::filesystem::path& file) {
     Recording recording = read_recording(file);

@@ -157,7 +157,7 @@ std::vector<RecordedSource> sources(const Scene& scene) {
         if (surface.baked.grid) result.push_back({kFieldSource + surface.name, surface.baked.key});
     for (const auto& [name, volume] : scene.description().volumes)
         if (!volume.file.empty() && scene.effect_bounds(name))
-            for (const std::filesystem::path& file : source_files(volume.file))
+            for (const std::filesystem::path& file : source_files(volume.file, volume.selection))
                 result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
     for (const PlannedEffect& planned : scene.plan().effects) {
         const std::filesystem::path& file = file_of(scene.description().effects[planned.effect]);
