@@ -108,8 +108,7 @@ void add_export(CLI::App& app, Action& run) {
                         ".vtp: the mesh of that surface, with the time and force of touch of each "
                         "vertex, instead of the paths");
     command
-        ->add_option("--step-ms", options->step_ms,
-                     ".mrk.json: time between two points of a curve")
+        ->add_option("--step-ms", options->step_ms, ".mrk.json: time between two points of a curve")
         ->check(between(0.01, 1e6));
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return run_export(*options); }; });

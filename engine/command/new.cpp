@@ -109,9 +109,10 @@ void add_new(CLI::App& app, Action& run) {
     CLI::App* command =
         app.add_subcommand("new", "a commented starter scene of a volume, labels or a mesh");
     command
-        ->add_option("VOLUME|LABELS|MESH", options->volume.file,
-                     "NRRD, NIfTI, MetaImage, DICOM folder, SEG or RT-STRUCT, .vdb; a folder with a "
-                     "segmentation and its image; .ply, .stl, .obj, .vtp, .vtk")
+        ->add_option(
+            "VOLUME|LABELS|MESH", options->volume.file,
+            "NRRD, NIfTI, MetaImage, DICOM folder, SEG or RT-STRUCT, .vdb; a folder with a "
+            "segmentation and its image; .ply, .stl, .obj, .vtp, .vtk")
         ->required();
     command->add_option("-o,--out", options->scene, "scene to write (.toml)")->required();
     command->add_option("--iso", options->iso,

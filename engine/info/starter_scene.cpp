@@ -247,9 +247,8 @@ std::string image_table(const StarterImage& image, const std::filesystem::path& 
                         const std::string& of_labels, const std::vector<Part>& parts) {
     std::string name = stem_of(image.file);
     const auto is_taken = [&](const std::string& key) {
-        return key == of_labels || std::ranges::any_of(parts, [&](const Part& part) {
-                   return part.key == key;
-               });
+        return key == of_labels ||
+               std::ranges::any_of(parts, [&](const Part& part) { return part.key == key; });
     };
     while (is_taken(name))
         name += "_image";

@@ -26,10 +26,10 @@ struct StarterLabel {
 
 /// The image that labels were made from, which lies beside them.
 struct StarterImage {
-    std::filesystem::path file;     ///< or a DICOM folder
-    VolumeSelection selection;      ///< which of several in it
-    std::array<double, 2> range{};  ///< smallest and largest value, its own unit
-    std::optional<double> iso;      ///< Otsu's threshold; nothing: all values are equal
+    std::filesystem::path file;    ///< or a DICOM folder
+    VolumeSelection selection;     ///< which of several in it
+    std::array<double, 2> range{}; ///< smallest and largest value, its own unit
+    std::optional<double> iso;     ///< Otsu's threshold; nothing: all values are equal
 };
 
 /// What a starter scene has to know of data, without its voxels.

@@ -165,8 +165,7 @@ std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
     std::vector<std::filesystem::path> files{scene.file};
     for (const auto& [name, volume] : scene.volumes) {
         if (volume.file.empty()) continue;
-        const std::vector<std::filesystem::path> data =
-            source_files(volume.file, volume.selection);
+        const std::vector<std::filesystem::path> data = source_files(volume.file, volume.selection);
         files.insert(files.end(), data.begin(), data.end());
         files.push_back(volume.labels);
         files.push_back(find_name_table(volume.file));

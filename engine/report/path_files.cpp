@@ -93,8 +93,7 @@ json control_point(std::size_t number, const std::string& label, const json& des
                    const Vec3& at) {
     return {{"id", std::to_string(number)},
             {"label", label},
-            {"description",
-             description.dump(-1, ' ', false, json::error_handler_t::replace)},
+            {"description", description.dump(-1, ' ', false, json::error_handler_t::replace)},
             {"position", position_of(at)},
             {"positionStatus", "defined"}};
 }
@@ -124,15 +123,15 @@ json curve(const std::string& name, Frames trial, Vec3 FrameReport::*place, doub
     for (std::size_t n = 0; n < trial.size(); ++n) {
         const FrameReport& frame = trial[n];
         if (frame.time_s < next_s && n + 1 < trial.size()) continue;
-        if (!is_finite(frame.*place)) continue; // a fault of the device: its flag says so
+        if (!is_finite(frame.*place)) continue;        // a fault of the device: its flag says so
         next_s = frame.time_s + step_s * (1.0 - 1e-6); // times of frames are rounded
         const double force_n = glm::length(frame.force);
-        points.push_back(control_point(
-            points.size() + 1, fmt::format("{:.3f} s", frame.time_s),
-            {{"time_s", frame.time_s},
-             {"force_n", force_n},
-             {"felt", felt_in_words(frame.surfaces_felt, recording.felt_names)}},
-            frame.*place));
+        points.push_back(
+            control_point(points.size() + 1, fmt::format("{:.3f} s", frame.time_s),
+                          {{"time_s", frame.time_s},
+                           {"force_n", force_n},
+                           {"felt", felt_in_words(frame.surfaces_felt, recording.felt_names)}},
+                          frame.*place));
         times.push_back(frame.time_s);
         forces.push_back(force_n);
     }
@@ -166,8 +165,7 @@ json named_markup(std::span<const NamedPlace> named) {
     json points = json::array();
     for (const NamedPlace& place : named)
         points.push_back(control_point(points.size() + 1, place.name,
-                                       {{"time_s", place.time_s}, {"felt", place.felt}},
-                                       place.at));
+                                       {{"time_s", place.time_s}, {"felt", place.felt}}, place.at));
     return markup("Fiducial", "named places", std::move(points));
 }
 

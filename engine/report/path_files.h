@@ -41,8 +41,8 @@ std::string markups_of(const Recording& recording, std::span<const NamedPlace> n
                        double step_s);
 
 /// A run as VTK's polygonal data (.vtp), LPS, mm: for each trial a line of the probe and one of the
-/// proxy with every frame whose place is a number. Of points: time_s, force_n (vector, N); of lines: trial, is_proxy (0 or
-/// 1). [setup]
+/// proxy with every frame whose place is a number. Of points: time_s, force_n (vector, N); of
+/// lines: trial, is_proxy (0 or 1). [setup]
 std::string paths_as_vtp(const Recording& recording);
 
 /// What was touched of a surface with that mesh (scene frame, m), as .vtp, LPS, mm. Of each vertex:

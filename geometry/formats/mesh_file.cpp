@@ -164,9 +164,9 @@ constexpr std::array kMeshEndings{".ply", ".stl", ".obj", ".vtp", ".vtk"};
     const std::string name = file.filename().string();
     for (const std::string volume : {".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".vdb"})
         if (name.size() > volume.size() && name.ends_with(volume))
-            throw std::runtime_error(file.string() +
-                                     ": is a volume, where a mesh is wanted; name it under "
-                                     "[volume.NAME], or give a mesh as .ply, .stl, .obj, .vtp or .vtk");
+            throw std::runtime_error(
+                file.string() + ": is a volume, where a mesh is wanted; name it under "
+                                "[volume.NAME], or give a mesh as .ply, .stl, .obj, .vtp or .vtk");
     throw std::runtime_error(file.string() + ": unknown ending '" + ending +
                              "'; give a mesh as .ply, .stl, .obj, .vtp or .vtk");
 }

@@ -35,8 +35,7 @@ TEST_F(Exported, FilesAreReadBackByAnIndependentReader) {
         EXPECT_EQ(run(arguments).exit, 0) << "its own files are replaced";
     }
     const std::string command = std::string(PALPATE_PYTHON3) + " " PALPATE_EXPORTED_FILES " " +
-                                folder().string() + " > " + (*this / "read.txt").string() +
-                                " 2>&1";
+                                folder().string() + " > " + (*this / "read.txt").string() + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0) << content_of(*this / "read.txt");
 }
 

@@ -88,7 +88,7 @@ TEST_F(NewScene, OfAFolderIsOfItsSegmentationAndNamesTheImage) {
     // As 3D Slicer saves it: our NRRD of floats, with the name of its segment.
     std::string bytes = content_of(*this / "labels.nrrd");
     bytes.insert(bytes.find("\n\n") + 1, "Segment0_Name:=Left Femur\nSegment0_LabelValue:=3\n"
-                                          "Segment0_Layer:=0\n");
+                                         "Segment0_Layer:=0\n");
     make("case/Segmentation.seg.nrrd", bytes);
     expect_felt({"case"});
     const std::string scene = content_of(*this / "scene.toml");
@@ -111,8 +111,8 @@ TEST_F(NewScene, OfADicomFolderWithASegmentationOrAStructureSetIsFelt) {
     };
     write_ball("ball.nrrd", 1000.0, -1000.0);
     test::write_dicom_series(*this / "seg", read_volume(*this / "ball.nrrd"));
-    make("seg/seg.dcm", test::dicom_file(test::dicom_segmentation(
-                            {40, 40, 40}, frame, {{"Liver", in_ball, {}}})));
+    make("seg/seg.dcm",
+         test::dicom_file(test::dicom_segmentation({40, 40, 40}, frame, {{"Liver", in_ball, {}}})));
     expect_felt({"seg"});
     EXPECT_THAT(content_of(*this / "scene.toml"), HasSubstr("label = \"Liver\""));
     EXPECT_THAT(content_of(*this / "scene.toml"), HasSubstr("[volume.seg_image]"));

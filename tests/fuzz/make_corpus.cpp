@@ -255,8 +255,8 @@ void add_dicom_labels(const Corpus& corpus) {
     const std::vector<Vec3> square{{-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z}};
     corpus.add("dicom", "structures",
                bytes + "<<file>>" +
-                   test::dicom_file(test::dicom_structures(
-                       {{1, "a", {square}, "CLOSED_PLANAR", "255\\0\\0"}})));
+                   test::dicom_file(
+                       test::dicom_structures({{1, "a", {square}, "CLOSED_PLANAR", "255\\0\\0"}})));
 }
 
 void add_hid(const Corpus& corpus) {

@@ -71,8 +71,8 @@ std::string packed(const std::vector<Frame>& frames, SegmentationForm::Type type
             }
             if (bit % 8 == 0) bytes += '\0';
             if (pixel != 0)
-                bytes.back() = static_cast<char>(static_cast<unsigned char>(bytes.back()) |
-                                                 1U << bit % 8);
+                bytes.back() =
+                    static_cast<char>(static_cast<unsigned char>(bytes.back()) | 1U << bit % 8);
             ++bit;
         }
     if (bytes.size() % 2 != 0) bytes += '\0';

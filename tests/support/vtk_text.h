@@ -21,8 +21,8 @@ inline std::string base64(const std::string& bytes) {
     for (std::size_t at = 0; at < bytes.size(); at += 3) {
         std::uint32_t three = 0;
         for (std::size_t n = 0; n < 3; ++n)
-            three = three << 8 | (at + n < bytes.size() ? static_cast<unsigned char>(bytes[at + n])
-                                                        : 0U);
+            three = three << 8 |
+                    (at + n < bytes.size() ? static_cast<unsigned char>(bytes[at + n]) : 0U);
         for (std::size_t n = 0; n < 4; ++n)
             text += at + n > bytes.size() ? '=' : kLetters[three >> (18 - 6 * n) & 63U];
     }
@@ -55,8 +55,8 @@ public:
             ends.push_back(static_cast<double>(corners.size()));
         }
         const std::string index = form_.wide_index ? "Int64" : "Int32";
-        const std::string cells = array(index, "connectivity", corners) +
-                                  array(index, "offsets", ends);
+        const std::string cells =
+            array(index, "connectivity", corners) + array(index, "offsets", ends);
         const std::string count = std::to_string(mesh.triangles.size());
         std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
                            "byte_order=\"" +
@@ -170,8 +170,8 @@ inline std::string legacy_vtk(const TriangleMesh& mesh, bool is_binary, bool is_
         }
     };
     add(1.5);
-    out += "\nMETADATA\nINFORMATION 0\n\nPOINTS " + std::to_string(mesh.vertices.size()) +
-           " double\n";
+    out +=
+        "\nMETADATA\nINFORMATION 0\n\nPOINTS " + std::to_string(mesh.vertices.size()) + " double\n";
     for (const Vec3& p : mesh.vertices)
         for (int axis = 0; axis < 3; ++axis)
             add(p[axis]);

@@ -84,8 +84,9 @@ void require_choices_of(const std::filesystem::path& file, Format format,
                         const VolumeSelection& selection) {
     if (format == Format::structure_set) return; // all of them are of its reference
     if (!selection.reference.empty())
-        throw internal::import_error(file, "is no DICOM structure set and needs no reference; leave "
-                                           "reference out");
+        throw internal::import_error(file,
+                                     "is no DICOM structure set and needs no reference; leave "
+                                     "reference out");
     if (!selection.series.empty() && format != Format::dicom)
         throw internal::import_error(file, what_it_is(format) + " and has no series \"" +
                                                selection.series + "\"; leave series out");
@@ -93,9 +94,8 @@ void require_choices_of(const std::filesystem::path& file, Format format,
         throw internal::import_error(file, "is not OpenVDB and has no grid \"" + selection.grid +
                                                "\"; leave grid out");
     if (selection.slices != VolumeSelection::Slices::refuse && format != Format::dicom)
-        throw internal::import_error(file,
-                                     what_it_is(format) +
-                                         " and has no slices to repair; leave slices out");
+        throw internal::import_error(file, what_it_is(format) +
+                                               " and has no slices to repair; leave slices out");
     const std::string ending = known_ending(file);
     if (selection.nifti_transform != VolumeSelection::NiftiTransform::automatic &&
         ending != ".nii" && ending != ".nii.gz")

@@ -13,19 +13,19 @@ namespace {
 using Kind = VtkType::Kind;
 
 constexpr std::array<std::pair<std::string_view, VtkType>, 26> kTypes{
-    {{"char", {Kind::whole, 1}},           {"unsigned_char", {Kind::natural, 1}},
-     {"short", {Kind::whole, 2}},          {"unsigned_short", {Kind::natural, 2}},
-     {"int", {Kind::whole, 4}},            {"unsigned_int", {Kind::natural, 4}},
-     {"long", {Kind::whole, 8}},           {"unsigned_long", {Kind::natural, 8}},
-     {"float", {Kind::real, 4}},           {"double", {Kind::real, 8}},
+    {{"char", {Kind::whole, 1}},         {"unsigned_char", {Kind::natural, 1}},
+     {"short", {Kind::whole, 2}},        {"unsigned_short", {Kind::natural, 2}},
+     {"int", {Kind::whole, 4}},          {"unsigned_int", {Kind::natural, 4}},
+     {"long", {Kind::whole, 8}},         {"unsigned_long", {Kind::natural, 8}},
+     {"float", {Kind::real, 4}},         {"double", {Kind::real, 8}},
      {"vtkidtype", {Kind::whole, 4}}, // of a legacy file
-     {"vtktypeint32", {Kind::whole, 4}},   {"vtktypeuint32", {Kind::natural, 4}},
-     {"vtktypeint64", {Kind::whole, 8}},   {"vtktypeuint64", {Kind::natural, 8}},
-     {"signed_char", {Kind::whole, 1}},    {"int8", {Kind::whole, 1}},
-     {"uint8", {Kind::natural, 1}},        {"int16", {Kind::whole, 2}},
-     {"uint16", {Kind::natural, 2}},       {"int32", {Kind::whole, 4}},
-     {"uint32", {Kind::natural, 4}},       {"int64", {Kind::whole, 8}},
-     {"uint64", {Kind::natural, 8}},       {"float32", {Kind::real, 4}},
+     {"vtktypeint32", {Kind::whole, 4}}, {"vtktypeuint32", {Kind::natural, 4}},
+     {"vtktypeint64", {Kind::whole, 8}}, {"vtktypeuint64", {Kind::natural, 8}},
+     {"signed_char", {Kind::whole, 1}},  {"int8", {Kind::whole, 1}},
+     {"uint8", {Kind::natural, 1}},      {"int16", {Kind::whole, 2}},
+     {"uint16", {Kind::natural, 2}},     {"int32", {Kind::whole, 4}},
+     {"uint32", {Kind::natural, 4}},     {"int64", {Kind::whole, 8}},
+     {"uint64", {Kind::natural, 8}},     {"float32", {Kind::real, 4}},
      {"float64", {Kind::real, 8}}}};
 
 template <class T>
@@ -119,8 +119,8 @@ void add_vtk_cells(const MeshSource& source, VtkCells kind, std::span<const doub
                 corners[at] != std::floor(corners[at]))
                 fail("a corner is none of the " + std::to_string(static_cast<std::size_t>(there)) +
                      " vertices; copy or export it again");
-            cell.push_back(
-                static_cast<std::uint32_t>(piece.first_vertex + static_cast<std::size_t>(corners[at])));
+            cell.push_back(static_cast<std::uint32_t>(piece.first_vertex +
+                                                      static_cast<std::size_t>(corners[at])));
         }
         cut(kind, cell, piece.file.mesh);
     }

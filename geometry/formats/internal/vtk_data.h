@@ -42,8 +42,8 @@ struct VtkPiece {
     std::size_t first_vertex = 0;
 };
 
-/// Adds `coordinates`, three a vertex, to the mesh.  Throws as MeshSource::fail(): a position that is
-/// not finite. [setup]
+/// Adds `coordinates`, three a vertex, to the mesh.  Throws as MeshSource::fail(): a position that
+/// is not finite. [setup]
 void add_vtk_vertices(const MeshSource& source, std::span<const double> coordinates,
                       FileMesh& file);
 

@@ -59,7 +59,8 @@ private:
             source_.fail_here("no DATASET where it should be" + std::string(kAgain));
         const std::string kind = upper_case(next("POLYDATA"));
         if (kind != "POLYDATA")
-            source_.fail_here("holds " + kind + ", not POLYDATA; save the surface of it as polygonal "
+            source_.fail_here("holds " + kind +
+                              ", not POLYDATA; save the surface of it as polygonal "
                               "data");
     }
 
@@ -150,7 +151,8 @@ private:
         }
         const auto type = vtk_type_named(name);
         if (!type)
-            source_.fail_here("has a field of the type " + name + ", which is not read; save it "
+            source_.fail_here("has a field of the type " + name +
+                              ", which is not read; save it "
                               "without its fields");
         numbers(count, *type);
     }
@@ -198,8 +200,7 @@ private:
 
     std::string next(const char* what) {
         const auto word = source_.word();
-        if (!word)
-            source_.fail_here("ends before " + std::string(what) + std::string(kAgain));
+        if (!word) source_.fail_here("ends before " + std::string(what) + std::string(kAgain));
         return std::string(*word);
     }
 

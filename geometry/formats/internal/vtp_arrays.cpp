@@ -105,9 +105,8 @@ std::string inflated(Feed& feed, const VtpCoding& coding) {
         const std::size_t before = bytes.size();
         bytes.resize(before + size);
         uLongf length = size;
-        const int status =
-            ::uncompress(reinterpret_cast<Bytef*>(bytes.data() + before), &length,
-                         reinterpret_cast<const Bytef*>(block.data()), block.size());
+        const int status = ::uncompress(reinterpret_cast<Bytef*>(bytes.data() + before), &length,
+                                        reinterpret_cast<const Bytef*>(block.data()), block.size());
         if (status != Z_OK || length != size) feed.fail("does not inflate to what it states");
     }
     return bytes;

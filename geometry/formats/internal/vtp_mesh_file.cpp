@@ -81,9 +81,8 @@ private:
             if (equals == std::string_view::npos) return;
             const auto names = words_of(inner.substr(0, equals));
             const std::size_t open = inner.find_first_of("\"'", equals);
-            const std::size_t close = open == std::string_view::npos
-                                          ? open
-                                          : inner.find(inner[open], open + 1);
+            const std::size_t close =
+                open == std::string_view::npos ? open : inner.find(inner[open], open + 1);
             if (names.size() != 1 || close == std::string_view::npos)
                 source_.fail_at(tag.at, "has a tag that is no XML" + std::string(kAgain));
             tag.attributes.emplace(names.front(), inner.substr(open + 1, close - open - 1));
@@ -161,7 +160,7 @@ private:
             source_.fail_at(before_appended_, "is cut off in <AppendedData" + std::string(kAgain));
         const std::string_view tag = text.substr(before_appended_, end - before_appended_);
         appended_text_ = tag.find("raw") != std::string_view::npos ? VtpPlace::Text::raw
-                                                                    : VtpPlace::Text::base64;
+                                                                   : VtpPlace::Text::base64;
         appended_ = start + 1;
     }
 
@@ -225,10 +224,9 @@ private:
             return;
         }
         if (!piece_) return;
-        if (section == "Points" && piece_->vertices > 0)
-            piece_->coordinates = numbers(tag, 0);
-        for (const auto& [of, cells] : {std::pair{"Polys", &piece_->polygons},
-                                        std::pair{"Strips", &piece_->strips}}) {
+        if (section == "Points" && piece_->vertices > 0) piece_->coordinates = numbers(tag, 0);
+        for (const auto& [of, cells] :
+             {std::pair{"Polys", &piece_->polygons}, std::pair{"Strips", &piece_->strips}}) {
             if (section != of || cells->count == 0) continue;
             if (name == "connectivity") cells->corners = numbers(tag, 0);
             if (name == "offsets") cells->ends = numbers(tag, 0);
@@ -239,8 +237,9 @@ private:
     std::vector<double> numbers(const Tag& tag, std::size_t most) {
         const std::string_view type_name = value_of(tag, "type");
         // A text is the numbers of its letters, and a 0.
-        const auto type = type_name == "String" ? VtkType{VtkType::Kind::natural, 1}
-                                                : vtk_type_named(type_name).value_or(VtkType{{}, 0});
+        const auto type = type_name == "String"
+                              ? VtkType{VtkType::Kind::natural, 1}
+                              : vtk_type_named(type_name).value_or(VtkType{{}, 0});
         if (type.bytes == 0)
             source_.fail_at(tag.at, "has an array of the unknown type '" +
                                         std::string(type_name.substr(0, 40)) + "'" + kAgain);

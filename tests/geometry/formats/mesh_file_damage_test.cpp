@@ -68,12 +68,12 @@ TEST_F(DamagedMesh, CutOffAnywhereIsAnErrorWhereItCanBeKnown) {
         // Of text, a number's last digits may be missing, or the last solid's name; of an OBJ,
         // whole faces.
         const bool is_obj = name == "text.obj";
-        const std::size_t certain = name == "text.stl"   ? whole.find("endsolid") + 8
-                                    : name == "text.ply" ? whole.size() - 3
-                                    : is_obj             ? whole.find("\nf")
+        const std::size_t certain = name == "text.stl"       ? whole.find("endsolid") + 8
+                                    : name == "text.ply"     ? whole.size() - 3
+                                    : is_obj                 ? whole.find("\nf")
                                     : name.ends_with(".vtk") ? whole.find("\n\nCELL_DATA") - 2
                                     : name.ends_with(".vtp") ? whole.size() - 1
-                                                         : whole.size();
+                                                             : whole.size();
         for (std::size_t size = 0; size < whole.size(); size += size < 600 ? 1 : 7)
             if (is_read(name, whole.substr(0, size))) {
                 ASSERT_GE(size, certain) << "was read";

@@ -48,8 +48,8 @@ TEST_F(VtkMesh, XmlComesBackHoweverItsNumbersAreStored) {
             form.wide_header = (bits & 4U) != 0;
             form.doubles = (bits & 8U) != 0;
             form.wide_index = (bits & 16U) != 0;
-            SCOPED_TRACE(testing::Message() << "format " << static_cast<int>(format) << " bits "
-                                            << bits);
+            SCOPED_TRACE(testing::Message()
+                         << "format " << static_cast<int>(format) << " bits " << bits);
             expect_same("a.vtp", VtpWriter(form).file(ball()));
             expect_same("a.vtp", VtpWriter(form).file(ball(), true));
         }
@@ -86,8 +86,7 @@ TEST_F(VtkMesh, PiecesBecomeOneMesh) {
     const MeshFile file = read("a.vtp", two);
     EXPECT_EQ(file.mesh.vertices.size(), 2 * ball().vertices.size());
     EXPECT_EQ(file.mesh.triangles.size(), 2 * ball().triangles.size());
-    EXPECT_EQ(file.mesh.triangles.back()[0],
-              ball().triangles.back()[0] + ball().vertices.size());
+    EXPECT_EQ(file.mesh.triangles.back()[0], ball().triangles.back()[0] + ball().vertices.size());
 }
 
 TEST_F(VtkMesh, FrameIsReadWhereSlicerStatesIt) {
@@ -119,8 +118,9 @@ TEST_F(VtkMesh, WhatIsNotReadSaysWhy) {
     };
     EXPECT_EQ(complaint("a.vtp", changed(xml, "\"PolyData\"", "\"UnstructuredGrid\"")),
               "a.vtp:2: holds UnstructuredGrid, not PolyData; save the surface of it as .vtp");
-    EXPECT_EQ(complaint("a.vtp", changed(xml, " header_type", " compressor=\"vtkLZ4DataCompressor\""
-                                                              " header_type")),
+    EXPECT_EQ(complaint("a.vtp", changed(xml, " header_type",
+                                         " compressor=\"vtkLZ4DataCompressor\""
+                                         " header_type")),
               "a.vtp:2: is compressed by vtkLZ4DataCompressor, which is not read; write it with "
               "zlib or uncompressed");
     EXPECT_EQ(complaint("a.vtp", "<html></html>"),

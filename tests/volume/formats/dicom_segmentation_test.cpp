@@ -207,8 +207,10 @@ TEST_F(DicomSegmentation, WhatIsWrongIsSaid) {
     data.elements.at(0x7FE00010).bytes.resize(20);
     EXPECT_SAYS(refusal(data), "is truncated: it has 20 bytes of pixels where");
     data = written();
-    frames(data)[1].elements.at(0x00209113).items.front().decimals(0x00200032,
-                                                                   {-100.5, 37.25, 15.3});
+    frames(data)[1]
+        .elements.at(0x00209113)
+        .items.front()
+        .decimals(0x00200032, {-100.5, 37.25, 15.3});
     EXPECT_SAYS(refusal(data), "frames that are not evenly spaced");
     EXPECT_SAYS(refusal(data), ".seg.nrrd");
     data = written();

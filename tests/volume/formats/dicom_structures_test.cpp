@@ -161,8 +161,9 @@ TEST(ContourMask, ContoursOutOfPlaneAreRefused) {
     EXPECT_THROW(ContourMask({{{0, 0, 0}, {9, 0, 1}, {9, 9, 0}, {0, 9, 1}}}),
                  std::invalid_argument);
     EXPECT_THROW(ContourMask({{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}}), std::invalid_argument);
-    EXPECT_THROW(ContourMask({{{0, 0, 0}, {9, 0, 0}, {9, 9, 0}}, {{0, 0, 5}, {9, 0, 5}, {0, 0, 9}}}),
-                 std::invalid_argument);
+    EXPECT_THROW(
+        ContourMask({{{0, 0, 0}, {9, 0, 0}, {9, 9, 0}}, {{0, 0, 5}, {9, 0, 5}, {0, 0, 9}}}),
+        std::invalid_argument);
 }
 
 // --- Files
@@ -217,8 +218,8 @@ std::vector<std::vector<Vec3>> circles(const Vec3& center, double radius, const 
 }
 
 /// Share of voxels that are on the wrong side of the sphere, of those farther from it than `near`.
-double wrong_share(const LabelVolume& volume, std::int32_t value, const Vec3& center,
-                   double radius, double near) {
+double wrong_share(const LabelVolume& volume, std::int32_t value, const Vec3& center, double radius,
+                   double near) {
     std::size_t wrong = 0, all = 0, layer = 0;
     for (const Label& label : volume.labels)
         if (label.value == value) layer = label.layer;
@@ -251,9 +252,8 @@ TEST_F(DicomStructures, OrientationMatrix) {
             write_reference(frame);
             const Vec3 center = 1e3 * frame.point(Vec3(10.3, 9.4, 3.6));
             const double radius = 6.1, step = 1.0;
-            for (const Mat3& plane :
-                 {directions, Mat3(directions[1], directions[2], directions[0]),
-                  directions * test::quaternion_rotation(5, 1, 2, 0)}) {
+            for (const Mat3& plane : {directions, Mat3(directions[1], directions[2], directions[0]),
+                                      directions * test::quaternion_rotation(5, 1, 2, 0)}) {
                 const LabelVolume volume = read(dicom_structures(
                     {{7, "ball", circles(center, radius, plane, step), "CLOSED_PLANAR", ""}}));
                 EXPECT_EQ(volume.size, kSize);
@@ -294,9 +294,9 @@ TEST_F(DicomStructures, TheSeriesThatItWasDrawnOnIsTaken) {
     const Vec3 center = 1e3 * reference_.index_to_scene.point(Vec3(2.2, 2.1, 2.4));
     const auto contours = circles(center, 1.4, Mat3(1.0), 2.5);
     EXPECT_EQ(read(dicom_structures({{1, "a", contours, "CLOSED_PLANAR", ""}})).size, kSize);
-    EXPECT_EQ(read(dicom_structures({{1, "a", contours, "CLOSED_PLANAR", ""}}, other.series_uid))
-                  .size,
-              (std::array{5, 5, 5}));
+    EXPECT_EQ(
+        read(dicom_structures({{1, "a", contours, "CLOSED_PLANAR", ""}}, other.series_uid)).size,
+        (std::array{5, 5, 5}));
     EXPECT_SAYS(refusal(dicom_structures({{1, "a", contours, "CLOSED_PLANAR", ""}}, "1.2.3")),
                 "holds several series");
     // Two files name the same structure's volume: the key of the cache sees both.

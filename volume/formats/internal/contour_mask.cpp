@@ -124,9 +124,10 @@ void ContourMask::fit_plane(const std::vector<Contour>& contours) {
     others_ = axis == 2 ? std::array{0, 1} : axis == 1 ? std::array{0, 2} : std::array{1, 2};
     slope_ = {normal[others_[0]] / normal[axis], normal[others_[1]] / normal[axis]};
     for (const Contour& contour : contours) {
-        const auto [lowest, highest] = std::minmax_element(
-            contour.begin(), contour.end(),
-            [&](const Vec3& a, const Vec3& b) { return height_of(a) < height_of(b); });
+        const auto [lowest, highest] =
+            std::minmax_element(contour.begin(), contour.end(), [&](const Vec3& a, const Vec3& b) {
+                return height_of(a) < height_of(b);
+            });
         if (height_of(*highest) - height_of(*lowest) > kInFittedPlane)
             throw std::invalid_argument("has contours that do not lie in parallel planes");
     }

@@ -50,10 +50,10 @@ private:
     void sort_into_planes(const std::vector<Contour>& contours);
     double height_of(const Vec3& corner) const noexcept;
 
-    int axis_ = 2;                           ///< nearest to the normal
-    std::array<int, 2> others_{0, 1};        ///< b, c
+    int axis_ = 2;                    ///< nearest to the normal
+    std::array<int, 2> others_{0, 1}; ///< b, c
     std::array<double, 2> slope_{0.0, 0.0};
-    std::vector<Plane> planes_;              ///< by height
+    std::vector<Plane> planes_; ///< by height
 };
 
 /// What half of the planes are closer than; nothing where there is one plane only.       [any]

@@ -167,7 +167,8 @@ private:
     /// Compares what there is with what there should be.
     void require_pixels() const {
         const DicomElement* const pixels = data_.find(kPixelData);
-        if (pixels == nullptr) refuse(std::string("is truncated: it ends before its pixels") + kAgain);
+        if (pixels == nullptr)
+            refuse(std::string("is truncated: it ends before its pixels") + kAgain);
         const DicomPixelFormat& format = header_.format;
         const std::size_t bits = format.pixels() * static_cast<std::size_t>(format.frames) *
                                  static_cast<std::size_t>(format.bits_allocated);
@@ -228,10 +229,9 @@ private:
                 file_.syntax.big_endian && pixels.vr == std::array{'O', 'W'} ? 1 : 0;
             for (std::size_t n = 0; n < is_inside.size(); ++n) {
                 const std::size_t byte = ((first + n) / 8) ^ swap;
-                is_inside[n] = byte < pixels.value.size() &&
-                               (static_cast<unsigned char>(pixels.value[byte]) >>
-                                    ((first + n) % 8) &
-                                1U) != 0;
+                is_inside[n] =
+                    byte < pixels.value.size() &&
+                    (static_cast<unsigned char>(pixels.value[byte]) >> ((first + n) % 8) & 1U) != 0;
             }
             return is_inside;
         }

@@ -88,9 +88,8 @@ public:
         for (std::size_t n = 0; n < frames_.size(); ++n)
             grid.slices.push_back(slice_of(n, counts, step));
         require_one_frame_a_slice(grid.slices);
-        grid.size = require_three_dimensions(file_,
-                                             {image.format.columns, image.format.rows,
-                                              static_cast<std::int64_t>(counts.back()) + 1});
+        grid.size = require_three_dimensions(file_, {image.format.columns, image.format.rows,
+                                                     static_cast<std::int64_t>(counts.back()) + 1});
         grid.index_to_scene.linear[0] = kMetresPerMm * first_.column_spacing * first_.along_row;
         grid.index_to_scene.linear[1] = kMetresPerMm * first_.row_spacing * first_.along_column;
         grid.index_to_scene.linear[2] = kMetresPerMm * step;
@@ -150,14 +149,12 @@ private:
                                               " mm, where " + short_number(smallest) +
                                               " mm is the smallest distance" + kConvert);
         }
-        throw import_error(file_,
-                           std::string("has frames that are not evenly spaced") + kConvert);
+        throw import_error(file_, std::string("has frames that are not evenly spaced") + kConvert);
     }
 
     /// From a slice to the next, mm.
     Vec3 step_of(const std::vector<double>& counts) const {
-        if (counts.size() > 1)
-            return (highest().position - lowest().position) / counts.back();
+        if (counts.size() > 1) return (highest().position - lowest().position) / counts.back();
         const double step = first_.stated_step > 0.0 ? first_.stated_step : first_.thickness;
         if (!(step > 0.0))
             throw import_error(file_, "has a single slice and does not say how thick it is; export "
@@ -186,11 +183,10 @@ private:
         for (std::size_t n = 0; n < slices.size(); ++n) {
             const auto [other, is_new] = seen.try_emplace({frames_[n].segment, slices[n]}, n);
             if (!is_new)
-                throw import_error(file_, "has two frames of segment " +
-                                              std::to_string(frames_[n].segment) +
-                                              " in one slice, " + frame_name(other->second) +
-                                              " and " + frame_name(n) +
-                                              "; export one segmentation for each point in time");
+                throw import_error(
+                    file_, "has two frames of segment " + std::to_string(frames_[n].segment) +
+                               " in one slice, " + frame_name(other->second) + " and " +
+                               frame_name(n) + "; export one segmentation for each point in time");
         }
     }
 
