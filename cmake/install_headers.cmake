@@ -4,7 +4,7 @@
 # PALPATE_INCLUDE (where version.h is) and PALPATE_DESTINATION set.
 cmake_policy(VERSION 3.25)
 set(wanted
-  engine/loop/palpate.h engine/loop/effect_library.h engine/loop/device_safety.h engine/scene/validation.h engine/scene/scene_overrides.h
+  engine/loop/palpate.h engine/loop/effect_library.h engine/loop/device_safety.h engine/scene/validation.h engine/scene/scene_overrides.h engine/scene/hands.h
   engine/scene/contact_choice.h haptics/stepping/sub_step.h
   volume/volume_check.h geometry/mesh_check.h
   volume/fields/analytic_fields.h volume/fields/function_field.h volume/fields/grid_field.h volume/fields/grid_vector_field.h

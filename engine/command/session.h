@@ -14,6 +14,15 @@ namespace palpate::command {
 /// A scene with a run's options applied; wrong options are usage errors.
 SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& overrides);
 
+/// The overrides with what --device said, once or more; wrong words are usage errors.
+SceneOverrides with_devices(SceneOverrides overrides, const std::vector<std::string>& words);
+
+/// Refuses a scene with several hands, for a command that is of one: a usage error that names them.
+void require_one_hand(const SceneDescription& scene);
+
+/// Whether a device is in somebody's hand, and moves by the clock alone.
+bool is_attached(const DeviceDescription& device) noexcept;
+
 /// Says on stderr what a user should know of how the scene's volumes and mesh files were read, each
 /// once.
 void warn_of_sources(const Scene& scene);

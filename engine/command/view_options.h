@@ -48,6 +48,7 @@ struct ViewOptions {
     double seconds = std::numeric_limits<double>::infinity(); ///< of a scene, s
     std::optional<int> cpu;                                   ///< processor of the loop, from 0
     std::optional<std::string> device;                        ///< instead of the scene's
+    std::optional<std::string> hand;                          ///< of several, the one that is shown
     Replace replace = Replace::own;                           ///< what of files that are there
     PictureOptions pictures;                                  ///< instead of a page
 };
@@ -56,8 +57,9 @@ struct ViewOptions {
 /// Throws std::runtime_error, UsageError: with what was asked for and what to do.
 int view_recording(const ViewOptions& options);
 
-/// Reads a recording that can be shown: it has frames. [setup] Throws std::runtime_error.
-Recording read_shown(const std::filesystem::path& file);
+/// Reads a recording that can be shown: it has frames. Of several hands the one that is asked for,
+/// or the first. [setup] Throws std::runtime_error, UsageError.
+Recording read_shown(const std::filesystem::path& file, const std::optional<std::string>& hand);
 
 /// The scene that was felt in a recording that was read from `file`. A view needs its surfaces as
 /// they were; what else a replay needs does not matter.                                  [setup]

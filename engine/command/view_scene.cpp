@@ -5,6 +5,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -19,6 +20,7 @@
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/report/scene_in_words.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/view/live_view.h>
 #include <palpate/engine/view/view_page.h>
@@ -87,6 +89,13 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
     return "none";
 }
 
+/// Which of several hands is shown, and how another one is.
+std::string hand_in_words(const std::string& hand, const std::vector<std::string>& hands) {
+    return hands.size() == 1 ? fmt::format(" (hand {})", hand)
+                             : fmt::format(" (hand {} of {}; --hand NAME shows another)", hand,
+                                           hands_in_words(hands));
+}
+
 } // namespace
 
 void check_listen(const ViewOptions& options) {
@@ -120,13 +129,17 @@ void open_browser(const std::string& where) {
 int view_scene(const ViewOptions& options) {
     outlive_readers();
     check_listen(options);
-    const SceneDescription given = read_scene(options.volume.file);
+    const SceneDescription whole = read_scene(options.volume.file);
+    const std::vector<std::string> hands = hand_names(whole);
+    SceneOverrides overrides;
+    overrides.hand = options.hand;
+    if (!overrides.hand && !hands.empty()) overrides.hand = hands.front();
+    const SceneDescription given = changed_scene(whole, overrides);
     const bool by_mouse = options.device ? *options.device == "page"
                                          : given.device.kind == DeviceDescription::Kind::none;
-    SceneOverrides overrides;
     // A simulated hand knows where free space is; the page's begins there.
     overrides.device = by_mouse ? std::optional<std::string>("hand") : options.device;
-    const SceneDescription description = changed_scene(given, overrides);
+    const SceneDescription description = changed_scene(whole, overrides);
     std::string page = view_page(options.page);
     try {
         check_duty(description.loop);
@@ -142,6 +155,11 @@ int view_scene(const ViewOptions& options) {
         tell("palpate: warning: {}\n", note);
     ViewDocument document = view_document(*scene, ViewMode::live);
     document.device = device_in_words(description, by_mouse);
+    if (!hands.empty()) document.device += hand_in_words(*overrides.hand, hands);
+    if (!options.hand && hands.size() > 1)
+        tell("palpate: note: hand {} of {} is felt and shown, alone; --hand NAME shows another, "
+             "and palpate trace --pace realtime runs all\n",
+             *overrides.hand, hands_in_words(hands));
 
     LiveViewSettings settings;
     settings.server.address = options.listen;

@@ -19,6 +19,7 @@
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/devices/surface_tour.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_reader.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -135,7 +136,7 @@ std::vector<DeviceState> recorded_states(const Scene& scene) {
     const double rate_hz = scene.description().loop.rate_hz;
     std::vector<DeviceState> states =
         require_files(scene.files(), place_of(scene), "reads " + file.string())
-            .recorded_inputs(file);
+            .recorded_inputs(file, scene.description().device.recorded_hand);
     if (states.empty())
         throw std::runtime_error(file.string() +
                                  ": has no frames to play; record a longer run with `palpate "
@@ -219,6 +220,11 @@ SceneDevice make_attached(const Scene& scene) {
 }
 
 [[noreturn]] void refuse_no_device(const Scene& scene) {
+    if (const auto hands = hand_names(scene.description()); !hands.empty())
+        throw std::runtime_error(fmt::format(
+            "{}: the scene has the hands {}, and one of them is asked for; say which: --hand "
+            "NAME, or in a program the scene's of_hand()",
+            scene.description().file.string(), hands_in_words(hands)));
     throw std::runtime_error(
         fmt::format("{}: the scene has no device; add [device] with type = \"path\" or \"orbit\"",
                     scene.description().file.string()));

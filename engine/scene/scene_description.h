@@ -216,10 +216,13 @@ struct DeviceDescription {
         plugin,    ///< a shared library of somebody else
         inverse3   ///< a Haply Inverse3, through its service
     };
+    std::string name; ///< of a hand, where a scene has several: letters, digits, _ and -, at most
+                      ///< 32 of them; else empty
     Kind kind = Kind::none;     ///< decides which of the settings below count
     std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
                                 ///< hand: CSV of where the arm wants the probe, scene frame
                                 ///< or empty: it presses into a surface
+    std::string recorded_hand;  ///< recording: which of its hands, where it has several
     HandDescription hand;       ///< hand
     PatientSide from = PatientSide::anterior; ///< hand that presses: where it comes from
     double depth_mm =
@@ -253,6 +256,9 @@ struct SceneDescription {
     LimitsDescription limits;                             ///< of every force
     LoopDescription loop;                                 ///< frame rate and method
     DeviceDescription device; ///< of `palpate trace`; a loop in a program ignores it
+    /// Several devices instead of `device`, at most kMostHands: each has a name, and a loop of its
+    /// own over the one scene. Empty: there is one device.
+    std::vector<DeviceDescription> hands;
 };
 
 } // namespace palpate
