@@ -66,7 +66,8 @@ void check(const TraceOptions& options, const SceneDescription& scene) {
         } catch (const std::invalid_argument& error) {
             throw UsageError(fmt::format("--pace realtime: {}", error.what()));
         }
-    } else if (scene.device.kind == Kind::hid || scene.device.kind == Kind::plugin) {
+    } else if (scene.device.kind == Kind::hid || scene.device.kind == Kind::plugin ||
+               scene.device.kind == Kind::igtl) {
         throw UsageError("--pace asap: a device in a hand moves by the clock; use --pace realtime");
     }
 }
@@ -240,9 +241,8 @@ void add_trace(CLI::App& app, Action& run) {
     command->add_option("--out", options->out,
                         "folder for the results (default: the scene's name with -trace)");
     command->add_option("--device", options->overrides.device,
-                        "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, hid:ADDRESS or "
-                        "plugin:FILE, instead "
-                        "of the scene's");
+                        "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, hid:ADDRESS, "
+                        "plugin:FILE or igtl:TRANSFORM@HOST:PORT, instead of the scene's");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
                         "mesh, volume, guarded or direct, for every surface");

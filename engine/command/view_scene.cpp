@@ -79,6 +79,8 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
                std::filesystem::path(scene.device.address.substr(0, scene.device.address.find('?')))
                    .filename()
                    .string();
+    case Kind::igtl:
+        return "igtl:" + scene.device.address;
     case Kind::none:
         break;
     }
@@ -86,16 +88,6 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
 }
 
 } // namespace
-
-void check_listen(const ViewOptions& options) {
-    const bool is_own = options.listen.starts_with("127.") || options.listen == "::1";
-    if (!is_own && !options.allow_remote)
-        throw UsageError(fmt::format(
-            "--listen {}: whoever reaches this address and has the link sees the scene, which may "
-            "be a patient's, and moves the probe, and nothing on the way is encrypted; use "
-            "ssh -L PORT:127.0.0.1:PORT instead, or add --allow-remote where that is meant",
-            options.listen));
-}
 
 void open_browser(const std::string& where) {
     std::string program = "xdg-open";
@@ -117,7 +109,7 @@ void open_browser(const std::string& where) {
 
 int view_scene(const ViewOptions& options) {
     outlive_readers();
-    check_listen(options);
+    check_listen(options.listen, kWhoSeesAPage);
     const SceneDescription given = read_scene(options.volume.file);
     const bool by_mouse = options.device ? *options.device == "page"
                                          : given.device.kind == DeviceDescription::Kind::none;
@@ -142,7 +134,7 @@ int view_scene(const ViewOptions& options) {
     document.device = device_in_words(description, by_mouse);
 
     LiveViewSettings settings;
-    settings.server.address = options.listen;
+    settings.server.address = options.listen.address;
     settings.server.port = options.port;
     settings.server.rate_hz = description.loop.rate_hz;
     settings.run.cpu = options.cpu;

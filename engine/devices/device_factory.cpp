@@ -9,9 +9,11 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/attached_devices.h>
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/drivers/plugin_device.h>
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
+#include <palpate/drivers/transform_device.h>
 #include <palpate/engine/devices/hid_device.h>
 #include <palpate/engine/devices/internal/device_surfaces.h>
 #include <palpate/engine/devices/internal/hand_press.h>
@@ -202,11 +204,23 @@ SceneDevice make_hand(const Scene& scene, int every) {
     }
 }
 
+/// A tool that a server of OpenIGTLink sends.
+std::unique_ptr<HapticDevice> make_tool(const std::string& text) {
+    const IgtlAddress address = igtl_address(text);
+    if (address.host.empty())
+        throw std::runtime_error(fmt::format(
+            "igtl:{}: names no server; write igtl:{}@HOST:PORT, or use `palpate serve`, whose "
+            "clients send it",
+            text, text));
+    return std::make_unique<IgtlDevice>(address);
+}
+
 SceneDevice make_attached(const Scene& scene) {
     const DeviceDescription& device = scene.description().device;
     try {
         if (device.kind == Kind::plugin)
             return {std::make_unique<PluginDevice>(plugin_address(device.address)), {}};
+        if (device.kind == Kind::igtl) return {make_tool(device.address), {}};
         return {make_hid_device(device.address, attached_devices()), {}};
     } catch (const std::runtime_error& error) {
         throw DeviceError(error.what());
@@ -246,6 +260,7 @@ std::vector<DeviceState> device_states(const Scene& scene, int every,
     case Kind::hand:
     case Kind::hid:
     case Kind::plugin:
+    case Kind::igtl:
         break;
     }
     throw std::runtime_error(
@@ -260,13 +275,16 @@ SceneDevice make_device(const Scene& scene, int every) {
     if (is_sequence(description)) return make_sequence(scene, every);
     SceneDevice made =
         description.kind == Kind::hand ? make_hand(scene, every) : make_attached(scene);
-    made.placement = DevicePlacement(description.placement);
+    if (description.kind != Kind::igtl) // whose poses are in the scene's frame
+        made.placement = DevicePlacement(description.placement);
     return made;
 }
 
 std::string device_complaint(const HapticDevice& device) {
-    const auto* plugin = dynamic_cast<const PluginDevice*>(&device);
-    return plugin != nullptr ? plugin->complaint() : std::string();
+    if (const auto* plugin = dynamic_cast<const PluginDevice*>(&device)) return plugin->complaint();
+    if (const auto* tool = dynamic_cast<const IgtlDevice*>(&device)) return tool->complaint();
+    if (const auto* tool = dynamic_cast<const TransformDevice*>(&device)) return tool->complaint();
+    return {};
 }
 
 RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {

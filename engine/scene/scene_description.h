@@ -213,7 +213,8 @@ struct DeviceDescription {
         recording, ///< what the probe did in an earlier run
         hand,      ///< a simulated hand on a simulated device
         hid,       ///< hardware
-        plugin     ///< a shared library of somebody else
+        plugin,    ///< a shared library of somebody else
+        igtl       ///< a tool's TRANSFORM of OpenIGTLink
     };
     Kind kind = Kind::none;     ///< decides which of the settings below count
     std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
@@ -224,7 +225,8 @@ struct DeviceDescription {
     double depth_mm =
         5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
     std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it;
-                         ///< plugin: FILE or FILE?key=value&.., the file as `file` above
+                         ///< plugin: FILE or FILE?key=value&.., the file as `file` above;
+                         ///< igtl: TRANSFORM@HOST:PORT, or TRANSFORM for `palpate serve`
     DevicePlacementSettings placement; ///< hand, hid and plugin; the others are in the scene frame
     std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
                          ///< first one

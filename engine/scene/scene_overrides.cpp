@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/stepping/subdivision.h>
@@ -64,10 +65,14 @@ void set_device(const std::string& text, DeviceDescription& device) {
     } else if (const auto plugin = behind("plugin:")) {
         device.kind = Kind::plugin;
         device.address = std::filesystem::absolute(*plugin).string();
+    } else if (const auto tool = behind("igtl:")) {
+        igtl_address(*tool); // throws what it has to say
+        device.kind = Kind::igtl;
+        device.address = *tool;
     } else {
         throw std::invalid_argument(fmt::format(
             "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, "
-            "hid:ADDRESS or plugin:FILE",
+            "hid:ADDRESS, plugin:FILE or igtl:TRANSFORM@HOST:PORT",
             text));
     }
 }

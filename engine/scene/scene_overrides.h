@@ -12,8 +12,9 @@ namespace palpate {
 /// alike.
 struct SceneOverrides {
     std::optional<std::string> device;  ///< "orbit", "tour", "path:FILE", "recording:FILE",
-                                        ///< "hand:FILE", "hid:ADDRESS" or
-                                        ///< "plugin:FILE"
+                                        ///< "hand:FILE", "hid:ADDRESS",
+                                        ///< "plugin:FILE" or
+                                        ///< "igtl:TRANSFORM@HOST:PORT"
     std::optional<std::string> method;  ///< as [loop] method
     std::optional<std::string> contact; ///< as [surface.X] contact, for every surface
     std::optional<int> sub_steps;       ///< as [loop] sub_steps

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/engine/scene/internal/scene_tables.h>
 
 namespace palpate::internal {
@@ -11,11 +13,12 @@ namespace {
 
 using Kind = DeviceDescription::Kind;
 
-// Spelled in the order of the enumeration, without `none`, and without `hid` and `plugin`, which
-// are followed by an address.
+// Spelled in the order of the enumeration, without `none`, and without `hid`, `plugin` and `igtl`,
+// which are followed by an address.
 constexpr std::array<std::string_view, 5> kNames{"path", "orbit", "tour", "recording", "hand"};
 constexpr std::string_view kHid = "hid:";
 constexpr std::string_view kPlugin = "plugin:";
+constexpr std::string_view kIgtl = "igtl:";
 
 void read_file(const TomlTable& table, const SceneDescription& scene, std::string_view remedy,
                DeviceDescription& device) {
@@ -164,18 +167,38 @@ void read_attached(const TomlTable& table, const SceneDescription& scene, std::s
     device.placement = read_placement(table);
 }
 
+/// A tool that a program sends. Its poses are in the scene's frame, so it is not placed.
+void read_tool(const TomlTable& table, const std::string& address, DeviceDescription& device) {
+    try {
+        igtl_address(address);
+    } catch (const std::invalid_argument& error) {
+        const std::string said = error.what();
+        const std::size_t end = said.find("; ");
+        table.fail(table.line_of("type"), said.substr(0, end), said.substr(end + 2));
+    }
+    constexpr std::array<std::string_view, 1> kKeys{"type"};
+    table.allow_only(kKeys, "with type = \"igtl:...\"");
+    device.kind = Kind::igtl;
+    device.address = address;
+}
+
 } // namespace
 
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
     DeviceDescription device;
     device.line = table.line();
-    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE", joined(kNames)));
+    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE, igtl:TRANSFORM",
+                                      joined(kNames)));
     const std::string type = table.text("type");
     for (const std::string_view start : {kHid, kPlugin})
         if (type.starts_with(start)) {
             read_attached(table, scene, start, type.substr(start.size()), device);
             return device;
         }
+    if (type.starts_with(kIgtl)) {
+        read_tool(table, type.substr(kIgtl.size()), device);
+        return device;
+    }
     device.kind = static_cast<Kind>(1 + table.choice("type", kNames));
     switch (device.kind) {
     case Kind::path:
