@@ -136,8 +136,8 @@ bool read_metadata(Front table, Front pairs,
     return true;
 }
 
-/// LPS to RAS, and back.
-Vec3 turned(const Vec3& vector) noexcept { return {-vector.x, -vector.y, vector.z}; }
+/// LPS to RAS, and back. No zero gets a sign.
+Vec3 turned(const Vec3& vector) noexcept { return {0.0 - vector.x, 0.0 - vector.y, vector.z}; }
 
 /// D R D of the columns of R.
 Mat3 turned(const Mat3& rotation) noexcept {
