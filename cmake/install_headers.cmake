@@ -11,7 +11,7 @@ set(wanted
   volume/filters/*.h volume/formats/*.h geometry/formats/*.h geometry/isosurface.h geometry/mesh_intersections.h
   geometry/mesh_report.h geometry/surface_seeds.h drivers/*.h engine/devices/*.h engine/run/*.h
   engine/truth/surface_distance.h engine/files/*.h engine/record/*.h engine/baking/*.h
-  engine/picture/*.h engine/info/*.h engine/report/*.h engine/study/*.h engine/view/*.h)
+  engine/picture/*.h engine/info/*.h engine/report/*.h engine/study/*.h engine/view/*.h engine/serve/*.h)
 list(TRANSFORM wanted PREPEND ${PALPATE_SOURCE}/)
 file(GLOB pending RELATIVE ${PALPATE_SOURCE} ${wanted})
 set(installed "")

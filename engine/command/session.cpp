@@ -41,7 +41,29 @@ void require_one_hand(const SceneDescription& scene) {
 
 bool is_attached(const DeviceDescription& device) noexcept {
     using Kind = DeviceDescription::Kind;
-    return device.kind == Kind::hid || device.kind == Kind::plugin || device.kind == Kind::inverse3;
+    return device.kind == Kind::hid || device.kind == Kind::plugin ||
+           device.kind == Kind::inverse3 || device.kind == Kind::igtl;
+}
+
+void add_listen(CLI::App& command, ListenOptions& options, const std::string& what) {
+    command
+        .add_option_function<std::string>(
+            "--listen",
+            [&options](const std::string& given) { // the server takes digits
+                options.address = given == "localhost" ? "127.0.0.1" : given;
+            },
+            "address of this computer to be reached at (default: 127.0.0.1, nobody else's)")
+        ->type_name("TEXT");
+    command.add_flag("--allow-remote", options.allow_remote, "with --listen: " + what);
+}
+
+void check_listen(const ListenOptions& options, const std::string& who) {
+    const bool is_own = options.address.starts_with("127.") || options.address == "::1";
+    if (is_own || options.allow_remote) return;
+    throw UsageError(fmt::format("--listen {}: {}, and nothing on the way is encrypted; use "
+                                 "ssh -L PORT:127.0.0.1:PORT instead, or add --allow-remote where "
+                                 "that is meant",
+                                 options.address, who));
 }
 
 void check_every(const SceneDescription& scene, bool is_given) {

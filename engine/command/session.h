@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_overrides.h>
 
@@ -26,6 +28,19 @@ bool is_attached(const DeviceDescription& device) noexcept;
 /// Says on stderr what a user should know of how the scene's volumes and mesh files were read, each
 /// once.
 void warn_of_sources(const Scene& scene);
+
+/// Where a server is reached, and by whom.
+struct ListenOptions {
+    std::string address = "127.0.0.1"; ///< of this computer, in digits
+    bool allow_remote = false;         ///< others may reach it
+};
+
+/// Adds --listen and --allow-remote; `what` do others then, as "others may see the scene". [setup]
+void add_listen(CLI::App& command, ListenOptions& options, const std::string& what);
+
+/// Refuses an address that others may reach without their being allowed to: UsageError. `who` can
+/// do what, as "whoever reaches this address sees the scene".                             [setup]
+void check_listen(const ListenOptions& options, const std::string& who);
 
 /// Refuses --every where nothing is taken row by row.
 void check_every(const SceneDescription& scene, bool is_given);

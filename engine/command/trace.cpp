@@ -402,10 +402,11 @@ void add_trace(CLI::App& app, Action& run) {
     command->add_option("--out", options->out,
                         "folder for the results (default: the scene's name with -trace)");
     command
-        ->add_option("--device", options->devices,
-                     "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, hid:ADDRESS, "
-                     "plugin:FILE or inverse3[:ID], instead of the scene's; NAME=orbit and so on "
-                     "for a hand of several, once for each")
+        ->add_option(
+            "--device", options->devices,
+            "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, hid:ADDRESS, "
+            "plugin:FILE, inverse3[:ID] or igtl:TRANSFORM@HOST:PORT, instead of the scene's; "
+            "NAME=orbit and so on for a hand of several, once for each")
         ->allow_extra_args(false);
     command->add_option("--hand", options->overrides.hand,
                         "of several hands this one, alone, by its name");

@@ -120,12 +120,8 @@ void add_view(CLI::App& app, Action& run) {
         ->check(CLI::Range(0, 1023));
     command->add_flag("--no-button-marks", options->no_button_marks,
                       "of a scene: the device's button 0 drops no mark");
-    command->add_option("--listen", options->listen,
-                        "address of this computer to be reached at (default: 127.0.0.1, nobody "
-                        "else's)");
-    command->add_flag("--allow-remote", options->allow_remote,
-                      "with --listen: others that have the link may see the scene and move the "
-                      "probe");
+    add_listen(*command, options->listen,
+               "others that have the link may see the scene and move the probe");
     command->add_option("--sub-steps", options->sub_steps,
                         "of a recording: FROM-TO, the frames whose sub-steps can be looked at, or "
                         "none (default: the 200 hardest)");
@@ -135,8 +131,6 @@ void add_view(CLI::App& app, Action& run) {
     add_volume_options(*command, options->volume);
     add_force(*command, options->replace);
     command->callback([options, command, &run] {
-        if (options->listen == "localhost")
-            options->listen = "127.0.0.1"; // the server takes digits
         for (const CLI::Option* option : command->get_options())
             if (option->count() > 0) options->given.push_back(option->get_name());
         run = [options] { return view(*options); };

@@ -18,6 +18,11 @@
 
 namespace palpate::command {
 
+/// Of check_listen(): those who have a page's link.
+inline constexpr const char* kWhoSeesAPage =
+    "whoever reaches this address and has the link sees the scene, which may be a patient's, and "
+    "moves the probe";
+
 /// What it said of pictures and films without a window.
 struct PictureOptions {
     std::string png;                 ///< folder for pictures; empty: none are asked for
@@ -40,11 +45,10 @@ struct ViewOptions {
     std::string page;               ///< another page than the one that is built in; empty: that one
     std::string sub_steps;          ///< as the command line has them
     std::vector<std::string> given; ///< names of the options that were given, as "--port"
-    std::string listen = "127.0.0.1";                         ///< address of this computer
-    std::uint16_t port = 0;                                   ///< 0: any that is free
-    bool allow_remote = false;                                ///< `listen` may be reached by others
-    bool open = false;                                        ///< a browser is started
-    bool no_button_marks = false;                             ///< buttons of the device drop none
+    ListenOptions listen;           ///< who reaches the page
+    std::uint16_t port = 0;         ///< 0: any that is free
+    bool open = false;              ///< a browser is started
+    bool no_button_marks = false;   ///< buttons of the device drop none
     double seconds = std::numeric_limits<double>::infinity(); ///< of a scene, s
     std::optional<int> cpu;                                   ///< processor of the loop, from 0
     std::optional<std::string> device;                        ///< instead of the scene's
@@ -96,9 +100,6 @@ int view_scene(const ViewOptions& options);
 /// Serves the page that explores a volume, labels or a mesh, until Ctrl-C. Returns the exit code.
 /// [setup] Throws as view_recording().
 int view_explore(const ViewOptions& options);
-
-/// Refuses an address that others may reach without their being allowed to: UsageError.    [setup]
-void check_listen(const ViewOptions& options);
 
 /// Starts the browser of the desktop. What comes of it is told by a thread of its own, as a browser
 /// may take its time.                                                                     [setup]

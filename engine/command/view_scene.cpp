@@ -83,6 +83,8 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
                    .string();
     case Kind::inverse3:
         return "inverse3" + scene.device.address.substr(0, scene.device.address.find('?'));
+    case Kind::igtl:
+        return "igtl:" + scene.device.address;
     case Kind::none:
         break;
     }
@@ -97,16 +99,6 @@ std::string hand_in_words(const std::string& hand, const std::vector<std::string
 }
 
 } // namespace
-
-void check_listen(const ViewOptions& options) {
-    const bool is_own = options.listen.starts_with("127.") || options.listen == "::1";
-    if (!is_own && !options.allow_remote)
-        throw UsageError(fmt::format(
-            "--listen {}: whoever reaches this address and has the link sees the scene, which may "
-            "be a patient's, and moves the probe, and nothing on the way is encrypted; use "
-            "ssh -L PORT:127.0.0.1:PORT instead, or add --allow-remote where that is meant",
-            options.listen));
-}
 
 void open_browser(const std::string& where) {
     std::string program = "xdg-open";
@@ -128,7 +120,7 @@ void open_browser(const std::string& where) {
 
 int view_scene(const ViewOptions& options) {
     outlive_readers();
-    check_listen(options);
+    check_listen(options.listen, kWhoSeesAPage);
     const SceneDescription whole = read_scene(options.volume.file);
     const std::vector<std::string> hands = hand_names(whole);
     SceneOverrides overrides;
@@ -162,7 +154,7 @@ int view_scene(const ViewOptions& options) {
              *overrides.hand, hands_in_words(hands));
 
     LiveViewSettings settings;
-    settings.server.address = options.listen;
+    settings.server.address = options.listen.address;
     settings.server.port = options.port;
     settings.server.rate_hz = description.loop.rate_hz;
     settings.run.cpu = options.cpu;

@@ -9,10 +9,12 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/attached_devices.h>
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/drivers/inverse3_device.h>
 #include <palpate/drivers/plugin_device.h>
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
+#include <palpate/drivers/transform_device.h>
 #include <palpate/engine/devices/hid_device.h>
 #include <palpate/engine/devices/internal/device_surfaces.h>
 #include <palpate/engine/devices/internal/hand_press.h>
@@ -204,6 +206,17 @@ SceneDevice make_hand(const Scene& scene, int every) {
     }
 }
 
+/// A tool that a server of OpenIGTLink sends.
+std::unique_ptr<HapticDevice> make_tool(const std::string& text) {
+    const IgtlAddress address = igtl_address(text);
+    if (address.host.empty())
+        throw std::runtime_error(fmt::format(
+            "igtl:{}: names no server; write igtl:{}@HOST:PORT, or use `palpate serve`, whose "
+            "clients send it",
+            text, text));
+    return std::make_unique<IgtlDevice>(address);
+}
+
 SceneDevice make_attached(const Scene& scene) {
     const DeviceDescription& device = scene.description().device;
     try {
@@ -213,6 +226,7 @@ SceneDevice make_attached(const Scene& scene) {
             return {std::make_unique<Inverse3Device>(
                         Inverse3Device::Settings{.address = inverse3_address(device.address)}),
                     {}};
+        if (device.kind == Kind::igtl) return {make_tool(device.address), {}};
         return {make_hid_device(device.address, attached_devices()), {}};
     } catch (const std::runtime_error& error) {
         throw DeviceError(error.what());
@@ -258,6 +272,7 @@ std::vector<DeviceState> device_states(const Scene& scene, int every,
     case Kind::hid:
     case Kind::plugin:
     case Kind::inverse3:
+    case Kind::igtl:
         break;
     }
     throw std::runtime_error(
@@ -272,14 +287,17 @@ SceneDevice make_device(const Scene& scene, int every) {
     if (is_sequence(description)) return make_sequence(scene, every);
     SceneDevice made =
         description.kind == Kind::hand ? make_hand(scene, every) : make_attached(scene);
-    made.placement = DevicePlacement(description.placement);
+    if (description.kind != Kind::igtl) // whose poses are in the scene's frame
+        made.placement = DevicePlacement(description.placement);
     return made;
 }
 
 std::string device_complaint(const HapticDevice& device) {
     if (const auto* plugin = dynamic_cast<const PluginDevice*>(&device)) return plugin->complaint();
     if (const auto* arm = dynamic_cast<const Inverse3Device*>(&device)) return arm->complaint();
-    return "";
+    if (const auto* tool = dynamic_cast<const IgtlDevice*>(&device)) return tool->complaint();
+    if (const auto* tool = dynamic_cast<const TransformDevice*>(&device)) return tool->complaint();
+    return {};
 }
 
 RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {

@@ -214,7 +214,8 @@ struct DeviceDescription {
         hand,      ///< a simulated hand on a simulated device
         hid,       ///< hardware
         plugin,    ///< a shared library of somebody else
-        inverse3   ///< a Haply Inverse3, through its service
+        inverse3,  ///< a Haply Inverse3, through its service
+        igtl       ///< a tool's TRANSFORM of OpenIGTLink
     };
     std::string name; ///< of a hand, where a scene has several: letters, digits, _ and -, at most
                       ///< 32 of them; else empty
@@ -229,7 +230,8 @@ struct DeviceDescription {
         5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
     std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it;
                          ///< plugin: FILE or FILE?key=value&.., the file as `file` above;
-                         ///< inverse3: what stands behind it, as ":049D?port=10001", or nothing
+                         ///< inverse3: what stands behind it, as ":049D?port=10001", or nothing;
+                         ///< igtl: TRANSFORM@HOST:PORT, or TRANSFORM for `palpate serve`
     DevicePlacementSettings placement; ///< hand and hardware; the others are in the scene frame
     std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
                          ///< first one

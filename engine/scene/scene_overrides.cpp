@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -78,10 +79,14 @@ void set_device(const std::string& text, DeviceDescription& device) {
                text.starts_with("inverse3?")) {
         device.kind = Kind::inverse3;
         device.address = text.substr(std::string_view("inverse3").size());
+    } else if (const auto tool = behind("igtl:")) {
+        igtl_address(*tool); // throws what it has to say
+        device.kind = Kind::igtl;
+        device.address = *tool;
     } else {
         throw std::invalid_argument(fmt::format(
             "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, "
-            "hid:ADDRESS, plugin:FILE or inverse3[:ID]",
+            "hid:ADDRESS, plugin:FILE, inverse3[:ID] or igtl:TRANSFORM@HOST:PORT",
             text));
     }
 }

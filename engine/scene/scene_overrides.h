@@ -13,8 +13,9 @@ namespace palpate {
 /// alike.
 struct SceneOverrides {
     std::optional<std::string> device; ///< "orbit", "tour", "path:FILE", "recording:FILE",
-                                       ///< "hand:FILE", "hid:ADDRESS" or
-                                       ///< "plugin:FILE"
+                                       ///< "hand:FILE", "hid:ADDRESS",
+                                       ///< "plugin:FILE", "inverse3[:ID]" or
+                                       ///< "igtl:TRANSFORM@HOST:PORT"
     std::map<std::string, std::string> hand_devices; ///< the same for hands of several, by name
     std::optional<std::string> hand;                 ///< of several: this one, alone
     std::optional<std::string> method;               ///< as [loop] method

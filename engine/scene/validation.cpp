@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/field_check.h>
@@ -70,7 +71,7 @@ void check_device(const SceneDescription& scene, const std::string& field,
                   const DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
     const FieldCheck check(field);
-    check.choice("kind", device.kind, Kind::inverse3);
+    check.choice("kind", device.kind, Kind::igtl);
     check.choice("from", device.from, PatientSide::inferior);
     if ((device.kind == Kind::path || device.kind == Kind::recording) && device.file.empty())
         check.fail("file", "is empty", "name what is to be played");
@@ -78,6 +79,7 @@ void check_device(const SceneDescription& scene, const std::string& field,
         check.fail("address", "names no device", "give what `palpate devices` lists");
     if (device.kind == Kind::plugin && device.address.empty())
         check.fail("address", "names no file", "give the plug-in's shared library");
+    if (device.kind == Kind::igtl) igtl_address(device.address); // throws what it has to say
     if (!device.surface.empty()) check.name("surface", device.surface, scene.surfaces, "surfaces");
     check.number("speed_m_per_s", device.speed_m_per_s, internal::kOrbitSpeed);
     check.number("depth_min_mm", device.depth_min_mm, internal::kOrbitDepthMm);

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/drivers/inverse3_service.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/scene_tables.h>
@@ -17,12 +18,13 @@ namespace {
 
 using Kind = DeviceDescription::Kind;
 
-// Spelled in the order of the enumeration, without `none`, and without `hid`, `plugin` and
-// `inverse3`, which are followed by an address.
+// Spelled in the order of the enumeration, without `none`, and without `hid`, `plugin`, `inverse3`
+// and `igtl`, which are followed by an address.
 constexpr std::array<std::string_view, 5> kNames{"path", "orbit", "tour", "recording", "hand"};
 constexpr std::string_view kHid = "hid:";
 constexpr std::string_view kPlugin = "plugin:";
 constexpr std::string_view kInverse3 = "inverse3";
+constexpr std::string_view kIgtl = "igtl:";
 
 /// Refuses all keys but these, and a hand's name.
 void allow_only(const TomlTable& table, std::span<const std::string_view> keys,
@@ -202,9 +204,25 @@ void read_inverse3(const TomlTable& table, const std::string& address, DeviceDes
     device.placement = read_placement(table);
 }
 
+/// A tool that a program sends. Its poses are in the scene's frame, so it is not placed.
+void read_tool(const TomlTable& table, const std::string& address, DeviceDescription& device) {
+    try {
+        igtl_address(address);
+    } catch (const std::invalid_argument& error) {
+        const std::string said = error.what();
+        const std::size_t end = said.find("; ");
+        table.fail(table.line_of("type"), said.substr(0, end), said.substr(end + 2));
+    }
+    constexpr std::array<std::string_view, 1> kKeys{"type"};
+    allow_only(table, kKeys, "with type = \"igtl:...\"", device);
+    device.kind = Kind::igtl;
+    device.address = address;
+}
+
 /// All but the name.
 void read_device(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
-    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE, inverse3[:ID]",
+    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE, inverse3[:ID], "
+                                      "igtl:TRANSFORM",
                                       joined(kNames)));
     const std::string type = table.text("type");
     for (const std::string_view start : {kHid, kPlugin})
@@ -212,6 +230,7 @@ void read_device(const TomlTable& table, const SceneDescription& scene, DeviceDe
             return read_attached(table, scene, start, type.substr(start.size()), device);
     if (type.starts_with(kInverse3))
         return read_inverse3(table, type.substr(kInverse3.size()), device);
+    if (type.starts_with(kIgtl)) return read_tool(table, type.substr(kIgtl.size()), device);
     device.kind = static_cast<Kind>(1 + table.choice("type", kNames));
     switch (device.kind) {
     case Kind::path:
