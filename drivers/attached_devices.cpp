@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cstdio>
+#include <cstdlib>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 
 #include <palpate/drivers/attached_devices.h>
 #include <palpate/drivers/internal/device_judgement.h>
@@ -25,7 +28,7 @@ std::string rules_of(std::span<const internal::KnownProduct> products) {
 } // namespace
 
 bool AttachedDevice::usable() const {
-    if (kind == AttachedKind::foreign || kind == AttachedKind::other) return false;
+    if (std::find(kOurs.begin(), kOurs.end(), kind) == kOurs.end()) return false;
     return std::none_of(findings.begin(), findings.end(), [](const DeviceFinding& finding) {
         return finding.weight == DeviceFinding::Weight::obstacle;
     });
@@ -41,41 +44,75 @@ std::string address_of(AttachedKind kind) {
         return "forcefeedback";
     case AttachedKind::foreign:
     case AttachedKind::other:
+    case AttachedKind::unseen:
         break;
     }
     return {};
 }
 
 std::vector<AttachedDevice> attached_devices() {
-    const std::vector<internal::HidEvidence> nodes =
-        internal::hid_evidence(internal::attached_hid_devices());
+    const char* root = std::getenv("PALPATE_SYSTEM_ROOT");
+    const internal::SystemFolders system =
+        root != nullptr ? internal::system_folders(root) : internal::SystemFolders{};
+    const std::vector<internal::HidEvidence> nodes = internal::hid_evidence(
+        root != nullptr ? std::vector<internal::HidDeviceInfo>{} : internal::attached_hid_devices(),
+        system);
     std::vector<AttachedDevice> devices;
     devices.reserve(nodes.size());
     for (const internal::HidEvidence& node : nodes)
         devices.push_back(internal::judged(node));
-    for (const internal::UsbEvidence& evidence : internal::usb_evidence())
+    for (const internal::UsbEvidence& evidence : internal::usb_evidence(system))
         if (const auto device = internal::judged(evidence, nodes)) devices.push_back(*device);
+    if (const auto unseen = internal::unseen_usb(system)) devices.push_back(*unseen);
     return devices;
 }
 
+namespace {
+
+/// The end of a message about `address`, of which none is attached.
+std::string none_attached(const std::vector<AttachedDevice>& attached) {
+    for (const AttachedDevice& one : attached)
+        if (one.kind == AttachedKind::unseen)
+            return ": none was found, and " + one.findings.front().what + "; " +
+                   one.findings.front().remedy;
+    return ": none is attached; plug it in, `palpate devices` lists what is";
+}
+
+/// "usb 1-4 is a 3D Systems Touch (2988:0302): what is in the way; the remedy".
+[[noreturn]] void refuse_foreign(const AttachedDevice& device) {
+    char ids[16];
+    std::snprintf(ids, sizeof ids, " (%04x:%04x): ", device.vendor, device.product);
+    const DeviceFinding& first = device.findings.front();
+    throw std::runtime_error(device.path + " is a " + device.name + ids + first.what + "; " +
+                             first.remedy);
+}
+
+} // namespace
+
 AttachedDevice device_at(const std::string& address, const std::vector<AttachedDevice>& attached) {
     const bool is_path = address.starts_with('/');
-    if (!is_path && std::none_of(kOurs.begin(), kOurs.end(),
-                                 [&](AttachedKind kind) { return address_of(kind) == address; }))
+    const bool is_foreign =
+        std::any_of(internal::foreign_products().begin(), internal::foreign_products().end(),
+                    [&](const internal::ForeignProduct& one) {
+                        return internal::has_word(one.called, address);
+                    });
+    if (!is_path && !is_foreign && std::none_of(kOurs.begin(), kOurs.end(), [&](AttachedKind kind) {
+            return address_of(kind) == address;
+        }))
         throw std::runtime_error("hid:" + address +
                                  ": no such kind of device; give wooden, "
                                  "spacemouse, forcefeedback or a node as "
                                  "`palpate devices` lists it");
     const AttachedDevice* found = nullptr;
     for (const AttachedDevice& device : attached) {
-        const bool meant = is_path ? device.path == address : address_of(device.kind) == address;
+        if (is_foreign && internal::has_word(device.called, address)) refuse_foreign(device);
+        const bool meant =
+            is_path ? device.path == address : !is_foreign && address_of(device.kind) == address;
         if (meant && device.usable()) return device;
         if (meant && found == nullptr) found = &device;
     }
-    if (found == nullptr)
-        throw std::runtime_error("hid:" + address +
-                                 ": none is attached; plug it in, `palpate "
-                                 "devices` lists what is");
+    if (found == nullptr) throw std::runtime_error("hid:" + address + none_attached(attached));
+    if (found->kind == AttachedKind::foreign) refuse_foreign(*found);
     // What is not usable has an obstacle; what is none of ours, a note at least.
     const DeviceFinding& first = found->findings.front();
     throw std::runtime_error(found->path + ": " + first.what +

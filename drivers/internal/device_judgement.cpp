@@ -24,6 +24,18 @@ std::string bytes(std::size_t count) {
     return std::to_string(count) + (count == 1 ? " byte" : " bytes");
 }
 
+/// That there is no driver for it, and what leads to it.
+void judge_foreign(const ForeignProduct& product, const std::string& form, AttachedDevice& device) {
+    device.kind = AttachedKind::foreign;
+    device.called = product.called;
+    device.way = {product.by, product.page, product.tested};
+    device.findings.push_back({Weight::obstacle,
+                               std::string("Palpate has no driver for it: ") + product.speaks +
+                                   (form.empty() ? "" : "; it is attached " + form),
+                               std::string(product.remedy) + " (" + product.page + ")"});
+    device.findings.push_back({Weight::note, product.tested, ""});
+}
+
 /// Reads the evidence and writes the findings down.
 class Judge {
 public:
@@ -87,6 +99,7 @@ private:
 
     /// Sets the kind; how the product is known, null where it is not.
     const char* recognise() {
+        if (const char* foreign = foreign_device()) return foreign;
         if (const KnownProduct* wooden = among(wooden_products())) return wooden_board(*wooden);
         const KnownProduct* mouse = among(space_mouse_products());
         const KnownProduct* capless = among(capless_products());
@@ -104,6 +117,14 @@ private:
         else
             note("it has neither six axes nor constant forces that its report descriptor tells of");
         return mouse != nullptr ? mouse->name : capless != nullptr ? capless->name : nullptr;
+    }
+
+    const char* foreign_device() {
+        const ForeignProduct* product = find_foreign(device_.vendor, device_.product,
+                                                     evidence_.collections.front().manufacturer);
+        if (product == nullptr) return nullptr;
+        judge_foreign(*product, "as a HID device", device_);
+        return product->id.name;
     }
 
     const char* wooden_board(const KnownProduct& product) {
@@ -234,40 +255,68 @@ private:
 
 AttachedDevice judged(const HidEvidence& evidence) { return Judge(evidence).judge(); }
 
+namespace {
+
+AttachedDevice device_on_usb(const UsbEvidence& evidence, const char* name) {
+    AttachedDevice device;
+    device.path = evidence.place;
+    device.vendor = evidence.vendor;
+    device.product = evidence.product;
+    device.name = evidence.name.empty() ? name : evidence.name;
+    return device;
+}
+
+/// Whether this user may open what the library will open.
+void judge_usb_access(const UsbEvidence& evidence, AttachedDevice& device) {
+    if (evidence.access != NodeAccess::denied) return;
+    device.findings.push_back(
+        {Weight::note,
+         "this user may not read and write " + evidence.node +
+             (evidence.owner.empty() ? "" : " (" + evidence.owner + ")"),
+         evidence.is_port
+             ? "sudo adduser $USER dialout, and log in again"
+             : "add a rule: echo '" + usb_udev_rule(evidence.vendor, evidence.product) +
+                   "' | sudo tee /etc/udev/rules.d/71-palpate-own.rules; sudo udevadm control "
+                   "--reload; then plug the device in again"});
+}
+
+} // namespace
+
 std::optional<AttachedDevice> judged(const UsbEvidence& evidence,
                                      const std::vector<HidEvidence>& nodes) {
-    const auto found = [&](AttachedKind kind, const char* name, const char* what,
-                           const char* remedy) {
-        AttachedDevice device;
-        device.path = evidence.place;
-        device.vendor = evidence.vendor;
-        device.product = evidence.product;
-        device.name = evidence.name.empty() ? name : evidence.name;
-        device.kind = kind;
-        device.findings.push_back({Weight::obstacle, what, remedy});
-        return device;
-    };
-    for (const ForeignProduct& foreign : foreign_products())
-        if (foreign.id.vendor == evidence.vendor && foreign.id.product == evidence.product)
-            return found(AttachedKind::foreign, foreign.id.name, foreign.speaks, foreign.remedy);
-
     const bool has_node = std::any_of(nodes.begin(), nodes.end(), [&](const HidEvidence& node) {
         const HidDeviceInfo& info = node.collections.front();
         return info.vendor == evidence.vendor && info.product == evidence.product;
     });
     if (has_node) return std::nullopt;
+    if (const ForeignProduct* foreign =
+            find_foreign(evidence.vendor, evidence.product, evidence.name)) {
+        AttachedDevice device = device_on_usb(evidence, foreign->id.name);
+        judge_foreign(*foreign,
+                      evidence.is_port  ? "with the serial port " + evidence.node
+                      : evidence.is_hid ? "as a HID device"
+                                        : "",
+                      device);
+        judge_usb_access(evidence, device);
+        return device;
+    }
     const std::pair<AttachedKind, std::span<const KnownProduct>> ours[] = {
         {AttachedKind::wooden_haptics, wooden_products()},
         {AttachedKind::space_mouse, space_mouse_products()},
         {AttachedKind::force_feedback, force_feedback_products()}};
-    for (const auto& [kind, products] : ours)
-        if (const auto* product = find_product(products, evidence.vendor, evidence.product))
-            return found(
-                kind, product->name,
-                "it is on the USB, but the kernel has no hidraw node for it: its driver is "
-                "missing, or a program has taken it through libusb",
-                "stop such a program, or: sudo modprobe usbhid hid-generic; the kernel "
-                "needs CONFIG_HIDRAW");
+    for (const auto& [kind, products] : ours) {
+        const auto* product = find_product(products, evidence.vendor, evidence.product);
+        if (product == nullptr) continue;
+        AttachedDevice device = device_on_usb(evidence, product->name);
+        device.kind = kind;
+        device.findings.push_back(
+            {Weight::obstacle,
+             "it is on the USB, but the kernel has no hidraw node for it: its driver is "
+             "missing, or a program has taken it through libusb",
+             "stop such a program, or: sudo modprobe usbhid hid-generic; the kernel "
+             "needs CONFIG_HIDRAW"});
+        return device;
+    }
     return std::nullopt;
 }
 

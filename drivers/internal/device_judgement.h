@@ -33,11 +33,16 @@ struct UsbEvidence {
     std::string place; ///< on the bus: "usb 1-4"
     std::uint16_t vendor = 0;
     std::uint16_t product = 0;
-    std::string name; ///< as the device says, may be empty
+    std::string name;     ///< as the device says, may be empty
+    bool is_hid = false;  ///< one of its interfaces at least
+    std::string node{};   ///< what a library opens: its serial port, or the device itself
+    bool is_port = false; ///< `node` is a serial port
+    NodeAccess access = NodeAccess::missing; ///< of `node`
+    std::string owner{};                     ///< of `node`, in words
 };
 
-/// A haptic device that is known and cannot be used, since it does not speak HID or is not among
-/// the kernel's `nodes`; nothing where it is neither.                                     [any]
+/// A haptic device that is known and cannot be used as it is, since Palpate has no driver for it or
+/// it is not among the kernel's `nodes`; nothing where it is neither.                     [any]
 std::optional<AttachedDevice> judged(const UsbEvidence& evidence,
                                      const std::vector<HidEvidence>& nodes);
 

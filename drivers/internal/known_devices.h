@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <palpate/drivers/internal/hid_port.h>
 
@@ -28,13 +29,25 @@ std::span<const KnownProduct> capless_products();
 /// Sticks known to make constant forces; others are recognised by their report descriptor.
 std::span<const KnownProduct> force_feedback_products();
 
-/// A haptic device that does not speak HID.
+/// A haptic device that Palpate has no driver for, and what leads to it.
 struct ForeignProduct {
-    KnownProduct id;
+    KnownProduct id;    ///< product 0: every one of the vendor's
+    const char* maker;  ///< part of the maker's name as the device says it; null: known by its ids
+    const char* called; ///< what users call it, spaces between the names
     const char* speaks; ///< "it talks over a serial port"
-    const char* remedy;
+    const char* remedy; ///< what to do
+    const char* by;     ///< of DeviceWay
+    const char* page;   ///< of DeviceWay
+    const char* tested; ///< of DeviceWay
 };
 std::span<const ForeignProduct> foreign_products();
+
+/// The one with these ids, or whose maker's name is in `name`; null where there is none.  [any]
+const ForeignProduct* find_foreign(std::uint16_t vendor, std::uint16_t product,
+                                   std::string_view name) noexcept;
+
+/// Whether `word` is one of `words`, which have spaces between them.                      [any]
+bool has_word(std::string_view words, std::string_view word) noexcept;
 
 /// Whether a collection is that of a WoodenHaptics board by ids and usage page.           [any]
 bool is_wooden(const HidDeviceInfo& info) noexcept;
@@ -47,6 +60,9 @@ bool is_space_mouse(const HidDeviceInfo& info) noexcept;
 /// kernel gives HID devices on USB and Bluetooth alike: BUS:VENDOR:PRODUCT.NUMBER, in capitals.
 /// [any]
 std::string udev_rule(std::uint16_t vendor, std::uint16_t product);
+
+/// The same for a device that libraries open on the USB itself.                           [any]
+std::string usb_udev_rule(std::uint16_t vendor, std::uint16_t product);
 
 /// The product with these ids; null where it is not among them.                          [any]
 const KnownProduct* find_product(std::span<const KnownProduct> among, std::uint16_t vendor,

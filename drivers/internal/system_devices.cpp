@@ -120,6 +120,56 @@ std::vector<HidEvidence> hid_evidence(const std::vector<HidDeviceInfo>& listed,
     return evidence;
 }
 
+SystemFolders system_folders(const fs::path& root) {
+    return {root / "sys", root / "proc", root / "etc/udev/rules.d", root / "dev"};
+}
+
+std::optional<AttachedDevice> unseen_usb(const SystemFolders& system) {
+    const fs::path list = system.sys / "bus/usb/devices";
+    std::error_code failed;
+    const fs::directory_iterator readable(list, failed);
+    if (!failed) return std::nullopt;
+    AttachedDevice unseen;
+    unseen.path = list.string();
+    unseen.kind = AttachedKind::unseen;
+    unseen.name = "the list of what is on the USB";
+    const bool has_bus_list = fs::is_directory(system.sys / "bus", failed) && !failed;
+    unseen.findings.push_back(
+        fs::exists(system.sys / "bus/usb", failed) || !has_bus_list
+            ? DeviceFinding{DeviceFinding::Weight::obstacle,
+                            unseen.path + " cannot be read, so nobody knows what is on the USB",
+                            "let this user read it; in a container, mount /sys"}
+            : DeviceFinding{DeviceFinding::Weight::obstacle,
+                            "this system has no USB (" + unseen.path + " is not there)",
+                            "in a virtual machine or a container, pass the device's USB on to it"});
+    return unseen;
+}
+
+namespace {
+
+/// What a library opens of a device: the serial port that the kernel has made of it, else the
+/// device itself.
+void find_node(const fs::path& device, const SystemFolders& system, UsbEvidence& evidence) {
+    const std::string interface_begin = device.filename().string() + ":";
+    std::string port;
+    for (const fs::path& one : entries(device.parent_path())) {
+        if (!one.filename().string().starts_with(interface_begin)) continue;
+        evidence.is_hid = evidence.is_hid || line_of(one / "bInterfaceClass") == "03";
+        for (const fs::path& tty : entries(one / "tty"))
+            port = tty.filename().string();
+    }
+    evidence.is_port = !port.empty();
+    std::string bus = line_of(device / "busnum"), number = line_of(device / "devnum");
+    for (std::string* digits : {&bus, &number})
+        digits->insert(0, digits->size() < 3 ? 3 - digits->size() : 0, '0');
+    evidence.node =
+        (evidence.is_port ? system.dev / port : system.dev / "bus/usb" / bus / number).string();
+    evidence.access = access_to(evidence.node);
+    evidence.owner = owner_of(evidence.node);
+}
+
+} // namespace
+
 std::vector<UsbEvidence> usb_evidence(const SystemFolders& system) {
     std::vector<UsbEvidence> found;
     for (const fs::path& device : entries(system.sys / "bus" / "usb" / "devices")) {
@@ -129,7 +179,13 @@ std::vector<UsbEvidence> usb_evidence(const SystemFolders& system) {
         std::string name = line_of(device / "manufacturer");
         const std::string model = line_of(device / "product");
         if (!name.empty() && !model.empty()) name += ' ';
-        found.push_back({"usb " + device.filename().string(), *vendor, *product, name + model});
+        UsbEvidence evidence;
+        evidence.place = "usb " + device.filename().string();
+        evidence.vendor = *vendor;
+        evidence.product = *product;
+        evidence.name = name + model;
+        find_node(device, system, evidence);
+        found.push_back(std::move(evidence));
     }
     return found;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,12 +15,20 @@ struct SystemFolders {
     std::filesystem::path sys = "/sys";
     std::filesystem::path proc = "/proc";
     std::filesystem::path rules = "/etc/udev/rules.d";
+    std::filesystem::path dev = "/dev";
 };
+
+/// Those under a folder.                                                                  [any]
+SystemFolders system_folders(const std::filesystem::path& root);
 
 /// What can be learnt of the HID devices that hidapi lists, a node each. Reads, opens no node.
 ///                                                                                      [setup]
 std::vector<HidEvidence> hid_evidence(const std::vector<HidDeviceInfo>& listed,
                                       const SystemFolders& system = {});
+
+/// Why the devices on the USB cannot be listed, as an AttachedDevice of kind unseen; nothing where
+/// they can.                                                                            [setup]
+std::optional<AttachedDevice> unseen_usb(const SystemFolders& system = {});
 
 /// Everything on the USB.                                                               [setup]
 std::vector<UsbEvidence> usb_evidence(const SystemFolders& system = {});

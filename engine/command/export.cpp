@@ -24,6 +24,7 @@ struct ExportOptions {
     std::string recording;
     std::string out;
     std::string surface;
+    std::optional<std::string> hand; ///< of several, the one that is written
     double step_ms = 20.0;
     Replace replace = Replace::own;
 };
@@ -75,7 +76,7 @@ int run_export(const ExportOptions& options) {
     if (is_markups && !options.surface.empty())
         throw UsageError("--surface: is a mesh, which markups cannot hold; name the output .vtp");
     const std::filesystem::path file = named_recording(options.recording);
-    const Recording recording = read_shown(file);
+    const Recording recording = read_shown(file, options.hand);
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
     check_outputs(std::array{out}, inputs, options.replace);
@@ -104,6 +105,7 @@ void add_export(CLI::App& app, Action& run) {
         ->add_option("-o,--out", options->out,
                      ".mrk.json: 3D Slicer's markups; .vtp: VTK's polygonal data")
         ->required();
+    command->add_option("--hand", options->hand, "of several hands this one, by its name");
     command->add_option("--surface", options->surface,
                         ".vtp: the mesh of that surface, with the time and force of touch of each "
                         "vertex, instead of the paths");

@@ -169,6 +169,7 @@ int run(int argc, char** argv) {
     add_phantom(app, chosen);
     add_new(app, chosen);
     add_view(app, chosen);
+    add_serve(app, chosen);
     add_validate(app, chosen);
     try {
         app.parse(argc, argv);

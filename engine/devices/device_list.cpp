@@ -10,6 +10,7 @@
 
 #include <palpate/drivers/plugin_device.h>
 #include <palpate/engine/devices/device_list.h>
+#include <palpate/engine/devices/internal/inverse_service_json.h>
 #include <palpate/engine/text/internal/json_text.h>
 
 namespace palpate {
@@ -26,7 +27,9 @@ std::string_view in_words(AttachedKind kind) {
     case AttachedKind::force_feedback:
         return "two-dimensional force";
     case AttachedKind::foreign:
-        return "a haptic device without a driver here";
+        return "a haptic device of another maker's protocol";
+    case AttachedKind::unseen:
+        return "cannot be looked at";
     case AttachedKind::other:
         break;
     }
@@ -43,6 +46,8 @@ std::string_view json_name(AttachedKind kind) {
         return "force_feedback";
     case AttachedKind::foreign:
         return "foreign";
+    case AttachedKind::unseen:
+        return "unseen";
     case AttachedKind::other:
         break;
     }
@@ -60,9 +65,12 @@ std::string address_in(const std::vector<AttachedDevice>& devices, const Attache
 }
 
 std::string line_of(const std::vector<AttachedDevice>& devices, const AttachedDevice& device) {
+    if (device.kind == AttachedKind::unseen)
+        return fmt::format("{}: {} {}\n", device.path, device.name, in_words(device.kind));
     const std::string ids = fmt::format("{:04x}:{:04x}", device.vendor, device.product);
     const std::string outcome = device.usable()                      ? address_in(devices, device)
                                 : device.kind == AttachedKind::other ? "-"
+                                : !device.way.by.empty()             ? "by " + device.way.by
                                                                      : "NOT USABLE";
     return fmt::format("{}  {}  {}: {}  {}\n", device.path, ids, device.name, in_words(device.kind),
                        outcome);
@@ -103,12 +111,16 @@ std::vector<ListedPlugin> listed_plugins(const std::vector<std::string>& files) 
 }
 
 std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail,
-                             const std::vector<ListedPlugin>& plugins) {
+                             const std::vector<ListedPlugin>& plugins,
+                             const ListedInverseService* service) {
     std::string text;
     std::size_t ours = 0, others = 0, unusable = 0;
+    bool is_all = true;
     for (const AttachedDevice& device : devices) {
         const bool other = device.kind == AttachedKind::other;
-        ++(other ? others : ours);
+        const bool unseen = device.kind == AttachedKind::unseen;
+        is_all = is_all && !unseen;
+        if (!unseen) ++(other ? others : ours);
         if (!other && !device.usable()) ++unusable;
         if (other && detail == DeviceListDetail::brief) continue;
         text += line_of(devices, device);
@@ -118,10 +130,16 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
         text += line_of(plugin);
         if (plugin.obstacle.empty()) ++ours;
     }
+    if (service != nullptr) {
+        text += detail == DeviceListDetail::why ? inverse_service_why(*service)
+                                                : inverse_service_text(*service);
+        ours += service->found.devices.size();
+        unusable += service->found.devices.size() - usable_devices(*service);
+    }
     if (ours == 0)
-        text += "no haptic device is attached; a path, an orbit, a tour, a recording or the "
-                "simulated hand serves as well: --device path:FILE, orbit, tour, recording:FILE, "
-                "hand\n";
+        text += (is_all ? "no haptic device is attached" : "no haptic device was found") +
+                std::string("; a path, an orbit, a tour, a recording or the simulated hand serves "
+                            "as well: --device path:FILE, orbit, tour, recording:FILE, hand\n");
     if (detail == DeviceListDetail::brief && unusable > 0)
         text += "`palpate devices --why` says why something is not usable, and what helps\n";
     if (detail == DeviceListDetail::brief && others > 0)
@@ -131,7 +149,8 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
 }
 
 std::string device_list_json(const std::vector<AttachedDevice>& devices,
-                             const std::vector<ListedPlugin>& plugins) {
+                             const std::vector<ListedPlugin>& plugins,
+                             const ListedInverseService* service) {
     nlohmann::json list = nlohmann::json::array();
     for (const AttachedDevice& device : devices) {
         nlohmann::json findings = nlohmann::json::array();
@@ -147,8 +166,12 @@ std::string device_list_json(const std::vector<AttachedDevice>& devices,
                               {"kind", json_name(device.kind)},
                               {"usable", device.usable()},
                               {"address", nullptr},
+                              {"way", nullptr},
                               {"findings", std::move(findings)}};
         if (device.usable()) one["address"] = address_in(devices, device);
+        if (!device.way.by.empty())
+            one["way"] = {
+                {"by", device.way.by}, {"page", device.way.page}, {"tested", device.way.tested}};
         list.push_back(std::move(one));
     }
     nlohmann::json named = nlohmann::json::array();
@@ -161,7 +184,9 @@ std::string device_list_json(const std::vector<AttachedDevice>& devices,
                          {"obstacle", plugin.obstacle}});
         if (is_usable) named.back()["address"] = "plugin:" + plugin.path;
     }
-    return internal::json_text({{"devices", std::move(list)}, {"plugins", std::move(named)}});
+    nlohmann::json all = {{"devices", std::move(list)}, {"plugins", std::move(named)}};
+    if (service != nullptr) all["inverse_service"] = internal::inverse_service_json(*service);
+    return internal::json_text(all);
 }
 
 } // namespace palpate

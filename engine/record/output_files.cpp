@@ -175,6 +175,8 @@ std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
     for (const EffectDescription& effect : scene.effects)
         files.push_back(file_of(effect));
     files.push_back(scene.device.file);
+    for (const DeviceDescription& hand : scene.hands)
+        files.push_back(hand.file);
     std::erase_if(files, [](const std::filesystem::path& file) { return file.empty(); });
     return files;
 }

@@ -2,10 +2,10 @@
 /* Prints the layout of every struct and the number of every name of <palpate/device_plugin.h>. What
    plug-ins were compiled with must not change unseen: the list is kept beside this, in
    device_plugin_abi.txt. */
-#include <stdio.h>
-
-#include <palpate/device_plugin.h>
+#include <palpate/device_plugin.h> /* first: it needs nothing but itself */
 #include <palpate/device_plugin.h> /* twice does no harm */
+
+#include <stdio.h>
 
 #define STRUCT(name) printf(#name " %zu\n", sizeof(name))
 #define MEMBER(name, member) printf("  %-24s %zu\n", #member, offsetof(name, member))

@@ -175,17 +175,85 @@ TEST(DeviceJudgement, HoldersAreObstaclesOnlyWhereTheyWouldSendForces) {
     EXPECT_TRUE(finding(device, Weight::note, "haptics (process 7) has it open"));
 }
 
-TEST(DeviceJudgement, SerialSuccessorsAndOtherMakersAreForeign) {
-    const auto teensy =
-        judged(UsbEvidence{"usb 1-4", 0x16C0, 0x0483, "Teensyduino USB Serial"}, {});
-    ASSERT_TRUE(teensy);
-    EXPECT_EQ(teensy->kind, AttachedKind::foreign);
-    EXPECT_FALSE(teensy->usable());
-    EXPECT_TRUE(finding(*teensy, Weight::obstacle, "serial port and not over HID"));
-    const auto falcon = judged(UsbEvidence{"usb 2-1", 0x0403, 0xCB48, ""}, {});
-    ASSERT_TRUE(falcon);
-    EXPECT_EQ(falcon->name, "Novint Falcon");
+struct OtherMaker {
+    UsbEvidence usb;
+    const char* name;   ///< that we give it, where it has none of its own
+    const char* called; ///< one of its names
+    const char* remedy; ///< a part of it
+};
+
+const OtherMaker kOtherMakers[] = {
+    {{"usb 1-1", 0x0301, 0x2988, ""}, "3D Systems Touch", "touch", "plugin:./open_haptics.so"},
+    {{"usb 1-2", 0x2988, 0x0302, ""}, "3D Systems Touch", "touch", "open_haptics.c"},
+    {{"usb 1-3", 0x2988, 0x0304, ""}, "3D Systems Touch", "touch", "docs/device_plugins.md"},
+    {{"usb 1-4", 0x1451, 0x0402, "Force Dimension omega.7"},
+     "Force Dimension omega.7",
+     "omega",
+     "force_dimension.cpp"},
+    {{"usb 1-5", 0x1451, 0x0403, ""},
+     "Force Dimension omega, delta, sigma or lambda",
+     "sigma",
+     "plugin:./force_dimension.so"},
+    {{"usb 1-6", 0x0403, 0xCB48, ""}, "Novint Falcon", "falcon", "plugin:./falcon.so"},
+    {{"usb 1-7", 0xABCD, 0x0001, "Haply Robotics Inverse3"},
+     "Haply Robotics Inverse3",
+     "inverse3",
+     "Inverse Service"},
+    {{"usb 1-8", 0x16C0, 0x0483, "Teensyduino USB Serial"},
+     "Teensyduino USB Serial",
+     "teensy",
+     "examples/device_plugin_udp"},
+};
+
+TEST(DeviceJudgement, DevicesOfOtherMakersAreKnownWithTheWayThatLeadsToThem) {
+    for (const OtherMaker& one : kOtherMakers) {
+        SCOPED_TRACE(one.usb.place);
+        const auto device = judged(one.usb, {});
+        ASSERT_TRUE(device);
+        EXPECT_EQ(device->kind, AttachedKind::foreign);
+        EXPECT_FALSE(device->usable());
+        EXPECT_EQ(device->name, one.name);
+        EXPECT_TRUE(has_word(device->called, one.called));
+        EXPECT_FALSE(device->way.by.empty() || device->way.page.empty());
+        EXPECT_NE(device->way.tested.find("not with this"), std::string::npos) << "no more is true";
+        EXPECT_TRUE(finding(*device, Weight::obstacle, one.remedy));
+        EXPECT_TRUE(finding(*device, Weight::note, device->way.tested));
+    }
     EXPECT_FALSE(judged(UsbEvidence{"usb 1-1", 0x1D6B, 0x0002, "hub"}, {}));
+    EXPECT_FALSE(judged(UsbEvidence{"usb 1-1", 0x0403, 0x6001, "FTDI FT232R"}, {}))
+        << "a serial adapter of the Falcon's chip";
+}
+
+TEST(DeviceJudgement, ATouchIsKnownInBothOfItsForms) {
+    UsbEvidence serial{"usb 1-2", 0x2988, 0x0302, ""};
+    serial.is_port = true;
+    serial.node = "/dev/ttyACM0";
+    serial.access = NodeAccess::denied;
+    serial.owner = "root:dialout, mode 0660";
+    const auto port = judged(serial, {});
+    ASSERT_TRUE(port);
+    EXPECT_TRUE(finding(*port, Weight::obstacle, "attached with the serial port /dev/ttyACM0"));
+    EXPECT_TRUE(finding(*port, Weight::note, "/dev/ttyACM0 (root:dialout, mode 0660)"));
+    EXPECT_TRUE(finding(*port, Weight::note, "sudo adduser $USER dialout"));
+
+    const HidEvidence node = attached(0x2988, 0x0304, hid_usage(0xFF00, 1));
+    const AttachedDevice hid = judged(node);
+    EXPECT_EQ(hid.kind, AttachedKind::foreign);
+    EXPECT_EQ(hid.path, "/dev/hidraw4");
+    EXPECT_TRUE(finding(hid, Weight::obstacle, "attached as a HID device"));
+    EXPECT_TRUE(has_word(hid.called, "touch"));
+    EXPECT_FALSE(judged(UsbEvidence{"usb 1-2", 0x2988, 0x0304, ""}, {node})) << "it is listed";
+}
+
+TEST(DeviceJudgement, WhatALibraryOpensOnTheUsbNeedsARule) {
+    UsbEvidence falcon{"usb 2-1", 0x0403, 0xCB48, ""};
+    falcon.node = "/dev/bus/usb/002/005";
+    falcon.access = NodeAccess::denied;
+    const auto device = judged(falcon, {});
+    ASSERT_TRUE(device);
+    EXPECT_TRUE(finding(*device, Weight::note,
+                        "SUBSYSTEM==\"usb\", ATTR{idVendor}==\"0403\", "
+                        "ATTR{idProduct}==\"cb48\""));
 }
 
 TEST(DeviceJudgement, OnTheUsbWithoutANodeTheKernelsDriverIsMissing) {
@@ -281,7 +349,48 @@ TEST(SystemDevices, UsbDevicesAreListedAndTheirInterfacesAreNot) {
     EXPECT_EQ(found[0].vendor, 0x16C0);
     EXPECT_EQ(found[0].product, 0x0483);
     EXPECT_EQ(found[0].name, "Teensyduino USB Serial");
-    EXPECT_TRUE(usb_evidence({folder / "nowhere", folder / "nowhere", folder / "nowhere"}).empty());
+    EXPECT_FALSE(found[0].is_port || found[0].is_hid);
+    EXPECT_TRUE(usb_evidence(system_folders(folder / "nowhere")).empty());
+}
+
+TEST(SystemDevices, OfAUsbDeviceItIsSeenWhatALibraryOpens) {
+    const TemporaryFolder folder;
+    const SystemFolders system = system_folders(folder.path());
+    const auto bus = system.sys / "bus" / "usb" / "devices";
+    for (const char* place : {"1-4", "2-1.3"}) {
+        put(bus / place / "idVendor", "2988\n");
+        put(bus / place / "idProduct", "0302\n");
+        put(bus / place / "busnum", "2\n");
+        put(bus / place / "devnum", "14\n");
+    }
+    put(bus / "1-4:1.0" / "bInterfaceClass", "02\n");
+    put(bus / "1-4:1.0" / "tty" / "ttyACM0" / "dev", "166:0\n");
+    put(system.dev / "ttyACM0", "");
+    put(bus / "2-1.3:1.0" / "bInterfaceClass", "03\n");
+    const std::vector<UsbEvidence> found = usb_evidence(system);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].node, (system.dev / "ttyACM0").string());
+    EXPECT_TRUE(found[0].is_port);
+    EXPECT_EQ(found[0].access, NodeAccess::granted);
+    EXPECT_EQ(found[1].node, (system.dev / "bus/usb/002/014").string());
+    EXPECT_TRUE(found[1].is_hid && !found[1].is_port);
+    EXPECT_EQ(found[1].access, NodeAccess::missing);
+}
+
+TEST(SystemDevices, AListThatCannotBeReadIsSaid) {
+    const TemporaryFolder folder;
+    const SystemFolders system = system_folders(folder.path());
+    const auto without_sys = unseen_usb(system);
+    ASSERT_TRUE(without_sys);
+    EXPECT_EQ(without_sys->kind, AttachedKind::unseen);
+    EXPECT_FALSE(without_sys->usable());
+    EXPECT_TRUE(finding(*without_sys, Weight::obstacle, "bus/usb/devices cannot be read"));
+    std::filesystem::create_directories(system.sys / "bus");
+    const auto without_usb = unseen_usb(system);
+    ASSERT_TRUE(without_usb);
+    EXPECT_TRUE(finding(*without_usb, Weight::obstacle, "this system has no USB"));
+    std::filesystem::create_directories(system.sys / "bus/usb/devices");
+    EXPECT_FALSE(unseen_usb(system));
 }
 
 TEST(SystemDevices, AFileThatWeHaveOpenHasUsAsItsHolder) {
@@ -325,6 +434,35 @@ TEST(AttachedDevices, AnAddressIsAKindOrANodeAndAnObstacleIsSaid) {
     refused("wooden", "hid:wooden: none is attached", "; plug it in");
     refused("mouse", "hid:mouse: no such kind", "; give wooden, spacemouse");
     refused("", "hid:: no such kind", "; give wooden");
+}
+
+TEST(AttachedDevices, ADeviceOfAnotherMakerIsNamedWithItsWay) {
+    std::vector<AttachedDevice> devices;
+    const auto refusal = [&](const std::string& address) -> std::string {
+        try {
+            device_at(address, devices);
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(refusal("touch"), "hid:touch: none is attached; plug it in, `palpate devices` lists "
+                                "what is");
+    devices = {*unseen_usb(system_folders("/nowhere/at/all"))};
+    EXPECT_NE(refusal("touch").find("hid:touch: none was found, and /nowhere/at/all/sys/bus/usb/"
+                                    "devices cannot be read"),
+              std::string::npos)
+        << refusal("touch");
+    devices.clear();
+    for (const OtherMaker& one : kOtherMakers)
+        devices.push_back(*judged(one.usb, {}));
+    for (const OtherMaker& one : kOtherMakers) {
+        const std::string said = refusal(one.called);
+        EXPECT_NE(said.find("Palpate has no driver for it: "), std::string::npos) << said;
+        EXPECT_NE(said.find(one.remedy), std::string::npos) << said;
+    }
+    EXPECT_TRUE(refusal("omega").starts_with("usb 1-4 is a Force Dimension omega.7 (1451:0402): "))
+        << refusal("omega");
 }
 
 TEST(UdevRules, TheShippedFileIsWhatTheCommandPrints) {

@@ -20,17 +20,17 @@
     X(NONE)                                                                                        \
     X(ANY_OPTION)                                                                                  \
     X(SILENT_OPEN)                                                                                 \
-    X(OPEN_HANGS) X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES)            \
-        X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE)      \
-            X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES)     \
-                X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ)         \
-                    X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE)            \
-                        X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER)       \
-                            X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) X(NO_RESTART)               \
-                                X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE)  \
-                                    X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) X(LEAKS_THREAD)  \
-                                        X(LEAKS_MEMORY) X(HANG_IN_READ) X(HANG_IN_STOP)            \
-                                            X(TELLS_FORCE) X(GARBAGE)
+    X(OPEN_HANGS)                                                                                  \
+    X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START)    \
+        X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION)            \
+            X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE)          \
+                X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE)      \
+                    X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG)            \
+                        X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) \
+                            X(SECOND_STOP_CRASHES) X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE)    \
+                                X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) \
+                                    X(LEAKS_FILE) X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)  \
+                                        X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE) X(CHAOS)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
@@ -51,6 +51,7 @@ int a_function_of_a_library_that_is_not_linked(void);
 typedef struct {
     int is_started, was_started, stops, file;
     long reads, writes;
+    unsigned dice;
     double began_s, stepped_s, told_s;
     double position[3], velocity[3], held[3], told[HISTORY][3];
     double last_told_s;
@@ -197,11 +198,22 @@ static void move(device_type* device, double until_s) {
     }
 }
 
+/* Numbers from 0 to 999, the same in each run. */
+static unsigned throw_dice(device_type* device) {
+    device->dice = device->dice * 1664525u + 1013904223u;
+    return (device->dice >> 8) % 1000u;
+}
+
+/* For 0.3 s every 3 s each call fails. */
+static int is_down(const device_type* device) { return fmod(now_s() - device->began_s, 3.0) > 2.7; }
+
 static void misbehave(device_type* device) {
     const long reads = device->reads;
     if (HAS(HANG_IN_READ) && reads == 200) go_on(NULL);
     if (HAS(SLOW_READ)) sleep_s(5e-3);
     if (HAS(BLOCKS) && reads % 60 == 30) sleep_s(0.25);
+    if (HAS(CHAOS) && throw_dice(device) == 0 && throw_dice(device) < 500)
+        sleep_s(0.06 + 1e-4 * throw_dice(device));
     if (HAS(CRASH_LATE) && reads == 20000) abort();
     if (HAS(ALLOCATES)) {
         kept = malloc(100);
@@ -249,6 +261,17 @@ static int spoil(const device_type* device, palpate_plugin_state* state) {
     return PALPATE_PLUGIN_OK;
 }
 
+/* Everything in turn: garbage, failures, states that are stale, out of order, there already. */
+static int chaos(device_type* device, palpate_plugin_state* state) {
+    const unsigned dice = throw_dice(device);
+    if (is_down(device)) return PALPATE_PLUGIN_FAILED;
+    if (dice < 400) return spoil(device, state);
+    if (dice < 430) state->is_stale = 1;
+    if (dice >= 430 && dice < 500) state->time_s -= 0.02;
+    if (dice >= 500 && dice < 600) return PALPATE_PLUGIN_NOTHING_NEW;
+    return PALPATE_PLUGIN_OK;
+}
+
 static int plugin_read(void* opened, palpate_plugin_state* state) {
     device_type* device = opened;
     if (HAS(CRASH_BEFORE_START) && !device->was_started) abort();
@@ -279,6 +302,7 @@ static int plugin_read(void* opened, palpate_plugin_state* state) {
     if (HAS(TELLS_FORCE))
         for (int i = 0; i < 3; ++i)
             state->position_m[i] = 1e-3 * device->held[i];
+    if (HAS(CHAOS)) return chaos(device, state);
     return HAS(GARBAGE) ? spoil(device, state) : PALPATE_PLUGIN_OK;
 }
 #endif
@@ -291,7 +315,9 @@ static int plugin_write(void* opened, const double force_n[3]) {
     if (!device->is_started && !(HAS(FORCE_BEFORE_START) && !device->was_started))
         return PALPATE_PLUGIN_OK;
     if (HAS(SLOW_WRITE)) sleep_s(5e-3);
-    if (HAS(REFUSES_FORCE) && ++device->writes % 10 == 0) {
+    const int refuses = (HAS(REFUSES_FORCE) && ++device->writes % 10 == 0) ||
+                        (HAS(CHAOS) && (is_down(device) || throw_dice(device) < 50));
+    if (refuses) {
         device->reason = "the amplifiers are too hot; wait";
         return PALPATE_PLUGIN_FAILED;
     }

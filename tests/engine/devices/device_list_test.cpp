@@ -63,6 +63,52 @@ TEST(DeviceList, WhyTellsEveryFindingAndRemedyAndTheOthers) {
               "    note: it is blue\n");
 }
 
+AttachedDevice touch() {
+    AttachedDevice device{"usb 1-4",
+                          0x2988,
+                          0x0302,
+                          "3D Systems Touch",
+                          AttachedKind::foreign,
+                          {{DeviceFinding::Weight::obstacle, "no driver", "a plug-in (page)"},
+                           {DeviceFinding::Weight::note, "with a fake", ""}}};
+    device.way = {"a plug-in", "page", "with a fake"};
+    return device;
+}
+
+TEST(DeviceList, ADeviceOfAnotherMakerIsListedWithItsWay) {
+    EXPECT_EQ(device_list_text({touch()}, DeviceListDetail::why),
+              "usb 1-4  2988:0302  3D Systems Touch: a haptic device of another maker's protocol  "
+              "by a plug-in\n"
+              "    in the way: no driver\n"
+              "    remedy: a plug-in (page)\n"
+              "    note: with a fake\n");
+    EXPECT_EQ(device_list_text({touch()}, DeviceListDetail::brief).find("no haptic device"),
+              std::string::npos);
+    const auto json = nlohmann::json::parse(device_list_json({touch(), denied_board()}));
+    EXPECT_EQ(json["devices"][0]["kind"], "foreign");
+    EXPECT_EQ(json["devices"][0]["way"],
+              nlohmann::json({{"by", "a plug-in"}, {"page", "page"}, {"tested", "with a fake"}}));
+    EXPECT_TRUE(json["devices"][1]["way"].is_null());
+}
+
+TEST(DeviceList, ThatNothingIsAttachedIsSaidOnlyWhereEverythingWasSeen) {
+    const AttachedDevice unseen{"/sys/bus/usb/devices",
+                                0,
+                                0,
+                                "the list of what is on the USB",
+                                AttachedKind::unseen,
+                                {{DeviceFinding::Weight::obstacle, "cannot be read", "mount it"}}};
+    EXPECT_EQ(device_list_text({unseen, keyboard()}, DeviceListDetail::why),
+              "/sys/bus/usb/devices: the list of what is on the USB cannot be looked at\n"
+              "    in the way: cannot be read\n"
+              "    remedy: mount it\n"
+              "/dev/hidraw0  046d:c31c  Logitech Keyboard: not a haptic device  -\n"
+              "    note: it is a keyboard or a mouse\n"
+              "no haptic device was found; a path, an orbit, a tour, a recording or the simulated "
+              "hand serves as well: --device path:FILE, orbit, tour, recording:FILE, hand\n");
+    EXPECT_EQ(nlohmann::json::parse(device_list_json({unseen}))["devices"][0]["kind"], "unseen");
+}
+
 TEST(DeviceList, TwoOfAKindAreToldApartByTheirNodes) {
     const auto json = nlohmann::json::parse(
         device_list_json({mouse("/dev/hidraw4"), mouse("/dev/hidraw6"), denied_board()}));
