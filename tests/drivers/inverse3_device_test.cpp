@@ -396,6 +396,20 @@ TEST(Inverse3Device, WhatCameWithoutBeingAskedForIsNoState) {
     EXPECT_EQ(rig.device.counts().losses, 0u) << "some of them are no flood";
 }
 
+TEST(Inverse3Device, AServiceThatDoesNotSayWhatItHasReadGetsNoForce) {
+    Service service;
+    auto settings = settings_of(service);
+    settings.stale_after_s = 0.03;
+    settings.lost_after_s = 0.3;
+    Rig rig(service, settings);
+    ASSERT_TRUE(rig.is_pushed());
+    service.answer_no_pings();
+    service.hang_up();
+    ASSERT_TRUE(rig.pushes_until([&] { return rig.device.counts().losses >= 3; }))
+        << "hung up once, then left";
+    EXPECT_GT(rig.device.counts().late, 0u);
+}
+
 TEST(Inverse3Device, AServiceThatIsStartedAnewIsFoundAndANewTrialBegins) {
     Service service;
     Rig rig(service);
