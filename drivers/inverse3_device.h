@@ -24,7 +24,7 @@ class Inverse3Device final : public HapticDevice {
 public:
     /// Which device, and how long a silence may last.
     struct Settings {
-        Inverse3Address address;
+        Inverse3Address address;     ///< whose device, which one, and its longest force
         double rate_hz = 1000.0;     ///< exchanges with the service, [50, 4000]
         double stale_after_s = 0.01; ///< > 0, from asking for a state until it is stale
         double force_hold_s = 0.02;  ///< > 0, how long the last force is held; then it is zero
