@@ -562,8 +562,9 @@ typedef struct palpate_check {
 
 /* Computes the frames of a recording again. `scene`: the one that was recorded, or another one of
    the same text and data. Data is not in a recording, its SHA-256 is: other data is refused with
-   its name, and so is a recording in which a gain was changed or a body moved. Bakes and meshes the
-   scene again, unless it has a cache. [setup] */
+   its name, and so is a recording in which a gain was changed or a body moved. Of several hands all
+   frames are computed, hand by hand, and are counted like that. Bakes and meshes the scene again,
+   unless it has a cache. [setup] */
 palpate_code palpate_recording_check(const char *recording, const palpate_scene *scene,
                                      palpate_check *check, palpate_error *error);
 

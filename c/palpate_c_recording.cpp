@@ -23,9 +23,10 @@ void write(const palpate_loop& loop, const std::filesystem::path& file) {
     require(loop.record.has_value(),
             "palpate_loop_write_recording: the loop keeps no frames; make it with "
             "palpate_loop_options.recorded_frames");
-    require(!loop.record->run().frames.empty(),
-            "palpate_loop_write_recording: no frame is kept: none has been computed, or another scene "
-            "was adopted before; call palpate_loop_frame() first");
+    require(
+        !loop.record->run().frames.empty(),
+        "palpate_loop_write_recording: no frame is kept: none has been computed, or another scene "
+        "was adopted before; call palpate_loop_frame() first");
     const palpate::Scene& scene = *loop.scene;
     const std::vector<std::filesystem::path> outputs{file};
     palpate::check_outputs(outputs, palpate::input_files(scene.description()),
@@ -36,17 +37,18 @@ void write(const palpate_loop& loop, const std::filesystem::path& file) {
 }
 
 palpate_check checked(const std::filesystem::path& file, const palpate_scene& scene) {
-    const palpate::Recording recording = palpate::read_recording(file);
-    palpate::SceneDescription description = scene.scene->description();
-    palpate::apply(palpate::overrides_from_json(recording.overrides), description);
-    const palpate::Trace again = palpate::run_again(
-        palpate::recorded_scene(recording, file, std::move(description), scene.resources),
-        recording);
-    const palpate::RunDifference differing = palpate::difference(recording, again);
     palpate_check check{};
-    check.frames = again.frames.size();
-    check.different = differing.frames;
-    check.first_different = differing.first.value_or(0);
+    for (const palpate::Recording& hand : palpate::read_recordings(file)) {
+        palpate::SceneDescription description = scene.scene->description();
+        palpate::apply(palpate::overrides_from_json(hand.overrides), description);
+        const palpate::Trace again = palpate::run_again(
+            palpate::recorded_scene(hand, file, std::move(description), scene.resources), hand);
+        const palpate::RunDifference differing = palpate::difference(hand, again);
+        if (check.different == 0 && differing.first)
+            check.first_different = check.frames + *differing.first;
+        check.frames += again.frames.size();
+        check.different += differing.frames;
+    }
     return check;
 }
 

@@ -4,14 +4,14 @@
 # PALPATE_INCLUDE (where version.h is) and PALPATE_DESTINATION set.
 cmake_policy(VERSION 3.25)
 set(wanted
-  engine/loop/palpate.h engine/loop/effect_library.h engine/loop/device_safety.h engine/scene/validation.h engine/scene/scene_overrides.h
+  engine/loop/palpate.h engine/loop/effect_library.h engine/loop/device_safety.h engine/scene/validation.h engine/scene/scene_overrides.h engine/scene/hands.h
   engine/scene/contact_choice.h haptics/stepping/sub_step.h
   volume/volume_check.h geometry/mesh_check.h
   volume/fields/analytic_fields.h volume/fields/function_field.h volume/fields/grid_field.h volume/fields/grid_vector_field.h
   volume/filters/*.h volume/formats/*.h geometry/formats/*.h geometry/isosurface.h geometry/mesh_intersections.h
   geometry/mesh_report.h geometry/surface_seeds.h drivers/*.h engine/devices/*.h engine/run/*.h
   engine/truth/surface_distance.h engine/files/*.h engine/record/*.h engine/baking/*.h
-  engine/picture/*.h engine/info/*.h engine/report/*.h engine/study/*.h engine/view/*.h)
+  engine/picture/*.h engine/info/*.h engine/report/*.h engine/study/*.h engine/view/*.h engine/serve/*.h)
 list(TRANSFORM wanted PREPEND ${PALPATE_SOURCE}/)
 file(GLOB pending RELATIVE ${PALPATE_SOURCE} ${wanted})
 set(installed "")

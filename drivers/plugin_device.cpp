@@ -14,7 +14,8 @@
 #include <string_view>
 #include <thread>
 
-#include <palpate/drivers/internal/newest_value.h>
+#include <palpate/drivers/internal/device_address.h>
+#include <palpate/drivers/internal/device_mailbox.h>
 #include <palpate/drivers/internal/plugin_library.h>
 
 namespace palpate {
@@ -24,13 +25,10 @@ constexpr std::size_t kMostOptions = 64;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Clock = std::chrono::steady_clock;
+using internal::steady_s;
 
 Clock::duration duration_of(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-double now_s() noexcept {
-    return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
 Vec3 vec_of(const double (&values)[3]) noexcept { return {values[0], values[1], values[2]}; }
@@ -59,44 +57,18 @@ DeviceState state_of(const palpate_plugin_state& said) noexcept {
     return state;
 }
 
-/// A state, and when it came.
-struct Said {
-    DeviceState state;
-    double came_s = -kInfinite;
-};
-
-/// A force, and when the loop wanted it.
-struct Wanted {
-    Vec3 force{0.0};
-    double given_s = -kInfinite;
-};
-
 } // namespace
 
 PluginAddress plugin_address(const std::string& text) {
-    const std::size_t mark = text.find('?');
-    PluginAddress address;
-    address.path = text.substr(0, mark);
+    internal::DeviceAddress taken = internal::device_address("plugin:", text);
     const auto fail = [&](const std::string& what, const std::string& remedy) {
         throw std::runtime_error("plugin:" + text + ": " + what + "; " + remedy);
     };
-    if (address.path.empty())
+    if (taken.place.empty())
         fail("names no file", "give the plug-in's shared library, as plugin:./mine.so");
-    for (std::size_t at = mark; at < text.size();) {
-        const std::size_t end = std::min(text.find('&', at + 1), text.size());
-        const std::string option = text.substr(at + 1, end - at - 1);
-        const std::size_t equals = option.find('=');
-        if (equals == std::string::npos || equals == 0)
-            fail("the option \"" + option + "\" is no key=value", "write ?key=value&key=value");
-        const std::string key = option.substr(0, equals);
-        for (const auto& [known, value] : address.options)
-            if (known == key) fail("the option " + key + " is there twice", "keep one of them");
-        address.options.emplace_back(key, option.substr(equals + 1));
-        at = end;
-    }
-    if (address.options.size() > kMostOptions)
+    if (taken.options.size() > kMostOptions)
         fail("has more than 64 options", "put them into a file of the plug-in's own");
-    return address;
+    return {std::move(taken.place), std::move(taken.options)};
 }
 
 PluginName plugin_name(const std::string& path) {
@@ -123,7 +95,7 @@ public:
 
     const palpate_plugin_properties& properties() const noexcept { return properties_; }
     void newest(DeviceState& state) noexcept;
-    void want(const Vec3& force) noexcept { wanted_.give({force, now_s()}); }
+    void want(const Vec3& force) noexcept { mailbox_.want(force); }
     PluginCounts counts() const noexcept;
     std::string first_reason() const {
         const std::lock_guard lock(mutex_);
@@ -155,12 +127,9 @@ private:
     void* device_ = nullptr;
     palpate_plugin_properties properties_ = internal::unknown_properties();
     double last_time_s_ = -kInfinite;
-    Wanted force_;
 
     // From thread to thread, without a wait.
-    internal::NewestValue<Said> said_;
-    internal::NewestValue<Wanted> wanted_;
-    Said newest_; ///< the loop's
+    internal::DeviceMailbox mailbox_;
     std::atomic<double> untaken_since_s_{kInfinite};
     std::array<std::atomic<std::uint64_t>, 6> counts_{};
     std::atomic<std::uint64_t>&states_{counts_[0]}, &not_later_{counts_[1]}, &faulty_{counts_[2]},
@@ -295,7 +264,7 @@ void PluginDevice::Runner::exchange_frames() {
 
 void PluginDevice::Runner::read_once() {
     palpate_plugin_state said = internal::unknown_state();
-    const double began_s = now_s();
+    const double began_s = steady_s();
     const int result = result_of([&] { return plugin_.read(device_, &said); });
     if (took_too_long(began_s) || result == PALPATE_PLUGIN_NOTHING_NEW) return;
     if (result != PALPATE_PLUGIN_OK) return note(failed_reads_, nullptr);
@@ -306,16 +275,12 @@ void PluginDevice::Runner::read_once() {
     }
     last_time_s_ = said.time_s;
     states_.fetch_add(1, std::memory_order_relaxed);
-    said_.give({state_of(said), now_s()});
+    mailbox_.give(state_of(said), steady_s());
 }
 
 void PluginDevice::Runner::write_once() {
-    wanted_.take(force_);
-    const double began_s = now_s();
-    Vec3 force = began_s - force_.given_s <= kForceHold_s ? force_.force : Vec3{0.0};
-    const double length = glm::length(force);
-    if (!(length <= properties_.force_n)) // what is no number is not
-        force = is_finite(force) ? force * (properties_.force_n / length) : Vec3{0.0};
+    const Vec3 force = mailbox_.force(properties_.force_n, kForceHold_s);
+    const double began_s = steady_s();
     const double force_n[3] = {force.x, force.y, force.z};
     const int result = result_of([&] { return plugin_.write(device_, force_n); });
     took_too_long(began_s);
@@ -328,7 +293,7 @@ void PluginDevice::Runner::write_once() {
 }
 
 bool PluginDevice::Runner::took_too_long(double began_s) noexcept {
-    if (now_s() - began_s <= properties_.longest_call_s) return false;
+    if (steady_s() - began_s <= properties_.longest_call_s) return false;
     slow_.fetch_add(1, std::memory_order_relaxed);
     return true;
 }
@@ -342,11 +307,8 @@ void PluginDevice::Runner::note(std::atomic<std::uint64_t>& count, const char* w
 }
 
 void PluginDevice::Runner::newest(DeviceState& state) noexcept {
-    said_.take(newest_);
-    const double now = now_s();
-    state = newest_.state;
-    if (now - newest_.came_s > properties_.stale_after_s ||
-        now - untaken_since_s_.load() > properties_.stale_after_s)
+    if (!mailbox_.newest(state, properties_.stale_after_s) ||
+        steady_s() - untaken_since_s_.load() > properties_.stale_after_s)
         state.freshness = Freshness::stale;
 }
 

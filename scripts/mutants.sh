@@ -1,19 +1,28 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# usage: scripts/mutants.sh [WORDS]
+# usage: scripts/mutants.sh [WORDS]...
 # Who notices when a guard is broken? Breaks each guard of scripts/mutants.txt once, in a copy of the sources, builds the library,
-# and runs the nearest tests. With WORDS only the guards with these words. Prints a table in Markdown; exits with 1 where a guard is
-# missed by its tests, with 2 where something is wrong with the list or the build. Takes about half a minute a guard on two cores,
-# and what a release build takes before that; build/mutants keeps the copy, so that the next time is quicker.
+# and runs the nearest tests. With WORDS only the guards with these words, or with one of several. Prints a table in Markdown. Exits
+# with 1 where a guard is missed by its tests, with 2 where something is wrong with the list or the build. Takes about half a minute
+# a guard on two cores, and what a release build takes before that; build/mutants keeps the copy, so that the next time is quicker.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 copy=$root/build/mutants/source
 build=$copy/build/release # as deep as in a checkout: the compiler cache has its objects
-words=${1:-}
+wanted=("${@:-}")
 jobs=$(nproc)
 most_seconds=300 # for the tests of a guard: what hangs is noticed
 
 fail() { printf 'mutants.sh: %s\n' "$*" >&2; exit 2; }
+
+# Whether a guard for purpose $1 is one of those that are wanted.
+is_wanted() {
+    local words
+    for words in "${wanted[@]}"; do
+        case $1 in *"$words"*) return 0 ;; esac
+    done
+    return 1
+}
 
 # Only what differs is written, so that nothing else is compiled again.
 mkdir -p "$copy"
@@ -29,12 +38,12 @@ purposes=() files=() lines=() instead=() tests=()
 while IFS= read -r purpose; do
     case $purpose in '' | '#'*) continue ;; esac
     IFS= read -r file && IFS= read -r line && IFS= read -r other && IFS= read -r test || fail "scripts/mutants.txt ends early"
-    case $purpose in *"$words"*) ;; *) continue ;; esac
+    is_wanted "$purpose" || continue
     count=$(sed 's/^ *//' "$root/$file" | grep -cxF -- "$line") || true
     [ "$count" = 1 ] || fail "$file has this line $count times, not once: $line"
     purposes+=("$purpose") files+=("$file") lines+=("$line") instead+=("$other") tests+=("$test")
 done <"$root/scripts/mutants.txt"
-[ ${#files[@]} -gt 0 ] || fail "no guard has the words \"$words\""
+[ ${#files[@]} -gt 0 ] || fail "no guard has the words \"${wanted[*]}\""
 
 mapfile -t executables < <(printf '%s\n' "${tests[@]%% *}" | sort -u)
 (cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF >/dev/null)

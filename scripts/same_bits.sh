@@ -1,32 +1,62 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The same bits from every compiler and at every level of optimisation: builds what the golden hashes need (tests/stability/
-# same_bits.txt) once for each COMPILER:LEVEL, and compares. Ends with 1 where a hash differs.
+# The same bits from every compiler and at every level of optimisation: compiles what computes a frame once for each COMPILER:LEVEL,
+# links it with the rest of build/release, and compares with the golden hashes (tests/stability/same_bits.txt). Ends with 1 where a
+# hash differs.
 #   scripts/same_bits.sh                              # g++ and clang++ at -O0, -O1, -O2 and -O3
 #   scripts/same_bits.sh g++:-O0 clang++:-O2          # these two alone
-# A build takes some ten processor minutes. Folders: build/same_bits/COMPILER-LEVEL.
+# What computes: geometry, haptics, volume/fields, engine/loop and engine/truth, but for geometry/formats. The rest reads and writes.
+# Needs a release build; then a COMPILER:LEVEL takes two to six processor minutes. Folders: build/same_bits/COMPILER-LEVEL.
 set -euo pipefail
 cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.."
-case ${1:-} in -h | --help) sed -n '3,8p' "$0"; exit 0 ;; esac
+case ${1:-} in -h | --help) sed -n '3,10p' "$0"; exit 0 ;; esac
+fail() { printf 'same_bits.sh: %s\n' "$*" >&2; exit 2; }
 builds=("$@")
 [ $# -gt 0 ] || builds=({g++,clang++}:{-O0,-O1,-O2,-O3})
 for build in "${builds[@]}"; do
-    [[ $build == *:-O[0-3] ]] || { echo "same_bits.sh: \"$build\" is no COMPILER:LEVEL, as g++:-O2" >&2; exit 2; }
-    command -v "${build%%:*}" >/dev/null || { echo "same_bits.sh: there is no ${build%%:*}: install it, or name others" >&2; exit 2; }
+    [[ $build == *:-O[0-3] ]] || fail "\"$build\" is no COMPILER:LEVEL, as g++:-O2"
+    command -v "${build%%:*}" >/dev/null || fail "there is no ${build%%:*}: install it, or name others"
 done
+release=build/release root=$PWD
+rooms='geometry/|haptics/|volume/fields/|engine/loop/|engine/truth/'
+mkdir -p build/same_bits
+{ cmake --preset release && cmake --build "$release" --target same_bits; } >build/same_bits/release.log 2>&1 ||
+    fail "build/release was not built: build/same_bits/release.log"
+cd "$release"
+ninja -t commands libpalpate.so >commands.same_bits
+
+# The command that compiles source $1 with compiler $2 at level $3 to object $4: as in the release build, but for these, and silent.
+command_of() {
+    grep -F -- " -c $root/$1" commands.same_bits | sed -E "s|^.*/c\+\+ |$2 |; s| -O[0-3] | $3 |g; s| -W[^ ]*||g
+        s| -MD -MT [^ ]* -MF [^ ]*||; s| -o [^ ]* -c | -o $4 -c |"
+}
+mapfile -t sources < <(sed -nE "s#.* -c $root/(($rooms).*)#\1#p" commands.same_bits)
+[ ${#sources[@]} -gt 50 ] || fail "build/release has only ${#sources[@]} sources that compute"
+
+# Compiles all of them, and links them in front of the rest: of two copies of an inline function the linker takes the first.
+build_library() {
+    local compiler=$1 level=$2 folder=$3 source link objects=()
+    link=$(grep -- '-soname,libpalpate.so' commands.same_bits | sed 's/^: && //; s/ && .*//')
+    for source in "${sources[@]}"; do
+        objects+=("$folder/${source//\//_}.o")
+        link=${link/ CMakeFiles\/palpate.dir\/$source.o/}
+        printf '%s ' "$(command -v ccache || true)"
+        command_of "$source" "$compiler" "$level" "${objects[-1]}"
+    done >"$folder/commands"
+    xargs -d '\n' -P "$(nproc)" -I{} bash -c '{}' <"$folder/commands" || return 1
+    link=${link/ -o libpalpate.so.0.1.0 / -o $folder/libpalpate.so.0 ${objects[*]} }
+    $link
+}
+
 different=0
 for build in "${builds[@]}"; do
     compiler=${build%%:*} level=${build##*:}
-    folder=build/same_bits/$compiler$level
+    folder=$root/build/same_bits/$compiler$level
     mkdir -p "$folder"
-    if ! { cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="$level -DNDEBUG" \
-        -DCMAKE_CXX_COMPILER="$compiler" -DPALPATE_WITH_CGAL=OFF -DPALPATE_BENCH=OFF -DPALPATE_PYTHON=OFF &&
-        cmake --build "$folder" --parallel --target same_bits; } >"$folder/build.log" 2>&1; then
-        echo "same_bits.sh: $compiler $level was not built: $folder/build.log" >&2
-        exit 2
-    fi
-    if "$folder/same_bits" >"$folder/result.log" 2>&1; then
-        echo "$compiler $level: the same bits"
+    build_library "$compiler" "$level" "$folder" >"$folder/build.log" 2>&1 || fail "$compiler $level was not built: $folder/build.log"
+    LD_LIBRARY_PATH=$folder ldd ./same_bits | grep -qF "$folder/libpalpate.so.0" || fail "same_bits does not use $folder/libpalpate.so.0"
+    if LD_LIBRARY_PATH=$folder ./same_bits >"$folder/result.log" 2>&1; then
+        echo "$compiler $level: ${#sources[@]} sources, the same bits"
     else
         echo "$compiler $level: $(grep -c 'Which is: .*"$\|seed [0-9]*:$' "$folder/result.log" || true) differences: $folder/result.log"
         different=1

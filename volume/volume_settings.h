@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
 namespace palpate {
@@ -26,6 +27,9 @@ struct VolumeSelection {
     std::string grid;   ///< .vdb: name of a grid; empty: the one named "density", or the only one
     Slices slices = Slices::refuse;                             ///< of a DICOM series
     NiftiTransform nifti_transform = NiftiTransform::automatic; ///< of a NIfTI file
+    std::filesystem::path reference = {}; ///< DICOM structure set: the image whose grid its
+                                          ///< contours were drawn on; series, grid, slices and
+                                          ///< nifti_transform are then of that image
 };
 
 /// Which connected parts of the material stay.

@@ -45,7 +45,7 @@ std::string region_text(const std::optional<Box>& region_mm) {
 std::string source_key(const VolumeDescription& volume) {
     if (is_in_memory(volume)) return sha256_of_data(volume);
     std::vector<std::string> hashes;
-    for (const std::filesystem::path& file : source_files(volume.file))
+    for (const std::filesystem::path& file : source_files(volume.file, volume.selection))
         if (std::filesystem::exists(file)) hashes.push_back(sha256_of_file(file));
     std::sort(hashes.begin(), hashes.end());
     std::string text = fmt::format("{} {} {} {}\n", volume.selection.series, volume.selection.grid,

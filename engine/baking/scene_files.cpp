@@ -91,8 +91,9 @@ public:
                                         const Progress& progress) const override {
         return std::make_unique<Reader>(scene, cache_, extract, progress);
     }
-    std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file) const override {
-        return read_recording(file).inputs;
+    std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file,
+                                             const std::string& hand) const override {
+        return read_recording(file, hand).inputs;
     }
 
 private:

@@ -43,9 +43,11 @@ void add_trace(CLI::App& app, Action& run);
 void add_replay(CLI::App& app, Action& run);
 void add_study(CLI::App& app, Action& run);
 void add_report(CLI::App& app, Action& run);
+void add_export(CLI::App& app, Action& run);
 void add_phantom(CLI::App& app, Action& run);
 void add_new(CLI::App& app, Action& run);
 void add_view(CLI::App& app, Action& run);
+void add_serve(CLI::App& app, Action& run);
 void add_validate(CLI::App& app, Action& run);
 
 /// An option's number in [low, high]; unlike CLI::Range, nan is in no range.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdlib>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct DeviceOptions {
     bool json = false;
     bool rules = false;
     std::vector<std::string> plugins;
+    std::string inverse_service;
 };
 
 /// Those that are given, and those in PALPATE_DEVICE_PLUGINS, with colons between them.
@@ -29,6 +31,14 @@ std::vector<std::string> named_plugins(std::vector<std::string> files) {
     return files;
 }
 
+ListedInverseService asked_service(const std::string& where) {
+    try {
+        return listed_inverse_service(where);
+    } catch (const std::runtime_error& error) {
+        throw UsageError(fmt::format("--inverse-service {}: {}", where, error.what()));
+    }
+}
+
 int devices(const DeviceOptions& options) {
     if (options.rules) {
         print(udev_rules());
@@ -36,11 +46,12 @@ int devices(const DeviceOptions& options) {
     }
     const std::vector<AttachedDevice> attached = attached_devices();
     const std::vector<ListedPlugin> plugins = listed_plugins(named_plugins(options.plugins));
+    const ListedInverseService service = asked_service(options.inverse_service);
     print(options.json
-              ? device_list_json(attached, plugins)
+              ? device_list_json(attached, plugins, &service)
               : device_list_text(attached,
                                  options.why ? DeviceListDetail::why : DeviceListDetail::brief,
-                                 plugins));
+                                 plugins, &service));
     return kDone;
 }
 
@@ -57,6 +68,9 @@ void add_devices(CLI::App& app, Action& run) {
     command->add_option("--plugin", options->plugins,
                         "files of device plug-ins, which are loaded, beside those that "
                         "PALPATE_DEVICE_PLUGINS names with colons between them");
+    command->add_option("--inverse-service", options->inverse_service,
+                        "HOST or HOST:PORT of the Inverse Service to ask for an Inverse3, as "
+                        "numbers (default: 127.0.0.1:10001)");
     command
         ->add_flag("--udev-rules", options->rules,
                    "print the rules that let you use the devices without being root")

@@ -105,7 +105,7 @@ std::span<const DriverCheck> call_checks();
 std::span<const DriverCheck> force_checks();
 std::span<const DriverCheck> end_checks();
 
-/// Our own drivers behind a plug-in's functions: hand, path:FILE, hid:ADDRESS; null: `driver` names
+/// Our own drivers behind a plug-in's functions: hand, path:FILE, hid:ADDRESS, inverse3; null: `driver` names
 /// none.
 const palpate_device_plugin* own_driver(const std::string& driver);
 

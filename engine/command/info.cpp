@@ -72,7 +72,8 @@ void add_info(CLI::App& app, Action& run) {
         "info", "what a volume, labels, vectors, a mesh, a scene or a recording is, in words");
     command
         ->add_option("FILE", options->volume.file,
-                     "NRRD, NIfTI, MetaImage, DICOM folder, .vdb; .ply, .stl, .obj; .toml; .h5")
+                     "NRRD, NIfTI, MetaImage, DICOM folder, SEG or RT-STRUCT, .vdb; .ply, .stl, "
+                     ".obj, .vtp, .vtk; .toml; .h5")
         ->required();
     command->add_flag("--json", options->json, "as JSON");
     command->add_option("--picture", options->picture,

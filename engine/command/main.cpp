@@ -165,9 +165,11 @@ int run(int argc, char** argv) {
     add_replay(app, chosen);
     add_study(app, chosen);
     add_report(app, chosen);
+    add_export(app, chosen);
     add_phantom(app, chosen);
     add_new(app, chosen);
     add_view(app, chosen);
+    add_serve(app, chosen);
     add_validate(app, chosen);
     try {
         app.parse(argc, argv);

@@ -5,15 +5,18 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/volume_options.h>
+#include <palpate/engine/info/segmented_folder.h>
 #include <palpate/engine/info/starter_scene.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/text/whole_file.h>
+#include <palpate/volume/formats/label_file.h>
 
 namespace palpate::command {
 namespace {
@@ -56,16 +59,40 @@ std::string in_words(const SceneDescription& scene) {
     return words;
 }
 
+/// The data that are named; of a folder with a segmentation, that with the image beside it, unless
+/// an image is asked for.
+StarterData seen_data(const NewOptions& options) {
+    const std::filesystem::path named(options.volume.file);
+    FileInfoSettings settings = read_settings(options.volume, options.mesh);
+    std::error_code ignored;
+    const bool wants_image = options.iso || !settings.selection.series.empty();
+    std::optional<SegmentedFolder> folder;
+    if (!wants_image && std::filesystem::is_directory(named, ignored))
+        folder = find_segmentation(named);
+    if (!folder) return starter_data(read_data_file(named, settings));
+    if (needs_reference(folder->labels) && settings.selection.reference.empty()) {
+        settings.selection.reference = folder->image;
+        settings.selection.series = folder->image_selection.series;
+    }
+    const DataFile labels = read_data_file(folder->labels, settings);
+    StarterData data = starter_data(labels);
+    const auto* const volume = std::get_if<LabelVolume>(&labels.content);
+    if (volume == nullptr) return data;
+    if (const auto image = image_around(*folder, *volume))
+        data.image = starter_image(folder->image, folder->image_selection, *image);
+    return data;
+}
+
 int make_new(const NewOptions& options) {
     const std::string& file = options.volume.file;
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored))
         throw std::runtime_error(file + ": does not exist; check its name");
     check_scene_file(options);
-    const DataFile data = read_data_file(file, read_settings(options.volume, options.mesh));
+    const StarterData data = seen_data(options);
     std::string text;
     try {
-        text = starter_scene(starter_data(data), {options.iso, options.labels}, options.scene);
+        text = starter_scene(data, {options.iso, options.labels}, options.scene);
     } catch (const std::invalid_argument& error) {
         throw UsageError(fmt::format("{}: {}", file, error.what()));
     }
@@ -82,8 +109,10 @@ void add_new(CLI::App& app, Action& run) {
     CLI::App* command =
         app.add_subcommand("new", "a commented starter scene of a volume, labels or a mesh");
     command
-        ->add_option("VOLUME|LABELS|MESH", options->volume.file,
-                     "NRRD, NIfTI, MetaImage, DICOM folder, .vdb; .ply, .stl, .obj")
+        ->add_option(
+            "VOLUME|LABELS|MESH", options->volume.file,
+            "NRRD, NIfTI, MetaImage, DICOM folder, SEG or RT-STRUCT, .vdb; a folder with a "
+            "segmentation and its image; .ply, .stl, .obj, .vtp, .vtk")
         ->required();
     command->add_option("-o,--out", options->scene, "scene to write (.toml)")->required();
     command->add_option("--iso", options->iso,

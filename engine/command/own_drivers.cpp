@@ -8,8 +8,10 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 
 #include <palpate/drivers/attached_devices.h>
+#include <palpate/drivers/inverse3_device.h>
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
 #include <palpate/engine/devices/hid_device.h>
@@ -20,6 +22,7 @@ namespace palpate::command {
 namespace {
 
 constexpr double kRate_hz = 1000.0;
+constexpr std::string_view kInverse3 = "inverse3";
 
 std::string chosen;      // what own_driver() was asked for
 std::string open_reason; // of the last open
@@ -42,6 +45,9 @@ std::unique_ptr<HapticDevice> made(const std::string& driver) {
     if (driver.starts_with("path:"))
         return std::make_unique<SequenceDevice>(std::make_shared<const std::vector<DeviceState>>(
             read_probe_path(driver.substr(5), kRate_hz, 1)));
+    if (driver.starts_with(kInverse3))
+        return std::make_unique<Inverse3Device>(
+            Inverse3Device::Settings{.address = inverse3_address(driver.substr(kInverse3.size()))});
     return make_hid_device(driver.substr(4), attached_devices());
 }
 
@@ -80,7 +86,7 @@ int properties(void* device, palpate_plugin_properties* said) {
     }
     said->buttons = 32; // which there are, nobody says
     said->measures_velocity = known.velocity_source == VelocitySource::device ? 1 : 0;
-    said->is_simulated = chosen.starts_with("hid:") ? 0 : 1;
+    said->is_simulated = chosen.starts_with("hid:") || chosen.starts_with(kInverse3) ? 0 : 1;
     return PALPATE_PLUGIN_OK;
 }
 
@@ -159,7 +165,8 @@ const palpate_device_plugin* own_driver(const std::string& driver) {
                                                  stop,
                                                  close,
                                                  reason};
-    if (driver != "hand" && !driver.starts_with("path:") && !driver.starts_with("hid:"))
+    if (driver != "hand" && !driver.starts_with("path:") && !driver.starts_with("hid:") &&
+        !driver.starts_with(kInverse3))
         return nullptr;
     chosen = driver;
     return &functions;

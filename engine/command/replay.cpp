@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -15,35 +21,78 @@
 namespace palpate::command {
 namespace {
 
-constexpr std::array<const char*, 3> kReplayFiles{"frames.csv", "timing.csv", "summary.json"};
+constexpr std::array<const char*, 1> kReplayFiles{"summary.json"};
+constexpr std::array<const char*, 2> kHandFiles{"frames.csv", "timing.csv"};
+
+/// The folder of a replay, with one in it for each hand of several.
+class ReplayFolder {
+public:
+    ReplayFolder(const std::string& folder, const std::vector<Recording>& hands,
+                 const std::filesystem::path& file, Replace replace)
+        : all_(folder) {
+        std::vector<std::filesystem::path> files = all_.files(kReplayFiles);
+        for (const Recording& hand : hands) {
+            if (!hand.hand.empty())
+                hands_.push_back(
+                    std::make_unique<ResultFolder>((all_ / hand.hand.c_str()).string()));
+            for (std::filesystem::path& one : of_hand(hands_.size() - 1).files(kHandFiles))
+                files.push_back(std::move(one));
+        }
+        check_outputs(files, input_files(hands.front(), file), replace);
+    }
+
+    void write(const std::vector<HandTrace>& traces) const {
+        for (std::size_t i = 0; i < traces.size(); ++i) {
+            const std::vector<FrameReport>& frames = traces[i].trace.frames;
+            write_frames_csv(of_hand(i) / "frames.csv", frames, felt_names(*traces[i].scene));
+            write_timing_csv(of_hand(i) / "timing.csv", frames);
+        }
+        write_whole_file(all_ / "summary.json",
+                         hands_.empty() ? summarize(*traces.front().scene, traces.front().trace)
+                                        : summarize(traces));
+    }
+
+private:
+    const ResultFolder& of_hand(std::size_t i) const { return hands_.empty() ? all_ : *hands_[i]; }
+
+    ResultFolder all_;
+    std::vector<std::unique_ptr<ResultFolder>> hands_; // go before what they are in
+};
+
+/// Whether the same frames came out again.
+bool is_same(const Recording& recording, const Trace& again) {
+    const std::string hand = recording.hand.empty() ? "" : "hand " + recording.hand + ": ";
+    const RunDifference differing = difference(recording, again);
+    if (differing.first) print(fmt::format("{}first difference: frame {}", hand, *differing.first));
+    print(fmt::format("{}{} of {} frames differ", hand, differing.frames, again.frames.size()));
+    return differing.frames == 0;
+}
 
 int replay(const std::filesystem::path& named, const std::string& out, bool check,
            Replace replace) {
     const std::filesystem::path file = found_recording(named);
-    const Recording recording = read_recording(file);
+    const std::vector<Recording> hands = read_recordings(file);
+    std::size_t frames = 0;
+    for (const Recording& hand : hands)
+        frames += hand.frames.size();
     if (is_journal(file))
         tell("palpate: warning: {}: its run was cut off; {} frames were kept until then\n",
-             file.string(), recording.frames.size());
-    std::optional<ResultFolder> folder;
-    if (!out.empty()) {
-        folder.emplace(out);
-        check_outputs(folder->files(kReplayFiles), input_files(recording, file), replace);
-    }
-    const auto scene = recorded_scene(recording, file, resources());
-    const Trace trace = run_again(scene, recording, progress_bar());
-    if (folder) {
-        write_frames_csv(*folder / "frames.csv", trace.frames, felt_names(*scene));
-        write_timing_csv(*folder / "timing.csv", trace.frames);
-        write_whole_file(*folder / "summary.json", summarize(*scene, trace));
-    }
+             file.string(), frames);
+    std::optional<ReplayFolder> folder;
+    if (!out.empty()) folder.emplace(out, hands, file, replace);
+    const auto scenes = recorded_scenes(hands, file, resources());
+    std::vector<HandTrace> traces;
+    for (std::size_t i = 0; i < hands.size(); ++i)
+        traces.push_back({scenes[i], run_again(scenes[i], hands[i], progress_bar())});
+    if (folder) folder->write(traces);
     if (!check) {
-        print(fmt::format("replayed {} frames", trace.frames.size()));
+        print(fmt::format("replayed {} frames", frames));
         return kDone;
     }
-    const RunDifference differing = difference(recording, trace);
-    if (differing.first) print(fmt::format("first difference: frame {}", *differing.first));
-    print(fmt::format("{} of {} frames differ", differing.frames, trace.frames.size()));
-    return differing.frames == 0 ? kDone : kCheckFailed;
+    bool are_same = true;
+    for (std::size_t i = 0; i < hands.size(); ++i)
+        are_same = is_same(hands[i], traces[i].trace) && are_same;
+    return are_same ? kDone : kCheckFailed;
 }
 
 } // namespace
@@ -56,10 +105,11 @@ void add_replay(CLI::App& app, Action& run) {
         Replace replace = Replace::own;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("replay", "computes a recording's frames again");
+    CLI::App* command =
+        app.add_subcommand("replay", "computes a recording's frames again, of all its hands");
     command->add_option("RECORDING", options->recording, "recording.h5 of a trace")->required();
     command->add_option("--out", options->out,
-                        "folder for frames.csv, timing.csv and summary.json");
+                        "folder for frames.csv, timing.csv and summary.json, as a trace's");
     command->add_flag("--check", options->check, "compare bit for bit; exit 1 where frames differ");
     add_force(*command, options->replace);
     command->callback([options, &run] {

@@ -16,6 +16,7 @@
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/report_page.h>
+#include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/text/text_file.h>
@@ -116,12 +117,15 @@ void check_output(const ReportOptions& options) {
     std::vector<std::filesystem::path> inputs;
     for (const std::filesystem::path folder : options.folders) {
         const std::filesystem::path file = folder / "recording.h5";
-        const std::vector<std::filesystem::path> read = input_files(read_recording(file), file);
+        const std::vector<Recording> hands = read_recordings(file);
+        const std::vector<std::filesystem::path> read = input_files(hands.front(), file);
         inputs.insert(inputs.end(), read.begin(), read.end());
         // The tables are not read, but they are the same trace: a page in their place would lose
         // it.
-        for (const char* const of_trace : {"summary.json", "frames.csv", "timing.csv"})
-            inputs.push_back(folder / of_trace);
+        inputs.push_back(folder / "summary.json");
+        for (const Recording& hand : hands)
+            for (const char* const of_hand : {"frames.csv", "timing.csv"})
+                inputs.push_back(folder / hand.hand / of_hand);
     }
     check_outputs(outputs_of(options), inputs, options.replace);
 }
@@ -131,11 +135,38 @@ std::string playback(const ReportOptions& options, const std::filesystem::path& 
                      const Recording& recording) {
     for (const std::string& played : options.played) {
         if (!std::filesystem::equivalent(played, folder)) continue;
+        if (!recording.hand.empty())
+            throw UsageError(fmt::format("--playback {}: has several hands, and a page plays one; "
+                                         "leave it out, and write each with palpate view {} "
+                                         "--hand {}",
+                                         played, folder.string(), recording.hand));
         const std::filesystem::path out = playback_of(folder, options.out);
         write_playback(recording, folder / "recording.h5", out, {});
         return out.filename().string();
     }
     return {};
+}
+
+/// The summary of each hand that was recorded, alone.
+std::vector<std::string> summaries_in(const std::filesystem::path& folder,
+                                      const std::vector<Recording>& hands) {
+    std::vector<std::string> summaries =
+        summaries_of_hands(read_text_file(folder / "summary.json", "a summary of palpate trace"));
+    bool is_of_these = summaries.size() == hands.size();
+    for (std::size_t i = 0; is_of_these && i < hands.size(); ++i)
+        is_of_these = hands[i].hand.empty() || hand_of_summary(summaries[i]) == hands[i].hand;
+    if (!is_of_these)
+        throw std::runtime_error((folder / "summary.json").string() +
+                                 ": has other hands than recording.h5; trace the scene again");
+    return summaries;
+}
+
+/// "skull, left, adaptive, volume".
+std::string title_of(const Recording& recording, const std::string& summary,
+                     const std::filesystem::path& folder) {
+    const std::string hand = recording.hand.empty() ? hand_of_summary(summary) : recording.hand;
+    return fmt::format("{}, {}{}{}", std::filesystem::path(recording.scene_file).stem().string(),
+                       hand, hand.empty() ? "" : ", ", method_of(summary, folder));
 }
 
 /// Traces over the same scene are one subject: its first surface gives the picture.
@@ -144,7 +175,8 @@ int report(const ReportOptions& options) {
     std::vector<ReportSubject> subjects;
     std::map<std::string, std::size_t> subject_of;
     for (const std::filesystem::path folder : options.folders) {
-        const Recording recording = read_recording(folder / "recording.h5");
+        const std::vector<Recording> hands = read_recordings(folder / "recording.h5");
+        const Recording& recording = hands.front();
         if (!subject_of.contains(recording.scene_file)) {
             const auto scene = recorded_scene(recording, folder / "recording.h5", resources());
             if (scene->surfaces().empty())
@@ -153,13 +185,11 @@ int report(const ReportOptions& options) {
             subject_of[recording.scene_file] = subjects.size();
             subjects.push_back({title_of(*scene), drawn_meshes(*scene), {}});
         }
-        const std::string summary =
-            read_text_file(folder / "summary.json", "a summary of palpate trace");
+        const std::vector<std::string> summaries = summaries_in(folder, hands);
         ReportSubject& subject = subjects[subject_of[recording.scene_file]];
-        subject.traces.push_back(
-            {fmt::format("{}, {}", std::filesystem::path(recording.scene_file).stem().string(),
-                         method_of(summary, folder)),
-             summary, recording.frames, playback(options, folder, recording)});
+        for (std::size_t i = 0; i < hands.size(); ++i)
+            subject.traces.push_back({title_of(hands[i], summaries[i], folder), summaries[i],
+                                      hands[i].frames, playback(options, folder, hands[i])});
     }
     print(report_table(subjects));
     write_report_page(options.out, subjects, options.notes);

@@ -8,6 +8,7 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/report/scene_in_words.h>
+#include <palpate/engine/scene/hands.h>
 
 namespace palpate::command {
 
@@ -21,14 +22,63 @@ SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& ove
     return scene;
 }
 
+SceneOverrides with_devices(SceneOverrides overrides, const std::vector<std::string>& words) {
+    try {
+        for (const std::string& one : words)
+            add_device(overrides, one);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(error.what());
+    }
+    return overrides;
+}
+
+void require_one_hand(const SceneDescription& scene) {
+    if (!scene.hands.empty())
+        throw UsageError(fmt::format("{}: has the hands {}, and this is of one; add --hand {}",
+                                     scene.file.string(), hands_in_words(hand_names(scene)),
+                                     scene.hands.front().name));
+}
+
+bool is_attached(const DeviceDescription& device) noexcept {
+    using Kind = DeviceDescription::Kind;
+    return device.kind == Kind::hid || device.kind == Kind::plugin ||
+           device.kind == Kind::inverse3 || device.kind == Kind::igtl;
+}
+
+void add_listen(CLI::App& command, ListenOptions& options, const std::string& what) {
+    command
+        .add_option_function<std::string>(
+            "--listen",
+            [&options](const std::string& given) { // the server takes digits
+                options.address = given == "localhost" ? "127.0.0.1" : given;
+            },
+            "address of this computer to be reached at (default: 127.0.0.1, nobody else's)")
+        ->type_name("TEXT");
+    command.add_flag("--allow-remote", options.allow_remote, "with --listen: " + what);
+}
+
+void check_listen(const ListenOptions& options, const std::string& who) {
+    const bool is_own = options.address.starts_with("127.") || options.address == "::1";
+    if (is_own || options.allow_remote) return;
+    throw UsageError(fmt::format("--listen {}: {}, and nothing on the way is encrypted; use "
+                                 "ssh -L PORT:127.0.0.1:PORT instead, or add --allow-remote where "
+                                 "that is meant",
+                                 options.address, who));
+}
+
 void check_every(const SceneDescription& scene, bool is_given) {
     using Kind = DeviceDescription::Kind;
-    const Kind kind = scene.device.kind;
-    const bool has_rows = kind == Kind::path || kind == Kind::orbit ||
-                          (kind == Kind::hand && !scene.device.file.empty());
-    if (is_given && !has_rows)
-        throw UsageError("--every: takes each K-th row of a path or an orbit, and the device is "
-                         "neither; leave it out");
+    if (!is_given) return;
+    for (const SceneDescription& hand : each_hand(scene)) {
+        const Kind kind = hand.device.kind;
+        if (kind == Kind::path || kind == Kind::orbit ||
+            (kind == Kind::hand && !hand.device.file.empty()))
+            continue;
+        throw UsageError(
+            fmt::format("--every: takes each K-th row of a path or an orbit, and the "
+                        "device{} is neither; leave it out",
+                        hand.device.name.empty() ? "" : " of hand " + hand.device.name));
+    }
 }
 
 void warn_of_sources(const Scene& scene) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_overrides.h>
 
@@ -14,9 +16,31 @@ namespace palpate::command {
 /// A scene with a run's options applied; wrong options are usage errors.
 SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& overrides);
 
+/// The overrides with what --device said, once or more; wrong words are usage errors.
+SceneOverrides with_devices(SceneOverrides overrides, const std::vector<std::string>& words);
+
+/// Refuses a scene with several hands, for a command that is of one: a usage error that names them.
+void require_one_hand(const SceneDescription& scene);
+
+/// Whether a device is in somebody's hand, and moves by the clock alone.
+bool is_attached(const DeviceDescription& device) noexcept;
+
 /// Says on stderr what a user should know of how the scene's volumes and mesh files were read, each
 /// once.
 void warn_of_sources(const Scene& scene);
+
+/// Where a server is reached, and by whom.
+struct ListenOptions {
+    std::string address = "127.0.0.1"; ///< of this computer, in digits
+    bool allow_remote = false;         ///< others may reach it
+};
+
+/// Adds --listen and --allow-remote; `what` do others then, as "others may see the scene". [setup]
+void add_listen(CLI::App& command, ListenOptions& options, const std::string& what);
+
+/// Refuses an address that others may reach without their being allowed to: UsageError. `who` can
+/// do what, as "whoever reaches this address sees the scene".                             [setup]
+void check_listen(const ListenOptions& options, const std::string& who);
 
 /// Refuses --every where nothing is taken row by row.
 void check_every(const SceneDescription& scene, bool is_given);

@@ -28,6 +28,7 @@ struct StudyOptions {
     int repetitions = 0; // 0: not given
     double voxel_mm = 1.0;
     std::vector<std::string> sweeps;
+    SceneOverrides overrides; // which hand
     bool quick = false;
     bool real_time = false;
     Replace replace = Replace::own;
@@ -45,8 +46,9 @@ std::string command_of(const StudyOptions& options) {
     std::string sweeps;
     for (const std::string& word : options.sweeps)
         sweeps += " --sweep " + word;
-    return fmt::format("palpate study {}{}{} --repeat {} --voxel-mm {:g}{}{}", options.scene,
-                       frames, every, options.repetitions, options.voxel_mm, sweeps,
+    const std::string hand = options.overrides.hand ? " --hand " + *options.overrides.hand : "";
+    return fmt::format("palpate study {}{}{}{} --repeat {} --voxel-mm {:g}{}{}", options.scene,
+                       hand, frames, every, options.repetitions, options.voxel_mm, sweeps,
                        options.real_time ? " --real-time" : "");
 }
 
@@ -133,7 +135,9 @@ int study(StudyOptions options) {
         throw UsageError("--quick: --frames and --repeat say all that it stands for; leave it out");
     if (options.quick && options.frames == 0) options.frames = kQuickFrames;
     if (options.repetitions == 0) options.repetitions = options.quick ? kQuickRepetitions : 5;
-    const SceneDescription description = read_scene(options.scene);
+    const SceneDescription description =
+        changed_scene(read_scene(options.scene), options.overrides);
+    require_one_hand(description);
     check_every(description, options.every > 1);
     // Before the work, not after it.
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-study"
@@ -193,6 +197,8 @@ void add_study(CLI::App& app, Action& run) {
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();
     command->add_option("--out", options->out,
                         "folder for the results (default: the scene's name with -study)");
+    command->add_option("--hand", options->overrides.hand,
+                        "of several hands the one whose device is run, by its name");
     command->add_option("--frames", options->frames, "the first N frames only")
         ->check(CLI::Range(1, 100000000));
     command->add_option("--every", options->every, "each K-th row of a path, K times as fast")

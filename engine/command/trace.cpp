@@ -4,14 +4,18 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <future>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/interrupt.h>
@@ -28,6 +32,7 @@
 #include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/contact_choice.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/truth/no_contact.h>
@@ -41,7 +46,8 @@ struct TraceOptions {
     std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
     double seconds = std::numeric_limits<double>::infinity();
     std::string pace = "asap";
-    std::optional<int> cpu;
+    std::vector<int> cpus;
+    std::vector<std::string> devices;
     bool events = false;
     bool preview = false;
     Replace replace = Replace::own;
@@ -50,25 +56,53 @@ struct TraceOptions {
     bool is_realtime() const { return pace == "realtime"; }
 };
 
-constexpr std::array<const char*, 5> kTraceFiles{"frames.csv", "timing.csv", "summary.json",
-                                                 "recording.h5", "recording.h5.part"};
+// Of all hands, and of each.
+constexpr std::array<const char*, 3> kTraceFiles{"summary.json", "recording.h5",
+                                                 "recording.h5.part"};
+constexpr std::array<const char*, 2> kHandFiles{"frames.csv", "timing.csv"};
+
+/// A hand, or the scene's one device.
+struct TracedHand {
+    std::string name;                   ///< empty: it is the only one
+    std::shared_ptr<const Scene> scene; ///< as it has it
+    SceneDevice device;
+};
+
+/// "hand left: ", in front of what is said of one of several.
+std::string said_of(const std::string& hand) { return hand.empty() ? "" : "hand " + hand + ": "; }
 
 /// Refuses what does not go with the pace.
-void check(const TraceOptions& options, const SceneDescription& scene) {
-    using Kind = DeviceDescription::Kind;
-    if (options.cpu && !options.is_realtime())
-        throw UsageError("--cpu: goes with --pace realtime; add that or leave it out");
-    if (options.preview && !options.is_realtime())
-        throw UsageError("--preview: goes with --pace realtime; add that or leave it out");
+void check_pace(const TraceOptions& options, const SceneDescription& scene) {
     if (options.is_realtime()) {
         try {
             check_duty(scene.loop);
         } catch (const std::invalid_argument& error) {
             throw UsageError(fmt::format("--pace realtime: {}", error.what()));
         }
-    } else if (scene.device.kind == Kind::hid || scene.device.kind == Kind::plugin) {
-        throw UsageError("--pace asap: a device in a hand moves by the clock; use --pace realtime");
+        return;
     }
+    if (!options.cpus.empty())
+        throw UsageError("--cpu: goes with --pace realtime; add that or leave it out");
+    if (options.preview)
+        throw UsageError("--preview: goes with --pace realtime; add that or leave it out");
+    for (const SceneDescription& hand : each_hand(scene))
+        if (is_attached(hand.device))
+            throw UsageError(
+                fmt::format("--pace asap: {}a device in a hand moves by the clock; use "
+                            "--pace realtime",
+                            said_of(hand.device.name)));
+}
+
+/// Refuses what does not go with the scene's hands.
+void check_hands(const TraceOptions& options, const SceneDescription& scene) {
+    const std::size_t loops = std::max<std::size_t>(1, scene.hands.size());
+    if (!options.cpus.empty() && options.cpus.size() != loops)
+        throw UsageError(fmt::format(
+            "--cpu {}: the scene has {} loop{}; give a processor for each, with commas between",
+            fmt::join(options.cpus, ","), loops, loops == 1 ? "" : "s"));
+    if (options.preview && !scene.hands.empty())
+        throw UsageError("--preview: is for one hand, and each of several would go over to the "
+                         "scene at another time; add --hand NAME, or leave it out");
 }
 
 /// Limits of a run in frames: those of the device's own time.
@@ -79,19 +113,19 @@ std::uint64_t most_frames(const TraceOptions& options, double rate_hz, const Sce
     return most;
 }
 
-Trace run_asap(const std::shared_ptr<const Scene>& scene, const TraceOptions& options,
-               const SceneDevice& device) {
+Trace run_asap(const TracedHand& hand, const TraceOptions& options) {
     SteadyClock clock;
-    const std::uint64_t most = most_frames(options, scene->description().loop.rate_hz, device);
+    const std::uint64_t most =
+        most_frames(options, hand.scene->description().loop.rate_hz, hand.device);
     std::uint64_t done = 0;
-    RunDisplay display(*scene, options.events ? Shown::events : Shown::bar);
+    RunDisplay display({hand.scene}, options.events ? Shown::events : Shown::bar);
     RunWatch watch = display.watch();
     watch.frame = [&done, shown = watch.frame](const RunFrame& run) {
         ++done;
         if (shown) shown(run);
     };
     try {
-        return run_trace(scene, device.placed(), clock, most, watch);
+        return run_trace(hand.scene, hand.device.placed(), clock, most, watch);
     } catch (const std::runtime_error&) {
         if (stop_wanted())
             tell("palpate: stopped: the {} frames that were computed so far are thrown away, "
@@ -100,6 +134,17 @@ Trace run_asap(const std::shared_ptr<const Scene>& scene, const TraceOptions& op
                  done);
         throw;
     }
+}
+
+/// One hand after the other, each as it would be alone.
+std::vector<HandTrace> run_each_asap(const std::vector<TracedHand>& hands,
+                                     const TraceOptions& options) {
+    std::vector<HandTrace> traces;
+    for (const TracedHand& hand : hands) {
+        if (options.events && hands.size() > 1) print(said_of(hand.name) + "begins");
+        traces.push_back({hand.scene, run_asap(hand, options)});
+    }
+    return traces;
 }
 
 using SceneToFollow = std::shared_future<std::shared_ptr<const Scene>>;
@@ -142,91 +187,208 @@ SceneOverrides of_preview(SceneOverrides overrides, const SceneDescription& scen
     return overrides;
 }
 
-Trace run_by_the_clock(const std::shared_ptr<const Scene>& scene, const TraceOptions& options,
-                       const SceneDevice& device, RecordingJournal& journal,
-                       const SceneToFollow& next) {
-    RealtimeSettings settings;
-    settings.next = next;
-    settings.cpu = options.cpu;
-    settings.most_frames = std::min(options.frames, device.states);
-    settings.longest_s = options.seconds;
-    Trace trace;
+/// Keeps what a hand feels, and says once where that fails.
+std::function<void(const Trace&)> keeping(RecordingJournal& journal, std::size_t hand) {
+    return [&journal, hand, is_told = false](const Trace& so_far) mutable {
+        if (journal.add(so_far, hand) || std::exchange(is_told, true)) return;
+        tell("palpate: warning: what is felt cannot be kept while it goes on; "
+             "check the space in the results' folder\n");
+    };
+}
+
+/// All hands at once, each in a thread of its own.
+std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
+                                        const TraceOptions& options, RecordingJournal& journal,
+                                        const SceneToFollow& next) {
+    std::vector<HandTrace> traces;
     {
-        RunDisplay display(*scene, options.events ? Shown::events : Shown::line);
+        std::vector<std::shared_ptr<const Scene>> scenes;
+        for (const TracedHand& hand : hands)
+            scenes.push_back(hand.scene);
+        RunDisplay display(scenes, options.events ? Shown::events : Shown::line);
         const SignalsOnlyAsk one_is_enough;
-        RunWatch watch = display.watch();
-        watch.kept = [&journal, is_told = false](const Trace& so_far) mutable {
-            if (journal.add(so_far) || std::exchange(is_told, true)) return;
-            tell("palpate: warning: what is felt cannot be kept while it goes on; "
-                 "check the space in the results' folder\n");
-        };
-        trace = run_realtime(scene, device.placed(), settings, watch);
+        std::vector<RealtimeHand> runs;
+        for (std::size_t i = 0; i < hands.size(); ++i) {
+            RealtimeSettings settings;
+            settings.next = next;
+            if (!options.cpus.empty()) settings.cpu = options.cpus[i];
+            settings.most_frames = std::min(options.frames, hands[i].device.states);
+            settings.longest_s = options.seconds;
+            RunWatch watch = display.watch(i);
+            watch.kept = keeping(journal, i);
+            runs.push_back({scenes[i], hands[i].device.placed(), settings, watch});
+        }
+        std::vector<Trace> felt = run_realtime(runs);
+        for (std::size_t i = 0; i < hands.size(); ++i)
+            traces.push_back({scenes[i], std::move(felt[i])});
     }
-    if (trace.realtime->dropped > 0)
-        tell("palpate: warning: {} frames were felt and not recorded, as the recorder could "
-             "not keep up: this run cannot be replayed\n",
-             trace.realtime->dropped);
-    if (const std::string complaint = device_complaint(*device.device); !complaint.empty())
-        tell("palpate: warning: {}\n", complaint);
-    // A signal has ended the run, not what is to be said of it.
-    const Progress bar = stop_wanted() ? Progress{} : progress_bar();
-    audit(scene, trace, bar);
-    return trace;
+    for (std::size_t i = 0; i < hands.size(); ++i) {
+        Trace& trace = traces[i].trace;
+        const std::string hand = said_of(hands[i].name);
+        if (trace.realtime->dropped > 0)
+            tell("palpate: warning: {}{} frames were felt and not recorded, as the recorder could "
+                 "not keep up: this run cannot be replayed\n",
+                 hand, trace.realtime->dropped);
+        if (const std::string complaint = device_complaint(*hands[i].device.device);
+            !complaint.empty())
+            tell("palpate: warning: {}{}\n", hand, complaint);
+        // A signal has ended the run, not what is to be said of it.
+        audit(traces[i].scene, trace, stop_wanted() ? Progress{} : progress_bar());
+        if (trace.before) traces[i].scene = next.get();
+    }
+    return traces;
+}
+
+/// The devices of a scene, each with the scene as it has it; says what a user should know of them.
+std::vector<TracedHand> make_hands(const std::shared_ptr<const Scene>& scene, int every) {
+    std::vector<TracedHand> hands;
+    const std::vector<std::string> names = hand_names(scene->description());
+    for (const std::string& name : names)
+        hands.push_back({name, scene->of_hand(name), {}});
+    if (names.empty()) hands.push_back({"", scene, {}});
+    for (TracedHand& hand : hands)
+        hand.device = make_device(*hand.scene, every);
+    for (const std::string& warning : scene_warnings(*scene))
+        tell("palpate: warning: {}\n", warning);
+    for (const TracedHand& hand : hands) {
+        for (const std::string& note : hand.device.notes)
+            tell("palpate: warning: {}{}\n", said_of(hand.name), note);
+        if (!is_sequence(hand.scene->description().device))
+            tell("palpate: {}{}\n", said_of(hand.name), hand.device.placement.in_words());
+    }
+    return hands;
+}
+
+/// The folder of a trace, with one in it for each hand of several.
+class TraceFolder {
+public:
+    TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace)
+        : all_(folder) {
+        for (const std::string& hand : hand_names(scene))
+            hands_.push_back(std::make_unique<ResultFolder>((all_ / hand.c_str()).string()));
+        std::vector<std::filesystem::path> files = all_.files(kTraceFiles);
+        for (std::size_t i = 0; i < std::max<std::size_t>(1, hands_.size()); ++i)
+            for (std::filesystem::path& file : of_hand(i).files(kHandFiles))
+                files.push_back(std::move(file));
+        check_outputs(files, input_files(scene), replace);
+    }
+    const ResultFolder& all() const { return all_; }
+    const ResultFolder& of_hand(std::size_t i) const { return hands_.empty() ? all_ : *hands_[i]; }
+
+private:
+    ResultFolder all_;
+    std::vector<std::unique_ptr<ResultFolder>> hands_; // go before what they are in
+};
+
+std::vector<Recording> recorded_hands(const std::vector<HandTrace>& traces,
+                                      const SceneOverrides& overrides) {
+    std::vector<Recording> recordings;
+    for (const HandTrace& hand : traces)
+        recordings.push_back(recorded(*hand.scene, overrides, hand.trace));
+    return recordings;
+}
+
+/// Before the first frame.
+RecordingJournal begin_journal(const std::filesystem::path& recording,
+                               const std::vector<TracedHand>& hands,
+                               const SceneOverrides& overrides) {
+    std::vector<HandTrace> nothing_yet;
+    for (const TracedHand& hand : hands)
+        nothing_yet.push_back({hand.scene, {}});
+    return {recording, recorded_hands(nothing_yet, overrides)};
+}
+
+/// All that a trace leaves; the text of its summary.json.
+std::string write_files(const TraceFolder& out, const std::vector<HandTrace>& traces,
+                        const SceneOverrides& overrides) {
+    for (std::size_t i = 0; i < traces.size(); ++i) {
+        const std::vector<FrameReport>& frames = traces[i].trace.frames;
+        write_frames_csv(out.of_hand(i) / "frames.csv", frames, felt_names(*traces[i].scene));
+        write_timing_csv(out.of_hand(i) / "timing.csv", frames);
+    }
+    const std::vector<Recording> recordings = recorded_hands(traces, overrides);
+    const bool is_one = recordings.front().hand.empty();
+    if (is_one)
+        write_recording(out.all() / "recording.h5", recordings.front());
+    else
+        write_recordings(out.all() / "recording.h5", recordings);
+    const std::string summary =
+        is_one ? summarize(*traces.front().scene, traces.front().trace) : summarize(traces);
+    write_whole_file(out.all() / "summary.json", summary);
+    return summary;
+}
+
+/// What should be known of a trace.
+void tell_of(const HandTrace& hand, const std::string& name) {
+    const std::string of = said_of(name);
+    for (const SurfaceAudit& audit : hand.trace.audits)
+        if (const std::string warning = guard_warning(audit); !warning.empty())
+            tell("palpate: warning: {}{}\n", of, warning);
+    if (const std::string warning = no_contact_warning(*hand.scene, hand.trace.frames);
+        !warning.empty())
+        tell("palpate: warning: {}{}\n", of, warning);
+    for (const std::string& line : flags_in_words(hand.trace.frames))
+        tell("palpate: flag {}{}\n", of, line);
+}
+
+/// The table, a row for each hand, and what was written.
+void print_results(const std::vector<TracedHand>& hands, const SceneDescription& scene,
+                   const std::string& summary, const TraceFolder& out) {
+    const std::vector<std::string> summaries = summaries_of_hands(summary);
+    ReportSubject shown;
+    std::string paths;
+    for (std::size_t i = 0; i < hands.size(); ++i) {
+        const std::string& hand = hands[i].name;
+        const std::string title =
+            fmt::format("{}{}{} {}", scene.file.stem().string(), hand.empty() ? "" : " ", hand,
+                        name(scene.loop.method));
+        shown.traces.push_back({title, summaries[i], {}});
+        if (const std::string path = path_in_words(shown.traces.back()); !path.empty())
+            paths += said_of(hand) + path;
+    }
+    print(report_table({shown}) + paths);
+    const std::string files =
+        scene.hands.empty()
+            ? "frames.csv timing.csv summary.json recording.h5"
+            : fmt::format("summary.json recording.h5, and frames.csv timing.csv in {}",
+                          hands_in_words(hand_names(scene)));
+    print(fmt::format("written to {}: {}", out.all().string(), files));
 }
 
 int trace(const TraceOptions& options) {
     outlive_readers();
     const SceneDescription given = read_scene(options.scene);
-    SceneDescription whole = changed_scene(given, options.overrides);
-    const SceneOverrides overrides =
-        options.preview ? of_preview(options.overrides, whole) : options.overrides;
+    const SceneOverrides asked = with_devices(options.overrides, options.devices);
+    SceneDescription whole = changed_scene(given, asked);
+    check_hands(options, whole);
+    const SceneOverrides overrides = options.preview ? of_preview(asked, whole) : asked;
     const SceneDescription description = changed_scene(given, overrides);
-    check(options, description);
+    check_pace(options, description);
     // Before the work, not after it.
-    check_every(description, options.overrides.every.has_value());
-    const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
-                                               : options.out);
-    check_outputs(out.files(kTraceFiles), input_files(description), options.replace);
-    auto scene = std::make_shared<const Scene>(description, resources());
+    check_every(description, asked.every.has_value());
+    const TraceFolder out(options.out.empty() ? description.file.stem().string() + "-trace"
+                                              : options.out,
+                          description, options.replace);
+    const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
-    const SceneDevice device = make_device(*scene, options.overrides.every.value_or(1));
-    for (const std::string& warning : scene_warnings(*scene))
-        tell("palpate: warning: {}\n", warning);
-    for (const std::string& note : device.notes)
-        tell("palpate: warning: {}\n", note);
-    if (!is_sequence(description.device)) tell("palpate: {}\n", device.placement.in_words());
+    const std::vector<TracedHand> hands = make_hands(scene, asked.every.value_or(1));
 
     std::optional<RecordingJournal> journal;
     if (options.is_realtime())
-        journal.emplace(out / "recording.h5", recorded(*scene, overrides, {}));
+        journal = begin_journal(out.all() / "recording.h5", hands, overrides);
     std::optional<SceneBuilder> builder;
     if (options.preview) builder.emplace(std::move(whole));
     const SceneToFollow next = builder ? builder->scene() : SceneToFollow{};
-    const Trace trace = journal ? run_by_the_clock(scene, options, device, *journal, next)
-                                : run_asap(scene, options, device);
-    if (trace.before) scene = next.get();
-    if (options.preview) tell("palpate: {}\n", preview_in_words(trace));
-    write_frames_csv(out / "frames.csv", trace.frames, felt_names(*scene));
-    write_timing_csv(out / "timing.csv", trace.frames);
-    write_recording(out / "recording.h5",
-                    recorded(*scene, trace.before ? options.overrides : overrides, trace));
+    const std::vector<HandTrace> traces =
+        journal ? run_by_the_clock(hands, options, *journal, next) : run_each_asap(hands, options);
+    const bool went_over = traces.front().trace.before != nullptr;
+    if (options.preview) tell("palpate: {}\n", preview_in_words(traces.front().trace));
+    const std::string summary = write_files(out, traces, went_over ? asked : overrides);
     if (journal) journal->remove();
-    const std::string summary = summarize(*scene, trace);
-    write_whole_file(out / "summary.json", summary);
 
-    for (const SurfaceAudit& audit : trace.audits)
-        if (const std::string warning = guard_warning(audit); !warning.empty())
-            tell("palpate: warning: {}\n", warning);
-    if (const std::string warning = no_contact_warning(*scene, trace.frames); !warning.empty())
-        tell("palpate: warning: {}\n", warning);
-    for (const std::string& line : flags_in_words(trace.frames))
-        tell("palpate: flag {}\n", line);
-    const std::string title =
-        fmt::format("{} {}", description.file.stem().string(), name(description.loop.method));
-    const ReportTrace shown{title, summary, {}};
-    print(report_table({{title, nullptr, {shown}}}) + path_in_words(shown));
-    print(fmt::format("written to {}: frames.csv timing.csv summary.json recording.h5",
-                      out.string()));
+    for (std::size_t i = 0; i < traces.size(); ++i)
+        tell_of(traces[i], hands[i].name);
+    print_results(hands, description, summary, out);
     return kDone;
 }
 
@@ -239,10 +401,15 @@ void add_trace(CLI::App& app, Action& run) {
     command->add_option("SCENE", options->scene, "scene file (TOML)")->required();
     command->add_option("--out", options->out,
                         "folder for the results (default: the scene's name with -trace)");
-    command->add_option("--device", options->overrides.device,
-                        "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, hid:ADDRESS or "
-                        "plugin:FILE, instead "
-                        "of the scene's");
+    command
+        ->add_option(
+            "--device", options->devices,
+            "orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, hid:ADDRESS, "
+            "plugin:FILE, inverse3[:ID] or igtl:TRANSFORM@HOST:PORT, instead of the scene's; "
+            "NAME=orbit and so on for a hand of several, once for each")
+        ->allow_extra_args(false);
+    command->add_option("--hand", options->overrides.hand,
+                        "of several hands this one, alone, by its name");
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
                         "mesh, volume, guarded or direct, for every surface");
@@ -260,7 +427,12 @@ void add_trace(CLI::App& app, Action& run) {
         ->check(CLI::Range(1, 100000000));
     command->add_option("--seconds", options->seconds, "the first S seconds only")
         ->check(between(1e-3, 1e6));
-    command->add_option("--cpu", options->cpu, "processor for the loop of --pace realtime, from 0")
+    command
+        ->add_option("--cpu", options->cpus,
+                     "processor for the loop of --pace realtime, from 0; of several hands one for "
+                     "each, as 0,1")
+        ->delimiter(',')
+        ->allow_extra_args(false)
         ->check(CLI::Range(0, 1023));
     command->add_flag("--preview", options->preview,
                       "with --pace realtime: what needs a mesh is felt with contact volume while "

@@ -65,10 +65,11 @@ void require_own_options(const ValidateOptions& options) {
 /// What is wrong with the name of what is to be checked is said before the checks.
 void require_subject(const ValidateOptions& options) {
     if (options.subject.empty())
-        throw UsageError(options.kind == "effect"
-                             ? "validate effect: which one? give a library's file, or a kind"
-                             : "validate driver: which one? give a plug-in's file, hand, path:FILE "
-                               "or hid:ADDRESS");
+        throw UsageError(
+            options.kind == "effect"
+                ? "validate effect: which one? give a library's file, or a kind"
+                : "validate driver: which one? give a plug-in's file, hand, path:FILE, "
+                  "hid:ADDRESS or inverse3");
     if (options.kind == "effect")
         EffectTrial(options.subject, options.effect);
     else
@@ -97,9 +98,10 @@ void add_validate(CLI::App& app, Action& run) {
     command->add_option("KIND", options->kind, "what to check: driver or effect")
         ->required()
         ->check(CLI::IsMember({"driver", "effect"}));
-    command->add_option("WHICH", options->subject,
-                        "a driver: a plug-in's file, with ?key=value where it takes options, or "
-                        "hand, path:FILE, hid:ADDRESS. An effect: a library's file, or a kind");
+    command->add_option(
+        "WHICH", options->subject,
+        "a driver: a plug-in's file, with ?key=value where it takes options, or "
+        "hand, path:FILE, hid:ADDRESS, inverse3. An effect: a library's file, or a kind");
     command->add_option("--only", options->choice.only, "these checks, and those that they need");
     CLI::Option* list = command->add_flag("--list", options->list, "say which checks there are");
     command->add_flag("--json", options->choice.json, "as JSON")->excludes(list);

@@ -49,7 +49,8 @@ void check_used(const ViewOptions& options, Shown shown) {
         std::string_view option;
         unsigned of; // what it is for
     };
-    constexpr std::array<Use, 10> kUses{{{"--device", kScene},
+    constexpr std::array<Use, 11> kUses{{{"--device", kScene},
+                                         {"--hand", kScene | kPage | kPictures},
                                          {"--cpu", kScene},
                                          {"--no-button-marks", kScene},
                                          {"--port", kScene | kData},
@@ -107,6 +108,9 @@ void add_view(CLI::App& app, Action& run) {
     command->add_option("--device", options->device,
                         "of a scene: page (its mouse moves the probe), or as for trace, instead of "
                         "the scene's; page where that has none");
+    command->add_option("--hand", options->hand,
+                        "of a scene or a recording with several hands: the one that is shown, by "
+                        "its name (default: the first)");
     command->add_option("--port", options->port, "of the page (default: any that is free)")
         ->check(CLI::Range(0, 65535));
     command->add_flag("--open", options->open, "opens it in the desktop's browser");
@@ -116,12 +120,8 @@ void add_view(CLI::App& app, Action& run) {
         ->check(CLI::Range(0, 1023));
     command->add_flag("--no-button-marks", options->no_button_marks,
                       "of a scene: the device's button 0 drops no mark");
-    command->add_option("--listen", options->listen,
-                        "address of this computer to be reached at (default: 127.0.0.1, nobody "
-                        "else's)");
-    command->add_flag("--allow-remote", options->allow_remote,
-                      "with --listen: others that have the link may see the scene and move the "
-                      "probe");
+    add_listen(*command, options->listen,
+               "others that have the link may see the scene and move the probe");
     command->add_option("--sub-steps", options->sub_steps,
                         "of a recording: FROM-TO, the frames whose sub-steps can be looked at, or "
                         "none (default: the 200 hardest)");
@@ -131,7 +131,6 @@ void add_view(CLI::App& app, Action& run) {
     add_volume_options(*command, options->volume);
     add_force(*command, options->replace);
     command->callback([options, command, &run] {
-        if (options->listen == "localhost") options->listen = "127.0.0.1"; // the server takes digits
         for (const CLI::Option* option : command->get_options())
             if (option->count() > 0) options->given.push_back(option->get_name());
         run = [options] { return view(*options); };

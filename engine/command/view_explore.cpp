@@ -41,10 +41,10 @@ std::filesystem::path scene_name(const ViewOptions& options) {
 
 int view_explore(const ViewOptions& options) {
     outlive_readers();
-    check_listen(options);
+    check_listen(options.listen, kWhoSeesAPage);
     ExploreSettings settings;
     settings.scene = scene_name(options);
-    settings.server.address = options.listen;
+    settings.server.address = options.listen.address;
     settings.server.port = options.port;
     std::string page = view_page(options.page);
     DataFile data =

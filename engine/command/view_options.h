@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,11 @@
 #include <palpate/engine/record/recording.h>
 
 namespace palpate::command {
+
+/// Of check_listen(): those who have a page's link.
+inline constexpr const char* kWhoSeesAPage =
+    "whoever reaches this address and has the link sees the scene, which may be a patient's, and "
+    "moves the probe";
 
 /// What it said of pictures and films without a window.
 struct PictureOptions {
@@ -39,14 +45,14 @@ struct ViewOptions {
     std::string page;               ///< another page than the one that is built in; empty: that one
     std::string sub_steps;          ///< as the command line has them
     std::vector<std::string> given; ///< names of the options that were given, as "--port"
-    std::string listen = "127.0.0.1";                         ///< address of this computer
-    std::uint16_t port = 0;                                   ///< 0: any that is free
-    bool allow_remote = false;                                ///< `listen` may be reached by others
-    bool open = false;                                        ///< a browser is started
-    bool no_button_marks = false;                             ///< buttons of the device drop none
+    ListenOptions listen;           ///< who reaches the page
+    std::uint16_t port = 0;         ///< 0: any that is free
+    bool open = false;              ///< a browser is started
+    bool no_button_marks = false;   ///< buttons of the device drop none
     double seconds = std::numeric_limits<double>::infinity(); ///< of a scene, s
     std::optional<int> cpu;                                   ///< processor of the loop, from 0
     std::optional<std::string> device;                        ///< instead of the scene's
+    std::optional<std::string> hand;                          ///< of several, the one that is shown
     Replace replace = Replace::own;                           ///< what of files that are there
     PictureOptions pictures;                                  ///< instead of a page
 };
@@ -55,8 +61,15 @@ struct ViewOptions {
 /// Throws std::runtime_error, UsageError: with what was asked for and what to do.
 int view_recording(const ViewOptions& options);
 
-/// Reads a recording that can be shown: it has frames. [setup] Throws std::runtime_error.
-Recording read_shown(const std::filesystem::path& file);
+/// Reads a recording that can be shown: it has frames. Of several hands the one that is asked for,
+/// or the first. [setup] Throws std::runtime_error, UsageError.
+Recording read_shown(const std::filesystem::path& file, const std::optional<std::string>& hand);
+
+/// The scene that was felt in a recording that was read from `file`. A view needs its surfaces as
+/// they were; what else a replay needs does not matter.                                  [setup]
+/// Throws as recorded_scene(), and of a run in which bodies moved or another scene followed.
+std::shared_ptr<const Scene> felt_scene(const Recording& recording,
+                                        const std::filesystem::path& file);
 
 /// The page that plays `recording`, which was read from `file`, with the sub-steps of these frames.
 /// [setup] Throws as view_recording().
@@ -87,9 +100,6 @@ int view_scene(const ViewOptions& options);
 /// Serves the page that explores a volume, labels or a mesh, until Ctrl-C. Returns the exit code.
 /// [setup] Throws as view_recording().
 int view_explore(const ViewOptions& options);
-
-/// Refuses an address that others may reach without their being allowed to: UsageError.    [setup]
-void check_listen(const ViewOptions& options);
 
 /// Starts the browser of the desktop. What comes of it is told by a thread of its own, as a browser
 /// may take its time.                                                                     [setup]

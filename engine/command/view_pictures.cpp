@@ -231,7 +231,7 @@ int view_pictures(const ViewOptions& options) {
     const std::filesystem::path encoder = is_film ? film_program() : std::filesystem::path();
 
     const std::filesystem::path file = found_recording(options.volume.file);
-    const Recording recording = read_shown(file);
+    const Recording recording = read_shown(file, options.hand);
     sitting.frames = wanted_frames(wanted, recording);
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));

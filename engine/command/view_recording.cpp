@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <memory>
@@ -14,6 +15,7 @@
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/record/recorded_run.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/view/live_view.h>
 #include <palpate/engine/view/sub_steps.h>
@@ -21,22 +23,6 @@
 
 namespace palpate::command {
 namespace {
-
-/// The scene that was felt. A view needs its surfaces as they were; what else a replay needs does
-/// not matter.
-std::shared_ptr<const Scene> felt_scene(const Recording& recording,
-                                        const std::filesystem::path& file) {
-    constexpr std::uint32_t kOther = kBodyMoved | kSceneAdopted;
-    for (const FrameReport& frame : recording.frames)
-        if ((frame.flags & kOther) != 0)
-            throw std::runtime_error(fmt::format(
-                "{}: from frame {} on its surfaces were not where its scene has them, which a "
-                "recording does not keep; record a run for each scene, with its bodies in place",
-                file.string(), frame.frame));
-    Recording alone = recording;
-    static_cast<Run&>(alone) = {};
-    return recorded_scene(alone, file, resources());
-}
 
 /// The frames that a reader wants the sub-steps of: "FROM-TO", "none", or the hardest ones.
 std::vector<std::uint64_t> wanted_frames(const std::string& words, const Run& run) {
@@ -81,8 +67,37 @@ std::shared_ptr<const Scene> replayed_scene(const Recording& recording,
 
 } // namespace
 
-Recording read_shown(const std::filesystem::path& file) {
-    Recording recording = read_recording(file);
+std::shared_ptr<const Scene> felt_scene(const Recording& recording,
+                                        const std::filesystem::path& file) {
+    constexpr std::uint32_t kOther = kBodyMoved | kSceneAdopted;
+    for (const FrameReport& frame : recording.frames)
+        if ((frame.flags & kOther) != 0)
+            throw std::runtime_error(fmt::format(
+                "{}: from frame {} on its surfaces were not where its scene has them, which a "
+                "recording does not keep; record a run for each scene, with its bodies in place",
+                file.string(), frame.frame));
+    Recording alone = recording;
+    static_cast<Run&>(alone) = {};
+    return recorded_scene(alone, file, resources());
+}
+
+Recording read_shown(const std::filesystem::path& file, const std::optional<std::string>& wanted) {
+    std::vector<Recording> hands = read_recordings(file);
+    std::vector<std::string> names;
+    for (const Recording& hand : hands)
+        if (!hand.hand.empty()) names.push_back(hand.hand);
+    const auto shown =
+        std::find(names.begin(), names.end(), wanted.value_or(names.empty() ? "" : names.front()));
+    if (wanted && names.empty())
+        throw UsageError(fmt::format("--hand {}: {} has one run, without a name; leave it out",
+                                     *wanted, file.string()));
+    if (wanted && shown == names.end())
+        throw UsageError(fmt::format("--hand {}: {} has the hands {}; name one of them", *wanted,
+                                     file.string(), hands_in_words(names)));
+    if (!wanted && names.size() > 1)
+        tell("palpate: note: hand {} of {} is shown; --hand NAME shows another\n", *shown,
+             hands_in_words(names));
+    Recording recording = std::move(hands[static_cast<std::size_t>(shown - names.begin())]);
     if (recording.frames.empty())
         throw std::runtime_error(file.string() + ": has no frames to play; record a longer run");
     return recording;
@@ -93,7 +108,10 @@ std::string recording_page(const Recording& recording, const std::filesystem::pa
     std::vector<ViewFrameSteps> steps;
     const auto scene = replayed_scene(recording, file, sub_steps, steps);
     ViewDocument document = view_document(*scene, ViewMode::playback);
-    document.device = recording.device.name;
+    document.device = recording.hand.empty()
+                          ? recording.device.name
+                          : fmt::format("{} (hand {}; --hand NAME shows another)",
+                                        recording.device.name, recording.hand);
     document.marks = read_marks(marks_file(file));
     document.sub_steps = std::move(steps);
     const ViewDetail detail{{30'000, 400'000}};
@@ -113,7 +131,7 @@ int view_recording(const ViewOptions& options) {
     const std::filesystem::path file = found_recording(options.volume.file);
     const std::filesystem::path out =
         options.out.empty() ? file.stem().string() + ".html" : options.out;
-    const Recording recording = read_shown(file);
+    const Recording recording = read_shown(file, options.hand);
     const std::array<std::filesystem::path, 1> outputs{out};
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));

@@ -5,6 +5,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -19,6 +20,7 @@
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/report/scene_in_words.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/view/live_view.h>
 #include <palpate/engine/view/view_page.h>
@@ -79,23 +81,24 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
                std::filesystem::path(scene.device.address.substr(0, scene.device.address.find('?')))
                    .filename()
                    .string();
+    case Kind::inverse3:
+        return "inverse3" + scene.device.address.substr(0, scene.device.address.find('?'));
+    case Kind::igtl:
+        return "igtl:" + scene.device.address;
     case Kind::none:
         break;
     }
     return "none";
 }
 
-} // namespace
-
-void check_listen(const ViewOptions& options) {
-    const bool is_own = options.listen.starts_with("127.") || options.listen == "::1";
-    if (!is_own && !options.allow_remote)
-        throw UsageError(fmt::format(
-            "--listen {}: whoever reaches this address and has the link sees the scene, which may "
-            "be a patient's, and moves the probe, and nothing on the way is encrypted; use "
-            "ssh -L PORT:127.0.0.1:PORT instead, or add --allow-remote where that is meant",
-            options.listen));
+/// Which of several hands is shown, and how another one is.
+std::string hand_in_words(const std::string& hand, const std::vector<std::string>& hands) {
+    return hands.size() == 1 ? fmt::format(" (hand {})", hand)
+                             : fmt::format(" (hand {} of {}; --hand NAME shows another)", hand,
+                                           hands_in_words(hands));
 }
+
+} // namespace
 
 void open_browser(const std::string& where) {
     std::string program = "xdg-open";
@@ -117,14 +120,18 @@ void open_browser(const std::string& where) {
 
 int view_scene(const ViewOptions& options) {
     outlive_readers();
-    check_listen(options);
-    const SceneDescription given = read_scene(options.volume.file);
+    check_listen(options.listen, kWhoSeesAPage);
+    const SceneDescription whole = read_scene(options.volume.file);
+    const std::vector<std::string> hands = hand_names(whole);
+    SceneOverrides overrides;
+    overrides.hand = options.hand;
+    if (!overrides.hand && !hands.empty()) overrides.hand = hands.front();
+    const SceneDescription given = changed_scene(whole, overrides);
     const bool by_mouse = options.device ? *options.device == "page"
                                          : given.device.kind == DeviceDescription::Kind::none;
-    SceneOverrides overrides;
     // A simulated hand knows where free space is; the page's begins there.
     overrides.device = by_mouse ? std::optional<std::string>("hand") : options.device;
-    const SceneDescription description = changed_scene(given, overrides);
+    const SceneDescription description = changed_scene(whole, overrides);
     std::string page = view_page(options.page);
     try {
         check_duty(description.loop);
@@ -140,9 +147,14 @@ int view_scene(const ViewOptions& options) {
         tell("palpate: warning: {}\n", note);
     ViewDocument document = view_document(*scene, ViewMode::live);
     document.device = device_in_words(description, by_mouse);
+    if (!hands.empty()) document.device += hand_in_words(*overrides.hand, hands);
+    if (!options.hand && hands.size() > 1)
+        tell("palpate: note: hand {} of {} is felt and shown, alone; --hand NAME shows another, "
+             "and palpate trace --pace realtime runs all\n",
+             *overrides.hand, hands_in_words(hands));
 
     LiveViewSettings settings;
-    settings.server.address = options.listen;
+    settings.server.address = options.listen.address;
     settings.server.port = options.port;
     settings.server.rate_hz = description.loop.rate_hz;
     settings.run.cpu = options.cpu;

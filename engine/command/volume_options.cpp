@@ -4,15 +4,12 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/internal/lower_case.h>
 #include <palpate/volume/formats/volume_file.h>
 
 namespace palpate::command {
 namespace {
-
-bool is_mesh_name(const std::string& ending) {
-    return ending == ".ply" || ending == ".stl" || ending == ".obj";
-}
 
 [[noreturn]] void refuse(const char* option, const char* kind, const std::string& file) {
     throw UsageError(
@@ -36,6 +33,9 @@ void add_volume_options(CLI::App& command, VolumeOptions& options) {
         .add_option("--nifti-transform", options.nifti_transform,
                     "which transform of a NIfTI places it: automatic, sform or qform")
         ->check(CLI::IsMember({"automatic", "sform", "qform"}));
+    command.add_option("--reference", options.reference,
+                       "DICOM structure set: image whose grid its contours were drawn on; --series "
+                       "and the like are then of that");
 }
 
 VolumeDescription described(const VolumeOptions& options) {
@@ -45,6 +45,9 @@ VolumeDescription described(const VolumeOptions& options) {
     std::error_code ignored;
     if (!options.labels.empty() && !std::filesystem::exists(volume.labels, ignored))
         throw UsageError(fmt::format("--labels {}: does not exist", options.labels));
+    volume.selection.reference = options.reference;
+    if (!options.reference.empty() && !std::filesystem::exists(options.reference, ignored))
+        throw UsageError(fmt::format("--reference {}: does not exist", options.reference));
     volume.selection.series = options.series;
     volume.selection.grid = options.grid;
     if (options.slices == "repair") volume.selection.slices = VolumeSelection::Slices::repair;
@@ -67,12 +70,12 @@ void add_mesh_options(CLI::App& command, MeshOptions& options) {
 
 void require_volume(const VolumeOptions& volume, const char* option, bool is_given) {
     const std::string ending = internal::lower_case_ending(volume.file);
-    if (is_given && (is_mesh_name(ending) || ending == ".toml" || ending == ".h5"))
+    if (is_given && (is_mesh_name(volume.file) || ending == ".toml" || ending == ".h5"))
         refuse(option, "a volume", volume.file);
 }
 
 FileInfoSettings read_settings(const VolumeOptions& volume, const MeshOptions& mesh) {
-    if (!is_mesh_name(internal::lower_case_ending(volume.file))) {
+    if (!is_mesh_name(volume.file)) {
         if (!mesh.frame.empty()) refuse("--mesh-frame", "a mesh", volume.file);
         if (!mesh.unit.empty()) refuse("--mesh-unit", "a mesh", volume.file);
     }
@@ -81,6 +84,7 @@ FileInfoSettings read_settings(const VolumeOptions& volume, const MeshOptions& m
     require_volume(volume, "--grid", !volume.grid.empty());
     require_volume(volume, "--slices", volume.slices != "refuse");
     require_volume(volume, "--nifti-transform", volume.nifti_transform != "automatic");
+    require_volume(volume, "--reference", !volume.reference.empty());
     const VolumeDescription read = described(volume);
     FileInfoSettings settings;
     settings.selection = read.selection;

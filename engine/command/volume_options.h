@@ -21,6 +21,7 @@ struct VolumeOptions {
     std::string grid;
     std::string slices = "refuse";
     std::string nifti_transform = "automatic";
+    std::string reference;
 };
 
 /// Adds --labels, --series, --grid, --slices and --nifti-transform.

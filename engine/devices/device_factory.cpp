@@ -9,15 +9,19 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/attached_devices.h>
+#include <palpate/drivers/igtl_device.h>
+#include <palpate/drivers/inverse3_device.h>
 #include <palpate/drivers/plugin_device.h>
 #include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
+#include <palpate/drivers/transform_device.h>
 #include <palpate/engine/devices/hid_device.h>
 #include <palpate/engine/devices/internal/device_surfaces.h>
 #include <palpate/engine/devices/internal/hand_press.h>
 #include <palpate/engine/devices/orbit.h>
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/devices/surface_tour.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_reader.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -134,7 +138,7 @@ std::vector<DeviceState> recorded_states(const Scene& scene) {
     const double rate_hz = scene.description().loop.rate_hz;
     std::vector<DeviceState> states =
         require_files(scene.files(), place_of(scene), "reads " + file.string())
-            .recorded_inputs(file);
+            .recorded_inputs(file, scene.description().device.recorded_hand);
     if (states.empty())
         throw std::runtime_error(file.string() +
                                  ": has no frames to play; record a longer run with `palpate "
@@ -202,11 +206,27 @@ SceneDevice make_hand(const Scene& scene, int every) {
     }
 }
 
+/// A tool that a server of OpenIGTLink sends.
+std::unique_ptr<HapticDevice> make_tool(const std::string& text) {
+    const IgtlAddress address = igtl_address(text);
+    if (address.host.empty())
+        throw std::runtime_error(fmt::format(
+            "igtl:{}: names no server; write igtl:{}@HOST:PORT, or use `palpate serve`, whose "
+            "clients send it",
+            text, text));
+    return std::make_unique<IgtlDevice>(address);
+}
+
 SceneDevice make_attached(const Scene& scene) {
     const DeviceDescription& device = scene.description().device;
     try {
         if (device.kind == Kind::plugin)
             return {std::make_unique<PluginDevice>(plugin_address(device.address)), {}};
+        if (device.kind == Kind::inverse3)
+            return {std::make_unique<Inverse3Device>(
+                        Inverse3Device::Settings{.address = inverse3_address(device.address)}),
+                    {}};
+        if (device.kind == Kind::igtl) return {make_tool(device.address), {}};
         return {make_hid_device(device.address, attached_devices()), {}};
     } catch (const std::runtime_error& error) {
         throw DeviceError(error.what());
@@ -214,6 +234,11 @@ SceneDevice make_attached(const Scene& scene) {
 }
 
 [[noreturn]] void refuse_no_device(const Scene& scene) {
+    if (const auto hands = hand_names(scene.description()); !hands.empty())
+        throw std::runtime_error(fmt::format(
+            "{}: the scene has the hands {}, and one of them is asked for; say which: --hand "
+            "NAME, or in a program the scene's of_hand()",
+            scene.description().file.string(), hands_in_words(hands)));
     throw std::runtime_error(
         fmt::format("{}: the scene has no device; add [device] with type = \"path\" or \"orbit\"",
                     scene.description().file.string()));
@@ -246,6 +271,8 @@ std::vector<DeviceState> device_states(const Scene& scene, int every,
     case Kind::hand:
     case Kind::hid:
     case Kind::plugin:
+    case Kind::inverse3:
+    case Kind::igtl:
         break;
     }
     throw std::runtime_error(
@@ -260,13 +287,17 @@ SceneDevice make_device(const Scene& scene, int every) {
     if (is_sequence(description)) return make_sequence(scene, every);
     SceneDevice made =
         description.kind == Kind::hand ? make_hand(scene, every) : make_attached(scene);
-    made.placement = DevicePlacement(description.placement);
+    if (description.kind != Kind::igtl) // whose poses are in the scene's frame
+        made.placement = DevicePlacement(description.placement);
     return made;
 }
 
 std::string device_complaint(const HapticDevice& device) {
-    const auto* plugin = dynamic_cast<const PluginDevice*>(&device);
-    return plugin != nullptr ? plugin->complaint() : std::string();
+    if (const auto* plugin = dynamic_cast<const PluginDevice*>(&device)) return plugin->complaint();
+    if (const auto* arm = dynamic_cast<const Inverse3Device*>(&device)) return arm->complaint();
+    if (const auto* tool = dynamic_cast<const IgtlDevice*>(&device)) return tool->complaint();
+    if (const auto* tool = dynamic_cast<const TransformDevice*>(&device)) return tool->complaint();
+    return {};
 }
 
 RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {

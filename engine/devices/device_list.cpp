@@ -10,6 +10,7 @@
 
 #include <palpate/drivers/plugin_device.h>
 #include <palpate/engine/devices/device_list.h>
+#include <palpate/engine/devices/internal/inverse_service_json.h>
 #include <palpate/engine/text/internal/json_text.h>
 
 namespace palpate {
@@ -110,7 +111,8 @@ std::vector<ListedPlugin> listed_plugins(const std::vector<std::string>& files) 
 }
 
 std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceListDetail detail,
-                             const std::vector<ListedPlugin>& plugins) {
+                             const std::vector<ListedPlugin>& plugins,
+                             const ListedInverseService* service) {
     std::string text;
     std::size_t ours = 0, others = 0, unusable = 0;
     bool is_all = true;
@@ -128,6 +130,12 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
         text += line_of(plugin);
         if (plugin.obstacle.empty()) ++ours;
     }
+    if (service != nullptr) {
+        text += detail == DeviceListDetail::why ? inverse_service_why(*service)
+                                                : inverse_service_text(*service);
+        ours += service->found.devices.size();
+        unusable += service->found.devices.size() - usable_devices(*service);
+    }
     if (ours == 0)
         text += (is_all ? "no haptic device is attached" : "no haptic device was found") +
                 std::string("; a path, an orbit, a tour, a recording or the simulated hand serves "
@@ -141,7 +149,8 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
 }
 
 std::string device_list_json(const std::vector<AttachedDevice>& devices,
-                             const std::vector<ListedPlugin>& plugins) {
+                             const std::vector<ListedPlugin>& plugins,
+                             const ListedInverseService* service) {
     nlohmann::json list = nlohmann::json::array();
     for (const AttachedDevice& device : devices) {
         nlohmann::json findings = nlohmann::json::array();
@@ -175,7 +184,9 @@ std::string device_list_json(const std::vector<AttachedDevice>& devices,
                          {"obstacle", plugin.obstacle}});
         if (is_usable) named.back()["address"] = "plugin:" + plugin.path;
     }
-    return internal::json_text({{"devices", std::move(list)}, {"plugins", std::move(named)}});
+    nlohmann::json all = {{"devices", std::move(list)}, {"plugins", std::move(named)}};
+    if (service != nullptr) all["inverse_service"] = internal::inverse_service_json(*service);
+    return internal::json_text(all);
 }
 
 } // namespace palpate

@@ -18,7 +18,7 @@ namespace internal {
 /// Labels are read again as whole numbers, so that the voxels are never in memory twice.
 ValuesOrLabels read_values_or_labels(const std::filesystem::path& file,
                                      const FileInfoSettings& settings) {
-    if (file.filename().string().ends_with(".seg.nrrd") || !settings.labels.empty())
+    if (holds_labels(file) || !settings.labels.empty())
         return read_label_volume(file, settings.labels, settings.selection);
     VoxelVolume volume = read_volume(file, settings.selection);
     const std::filesystem::path table = find_name_table(file);
@@ -48,7 +48,7 @@ DataFile read_data_file(const std::filesystem::path& file, const FileInfoSetting
     if (!std::filesystem::exists(file, ignored)) refuse("does not exist; check its name");
     DataFile data{file, settings.selection, settings.labels, {}};
     const std::string ending = internal::lower_case_ending(file);
-    if (ending == ".ply" || ending == ".stl" || ending == ".obj") {
+    if (is_mesh_name(file)) {
         data.content = read_mesh(file, settings.mesh);
         return data;
     }

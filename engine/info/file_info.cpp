@@ -5,6 +5,7 @@
 
 #include <palpate/engine/info/internal/file_info_kinds.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/internal/lower_case.h>
 
 namespace palpate {
@@ -13,8 +14,7 @@ FileInfo file_info(const std::filesystem::path& file, const FileInfoSettings& se
     if (!std::filesystem::exists(file, ignored))
         throw std::runtime_error(file.string() + ": does not exist; check its name");
     const std::string ending = internal::lower_case_ending(file);
-    if (ending == ".ply" || ending == ".stl" || ending == ".obj")
-        return internal::mesh_info(file, settings);
+    if (is_mesh_name(file)) return internal::mesh_info(file, settings);
     if (ending == ".toml") return internal::scene_info(file);
     if (ending == ".h5" || is_journal(file)) return internal::recording_info(file);
     return internal::volume_info(file, settings);

@@ -35,9 +35,9 @@ struct FileInfo {
 };
 
 /// Tells what a file holds: a volume of values, labels, vectors or tensors; the list of volumes in
-/// a DICOM folder or .vdb with several; a mesh (.ply, .stl, .obj) and what touching it will be
-/// like; a scene (.toml); a recording (.h5). [setup] A scalar volume is told as labels when it is a
-/// .seg.nrrd, when a name table is given or lies beside it, or when it looks like them
+/// a DICOM folder or .vdb with several; a mesh (.ply, .stl, .obj, .vtp, .vtk) and what touching it
+/// will be like; a scene (.toml); a recording (.h5). [setup] A scalar volume is told as labels when
+/// it is a .seg.nrrd, when a name table is given or lies beside it, or when it looks like them
 /// (looks_like_labels()). Labels have no units, other numbers are in mm, LPS, or in the volume's
 /// own unit. A large volume is held in memory once. Throws std::runtime_error "FILE[:LINE]: what is
 /// wrong; what to do".

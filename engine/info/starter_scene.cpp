@@ -199,6 +199,9 @@ std::string volume_table(const StarterData& data, const std::filesystem::path& s
             fmt::format("nifti_transform = \"{}\"",
                         data.selection.nifti_transform == Transform::sform ? "sform" : "qform"),
             "of the file's two places");
+    if (!data.selection.reference.empty())
+        text += line("reference = " + toml_text(from_folder_of(scene, data.selection.reference)),
+                     "the image that its contours were drawn on");
     return text + "\n";
 }
 
@@ -237,6 +240,31 @@ std::string label_tables(const StarterData& data, const std::string& volume,
                             part.key, toml_text(volume), toml_text(part.label));
     text.pop_back();
     return text;
+}
+
+/// The image beside its segmentation: named, so that a line is enough to feel it as well.
+std::string image_table(const StarterImage& image, const std::filesystem::path& scene,
+                        const std::string& of_labels, const std::vector<Part>& parts) {
+    std::string name = stem_of(image.file);
+    const auto is_taken = [&](const std::string& key) {
+        return key == of_labels ||
+               std::ranges::any_of(parts, [&](const Part& part) { return part.key == key; });
+    };
+    while (is_taken(name))
+        name += "_image";
+    StarterData as_data;
+    as_data.file = image.file;
+    as_data.selection = image.selection;
+    std::string text = fmt::format("\n# The image that lies beside the segmentation; its values go "
+                                   "from {} to {}.\n# It is not read until something names it.\n",
+                                   image.range[0], image.range[1]);
+    text += volume_table(as_data, scene, name);
+    if (!image.iso) return text;
+    return text + fmt::format("# To feel a level of it beside the segments, take the # from these "
+                              "lines, and name {0}_level\n# in the effect below.\n"
+                              "# [surface.{0}_level]\n# volume = \"{0}\"\n# iso_value = {1}\n"
+                              "# smooth_voxels = 0.7\n# keep = \"largest\"\n",
+                              name, number(*image.iso));
 }
 
 std::string mesh_table(const StarterData& data, const std::filesystem::path& scene,
@@ -384,6 +412,13 @@ StarterData starter_data(const DataFile& data) {
     return seen;
 }
 
+StarterImage starter_image(const std::filesystem::path& file, const VolumeSelection& selection,
+                           const VoxelVolume& volume) {
+    StarterData seen;
+    look_at(volume, seen);
+    return {file, selection, seen.range, seen.iso};
+}
+
 std::vector<std::size_t> largest_labels(const StarterData& data) {
     std::vector<std::size_t> labels(data.labels.size());
     std::iota(labels.begin(), labels.end(), std::size_t{0});
@@ -408,6 +443,7 @@ std::string starter_scene(const StarterData& data, const StarterChoice& choice,
         if (data.kind == Kind::labels) {
             parts = parts_of(data, chosen_labels(data, choice));
             text += label_tables(data, name, parts);
+            if (data.image) text += image_table(*data.image, scene_file, name, parts);
         } else {
             text += level_table(data, choice, name, name);
         }

@@ -24,6 +24,14 @@ struct StarterLabel {
     std::size_t voxels = 0;                           ///< that have the label
 };
 
+/// The image that labels were made from, which lies beside them.
+struct StarterImage {
+    std::filesystem::path file;    ///< or a DICOM folder
+    VolumeSelection selection;     ///< which of several in it
+    std::array<double, 2> range{}; ///< smallest and largest value, its own unit
+    std::optional<double> iso;     ///< Otsu's threshold; nothing: all values are equal
+};
+
 /// What a starter scene has to know of data, without its voxels.
 struct StarterData {
     /// What surfaces are made of.
@@ -40,6 +48,7 @@ struct StarterData {
     bool has_gaps = false;       ///< volume: voxels without a number, which smoothing would spread
     std::filesystem::path table; ///< labels: that names them; empty: the file's own names
     std::vector<StarterLabel> labels; ///< labels: all of them
+    std::optional<StarterImage> image; ///< labels: that they were made from
     MeshFileSettings mesh;            ///< mesh: as it was read
     bool mesh_stated = false;         ///< mesh: the file says its frame and unit itself
     Box bounds;                       ///< around the voxels, the labels or the mesh, m, scene frame
@@ -47,6 +56,10 @@ struct StarterData {
 
 /// Looks at data once.                                                                   [setup]
 StarterData starter_data(const DataFile& data);
+
+/// Looks at the image of a segmentation once.                                            [setup]
+StarterImage starter_image(const std::filesystem::path& file, const VolumeSelection& selection,
+                           const VoxelVolume& volume);
 
 /// What is felt of it; empty: what is sensible.
 struct StarterChoice {

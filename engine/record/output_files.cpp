@@ -26,6 +26,7 @@
 #include <palpate/engine/text/internal/film_mark.h>
 #include <palpate/engine/text/internal/front_mark.h>
 #include <palpate/engine/text/internal/png_mark.h>
+#include <palpate/engine/text/internal/vtp_mark.h>
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/formats/volume_file.h>
@@ -62,9 +63,12 @@ bool is_drift(std::string_view text) {
     return text.empty();
 }
 
-bool is_summary(const std::filesystem::path& file) {
+/// summary.json, or markups that say whose they are.
+bool is_own_json(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
     const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
+    if (json.is_object() && json.contains("markups") && json.contains("written_by"))
+        return json.at("written_by") == "palpate";
     if (!json.is_object() || !json.contains("version") || !json.contains("machine")) return false;
     const auto scene = json.find("scene");
     return scene != json.end() && scene->is_object() && scene->contains("sha256");
@@ -152,7 +156,8 @@ bool is_written_by_palpate(const std::filesystem::path& file) {
     if (is_of_study(text)) return true;
     if (text.starts_with(kPlyBeginning) || internal::is_own_png(text) || is_page(text)) return true;
     if (is_film(text, file)) return true;
-    if (text.starts_with('{')) return is_summary(file);
+    if (text.starts_with('{')) return is_own_json(file);
+    if (text.starts_with(internal::kVtpBeginning)) return true;
     return internal::is_sealed_recording(file) || is_journal(file) || is_written_volume(file);
 }
 
@@ -160,7 +165,7 @@ std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
     std::vector<std::filesystem::path> files{scene.file};
     for (const auto& [name, volume] : scene.volumes) {
         if (volume.file.empty()) continue;
-        const std::vector<std::filesystem::path> data = source_files(volume.file);
+        const std::vector<std::filesystem::path> data = source_files(volume.file, volume.selection);
         files.insert(files.end(), data.begin(), data.end());
         files.push_back(volume.labels);
         files.push_back(find_name_table(volume.file));
@@ -170,6 +175,8 @@ std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
     for (const EffectDescription& effect : scene.effects)
         files.push_back(file_of(effect));
     files.push_back(scene.device.file);
+    for (const DeviceDescription& hand : scene.hands)
+        files.push_back(hand.file);
     std::erase_if(files, [](const std::filesystem::path& file) { return file.empty(); });
     return files;
 }

@@ -114,6 +114,18 @@ void require_same_sources(const Recording& recording, const std::filesystem::pat
             file.string(), recording.sources.size(), now.size()));
 }
 
+/// The scene as the hand of a recording has it; the scene itself where it has one device.
+std::shared_ptr<const Scene> as_felt_by(const Recording& recording,
+                                        const std::filesystem::path& file,
+                                        const std::shared_ptr<const Scene>& scene) {
+    if (recording.hand.empty()) return scene;
+    try {
+        return scene->of_hand(recording.hand);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
+    }
+}
+
 bool same_bits(double a, double b) {
     return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
@@ -157,7 +169,7 @@ std::vector<RecordedSource> sources(const Scene& scene) {
         if (surface.baked.grid) result.push_back({kFieldSource + surface.name, surface.baked.key});
     for (const auto& [name, volume] : scene.description().volumes)
         if (!volume.file.empty() && scene.effect_bounds(name))
-            for (const std::filesystem::path& file : source_files(volume.file))
+            for (const std::filesystem::path& file : source_files(volume.file, volume.selection))
                 result.push_back({std::filesystem::absolute(file).string(), sha256_of_file(file)});
     for (const PlannedEffect& planned : scene.plan().effects) {
         const std::filesystem::path& file = file_of(scene.description().effects[planned.effect]);
@@ -179,26 +191,39 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
     if (!file.empty()) recording.scene_file = std::filesystem::absolute(file).string();
     if (!is_made_in_code(scene.description())) recording.scene_text = scene.description().text;
     recording.overrides = to_json(overrides);
+    if (!overrides.hand) recording.hand = scene.description().device.name;
     recording.sources = sources(scene);
     recording.felt_names = felt_names(scene);
     return recording;
 }
 
-std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
-                                            const std::filesystem::path& file,
-                                            const SceneResources& resources) {
-    require_replayable(recording, file);
-    if (recording.scene_text.empty())
+std::vector<std::shared_ptr<const Scene>> recorded_scenes(std::span<const Recording> hands,
+                                                          const std::filesystem::path& file,
+                                                          const SceneResources& resources) {
+    for (const Recording& hand : hands)
+        require_replayable(hand, file);
+    if (hands.empty()) return {};
+    const Recording& first = hands.front(); // all have the same scene
+    if (first.scene_text.empty())
         throw std::runtime_error(
             fmt::format("{}: a program made its scene, or gave it data in memory, which a "
                         "recording does not keep; replay it in that program, with the "
                         "recorded_scene() that takes a description",
                         file.string()));
-    SceneDescription description = parse_scene(recording.scene_text, recording.scene_file);
-    apply(overrides_from_json(recording.overrides), description);
-    auto scene = std::make_shared<const Scene>(std::move(description), resources);
-    require_same_sources(recording, file, *scene);
-    return scene;
+    SceneDescription description = parse_scene(first.scene_text, first.scene_file);
+    apply(overrides_from_json(first.overrides), description);
+    const auto scene = std::make_shared<const Scene>(std::move(description), resources);
+    require_same_sources(first, file, *scene);
+    std::vector<std::shared_ptr<const Scene>> scenes;
+    for (const Recording& hand : hands)
+        scenes.push_back(as_felt_by(hand, file, scene));
+    return scenes;
+}
+
+std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
+                                            const std::filesystem::path& file,
+                                            const SceneResources& resources) {
+    return recorded_scenes({&recording, 1}, file, resources).front();
 }
 
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
@@ -206,9 +231,9 @@ std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             SceneDescription scene,
                                             const SceneResources& resources) {
     require_replayable(recording, file);
-    auto made = std::make_shared<const Scene>(std::move(scene), resources);
+    const auto made = std::make_shared<const Scene>(std::move(scene), resources);
     require_same_sources(recording, file, *made);
-    return made;
+    return as_felt_by(recording, file, made);
 }
 
 RunDifference difference(const Recording& recording, const Run& again) {

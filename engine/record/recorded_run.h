@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <palpate/engine/record/recording.h>
@@ -18,7 +19,8 @@ namespace palpate {
 /// a contact uses, from a file, from memory, extracted or from the cache.               [setup]
 std::vector<RecordedSource> sources(const Scene& scene);
 
-/// The recording of a trace.                                                            [setup]
+/// The recording of a trace. Where the scene is of one of its hands (Scene::of_hand()) and the
+/// overrides do not choose it, it is that of this hand, beside others in a file.        [setup]
 Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Trace& trace);
 
 /// The scene that a recording was made with, loaded again.                              [setup]
@@ -27,10 +29,17 @@ Recording recorded(const Scene& scene, const SceneOverrides& overrides, const Tr
 /// than the one that recorded, a gain was changed while the loop ran, which is not recorded, or
 /// frames are missing as the recorder could not keep up; or when a program made the scene, or gave
 /// it data in memory, which a recording does not keep: then the program has to give it again.
-/// `file` is the recording's, for the message.
+/// `file` is the recording's, for the message. Of a hand of several it is the scene as that hand
+/// has it.
 std::shared_ptr<const Scene> recorded_scene(const Recording& recording,
                                             const std::filesystem::path& file,
                                             const SceneResources& resources);
+
+/// The scenes of all hands of one file: one is loaded, and each hand has it as its own. [setup]
+/// Throws as above.
+std::vector<std::shared_ptr<const Scene>> recorded_scenes(std::span<const Recording> hands,
+                                                          const std::filesystem::path& file,
+                                                          const SceneResources& resources);
 
 /// The same for a scene that a program made: `scene` is its description, with its data, as it was
 /// recorded. Data that is not what was recorded is refused, with its name and both hashes. Settings

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/record/recording.h>
 
+#include <algorithm>
 #include <fstream>
-#include <optional>
 #include <stdexcept>
+#include <string>
 #include <system_error>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <palpate/engine/files/internal/sha256.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/record/internal/journal_format.h>
 #include <palpate/engine/record/internal/recording_store.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/text/text_file.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/geometry/internal/ordinary_file.h>
@@ -24,12 +26,14 @@ namespace {
 
 constexpr const char* kFormat = "palpate recording";
 // 1: inputs without buttons, freshness and orientation, no device. 2: not which surfaces are felt.
-// 3: no touches. 4: no softness; still written where no soft surface was pressed.
-constexpr std::uint64_t kFormatVersion = 5;
+// 3: no touches. 4: no softness; still written where no soft surface was pressed. 5: one run; still
+// written where there are no hands.
+constexpr std::uint64_t kFormatVersion = 6;
+constexpr std::uint64_t kSoftVersion = 5;
 
 /// The least version that has all of these frames.
 std::uint64_t version_for(std::span<const FrameReport> frames) {
-    return presses_a_soft_surface(frames) ? kFormatVersion : 4;
+    return presses_a_soft_surface(frames) ? kSoftVersion : 4;
 }
 
 /// Hands every column of the inputs to `column(name, unit, member)`: one list for writer and
@@ -85,6 +89,10 @@ void for_each_touch_column(Columns&& column) {
     column("force_n", "N", &RecordedTouch::force);
 }
 constexpr const char* kTouchPhase = "touches/phase";
+constexpr const char* kHandNames = "hands/name";
+
+/// The group that has all of a hand's data sets; nothing where a file has one run alone.
+std::string group_of(const std::string& hand) { return hand.empty() ? "" : "hands/" + hand + "/"; }
 
 /// Writes the columns of `rows` into a group.
 template <typename Row>
@@ -149,60 +157,64 @@ void for_each_device_number(Columns&& column) {
 }
 constexpr const char* kVelocitySource = "device/velocity_source";
 
-void write_device(internal::RecordingWriter& writer, const DeviceProperties& device) {
-    writer.make_group("device");
-    writer.write_texts("device/name", {device.name});
+void write_device(internal::RecordingWriter& writer, const std::string& group,
+                  const DeviceProperties& device) {
+    writer.make_group(group + "device");
+    writer.write_texts(group + "device/name", {device.name});
     for_each_device_number([&](const char* name, const char* unit, auto member) {
-        writer.write_column(name, unit, std::vector<double>{device.*member});
+        writer.write_column(group + name, unit, std::vector<double>{device.*member});
     });
     writer.write_column(
-        kVelocitySource, "enumeration",
+        group + kVelocitySource, "enumeration",
         std::vector<std::uint32_t>{static_cast<std::uint32_t>(device.velocity_source)});
 }
 
-DeviceProperties read_device(const internal::RecordingReader& reader) {
+DeviceProperties read_device(const internal::RecordingReader& reader, const std::string& group) {
     DeviceProperties device;
-    device.name = reader.read_text("device/name");
-    const auto only = [&](const char* name, const auto& values) {
+    device.name = reader.read_text(group + "device/name");
+    const auto only = [&](const std::string& name, const auto& values) {
         if (values.size() != 1)
             reader.fail(fmt::format("is damaged: data set {} is not one number", name));
         return values.front();
     };
     for_each_device_number([&](const char* name, const char*, auto member) {
         std::vector<double> values;
-        reader.read_column(name, values);
-        device.*member = only(name, values);
+        reader.read_column(group + name, values);
+        device.*member = only(group + name, values);
     });
     std::vector<std::uint32_t> source;
-    reader.read_column(kVelocitySource, source);
-    if (only(kVelocitySource, source) > static_cast<std::uint32_t>(VelocitySource::device))
-        reader.fail(fmt::format("is damaged: data set {} means nothing", kVelocitySource));
+    const std::string velocity = group + kVelocitySource;
+    reader.read_column(velocity, source);
+    if (only(velocity, source) > static_cast<std::uint32_t>(VelocitySource::device))
+        reader.fail(fmt::format("is damaged: data set {} means nothing", velocity));
     device.velocity_source = static_cast<VelocitySource>(source.front());
     return device;
 }
 
-void write_touches(internal::RecordingWriter& writer, const std::vector<RecordedTouch>& touches) {
-    writer.make_group("touches");
-    for_each_touch_column(column_writer(writer, "touches", touches));
+void write_touches(internal::RecordingWriter& writer, const std::string& group,
+                   const std::vector<RecordedTouch>& touches) {
+    writer.make_group(group + "touches");
+    for_each_touch_column(column_writer(writer, group + "touches", touches));
     std::vector<std::uint32_t> phases;
     phases.reserve(touches.size());
     for (const RecordedTouch& touch : touches)
         phases.push_back(static_cast<std::uint32_t>(touch.phase));
-    writer.write_column(kTouchPhase, "0 began, 1 goes on, 2 ended", phases);
+    writer.write_column(group + kTouchPhase, "0 began, 1 goes on, 2 ended", phases);
 }
 
-std::vector<RecordedTouch> read_touches(const internal::RecordingReader& reader) {
+std::vector<RecordedTouch> read_touches(const internal::RecordingReader& reader,
+                                        const std::string& group) {
     std::vector<RecordedTouch> touches;
-    for_each_touch_column(column_reader(reader, "touches", touches));
+    for_each_touch_column(column_reader(reader, group + "touches", touches));
+    const std::string name = group + kTouchPhase;
     std::vector<std::uint32_t> phases;
-    reader.read_column(kTouchPhase, phases);
+    reader.read_column(name, phases);
     if (phases.size() != touches.size())
-        reader.fail(fmt::format("data set {} has {} rows where {} are needed", kTouchPhase,
-                                phases.size(), touches.size()));
+        reader.fail(fmt::format("data set {} has {} rows where {} are needed", name, phases.size(),
+                                touches.size()));
     for (std::size_t i = 0; i < touches.size(); ++i) {
         if (phases[i] > static_cast<std::uint32_t>(Touch::Phase::ended))
-            reader.fail(
-                fmt::format("is damaged: row {} of data set {} means nothing", i, kTouchPhase));
+            reader.fail(fmt::format("is damaged: row {} of data set {} means nothing", i, name));
         touches[i].phase = static_cast<Touch::Phase>(phases[i]);
     }
     return touches;
@@ -218,12 +230,10 @@ std::vector<RecordedSource> read_sources(const internal::RecordingReader& reader
     return sources;
 }
 
-} // namespace
-
-std::string recording_bytes(const std::filesystem::path& file, const Recording& recording) {
-    internal::RecordingWriter writer(file);
+/// What all hands of a file have in common.
+void write_scene(internal::RecordingWriter& writer, std::uint64_t version,
+                 const Recording& recording) {
     writer.write_texts("format", {kFormat});
-    const std::uint64_t version = version_for(recording.frames);
     writer.write_column("format_version", "1", std::vector<std::uint64_t>{version});
     writer.write_texts("version", {recording.version});
     writer.make_group("scene");
@@ -240,17 +250,65 @@ std::string recording_bytes(const std::filesystem::path& file, const Recording& 
     writer.make_group("sources");
     writer.write_texts("sources/file", source_files);
     writer.write_texts("sources/sha256", source_hashes);
+}
 
-    write_device(writer, recording.device);
-    writer.make_group("inputs");
-    for_each_input_column(version, column_writer(writer, "inputs", recording.inputs));
+void write_surfaces(internal::RecordingWriter& writer, const Recording& recording) {
     writer.make_group("surfaces");
     writer.write_texts(kFeltNames, recording.felt_names);
-    writer.make_group("frames");
-    for_each_frame_column(version, column_writer(writer, "frames", recording.frames));
-    write_touches(writer, recording.touches);
-    writer.make_group("clock");
-    writer.write_column("clock/steps_left", "1", recording.steps_left);
+}
+
+/// The frames with what was given and what was touched, but for the clock's decisions.
+void write_frames(internal::RecordingWriter& writer, const std::string& group,
+                  std::uint64_t version, const Recording& recording) {
+    writer.make_group(group + "frames");
+    for_each_frame_column(version, column_writer(writer, group + "frames", recording.frames));
+    write_touches(writer, group, recording.touches);
+    writer.make_group(group + "clock");
+    writer.write_column(group + "clock/steps_left", "1", recording.steps_left);
+}
+
+void write_inputs(internal::RecordingWriter& writer, const std::string& group,
+                  std::uint64_t version, const Recording& recording) {
+    write_device(writer, group, recording.device);
+    writer.make_group(group + "inputs");
+    for_each_input_column(version, column_writer(writer, group + "inputs", recording.inputs));
+}
+
+std::string bytes_of_hands(const std::filesystem::path& file, std::span<const Recording> hands) {
+    std::vector<std::string> names;
+    for (const Recording& hand : hands) {
+        if (hand.hand.empty() || std::find(names.begin(), names.end(), hand.hand) != names.end())
+            throw std::invalid_argument(
+                fmt::format("{}: a hand has the name \"{}\"; give each one a name of its own",
+                            file.string(), hand.hand));
+        names.push_back(hand.hand);
+    }
+    if (hands.empty())
+        throw std::invalid_argument(file.string() + ": there is no hand; give at least one");
+    internal::RecordingWriter writer(file);
+    write_scene(writer, kFormatVersion, hands.front());
+    write_surfaces(writer, hands.front());
+    writer.make_group("hands");
+    writer.write_texts(kHandNames, names);
+    for (const Recording& hand : hands) {
+        const std::string group = group_of(hand.hand);
+        writer.make_group("hands/" + hand.hand);
+        write_inputs(writer, group, kFormatVersion, hand);
+        write_frames(writer, group, kFormatVersion, hand);
+    }
+    return writer.bytes();
+}
+
+} // namespace
+
+std::string recording_bytes(const std::filesystem::path& file, const Recording& recording) {
+    if (!recording.hand.empty()) return bytes_of_hands(file, {&recording, 1});
+    internal::RecordingWriter writer(file);
+    const std::uint64_t version = version_for(recording.frames);
+    write_scene(writer, version, recording);
+    write_inputs(writer, "", version, recording);
+    write_surfaces(writer, recording);
+    write_frames(writer, "", version, recording);
     return writer.bytes();
 }
 
@@ -258,47 +316,101 @@ void write_recording(const std::filesystem::path& file, const Recording& recordi
     write_whole_file(file, recording_bytes(file, recording));
 }
 
+void write_recordings(const std::filesystem::path& file, std::span<const Recording> hands) {
+    write_whole_file(file, bytes_of_hands(file, hands));
+}
+
 namespace {
 
-Recording read_one(const internal::RecordingReader& reader) {
-    const std::uint64_t format_version = check_format(reader);
+/// The run of a hand, or the only one.
+void read_run(const internal::RecordingReader& reader, std::uint64_t version,
+              Recording& recording) {
+    const std::string group = group_of(recording.hand);
+    if (version >= 2) recording.device = read_device(reader, group);
+    for_each_input_column(version, column_reader(reader, group + "inputs", recording.inputs));
+    for_each_frame_column(version, column_reader(reader, group + "frames", recording.frames));
+    if (version >= 4) recording.touches = read_touches(reader, group);
+    reader.read_column(group + "clock/steps_left", recording.steps_left);
+}
 
-    Recording recording;
-    recording.version = reader.read_text("version");
-    recording.scene_file = reader.read_text("scene/file");
-    recording.scene_text = reader.read_text("scene/text");
-    recording.overrides = reader.read_text("scene/overrides");
-    recording.sources = read_sources(reader);
-    if (format_version >= 2) recording.device = read_device(reader);
-    for_each_input_column(format_version, column_reader(reader, "inputs", recording.inputs));
-    for_each_frame_column(format_version, column_reader(reader, "frames", recording.frames));
-    if (format_version >= 3) recording.felt_names = read_felt_names(reader);
-    if (format_version >= 4) recording.touches = read_touches(reader);
-    reader.read_column("clock/steps_left", recording.steps_left);
-    return recording;
+std::vector<std::string> read_hand_names(const internal::RecordingReader& reader) {
+    std::vector<std::string> names = reader.read_texts(kHandNames);
+    bool are_apart = !names.empty() && names.size() <= kMostHands;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        are_apart = are_apart && is_hand_name(names[i]) &&
+                    std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i),
+                              names[i]) == names.begin() + static_cast<std::ptrdiff_t>(i);
+    if (!are_apart)
+        reader.fail(fmt::format("is damaged: data set {} does not name hands", kHandNames));
+    return names;
+}
+
+std::vector<Recording> read_whole(const internal::RecordingReader& reader) {
+    const std::uint64_t version = check_format(reader);
+    Recording common;
+    common.version = reader.read_text("version");
+    common.scene_file = reader.read_text("scene/file");
+    common.scene_text = reader.read_text("scene/text");
+    common.overrides = reader.read_text("scene/overrides");
+    common.sources = read_sources(reader);
+    if (version >= 3) common.felt_names = read_felt_names(reader);
+    std::vector<Recording> hands{common};
+    if (version >= kFormatVersion) {
+        const std::vector<std::string> names = read_hand_names(reader);
+        hands.assign(names.size(), common);
+        for (std::size_t i = 0; i < names.size(); ++i)
+            hands[i].hand = names[i];
+    }
+    for (Recording& hand : hands)
+        read_run(reader, version, hand);
+    return hands;
+}
+
+/// Puts a part of a journal behind what was kept of its hand before.
+void append(std::vector<Recording>& all, Recording part) {
+    const auto hand = std::find_if(all.begin(), all.end(),
+                                   [&](const Recording& one) { return one.hand == part.hand; });
+    if (hand == all.end()) {
+        all.push_back(std::move(part));
+        return;
+    }
+    const auto behind = [](auto& to, const auto& from) {
+        to.insert(to.end(), from.begin(), from.end());
+    };
+    behind(hand->inputs, part.inputs);
+    behind(hand->frames, part.frames);
+    behind(hand->steps_left, part.steps_left);
+    behind(hand->touches, part.touches);
 }
 
 /// What was kept until the run was cut off: whatever is not whole is its end.
-Recording read_journal(const std::filesystem::path& file, std::string_view parts) {
-    std::optional<Recording> all;
-    while (const auto part = internal::next_journal_part(parts)) {
-        Recording next = read_one({file, std::string(*part)});
-        if (!all) {
-            all = std::move(next);
-            continue;
-        }
-        const auto append = [](auto& to, const auto& from) {
-            to.insert(to.end(), from.begin(), from.end());
-        };
-        append(all->inputs, next.inputs);
-        append(all->frames, next.frames);
-        append(all->steps_left, next.steps_left);
-        append(all->touches, next.touches);
-    }
-    if (!all)
+std::vector<Recording> read_journal(const std::filesystem::path& file, std::string_view parts) {
+    std::vector<Recording> all;
+    while (const auto part = internal::next_journal_part(parts))
+        for (Recording& hand : read_whole({file, std::string(*part)}))
+            append(all, std::move(hand));
+    if (all.empty())
         throw std::runtime_error(file.string() + ": nothing was kept before its run was cut off; "
                                                  "record again");
-    return std::move(*all);
+    return all;
+}
+
+/// The one that is asked for.
+Recording chosen(const std::filesystem::path& file, std::vector<Recording> hands,
+                 const std::string& name) {
+    const auto found = std::find_if(hands.begin(), hands.end(),
+                                    [&](const Recording& one) { return one.hand == name; });
+    if (found != hands.end()) return std::move(*found);
+    if (name.empty() && hands.size() == 1) return std::move(hands.front());
+    if (hands.front().hand.empty())
+        throw std::runtime_error(fmt::format("{}: has one run, and no hand {}; leave the hand out",
+                                             file.string(), name));
+    std::vector<std::string> names;
+    for (const Recording& hand : hands)
+        names.push_back(hand.hand);
+    throw std::runtime_error(fmt::format("{}: has the hands {}{}; say which one", file.string(),
+                                         fmt::join(names, ", "),
+                                         name.empty() ? "" : ", and none that is " + name));
 }
 
 } // namespace
@@ -320,12 +432,18 @@ bool is_journal(const std::filesystem::path& file) {
            start == internal::kJournalMark;
 }
 
-Recording read_recording(const std::filesystem::path& file) {
+std::vector<Recording> read_recordings(const std::filesystem::path& file) {
     const std::filesystem::path found = found_recording(file);
     std::string bytes = read_text_file(found, "a recording of palpate trace");
     if (bytes.starts_with(internal::kJournalMark))
         return read_journal(found, std::string_view(bytes).substr(internal::kJournalMark.size()));
-    return read_one({found, std::move(bytes)});
+    return read_whole({found, std::move(bytes)});
 }
+
+Recording read_recording(const std::filesystem::path& file, const std::string& hand) {
+    return chosen(file, read_recordings(file), hand);
+}
+
+Recording read_recording(const std::filesystem::path& file) { return read_recording(file, ""); }
 
 } // namespace palpate

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,7 +25,8 @@ struct Recording : Run {
     std::string scene_file; ///< absolute path the scene was read from: anchors its relative paths
     std::string scene_text; ///< TOML; empty where a program made the scene or gave it data
     std::string
-        overrides; ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
+        overrides;    ///< options that changed the scene, as JSON: method, sub_steps, contact, ...
+    std::string hand; ///< of several that one file has; empty: it has this run alone
     std::vector<RecordedSource> sources; ///< volumes and meshes
     std::vector<std::string> felt_names; ///< bit i of FrameReport::surfaces_felt is entry i;
                                          ///< empty where that was not recorded
@@ -34,7 +36,11 @@ struct Recording : Run {
 /// Complete or not at all; throws std::runtime_error naming the file.
 void write_recording(const std::filesystem::path& file, const Recording& recording);
 
-/// The bytes of such a file; `file` is named in messages.                                [setup]
+/// The same of several hands over one scene, in one file: at least one, each with another name.
+/// [setup] Throws std::invalid_argument where one has no name, or another's.
+void write_recordings(const std::filesystem::path& file, std::span<const Recording> hands);
+
+/// The bytes of a file that has one run, or one hand; `file` is named in messages.       [setup]
 std::string recording_bytes(const std::filesystem::path& file, const Recording& recording);
 
 /// Where a recording is read from: the file or, where there is none, the journal beside it of a run
@@ -47,7 +53,14 @@ bool is_journal(const std::filesystem::path& file);
 /// Reads it back, bit for bit; of a journal, all whole parts; of an older version of the format,
 /// what it does not have is as a DeviceState, DeviceProperties and FrameReport begin. [setup]
 /// Throws std::runtime_error "FILE: what is wrong; what to do" when it is missing, damaged or not a
-/// recording.
+/// recording, or when it has several hands.
 Recording read_recording(const std::filesystem::path& file);
+
+/// The same of one hand, where the recording has several; an empty name asks for the only run.
+/// [setup] Throws also where it has no such hand.
+Recording read_recording(const std::filesystem::path& file, const std::string& hand);
+
+/// All hands that a recording has, in its order; of one without hands its run.           [setup]
+std::vector<Recording> read_recordings(const std::filesystem::path& file);
 
 } // namespace palpate

@@ -12,7 +12,16 @@
 namespace palpate {
 
 RecordingJournal::RecordingJournal(const std::filesystem::path& recording, Recording scene)
-    : file_(file_of(recording)), part_(std::move(scene)) {}
+    : file_(file_of(recording)) {
+    hands_.push_back({std::move(scene)});
+}
+
+RecordingJournal::RecordingJournal(const std::filesystem::path& recording,
+                                   std::vector<Recording> hands)
+    : file_(file_of(recording)) {
+    for (Recording& hand : hands)
+        hands_.push_back({std::move(hand)});
+}
 
 std::filesystem::path RecordingJournal::file_of(const std::filesystem::path& recording) {
     std::filesystem::path file = recording;
@@ -20,27 +29,28 @@ std::filesystem::path RecordingJournal::file_of(const std::filesystem::path& rec
     return file;
 }
 
-bool RecordingJournal::add(const Trace& so_far) {
-    if (has_failed_ || so_far.frames.size() == frames_) return !has_failed_;
-    const auto behind = [](const auto& all, std::size_t kept) {
-        return std::remove_cvref_t<decltype(all)>(all.begin() + static_cast<std::ptrdiff_t>(kept),
-                                                  all.end());
+bool RecordingJournal::add(const Trace& so_far, std::size_t hand) {
+    Kept& kept = hands_.at(hand);
+    if (has_failed_ || so_far.frames.size() == kept.frames) return !has_failed_;
+    const auto behind = [](const auto& all, std::size_t so_many) {
+        return std::remove_cvref_t<decltype(all)>(
+            all.begin() + static_cast<std::ptrdiff_t>(so_many), all.end());
     };
-    part_.device = so_far.device;
-    part_.inputs = behind(so_far.inputs, frames_);
-    part_.frames = behind(so_far.frames, frames_);
-    part_.steps_left = behind(so_far.steps_left, steps_);
-    part_.touches = behind(so_far.touches, touches_);
+    kept.part.device = so_far.device;
+    kept.part.inputs = behind(so_far.inputs, kept.frames);
+    kept.part.frames = behind(so_far.frames, kept.frames);
+    kept.part.steps_left = behind(so_far.steps_left, kept.steps);
+    kept.part.touches = behind(so_far.touches, kept.touches);
 
-    const bool is_first = frames_ == 0;
+    const bool is_first = !std::exchange(has_begun_, true);
     std::ofstream file(file_, std::ios::binary | (is_first ? std::ios::trunc : std::ios::app));
     if (is_first) file << internal::kJournalMark;
-    file << internal::journal_part(recording_bytes(file_, part_));
+    file << internal::journal_part(recording_bytes(file_, kept.part));
     file.close(); // from here on it is the system's, whatever becomes of this program
     has_failed_ = !file;
-    frames_ = so_far.frames.size();
-    steps_ = so_far.steps_left.size();
-    touches_ = so_far.touches.size();
+    kept.frames = so_far.frames.size();
+    kept.steps = so_far.steps_left.size();
+    kept.touches = so_far.touches.size();
     return !has_failed_;
 }
 

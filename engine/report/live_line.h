@@ -25,7 +25,15 @@ public:
     /// `seconds` of the clock have passed.                                              [setup]
     std::string text(double seconds, std::size_t columns);
 
+    /// The same in a few words, for one of several hands on a line: rate, overruns, force, depth,
+    /// what is felt.                                                                    [setup]
+    std::string brief(double seconds, std::size_t columns);
+
 private:
+    double rate_hz(double seconds) const;
+    double depth_mm() const;
+    std::string felt() const;
+    void begin_anew();
     const Scene& scene_;
     SteadyLabel probe_label_;
     std::vector<std::string> felt_names_;

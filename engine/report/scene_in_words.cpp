@@ -82,6 +82,60 @@ nlohmann::json beneath_as_json(const Scene& scene, const SceneSurface& surface) 
             {"steepest_at_mm", {at_mm.x, at_mm.y, at_mm.z}}};
 }
 
+/// What moves a hand, as scenes spell it.
+std::string type_of(const DeviceDescription& device) {
+    using Kind = DeviceDescription::Kind;
+    switch (device.kind) {
+    case Kind::none:
+        return "none";
+    case Kind::path:
+        return "path";
+    case Kind::orbit:
+        return "orbit";
+    case Kind::tour:
+        return "tour";
+    case Kind::recording:
+        return "recording";
+    case Kind::hand:
+        return "hand";
+    case Kind::hid:
+        return "hid:" + device.address;
+    case Kind::plugin:
+        break;
+    }
+    return "plugin:" + device.address;
+}
+
+/// Whether a device is in a frame of its own, which the scene places.
+bool is_placed(const DeviceDescription& device) {
+    using Kind = DeviceDescription::Kind;
+    return device.kind == Kind::hand || device.kind == Kind::hid || device.kind == Kind::plugin;
+}
+
+std::string placement_of(const DeviceDescription& device) {
+    return is_placed(device) ? DevicePlacement(device.placement).in_words()
+                             : "in the scene's own frame";
+}
+
+nlohmann::json hands_as_json(const SceneDescription& scene) {
+    nlohmann::json hands = nlohmann::json::array();
+    for (const DeviceDescription& hand : scene.hands)
+        hands.push_back(
+            {{"name", hand.name}, {"type", type_of(hand)}, {"placement", placement_of(hand)}});
+    return hands;
+}
+
+/// A line for each of several hands.
+std::string hands_in_words(const SceneDescription& scene) {
+    std::string text;
+    for (const DeviceDescription& hand : scene.hands)
+        text += fmt::format("hand {}: {}, {}\n", hand.name, type_of(hand), placement_of(hand));
+    if (scene.hands.size() > 1)
+        text += "Each hand feels the scene with a loop of its own; the tools do not feel each "
+                "other.\n";
+    return text;
+}
+
 /// A warning behind the file that it is of, where there is one.
 std::string in_file(const std::filesystem::path& file, const std::string& warning) {
     return file.empty() ? warning : fmt::format("{}: {}", file.string(), warning);
@@ -119,13 +173,14 @@ std::string scene_as_json(const Scene& scene, std::span<const double> prices) {
                                           : nlohmann::json()},
              {"mesh", surface.mesh.scene ? nlohmann::json::parse(mesh_as_json(surface.mesh))
                                          : nlohmann::json()}});
-    const nlohmann::json document = {{"scene", scene.description().file.string()},
-                                     {"method", name(scene.description().loop.method)},
-                                     {"effects", effects},
-                                     {"surfaces", surfaces},
-                                     {"left_out", scene.plan().left_out},
-                                     {"uncertified", scene.plan().uncertified},
-                                     {"warnings", scene.plan().warnings}};
+    nlohmann::json document = {{"scene", scene.description().file.string()},
+                               {"method", name(scene.description().loop.method)},
+                               {"effects", effects},
+                               {"surfaces", surfaces},
+                               {"left_out", scene.plan().left_out},
+                               {"uncertified", scene.plan().uncertified},
+                               {"warnings", scene.plan().warnings}};
+    if (!scene.description().hands.empty()) document["hands"] = hands_as_json(scene.description());
     return document.dump(2);
 }
 
@@ -154,6 +209,7 @@ std::string scene_in_words(const Scene& scene, std::span<const double> prices) {
         text += "warning: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
         text += fmt::format("surface {}:\n{}", surface.name, indented(in_words(surface)));
+    text += hands_in_words(scene.description());
     return text +
            "Samples, roots and rays are per evaluation, of which a sub-step has at least one; "
            "samples at start are per frame. us alone is an evaluation and its frame's start "

@@ -3,6 +3,7 @@
 #include <palpate/engine/run/effect_prices.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <set>
@@ -264,6 +265,8 @@ std::ptrdiff_t frames_of_preview(std::span<const FrameReport> frames) {
     return first - frames.begin();
 }
 
+constexpr std::array<const char*, 3> kOfAllHands{"version", "scene", "machine"};
+
 } // namespace
 
 std::vector<std::string> flags_in_words(std::span<const FrameReport> frames) {
@@ -285,7 +288,9 @@ std::string preview_in_words(const Trace& trace) {
         trace.frames[static_cast<std::size_t>(frames)].time_s);
 }
 
-std::string summarize(const Scene& scene, const Trace& trace) {
+namespace {
+
+json summary_of(const Scene& scene, const Trace& trace) {
     const std::span<const FrameReport> frames = trace.frames;
     const SceneDescription& description = scene.description();
     const auto in_contact = std::count_if(
@@ -299,6 +304,7 @@ std::string summarize(const Scene& scene, const Trace& trace) {
     summary["scene"] = {{"file", description.file.filename().string()},
                         {"sha256", sha256_of_text(description.text)}};
     summary["machine"] = machine();
+    if (!description.device.name.empty()) summary["hand"] = description.device.name;
     summary["method"] = name(description.loop.method);
     summary["contact"] = contact_names(scene);
     if (trace.before)
@@ -333,7 +339,46 @@ std::string summarize(const Scene& scene, const Trace& trace) {
     summary["truth"] = truth(scene, trace);
     summary["flags"] = flag_summary(frames);
     summary["effects"] = effect_summary(scene);
-    return summary.dump(2) + "\n";
+    return summary;
+}
+
+} // namespace
+
+std::string summarize(const Scene& scene, const Trace& trace) {
+    return summary_of(scene, trace).dump(2) + "\n";
+}
+
+std::string summarize(std::span<const HandTrace> hands) {
+    json all = json::object();
+    all["hands"] = json::array();
+    for (const HandTrace& hand : hands) {
+        json one = summary_of(*hand.scene, hand.trace);
+        for (const char* key : kOfAllHands) {
+            all[key] = one[key];
+            one.erase(key);
+        }
+        all["hands"].push_back(std::move(one));
+    }
+    return all.dump(2) + "\n";
+}
+
+std::vector<std::string> summaries_of_hands(const std::string& summary) {
+    json all = json::parse(summary, nullptr, false);
+    const bool has_hands = all.is_object() && all.contains("hands") && all["hands"].is_array();
+    if (!has_hands) return {summary};
+    std::vector<std::string> each;
+    for (json one : all["hands"]) {
+        for (const char* key : kOfAllHands)
+            if (one.is_object() && all.contains(key)) one[key] = all[key];
+        each.push_back(one.dump(2) + "\n");
+    }
+    return each;
+}
+
+std::string hand_of_summary(const std::string& summary) {
+    const json one = json::parse(summary, nullptr, false);
+    const bool has_hand = one.is_object() && one.contains("hand") && one["hand"].is_string();
+    return has_hand ? one["hand"].get<std::string>() : "";
 }
 
 } // namespace palpate

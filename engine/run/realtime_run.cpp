@@ -46,7 +46,6 @@ public:
         servo_.ask_to_stop();
         go();
         ended_.wait();
-        internal::release_memory();
     }
     ServoThread(const ServoThread&) = delete;
     ServoThread& operator=(const ServoThread&) = delete;
@@ -65,6 +64,14 @@ private:
     std::promise<void> go_;
     bool gone_ = false;
     std::future<void> ended_; // last: its thread uses the others
+};
+
+/// Of the whole process: given back when the last loop's thread has ended.
+struct LockedMemory {
+    LockedMemory() = default;
+    ~LockedMemory() { internal::release_memory(); }
+    LockedMemory(const LockedMemory&) = delete;
+    LockedMemory& operator=(const LockedMemory&) = delete;
 };
 
 /// What the loop's thread writes and the recorder reads.
@@ -187,6 +194,118 @@ void count(const RunFrame& run, RealtimeCounts& counts) {
     counts.silent_device += run.silence == Silence::device ? 1 : 0;
 }
 
+/// A device that is open and started, under the loop's scheduler: its own threads must not starve
+/// while the loop waits for what they bring.
+class StartedDevice {
+public:
+    StartedDevice(HapticDevice& device, Scheduler scheduler)
+        : as_the_loop_(std::in_place, scheduler), running_(device) {
+        as_the_loop_.reset();
+    }
+
+private:
+    std::optional<internal::ScheduledAs> as_the_loop_;
+    RunningDevice running_;
+};
+
+/// One hand: everything that its loop needs, and what comes of it. All but the loop's thread is of
+/// the thread that made it.
+class HandRun {
+public:
+    explicit HandRun(const RealtimeHand& hand)
+        : hand_(hand), loop_settings_(hand.scene->description().loop),
+          started_(hand.placed.device, hand.settings.scheduler), trace_(begun()),
+          loop_(hand.scene, clock_, loop_settings_, trace_.device), shown_(loop_, hand.watch),
+          rings_(loop_settings_.rate_hz, loop_settings_.method == SteppingMethod::paper),
+          servo_(loop_, hand.placed.device, hand.placed.placement, clock_,
+                 servo_settings(hand.settings, loop_settings_.rate_hz, trace_.device),
+                 rings_.frames, rings_.keeps_steps ? &rings_.decisions : nullptr, &rings_.touches),
+          next_(hand.scene, hand.settings) {}
+    HandRun(const HandRun&) = delete;
+    HandRun& operator=(const HandRun&) = delete;
+
+    /// The loop's thread, which waits for go().
+    void prepare() {
+        const internal::LoopThreadSettings settings{hand_.settings.scheduler, hand_.settings.cpu};
+        thread_.emplace(servo_, settings);
+        const LoopThreadGrants grants = thread_->grants();
+        counts_.scheduler = grants.scheduler ? settings.scheduler : Scheduler::ordinary;
+        counts_.memory_locked = grants.memory;
+        for (const std::string& refusal : internal::refusals(settings, grants))
+            if (hand_.watch.warning) hand_.watch.warning(refusal);
+    }
+    void go() {
+        thread_->go();
+        kept_at_ = std::chrono::steady_clock::now();
+    }
+    void ask_to_stop() noexcept { servo_.ask_to_stop(); }
+    bool has_ended_within(std::chrono::milliseconds wait) const {
+        return thread_->has_ended_within(wait);
+    }
+
+    /// Takes what has come since the last time; false where who watches wants an end.
+    bool look() {
+        record();
+        next_.adopt_when_it_can(loop_, hand_.watch);
+        if (hand_.watch.kept && std::chrono::steady_clock::now() - kept_at_ >= kKept) {
+            hand_.watch.kept(trace_);
+            kept_at_ = std::chrono::steady_clock::now();
+        }
+        return !hand_.watch.progress || hand_.watch.progress(done(), "in real time");
+    }
+
+    /// Once the thread has ended.
+    Trace result() {
+        thread_.reset();
+        record();
+        if (hand_.watch.kept) hand_.watch.kept(trace_);
+        counts_.dropped = servo_.dropped();
+        trace_.realtime = counts_;
+        trace_.before = next_.before();
+        if (hand_.watch.progress) hand_.watch.progress(1.0, "in real time");
+        return std::move(trace_);
+    }
+
+private:
+    Trace begun() const {
+        Trace trace;
+        trace.device = hand_.placed.placement.to_scene(hand_.placed.device.properties());
+        warn_of_coupling(*hand_.scene, trace.device, hand_.watch);
+        return trace;
+    }
+    void record() {
+        RunFrame run;
+        while (rings_.pop_into(trace_, run)) {
+            count(run, counts_);
+            next_.see(run.frame);
+            if (hand_.watch.frame) hand_.watch.frame(run);
+            ++recorded_;
+            if (hand_.settings.keep == RealtimeSettings::Keep::none) forget_frames(trace_);
+        }
+    }
+    double done() const {
+        const auto frames = static_cast<double>(recorded_);
+        const double by_frames = frames / static_cast<double>(hand_.settings.most_frames);
+        const double by_time = frames / (hand_.settings.longest_s * loop_settings_.rate_hz);
+        return std::clamp(std::max(by_frames, by_time), 0.0, 1.0);
+    }
+
+    const RealtimeHand& hand_;
+    const LoopDescription loop_settings_;
+    SteadyPacedClock clock_;
+    StartedDevice started_;
+    Trace trace_;
+    HapticLoop loop_;
+    internal::ShownLoop shown_;
+    Rings rings_;
+    ServoLoop servo_;
+    RealtimeCounts counts_;
+    NextScene next_;
+    std::uint64_t recorded_ = 0; // frames
+    std::chrono::steady_clock::time_point kept_at_{};
+    std::optional<ServoThread> thread_; // last: it uses the others
+};
+
 } // namespace
 
 void check_duty(const LoopDescription& loop) {
@@ -200,72 +319,44 @@ void check_duty(const LoopDescription& loop) {
 
 Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
                    const RealtimeSettings& settings, const RunWatch& watch) {
-    const LoopDescription& description = scene->description().loop;
-    check_duty(description);
+    const RealtimeHand hand{std::move(scene), placed, settings, watch};
+    return std::move(run_realtime({&hand, 1}).front());
+}
 
-    // Everything that the loop needs, before there is one.
-    SteadyPacedClock clock;
-    Trace trace;
-    // A device's own threads must not starve while the loop waits for what they bring.
-    std::optional<internal::ScheduledAs> as_the_loop(std::in_place, settings.scheduler);
-    const RunningDevice running(placed.device);
-    as_the_loop.reset();
-    trace.device = placed.placement.to_scene(placed.device.properties());
-    warn_of_coupling(*scene, trace.device, watch);
-    HapticLoop loop(scene, clock, description, trace.device);
-    const internal::ShownLoop shown(loop, watch);
-    Rings rings(description.rate_hz, description.method == SteppingMethod::paper);
-    ServoLoop servo(loop, placed.device, placed.placement, clock,
-                    servo_settings(settings, description.rate_hz, trace.device), rings.frames,
-                    rings.keeps_steps ? &rings.decisions : nullptr, &rings.touches);
-    RealtimeCounts counts;
-    NextScene next(scene, settings);
-    std::uint64_t recorded = 0; // frames
-
-    const auto record = [&] {
-        RunFrame run;
-        while (rings.pop_into(trace, run)) {
-            count(run, counts);
-            next.see(run.frame);
-            if (watch.frame) watch.frame(run);
-            ++recorded;
-            if (settings.keep == RealtimeSettings::Keep::none) forget_frames(trace);
-        }
+std::vector<Trace> run_realtime(std::span<const RealtimeHand> hands) {
+    for (const RealtimeHand& hand : hands)
+        check_duty(hand.scene->description().loop);
+    const LockedMemory locked; // until all threads have ended
+    std::vector<std::unique_ptr<HandRun>> runs;
+    for (const RealtimeHand& hand : hands)
+        runs.push_back(std::make_unique<HandRun>(hand));
+    const auto stop_all = [&]() noexcept {
+        for (const auto& run : runs)
+            run->ask_to_stop();
     };
-    const auto done = [&] {
-        const auto frames = static_cast<double>(recorded);
-        const double by_frames = frames / static_cast<double>(settings.most_frames);
-        const double by_time = frames / (settings.longest_s * description.rate_hz);
-        return std::clamp(std::max(by_frames, by_time), 0.0, 1.0);
-    };
-
-    const internal::LoopThreadSettings thread_settings{settings.scheduler, settings.cpu};
-    {
-        ServoThread thread(servo, thread_settings);
-        const LoopThreadGrants grants = thread.grants();
-        counts.scheduler = grants.scheduler ? settings.scheduler : Scheduler::ordinary;
-        counts.memory_locked = grants.memory;
-        for (const std::string& refusal : internal::refusals(thread_settings, grants))
-            if (watch.warning) watch.warning(refusal);
-        thread.go();
-        auto kept_at = std::chrono::steady_clock::now();
-        while (!thread.has_ended_within(kDrained)) {
-            record();
-            next.adopt_when_it_can(loop, watch);
-            if (watch.kept && std::chrono::steady_clock::now() - kept_at >= kKept) {
-                watch.kept(trace);
-                kept_at = std::chrono::steady_clock::now();
-            }
-            if (watch.progress && !watch.progress(done(), "in real time")) servo.ask_to_stop();
+    try {
+        for (const auto& run : runs)
+            run->prepare();
+        for (const auto& run : runs)
+            run->go();
+        for (bool is_over = false; !is_over;) {
+            is_over = true;
+            for (const auto& run : runs)
+                is_over =
+                    run->has_ended_within(kDrained / static_cast<int>(runs.size())) && is_over;
+            bool goes_on = true;
+            for (const auto& run : runs)
+                if (!is_over) goes_on = run->look() && goes_on;
+            if (!goes_on) stop_all();
         }
+    } catch (...) {
+        stop_all(); // before the first of them is waited for
+        throw;
     }
-    record();
-    if (watch.kept) watch.kept(trace);
-    counts.dropped = servo.dropped();
-    trace.realtime = counts;
-    trace.before = next.before();
-    if (watch.progress) watch.progress(1.0, "in real time");
-    return trace;
+    std::vector<Trace> traces;
+    for (const auto& run : runs)
+        traces.push_back(run->result());
+    return traces;
 }
 
 } // namespace palpate

@@ -6,6 +6,8 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include <palpate/engine/run/run_watch.h>
 #include <palpate/engine/run/scheduler.h>
@@ -52,5 +54,21 @@ void check_duty(const LoopDescription& loop);
 /// cannot be started, std::invalid_argument as check_duty().
 Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
                    const RealtimeSettings& settings, const RunWatch& watch = {});
+
+/// One of several hands in a scene: what its loop has of its own.
+struct RealtimeHand {
+    std::shared_ptr<const Scene> scene; ///< as this hand has it: Scene::of_hand() of one scene
+    PlacedDevice placed;                ///< nobody else's
+    RealtimeSettings settings;          ///< a limit ends this hand alone
+    RunWatch watch;                     ///< told in the calling thread, of this hand alone
+};
+
+/// Runs several hands at once, each as run_realtime() does alone: loop, thread, deadlines, safety
+/// chain and recording are its own, and only the scene is shared. Tools do not feel each other. All
+/// devices are started before the first loop. A hand whose device has no more states, or that comes
+/// to a limit, ends alone; when the `progress` of any watch says so, all end. The result has a
+/// trace for each, in the same order.                                                    [setup]
+/// Throws as run_realtime(), before the first frame; all devices are stopped then.
+std::vector<Trace> run_realtime(std::span<const RealtimeHand> hands);
 
 } // namespace palpate

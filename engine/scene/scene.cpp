@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/contact_choice.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/effect_fields.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
@@ -240,6 +241,12 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     plan_.warnings = internal::warnings_of(*this, internal::felt_effects(*this, parts));
     for (std::string& warning : internal::warnings_of_soft_borders(*this))
         plan_.warnings.push_back(std::move(warning));
+}
+
+std::shared_ptr<const Scene> Scene::of_hand(const std::string& hand) const {
+    std::shared_ptr<Scene> scene(new Scene(*this)); // the copy is nobody else's to make
+    scene->description_ = palpate::of_hand(std::move(scene->description_), hand);
+    return scene;
 }
 
 void Scene::shape_surfaces() {

@@ -33,8 +33,12 @@ public:
     /// file; std::runtime_error "FILE:LINE: what is wrong; what to do".
     explicit Scene(SceneDescription description, const SceneResources& resources = {});
     ~Scene();
-    Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
+
+    /// The same scene as one of its hands alone has it: its device is the hand's. It has the fields
+    /// and meshes of this one, not others of its own, so that loops over both feel one thing.
+    /// [setup] Throws std::invalid_argument as palpate::of_hand().
+    std::shared_ptr<const Scene> of_hand(const std::string& hand) const;
 
     /// As it was given.                                                                   [any]
     const SceneDescription& description() const noexcept { return description_; }
@@ -62,6 +66,7 @@ public:
     const SceneFiles* files() const noexcept { return files_.get(); }
 
 private:
+    Scene(const Scene&) = default;
     void shape_surfaces();
     const MovingSurface* body_among(const std::vector<std::unique_ptr<SurfaceContact>>& contacts,
                                     const EffectDescription& effect) const;

@@ -213,19 +213,26 @@ struct DeviceDescription {
         recording, ///< what the probe did in an earlier run
         hand,      ///< a simulated hand on a simulated device
         hid,       ///< hardware
-        plugin     ///< a shared library of somebody else
+        plugin,    ///< a shared library of somebody else
+        inverse3,  ///< a Haply Inverse3, through its service
+        igtl       ///< a tool's TRANSFORM of OpenIGTLink
     };
+    std::string name; ///< of a hand, where a scene has several: letters, digits, _ and -, at most
+                      ///< 32 of them; else empty
     Kind kind = Kind::none;     ///< decides which of the settings below count
     std::filesystem::path file; ///< path: CSV, t_s,x_m,y_m,z_m; recording: of `palpate trace`;
                                 ///< hand: CSV of where the arm wants the probe, scene frame
                                 ///< or empty: it presses into a surface
+    std::string recorded_hand;  ///< recording: which of its hands, where it has several
     HandDescription hand;       ///< hand
     PatientSide from = PatientSide::anterior; ///< hand that presses: where it comes from
     double depth_mm =
         5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
     std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it;
-                         ///< plugin: FILE or FILE?key=value&.., the file as `file` above
-    DevicePlacementSettings placement; ///< hand, hid and plugin; the others are in the scene frame
+                         ///< plugin: FILE or FILE?key=value&.., the file as `file` above;
+                         ///< inverse3: what stands behind it, as ":049D?port=10001", or nothing;
+                         ///< igtl: TRANSFORM@HOST:PORT, or TRANSFORM for `palpate serve`
+    DevicePlacementSettings placement; ///< hand and hardware; the others are in the scene frame
     std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
                          ///< first one
     double speed_m_per_s = 0.2; ///< orbit, tour, (0, 100]
@@ -251,6 +258,9 @@ struct SceneDescription {
     LimitsDescription limits;                             ///< of every force
     LoopDescription loop;                                 ///< frame rate and method
     DeviceDescription device; ///< of `palpate trace`; a loop in a program ignores it
+    /// Several devices instead of `device`, at most kMostHands: each has a name, and a loop of its
+    /// own over the one scene. Empty: there is one device.
+    std::vector<DeviceDescription> hands;
 };
 
 } // namespace palpate

@@ -123,7 +123,10 @@ SceneDescription parse_scene(std::string_view text, const std::filesystem::path&
     if (top.has("coupling")) scene.coupling = read_coupling(top.table("coupling"));
     if (top.has("limits")) scene.limits = read_limits(top.table("limits"));
     if (top.has("loop")) scene.loop = read_loop(top.table("loop"));
-    if (top.has("device")) scene.device = internal::read_device_table(top.table("device"), scene);
+    if (top.has("device") && top.node("device").is_array())
+        scene.hands = internal::read_hand_tables(top.table_list("device"), scene);
+    else if (top.has("device"))
+        scene.device = internal::read_device_table(top.table("device"), scene);
     try {
         validate(scene);
     } catch (const std::invalid_argument& error) {

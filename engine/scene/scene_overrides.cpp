@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene/scene_overrides.h>
 
+#include <algorithm>
 #include <array>
+#include <map>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/drivers/igtl_device.h>
 #include <palpate/engine/scene/contact_choice.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
@@ -36,6 +42,8 @@ void set(const char* option, const std::optional<Number>& value, double low, dou
     target = *value;
 }
 
+constexpr std::string_view kRecordedHand = "?hand="; // behind a recording: one of its hands
+
 void set_device(const std::string& text, DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
     const auto behind = [&](std::string_view start) -> std::optional<std::string> {
@@ -56,26 +64,95 @@ void set_device(const std::string& text, DeviceDescription& device) {
         device.kind = Kind::path;
         device.file = std::filesystem::absolute(*path);
     } else if (const auto recording = behind("recording:")) {
+        const std::size_t hand = recording->rfind(kRecordedHand);
         device.kind = Kind::recording;
-        device.file = std::filesystem::absolute(*recording);
+        device.file = std::filesystem::absolute(recording->substr(0, hand));
+        device.recorded_hand =
+            hand == std::string::npos ? "" : recording->substr(hand + kRecordedHand.size());
     } else if (const auto address = behind("hid:")) {
         device.kind = Kind::hid;
         device.address = *address;
     } else if (const auto plugin = behind("plugin:")) {
         device.kind = Kind::plugin;
         device.address = std::filesystem::absolute(*plugin).string();
+    } else if (text == "inverse3" || text.starts_with("inverse3:") ||
+               text.starts_with("inverse3?")) {
+        device.kind = Kind::inverse3;
+        device.address = text.substr(std::string_view("inverse3").size());
+    } else if (const auto tool = behind("igtl:")) {
+        igtl_address(*tool); // throws what it has to say
+        device.kind = Kind::igtl;
+        device.address = *tool;
     } else {
         throw std::invalid_argument(fmt::format(
             "--device {}: must be orbit, tour, path:FILE, recording:FILE, hand, hand:FILE, "
-            "hid:ADDRESS or plugin:FILE",
+            "hid:ADDRESS, plugin:FILE, inverse3[:ID] or igtl:TRANSFORM@HOST:PORT",
             text));
     }
 }
 
+/// Devices and the one hand, where a scene has several.
+void apply_to_hands(const SceneOverrides& overrides, SceneDescription& scene) {
+    const std::vector<std::string> names = hand_names(scene);
+    for (const auto& [name, device] : overrides.hand_devices) {
+        const auto hand = std::find_if(scene.hands.begin(), scene.hands.end(),
+                                       [&](const auto& one) { return one.name == name; });
+        if (names.empty())
+            throw std::invalid_argument(
+                fmt::format("--device {}={}: the scene has one device without a name; give "
+                            "--device {}",
+                            name, device, device));
+        if (hand == scene.hands.end())
+            throw std::invalid_argument(fmt::format("--device {}={}: the scene's hands are {}; "
+                                                    "name one of them",
+                                                    name, device, hands_in_words(names)));
+        set_device(device, *hand);
+    }
+    if (overrides.hand) {
+        if (names.empty())
+            throw std::invalid_argument(
+                fmt::format("--hand {}: the scene has one device without a name; leave it out",
+                            *overrides.hand));
+        if (std::find(names.begin(), names.end(), *overrides.hand) == names.end())
+            throw std::invalid_argument(fmt::format("--hand {}: the scene's hands are {}; name one "
+                                                    "of them",
+                                                    *overrides.hand, hands_in_words(names)));
+        for (const auto& [name, device] : overrides.hand_devices)
+            if (name != *overrides.hand)
+                throw std::invalid_argument(fmt::format("--device {}={}: --hand {} is alone; leave "
+                                                        "one of them out",
+                                                        name, device, *overrides.hand));
+        scene = of_hand(std::move(scene), *overrides.hand);
+    }
+    if (!overrides.device) return;
+    if (!scene.hands.empty())
+        throw std::invalid_argument(
+            fmt::format("--device {0}: the scene has the hands {1}; say which one it is for, as "
+                        "--device {2}={0}",
+                        *overrides.device, hands_in_words(names), names.front()));
+    set_device(*overrides.device, scene.device);
+}
+
 } // namespace
 
+void add_device(SceneOverrides& overrides, const std::string& words) {
+    const std::size_t end = words.find('=');
+    const std::string hand = end == std::string::npos ? "" : words.substr(0, end);
+    const auto twice = [&](const std::string& of, const std::string& before) {
+        throw std::invalid_argument(fmt::format(
+            "--device {}: {} is {} already; give one device for each hand", words, of, before));
+    };
+    if (is_hand_name(hand)) { // no other word of a device has '=' so soon
+        const auto [at, is_new] = overrides.hand_devices.try_emplace(hand, words.substr(end + 1));
+        if (!is_new) twice(hand, at->second);
+    } else {
+        if (overrides.device) twice("the device", *overrides.device);
+        overrides.device = words;
+    }
+}
+
 void apply(const SceneOverrides& overrides, SceneDescription& scene) {
-    if (overrides.device) set_device(*overrides.device, scene.device);
+    apply_to_hands(overrides, scene);
     if (overrides.method)
         scene.loop.method = named("--method", *overrides.method,
                                   std::array{SteppingMethod::single, SteppingMethod::paper,
@@ -119,6 +196,8 @@ std::string to_json(const SceneOverrides& overrides) {
         if (value) json[key] = *value;
     };
     put("device", overrides.device);
+    put("hand", overrides.hand);
+    if (!overrides.hand_devices.empty()) json["hand_devices"] = overrides.hand_devices;
     put("method", overrides.method);
     put("contact", overrides.contact);
     put("sub_steps", overrides.sub_steps);
@@ -137,6 +216,10 @@ SceneOverrides overrides_from_json(const std::string& text) {
             if (json.contains(key)) value = json.at(key).get<T>();
         };
         take("device", overrides.device);
+        take("hand", overrides.hand);
+        if (json.contains("hand_devices"))
+            overrides.hand_devices =
+                json.at("hand_devices").get<std::map<std::string, std::string>>();
         take("method", overrides.method);
         take("contact", overrides.contact);
         take("sub_steps", overrides.sub_steps);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 
@@ -11,17 +12,24 @@ namespace palpate {
 /// Options that change a scene for one run; kept in the recording, so that a replay changes it
 /// alike.
 struct SceneOverrides {
-    std::optional<std::string> device;  ///< "orbit", "tour", "path:FILE", "recording:FILE",
-                                        ///< "hand:FILE", "hid:ADDRESS" or
-                                        ///< "plugin:FILE"
-    std::optional<std::string> method;  ///< as [loop] method
-    std::optional<std::string> contact; ///< as [surface.X] contact, for every surface
-    std::optional<int> sub_steps;       ///< as [loop] sub_steps
-    std::optional<double> tolerance_um; ///< as [loop] tolerance_um, um
-    std::optional<double> budget_us;    ///< as [loop] budget_us, us
-    std::optional<int> every;           ///< each K-th row of a path
-    std::optional<bool> preview;        ///< true: the scene's preview_of(), and no other one
+    std::optional<std::string> device; ///< "orbit", "tour", "path:FILE", "recording:FILE",
+                                       ///< "hand:FILE", "hid:ADDRESS",
+                                       ///< "plugin:FILE", "inverse3[:ID]" or
+                                       ///< "igtl:TRANSFORM@HOST:PORT"
+    std::map<std::string, std::string> hand_devices; ///< the same for hands of several, by name
+    std::optional<std::string> hand;                 ///< of several: this one, alone
+    std::optional<std::string> method;               ///< as [loop] method
+    std::optional<std::string> contact;              ///< as [surface.X] contact, for every surface
+    std::optional<int> sub_steps;                    ///< as [loop] sub_steps
+    std::optional<double> tolerance_um;              ///< as [loop] tolerance_um, um
+    std::optional<double> budget_us;                 ///< as [loop] budget_us, us
+    std::optional<int> every;                        ///< each K-th row of a path
+    std::optional<bool> preview; ///< true: the scene's preview_of(), and no other one
 };
+
+/// Takes the words of a --device: "orbit", or "left=orbit" for a hand of several.        [setup]
+/// Throws std::invalid_argument where the same hand, or the one device, was given before.
+void add_device(SceneOverrides& overrides, const std::string& words);
 
 /// Changes a scene; values are checked as scene files are.                              [setup]
 /// Throws std::invalid_argument that names option, value and what is allowed.

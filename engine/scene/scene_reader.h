@@ -47,9 +47,10 @@ public:
     virtual std::unique_ptr<SceneReader> reader(const SceneDescription& scene,
                                                 const IsosurfaceExtractor& extract,
                                                 const Progress& progress) const = 0;
-    /// What a device said in a recording, scene frame.                                  [setup]
-    /// Throws std::runtime_error "FILE: what is wrong; what to do".
-    virtual std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file) const = 0;
+    /// What a device said in a recording, scene frame; of several hands that of `hand`, else empty.
+    /// [setup] Throws std::runtime_error "FILE: what is wrong; what to do".
+    virtual std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file,
+                                                     const std::string& hand) const = 0;
 };
 
 /// Throws std::runtime_error where there is nothing that reads files and bakes voxels: `place` has

@@ -112,8 +112,11 @@ bool has_soft_layers(const Scene& scene) {
 }
 
 namespace internal {
+namespace {
 
-void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) {
+/// Of an effect of a scene that a loop feels with a method, and whether its soft surface is alone.
+void check_effect(const SceneDescription& scene, std::size_t effect_index, SteppingMethod method,
+                  bool is_alone) {
     const EffectDescription& effect = scene.effects[effect_index];
     const EffectTraits& traits = traits_of(effect);
     if (!traits.part || !is_soft(scene, scene.surfaces.at(surface_of(effect)))) return;
@@ -129,7 +132,10 @@ void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) 
                    fmt::format("= \"{}\" is stiffer over what lies beneath, and it rubs",
                                surface_of(effect)),
                    "leave friction on it out, or remove beneath");
-    if (is_soft_and_alone(scene)) return;
+    if (traits.part == SurfacePart::magnet)
+        check.fail("surface", fmt::format("= \"{}\" is soft: it cannot draw", surface_of(effect)),
+                   "leave the magnet out, or make it hard: stiffness_n_per_mm = inf");
+    if (is_alone) return;
     const auto refuse = [&](const std::string& what, const std::string& remedy) {
         check.fail("surface",
                    fmt::format("= \"{}\" is soft, and not all that is felt: then {}",
@@ -137,7 +143,6 @@ void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) 
                    remedy + ", or make it hard: stiffness_n_per_mm = inf");
     };
     if (traits.part == SurfacePart::friction) refuse("it cannot rub", "leave friction on it out");
-    if (traits.part == SurfacePart::magnet) refuse("it cannot draw", "leave the magnet out");
     if (!makes_surface_felt(effect)) return;
     if (!surface.beneath.empty())
         refuse("it cannot be stiffer over what lies beneath", "remove beneath");
@@ -145,9 +150,25 @@ void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) 
         refuse(fmt::format("it cannot yield (strength_n = {})", surface.strength_n),
                "remove strength_n, or let a table of stiffness_mm_n end flat");
     if (surface.moves) refuse("it cannot move (moves = true)", "remove moves");
-    if (scene.loop.method != SteppingMethod::adaptive)
-        refuse(fmt::format("the method cannot be {}", name(scene.loop.method)),
+    if (method != SteppingMethod::adaptive)
+        refuse(fmt::format("the method cannot be {}", name(method)),
                "take method = \"adaptive\"");
+}
+
+} // namespace
+
+void check_beside_soft(const SceneDescription& scene, std::size_t effect_index) {
+    check_effect(scene, effect_index, scene.loop.method, is_soft_and_alone(scene));
+}
+
+void check_soft_in_loop(const Scene& scene, SteppingMethod method,
+                        std::span<const std::shared_ptr<Effect>> custom) {
+    const bool is_alone = is_soft_and_alone(scene) &&
+                          std::all_of(custom.begin(), custom.end(),
+                                      [](const auto& effect) { return effect->only_pushes(); });
+    for (std::size_t i = 0; i < scene.description().effects.size(); ++i)
+        if (scene.plan().effects[i].on)
+            check_effect(scene.description(), i, method, is_alone);
 }
 
 } // namespace internal

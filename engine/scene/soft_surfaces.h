@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <span>
 #include <string>
 
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_description.h>
+#include <palpate/haptics/effects/effect.h>
+#include <palpate/haptics/stepping/stepping_settings.h>
 
 namespace palpate {
 
@@ -29,6 +33,11 @@ namespace internal {
 /// act on its front; and such a surface itself (docs/palpation.md). Volumes, surfaces and effects
 /// have been checked. Throws std::invalid_argument as FieldCheck does. [setup]
 void check_beside_soft(const SceneDescription& scene, std::size_t effect_index);
+
+/// The same of a loop over a scene, which may have another method, and effects of the program's own
+/// that hold the tip. In the same words. [setup]
+void check_soft_in_loop(const Scene& scene, SteppingMethod method,
+                        std::span<const std::shared_ptr<Effect>> custom);
 
 } // namespace internal
 } // namespace palpate

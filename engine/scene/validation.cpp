@@ -2,11 +2,15 @@
 #include <palpate/engine/scene/validation.h>
 
 #include <cmath>
+#include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/igtl_device.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/field_check.h>
 #include <palpate/engine/scene/soft_surfaces.h>
@@ -41,8 +45,8 @@ void check_limits(const LimitsDescription& limits) {
     check.number("slew_n_per_s", limits.slew_n_per_s, internal::kSlewLimit);
 }
 
-void check_hand(const HandDescription& hand) {
-    const FieldCheck check("device.hand");
+void check_hand(const std::string& device, const HandDescription& hand) {
+    const FieldCheck check(device + ".hand");
     check.integer("seed", hand.seed, internal::kHandSeed);
     check.number("stiffness_n_per_m", hand.stiffness_n_per_m, internal::kArmStiffness);
     check.number("tremor_um", hand.tremor_um, internal::kTremorUm);
@@ -51,8 +55,8 @@ void check_hand(const HandDescription& hand) {
     check.number("delay_ms", hand.delay_ms, internal::kDelayMs);
 }
 
-void check_placement(const DevicePlacementSettings& placement) {
-    const FieldCheck check("device.placement");
+void check_placement(const std::string& device, const DevicePlacementSettings& placement) {
+    const FieldCheck check(device + ".placement");
     check.choice("right", placement.right, PatientSide::inferior);
     check.choice("up", placement.up, PatientSide::inferior);
     check.triple("origin_m", placement.origin_m, internal::scaled(internal::kPlaceMm, 1e-3));
@@ -62,10 +66,12 @@ void check_placement(const DevicePlacementSettings& placement) {
         check.fail("up", "is along right", "let up be a direction across right");
 }
 
-void check_device(const SceneDescription& scene, const DeviceDescription& device) {
+/// `field`: as messages name it.
+void check_device(const SceneDescription& scene, const std::string& field,
+                  const DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
-    const FieldCheck check("device");
-    check.choice("kind", device.kind, Kind::plugin);
+    const FieldCheck check(field);
+    check.choice("kind", device.kind, Kind::igtl);
     check.choice("from", device.from, PatientSide::inferior);
     if ((device.kind == Kind::path || device.kind == Kind::recording) && device.file.empty())
         check.fail("file", "is empty", "name what is to be played");
@@ -73,6 +79,7 @@ void check_device(const SceneDescription& scene, const DeviceDescription& device
         check.fail("address", "names no device", "give what `palpate devices` lists");
     if (device.kind == Kind::plugin && device.address.empty())
         check.fail("address", "names no file", "give the plug-in's shared library");
+    if (device.kind == Kind::igtl) igtl_address(device.address); // throws what it has to say
     if (!device.surface.empty()) check.name("surface", device.surface, scene.surfaces, "surfaces");
     check.number("speed_m_per_s", device.speed_m_per_s, internal::kOrbitSpeed);
     check.number("depth_min_mm", device.depth_min_mm, internal::kOrbitDepthMm);
@@ -85,8 +92,55 @@ void check_device(const SceneDescription& scene, const DeviceDescription& device
     if (device.turns != 0) check.integer("turns", device.turns, internal::kOrbitTurns);
     check.number("press_mm", device.press_mm, internal::kTourDepthMm);
     check.number("spacing_mm", device.spacing_mm, internal::kTourSpacingMm);
-    check_hand(device.hand);
-    check_placement(device.placement);
+    check_hand(field, device.hand);
+    check_placement(field, device.placement);
+}
+
+void check_name(const FieldCheck& check, const DeviceDescription& hand) {
+    if (!is_hand_name(hand.name))
+        check.fail("name", fmt::format("is \"{}\", which cannot name a folder", hand.name),
+                   fmt::format("take at most {} letters, digits, _ and -, and no - in front",
+                               kMostHandLetters));
+}
+
+/// A name that no hand before has, and hardware that no hand before holds.
+void check_apart(const FieldCheck& check, const DeviceDescription& hand,
+                 std::span<const DeviceDescription> before) {
+    using Kind = DeviceDescription::Kind;
+    check_name(check, hand);
+    if (hand.kind == Kind::none)
+        check.fail("kind", "is none", "say what moves this hand, or leave it out");
+    for (const DeviceDescription& other : before) {
+        if (other.name == hand.name)
+            check.fail("name", fmt::format("\"{}\" is another hand's, too", hand.name),
+                       "give each hand a name of its own");
+        const bool is_held = hand.kind == Kind::hid || hand.kind == Kind::inverse3;
+        if (is_held && hand.kind == other.kind && hand.address == other.address)
+            check.fail("address",
+                       fmt::format("{}{} is in hand {} already",
+                                   hand.kind == Kind::hid ? "hid:" : "inverse3", hand.address,
+                                   other.name),
+                       "give each hand a device of its own, as `palpate devices` lists them");
+    }
+}
+
+void check_hands(const SceneDescription& scene) {
+    const std::span<const DeviceDescription> hands = scene.hands;
+    at(scene, 0, [&] {
+        if (!hands.empty() && scene.device.kind != DeviceDescription::Kind::none)
+            throw std::invalid_argument(
+                "device and hands are both given; name the device as one more of the hands");
+        if (hands.size() > kMostHands)
+            throw std::invalid_argument(
+                fmt::format("hands: are {}, and each takes a processor; give at most {}",
+                            hands.size(), kMostHands));
+    });
+    for (std::size_t i = 0; i < hands.size(); ++i)
+        at(scene, hands[i].line, [&] {
+            const std::string field = fmt::format("hands[{}]", i);
+            check_apart(FieldCheck(field), hands[i], hands.first(i));
+            check_device(scene, field, hands[i]);
+        });
 }
 
 void check_effects(const SceneDescription& scene) {
@@ -150,7 +204,11 @@ void validate(const SceneDescription& scene) {
             check_surface(FieldCheck(fmt::format("surfaces[\"{}\"]", name)), scene, surface);
         });
     check_effects(scene);
-    at(scene, scene.device.line, [&] { check_device(scene, scene.device); });
+    at(scene, scene.device.line, [&] {
+        if (!scene.device.name.empty()) check_name(FieldCheck("device"), scene.device);
+        check_device(scene, "device", scene.device);
+    });
+    check_hands(scene);
 }
 
 } // namespace palpate

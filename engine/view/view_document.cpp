@@ -161,9 +161,30 @@ std::string subject_of(const EffectDescription& effect) {
     return volume_of(effect).empty() ? std::string(name(effect)) : volume_of(effect);
 }
 
+std::vector<ViewStructure> structures_of(const Scene& scene, VolumeReader& reader) {
+    std::vector<ViewStructure> structures;
+    for (const SceneSurface& surface : scene.surfaces()) {
+        const SurfaceDescription& described = scene.description().surfaces.at(surface.name);
+        const std::size_t place = structures.size();
+        ViewStructure structure;
+        structure.name = surface.name;
+        structure.material = material_in_words(surface, described);
+        structure.color = color_of_labels(described, reader).value_or(structure_color(place));
+        structure.bit = place < kMostBits ? static_cast<int>(place) : -1;
+        structure.mesh = mesh_of(surface);
+        structures.push_back(std::move(structure));
+    }
+    return structures;
+}
+
 } // namespace
 
 std::string structure_color(std::size_t n) { return kColors[n % kColors.size()]; }
+
+std::vector<ViewStructure> view_structures(const Scene& scene) {
+    VolumeReader reader(scene.description());
+    return structures_of(scene, reader);
+}
 
 ViewDocument view_document(const Scene& scene, ViewMode mode) {
     const SceneDescription& description = scene.description();
@@ -176,17 +197,7 @@ ViewDocument view_document(const Scene& scene, ViewMode mode) {
     document.force_limit_n = description.limits.force_n;
 
     VolumeReader reader(description);
-    for (const SceneSurface& surface : scene.surfaces()) {
-        const SurfaceDescription& described = description.surfaces.at(surface.name);
-        const std::size_t place = document.structures.size();
-        ViewStructure structure;
-        structure.name = surface.name;
-        structure.material = material_in_words(surface, described);
-        structure.color = color_of_labels(described, reader).value_or(structure_color(place));
-        structure.bit = place < kMostBits ? static_cast<int>(place) : -1;
-        structure.mesh = mesh_of(surface);
-        document.structures.push_back(std::move(structure));
-    }
+    document.structures = structures_of(scene, reader);
     for (const auto& [name, volume] : description.volumes) {
         if (has_voxels(volume) && (is_scalar(scene, name) || is_only_seen(description, name)))
             document.volumes.push_back(slice_voxels(name, reader.volume(name)));

@@ -87,6 +87,10 @@ struct ViewDocument {
 /// Throws std::runtime_error as read_volume() and read_label_volume().
 ViewDocument view_document(const Scene& scene, ViewMode mode);
 
+/// Its surfaces alone.                                                                   [setup]
+/// Throws std::runtime_error as read_label_volume().
+std::vector<ViewStructure> view_structures(const Scene& scene);
+
 /// How detailed meshes are sent.
 struct ViewDetail {
     /// Most triangles of all structures together, one number for each level of detail, rising.

@@ -155,6 +155,8 @@ MeshFile understood(const internal::MeshSource& source, internal::FileMesh read,
     return file;
 }
 
+constexpr std::array kMeshEndings{".ply", ".stl", ".obj", ".vtp", ".vtk"};
+
 [[noreturn]] void refuse_no_mesh(const std::filesystem::path& file, const std::string& ending) {
     std::error_code ignored;
     if (std::filesystem::is_directory(file, ignored))
@@ -162,11 +164,11 @@ MeshFile understood(const internal::MeshSource& source, internal::FileMesh read,
     const std::string name = file.filename().string();
     for (const std::string volume : {".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".vdb"})
         if (name.size() > volume.size() && name.ends_with(volume))
-            throw std::runtime_error(file.string() +
-                                     ": is a volume, where a mesh is wanted; name it under "
-                                     "[volume.NAME], or give a mesh as .ply, .stl or .obj");
+            throw std::runtime_error(
+                file.string() + ": is a volume, where a mesh is wanted; name it under "
+                                "[volume.NAME], or give a mesh as .ply, .stl, .obj, .vtp or .vtk");
     throw std::runtime_error(file.string() + ": unknown ending '" + ending +
-                             "'; give a mesh as .ply, .stl or .obj");
+                             "'; give a mesh as .ply, .stl, .obj, .vtp or .vtk");
 }
 
 } // namespace
@@ -215,12 +217,18 @@ MeshFile read_mesh(const std::filesystem::path& file, const MeshFileSettings& se
     const auto read = ending == ".ply"   ? internal::read_ply_mesh
                       : ending == ".stl" ? internal::read_stl_mesh
                       : ending == ".obj" ? internal::read_obj_mesh
+                      : ending == ".vtp" ? internal::read_vtp_mesh
+                      : ending == ".vtk" ? internal::read_vtk_mesh
                                          : nullptr;
     if (!read) refuse_no_mesh(file, ending);
     internal::MeshSource source(file);
     MeshFile result = understood(source, read(source), settings);
     if (result.mesh.triangles.empty()) source.fail("has no triangle; export a surface");
     return result;
+}
+
+bool is_mesh_name(const std::filesystem::path& file) {
+    return std::ranges::count(kMeshEndings, internal::lower_case_ending(file)) > 0;
 }
 
 TriangleMesh read_ply(const std::filesystem::path& file) {

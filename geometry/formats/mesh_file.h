@@ -25,16 +25,21 @@ struct MeshFile {
 
 /// Reads a surface mesh by its ending: PLY (ascii, binary little and big-endian), STL (ascii,
 /// binary; corners of equal coordinates become one vertex), OBJ (v and f, positive and negative
-/// indices; textures and normals are passed over). Polygons are cut into fans, which is right for
-/// convex ones.                                                                          [setup]
+/// indices; textures and normals are passed over), VTK's polygonal data (.vtk: ascii and binary, up
+/// to version 5.1; .vtp: text, base64, appended raw or base64, deflated by zlib, both byte orders;
+/// triangle strips too; lines, points and values are passed over). Polygons are cut into fans,
+/// which is right for convex ones. [setup]
 ///
-/// Comments of PLY and OBJ and the title of an STL may say SPACE= and UNIT=, as Slicer does
-/// ("3D Slicer output. SPACE=LPS"). From RAS to LPS x and y are turned: half a turn, so triangles
-/// face as before. An OBJ that ends between two lines cannot be told from a shorter one.
-/// Throws std::runtime_error "FILE[:LINE]: what is wrong; what to do": unknown ending, truncated,
-/// an index that no vertex has, a coordinate that is not finite, no triangle, an unknown or
-/// contradictory SPACE= or UNIT= that `settings` do not settle.
+/// Comments of PLY, OBJ and .vtp, the title of an STL or .vtk, and fields of a .vtp may say SPACE=
+/// and UNIT=, as Slicer does ("3D Slicer output. SPACE=LPS"). From RAS to LPS x and y are turned:
+/// half a turn, so triangles face as before. An OBJ that ends between two lines cannot be told from
+/// a shorter one. Throws std::runtime_error "FILE[:LINE]: what is wrong; what to do": unknown
+/// ending, truncated, an index that no vertex has, a coordinate that is not finite, no triangle, an
+/// unknown or contradictory SPACE= or UNIT= that `settings` do not settle.
 MeshFile read_mesh(const std::filesystem::path& file, const MeshFileSettings& settings = {});
+
+/// Whether a file is a mesh by its ending: .ply, .stl, .obj, .vtp, .vtk, in any case.      [any]
+bool is_mesh_name(const std::filesystem::path& file);
 
 /// How a file of write_ply() begins.
 inline constexpr std::string_view kPlyBeginning =

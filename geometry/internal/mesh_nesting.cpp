@@ -34,14 +34,15 @@ public:
     }
 
 private:
-    int place(double share) const { // a share that is no number goes to the first square
+    int place(double way, double whole) const { // of a whole that is nothing: the first square
+        const double share = whole > 0.0 ? way / whole : 0.0;
         return share > 0.0 ? static_cast<int>(std::min(share * side_, side_ - 1.0)) : 0;
     }
     int column(double x) const {
-        return place((x - bounds_.lower.x) / (bounds_.upper.x - bounds_.lower.x));
+        return place(x - bounds_.lower.x, bounds_.upper.x - bounds_.lower.x);
     }
     int row(double y) const {
-        return place((y - bounds_.lower.y) / (bounds_.upper.y - bounds_.lower.y));
+        return place(y - bounds_.lower.y, bounds_.upper.y - bounds_.lower.y);
     }
     std::size_t square(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(side_) +

@@ -230,6 +230,7 @@ void add_frames(py::module_& module) {
                                        sources.emplace_back(source.file, source.sha256);
                                    return sources;
                                })
+        .def_property_readonly("hand", [](const RecordedFrames& s) { return s.recording->hand; })
         .def_property_readonly("scene_file",
                                [](const RecordedFrames& s) { return s.recording->scene_file; });
     module.attr("column_names") = py::tuple(py::cast(column_names()));

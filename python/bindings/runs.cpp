@@ -59,16 +59,26 @@ std::string study(const PyScene& scene, const py::object& path, int every, bool 
     });
 }
 
-RecordedFrames read_recorded(const std::string& named) {
+RecordedFrames read_recorded(const std::string& named, const std::string& hand) {
     return about_long<FileProblem>([&] {
         RecordedFrames frames;
         frames.file = found_recording(named);
-        frames.recording = std::make_shared<const Recording>(read_recording(frames.file));
+        frames.recording = std::make_shared<const Recording>(read_recording(frames.file, hand));
         frames.run = frames.recording;
         frames.felt_names = frames.recording->felt_names;
         frames.surfaces = frames.felt_names;
         frames.version = frames.recording->version;
         return frames;
+    });
+}
+
+/// Names of the hands that a recording has; none where it has one run without a name.
+std::vector<std::string> recorded_hands(const std::string& named) {
+    return about_long<FileProblem>([&] {
+        std::vector<std::string> names;
+        for (const Recording& hand : read_recordings(named))
+            if (!hand.hand.empty()) names.push_back(hand.hand);
+        return names;
     });
 }
 
@@ -101,7 +111,8 @@ void add_runs(py::module_& module) {
                py::arg("budget_us"), "path: (N, 4) rows, a file as bytes, or None");
     module.def("study", study, py::arg("scene"), py::arg("path"), py::arg("every"),
                py::arg("baselines"), "study.csv as text");
-    module.def("read_recording", read_recorded, py::arg("file"));
+    module.def("read_recording", read_recorded, py::arg("file"), py::arg("hand"));
+    module.def("recorded_hands", recorded_hands, py::arg("file"));
     module.def("replay", replay, py::arg("frames"), py::arg("scene"), py::arg("cache"),
                py::arg("extractor"));
 }

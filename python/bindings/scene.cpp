@@ -8,6 +8,7 @@
 #include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/run/effect_prices.h>
 #include <palpate/engine/scene/felt_stiffness.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/validation.h>
@@ -122,6 +123,12 @@ py::array_t<double> path_of(const PyScene& scene, int every) {
     return rows;
 }
 
+PyScene of_hand(const PyScene& scene, const std::string& hand) {
+    PyScene of = scene;
+    of.scene = about<ArgumentProblem>([&] { return scene.scene->of_hand(hand); });
+    return of;
+}
+
 } // namespace
 
 SceneOverrides overrides_of(const std::optional<std::string>& method, std::optional<int> sub_steps,
@@ -174,6 +181,9 @@ void add_scene(py::module_& module) {
             [](const PyScene& s) { return std::string(name(s.scene->description().loop.method)); })
         .def_property_readonly("surfaces", surfaces_of)
         .def_property_readonly("effects", effects_of)
+        .def_property_readonly("hands",
+                               [](const PyScene& s) { return hand_names(s.scene->description()); })
+        .def("of_hand", of_hand, py::arg("hand"), "as one of its hands has it; shares all data")
         .def_property_readonly("warnings", warnings_of)
         .def("in_words", in_words, py::arg("json"), "what `palpate explain` prints")
         .def_static("files", files_of, py::arg("text"), py::arg("file"),

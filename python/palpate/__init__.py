@@ -20,7 +20,16 @@ from palpate.errors import ArgumentError, Error, FileError, SceneError
 from palpate.loop import Loop, LoopState, Report, SurfaceState, Touch, flag_names
 from palpate.many import Studies, merge_studies, study_many, study_unit
 from palpate.meshes import Mesh, read_mesh
-from palpate.runs import Recording, Source, Touches, Trace, read_recording, replay, trace
+from palpate.runs import (
+    Recording,
+    Source,
+    Touches,
+    Trace,
+    read_recording,
+    recorded_hands,
+    replay,
+    trace,
+)
 from palpate.scene import Scene, usual_cache_folder
 from palpate.studies import Study, study
 from palpate.table import Table
@@ -55,6 +64,7 @@ __all__ = [
     "merge_studies",
     "read_mesh",
     "read_recording",
+    "recorded_hands",
     "replay",
     "study",
     "study_many",

@@ -195,6 +195,11 @@ class Recording(Frames):
         return self._native.scene_text
 
     @property
+    def hand(self) -> str:
+        """The hand of several whose run this is; "" where the recording has one without a name."""
+        return self._native.hand
+
+    @property
     def scene_file(self) -> str:
         """Where that was read from; it anchors its relative paths."""
         return self._native.scene_file
@@ -280,7 +285,8 @@ def trace(
 
     ``path``: positions (N, 3), m, scene frame, a period apart; rows (N, 4) of t_s, x_m, y_m, z_m,
     where t_s = 0 begins a new trial; a DataFrame with these columns; the name of a CSV file of
-    them; None: the scene's own path, orbit, tour or recording. ``rate_hz``: of positions (N, 3),
+    them; None: the scene's own path, orbit, tour or recording, and of a scene with several hands
+    that of one of them (`Scene.of_hand`). ``rate_hz``: of positions (N, 3),
     Hz; None: the scene's own. It has to be the scene's within 1 %: rows are frames. ``every`` = K
     takes each K-th row of a trial. The others are as in the scene's [loop], for this run.
 
@@ -295,12 +301,22 @@ def trace(
         return Trace(_palpate.trace(felt, source, step, *options))
 
 
-def read_recording(file: PathLike) -> Recording:
+def read_recording(file: PathLike, hand: str | None = None) -> Recording:
     """Reads recording.h5 of a trace, or what was kept of a run that was cut off.
+
+    ``hand``: of several hands whose run it is, by its name (`recorded_hands`); None: there is one.
+    Raises FileError, also where there are several and none is named.
+    """
+    name = "" if hand is None else text("hand", hand, 'the name of one, as "left"')
+    return Recording(_palpate.read_recording(file_name("file", file), name))
+
+
+def recorded_hands(file: PathLike) -> list[str]:
+    """Names of the hands that a recording has; an empty list where it has one without a name.
 
     Raises FileError.
     """
-    return Recording(_palpate.read_recording(file_name("file", file)))
+    return _palpate.recorded_hands(file_name("file", file))
 
 
 def replay(

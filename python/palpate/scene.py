@@ -217,6 +217,21 @@ class Scene:
         return self._native.effects
 
     @property
+    def hands(self) -> list[str]:
+        """Names of its hands, where it has several; else an empty list."""
+        return self._native.hands
+
+    def of_hand(self, name: str) -> Scene:
+        """The same scene as one of its hands has it alone: `trace` takes that hand's device.
+
+        All data are shared. Raises ArgumentError that says which hands there are.
+        """
+        scene = type(self).__new__(type(self))
+        scene._volumes, scene._meshes = self._volumes, self._meshes
+        scene._native = self._native.of_hand(_text("name", name, 'that of a hand, as "left"'))
+        return scene
+
+    @property
     def warnings(self) -> list[str]:
         """What will not be felt as it is meant, a line each: what the command prints on stderr."""
         return self._native.warnings

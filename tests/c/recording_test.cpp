@@ -134,6 +134,29 @@ TEST_F(RecordingInC, OfADeviceWithMotorsIsTheSameAgain) {
     expect_the_same_again(scene, 400);
 }
 
+TEST_F(RecordingInC, OfSeveralHandsAllAreCounted) {
+    const test::ScenePtr scene =
+        test::parsed(kBall + "[[device]]\nname = \"left\"\ntype = \"orbit\"\n"
+                             "[[device]]\nname = \"right\"\ntype = \"orbit\"\n");
+    const palpate_loop_options options = keeping(400);
+    std::vector<Recording> hands;
+    for (const char* hand : {"left", "right"}) {
+        const test::LoopPtr loop = test::made(scene, &options);
+        run(loop);
+        std::filesystem::remove(file_);
+        write(loop);
+        hands.push_back(read_recording(file_));
+        hands.back().hand = hand;
+    }
+    write_recordings(file_, hands);
+    expect_the_same_again(scene, 800);
+    hands[1].frames[7].proxy.x += 1e-9;
+    write_recordings(file_, hands);
+    const palpate_check check = checked(scene);
+    EXPECT_EQ(check.different, 1u);
+    EXPECT_EQ(check.first_different, 407u);
+}
+
 TEST_F(RecordingInC, AnotherSceneGivesOtherFramesAndSaysWhichIsTheFirst) {
     const palpate_loop_options options = keeping(400);
     const test::LoopPtr loop = test::made(test::parsed(kBall), &options);

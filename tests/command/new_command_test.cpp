@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // palpate new: what it writes is felt at once, and what it cannot use it refuses in one line.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -10,6 +12,8 @@
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/command/command_run.h"
+#include "tests/support/dicom_labels_writer.h"
+#include "tests/support/dicom_writer.h"
 #include "tests/support/test_meshes.h"
 #include "tests/support/test_volumes.h"
 
@@ -75,6 +79,65 @@ TEST_F(NewScene, OfAVolumeLabelsAndAMeshIsFelt) {
     expect_felt({"labels.nrrd", "--label", "thalamus"});
     write_ply(test::icosphere(0.02, 3), *this / "ball.ply");
     expect_felt({"ball.ply"});
+}
+
+TEST_F(NewScene, OfAFolderIsOfItsSegmentationAndNamesTheImage) {
+    std::filesystem::create_directory(*this / "case");
+    write_ball("case/ct.nrrd", 1000.0, -1000.0);
+    write_ball("labels.nrrd", 3.0, 0.0);
+    // As 3D Slicer saves it: our NRRD of floats, with the name of its segment.
+    std::string bytes = content_of(*this / "labels.nrrd");
+    bytes.insert(bytes.find("\n\n") + 1, "Segment0_Name:=Left Femur\nSegment0_LabelValue:=3\n"
+                                         "Segment0_Layer:=0\n");
+    make("case/Segmentation.seg.nrrd", bytes);
+    expect_felt({"case"});
+    const std::string scene = content_of(*this / "scene.toml");
+    EXPECT_THAT(scene, HasSubstr("file = \"case/Segmentation.seg.nrrd\""));
+    EXPECT_THAT(scene, HasSubstr("[surface.left_femur]"));
+    EXPECT_THAT(scene, HasSubstr("[volume.ct]\nfile = \"case/ct.nrrd\""));
+    // The image that does not enclose it is of something else.
+    write_volume(test::sampled({5, 5, 5}, {Mat3(1e-3), Vec3(0.5)}, [](const Vec3&) { return 1.0; }),
+                 *this / "case/ct.nrrd");
+    expect_felt({"case"});
+    EXPECT_EQ(content_of(*this / "scene.toml").find("[volume.ct]"), std::string::npos);
+    make("case/Two.seg.nrrd", bytes);
+    expect_refused("case", 3, "holds several segmentations: Segmentation.seg.nrrd, Two.seg.nrrd");
+}
+
+TEST_F(NewScene, OfADicomFolderWithASegmentationOrAStructureSetIsFelt) {
+    const AffineTransform frame{Mat3(1e-3), Vec3(-0.0195)};
+    const auto in_ball = [&](int i, int j, int k) {
+        return glm::length(frame.point(Vec3(i, j, k))) < 0.015;
+    };
+    write_ball("ball.nrrd", 1000.0, -1000.0);
+    test::write_dicom_series(*this / "seg", read_volume(*this / "ball.nrrd"));
+    make("seg/seg.dcm",
+         test::dicom_file(test::dicom_segmentation({40, 40, 40}, frame, {{"Liver", in_ball, {}}})));
+    expect_felt({"seg"});
+    EXPECT_THAT(content_of(*this / "scene.toml"), HasSubstr("label = \"Liver\""));
+    EXPECT_THAT(content_of(*this / "scene.toml"), HasSubstr("[volume.seg_image]"));
+    expect_felt({"seg/seg.dcm"});
+    expect_felt({"seg", "--iso", "226"});
+    EXPECT_THAT(content_of(*this / "scene.toml"), HasSubstr("iso_value = 226.0"));
+
+    std::filesystem::rename(*this / "seg", *this / "rt");
+    std::filesystem::remove(*this / "rt/seg.dcm");
+    std::vector<std::vector<Vec3>> contours;
+    for (int k = 6; k < 34; ++k) {
+        const double z = 1e3 * frame.point(Vec3(0, 0, k)).z;
+        const double radius = std::sqrt(std::max(225.0 - z * z, 1.0));
+        contours.emplace_back();
+        for (int n = 0; n < 48; ++n)
+            contours.back().emplace_back(radius * std::cos(0.13089969 * n),
+                                         radius * std::sin(0.13089969 * n), z);
+    }
+    make("rt/set.dcm", test::dicom_file(test::dicom_structures(
+                           {{1, "PTV", contours, "CLOSED_PLANAR", "255\\0\\0"}})));
+    expect_felt({"rt"});
+    EXPECT_THAT(content_of(*this / "scene.toml"), HasSubstr("reference = \"rt\""));
+    expect_felt({"rt/set.dcm", "--reference", "rt"});
+    expect_refused("rt/set.dcm", 3, "name that with reference = ");
+    expect_refused("rt/set.dcm", 2, "--reference nowhere", {"--reference", "nowhere"});
 }
 
 TEST_F(NewScene, OfWhatHasNoSurfaceIsRefusedInOneLine) {

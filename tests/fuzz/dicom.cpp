@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A folder of DICOM slices: an input is one or more files, each behind the bytes "<<file>>".
+#include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/fuzz/target.h"
@@ -32,5 +33,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     repaired.slices = VolumeSelection::Slices::repair;
     for (const VolumeSelection& selection : {VolumeSelection{}, repaired})
         test::is_taken([&] { read_volume(folder, selection); });
+    // A segmentation, or a structure set on the grid of the others.
+    for (int i = 0; i < kMostFiles; ++i) {
+        const std::filesystem::path file = folder / std::to_string(i);
+        VolumeSelection on_grid;
+        if (needs_reference(file)) on_grid.reference = folder;
+        if (holds_labels(file)) test::is_taken([&] { read_label_volume(file, {}, on_grid); });
+    }
     return 0;
 }

@@ -2,6 +2,7 @@
 // Writes the inputs that the fuzz targets begin with, by the tests' own writers:
 //   build/release/fuzz_make_corpus tests/fuzz/corpus
 // What a fuzzer has found is kept beside them, as found_*; this leaves it alone.
+#include <array>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -16,6 +17,7 @@
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
+#include "tests/support/dicom_labels_writer.h"
 #include "tests/support/dicom_writer.h"
 #include "tests/support/gzip.h"
 #include "tests/support/hid_descriptors.h"
@@ -26,6 +28,7 @@
 #include "tests/support/scripted_clock.h"
 #include "tests/support/test_meshes.h"
 #include "tests/support/test_volumes.h"
+#include "tests/support/vtk_text.h"
 
 using namespace palpate;
 
@@ -117,6 +120,15 @@ void add_meshes(const Corpus& corpus) {
     corpus.add("mesh", "solid.stl", test::binary_stl(mesh, "solid SPACE=LPS"));
     corpus.add("mesh", "text.stl", test::ascii_stl(test::icosphere(50.0, 0), "a UNIT=m"));
     corpus.add("mesh", "text.obj", test::obj(mesh, "SPACE=RAS"));
+    test::VtpForm form;
+    corpus.add("mesh", "text.vtp", test::VtpWriter(form).file(test::icosphere(50.0, 0)));
+    form.format = test::VtpForm::Format::raw;
+    form.is_deflated = true;
+    corpus.add("mesh", "raw.vtp", test::VtpWriter(form).file(mesh));
+    form.format = test::VtpForm::Format::binary;
+    corpus.add("mesh", "base64.vtp", test::VtpWriter(form).file(mesh, true));
+    corpus.add("mesh", "text.vtk", test::legacy_vtk(test::icosphere(50.0, 0), false, false));
+    corpus.add("mesh", "binary.vtk", test::legacy_vtk(mesh, true, true));
     corpus.add("mesh", "quads.obj",
                "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n"
                "f 1/1/1 2/1/1 3/1/1 4/1/1\nf -1//1 -2//1 -3//1\n");
@@ -224,6 +236,29 @@ void add_dicom(const Corpus& corpus) {
         test::dicom_file(test::dicom_enhanced(volume, {2, 1, 0}, undefined), undefined.encoding));
 }
 
+void add_dicom_labels(const Corpus& corpus) {
+    const std::array<int, 3> size{5, 5, 4};
+    const AffineTransform frame{Mat3(1e-3), Vec3(0.0)};
+    const std::vector<test::WrittenSegment> segments{
+        {"a", [](int i, int, int) { return i > 1; }, {}},
+        {"b", [](int, int j, int k) { return j > 1 && k > 0; }, {}}};
+    test::SegmentationForm form;
+    corpus.add("dicom", "segmentation",
+               test::dicom_file(test::dicom_segmentation(size, frame, segments, form)));
+    form.type = test::SegmentationForm::Type::fractional;
+    corpus.add("dicom", "fractional",
+               test::dicom_file(test::dicom_segmentation(size, frame, segments, form)));
+    std::string bytes;
+    for (int k = 0; k < 4; ++k)
+        bytes += "<<file>>" + test::dicom_file(test::dicom_slice(ball(6), k));
+    const double z = 1e3 * ball(6).index_to_scene.offset.z + 1.0;
+    const std::vector<Vec3> square{{-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z}};
+    corpus.add("dicom", "structures",
+               bytes + "<<file>>" +
+                   test::dicom_file(
+                       test::dicom_structures({{1, "a", {square}, "CLOSED_PLANAR", "255\\0\\0"}})));
+}
+
 void add_hid(const Corpus& corpus) {
     const auto add = [&](const std::string& name, const std::vector<std::uint8_t>& descriptor,
                          const std::vector<std::string>& reports) {
@@ -269,6 +304,7 @@ int main(int count, char** arguments) {
     add_json(corpus);
     add_vdb(corpus);
     add_dicom(corpus);
+    add_dicom_labels(corpus);
     add_hid(corpus);
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
         const std::string name = "bytes_" + std::to_string(seed);

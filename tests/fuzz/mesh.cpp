@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mesh under each name that it may have: PLY, STL, OBJ.
+// A mesh under each name that it may have: PLY, STL, OBJ, VTK.
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/mesh_report.h>
 
@@ -8,7 +8,7 @@
 using namespace palpate;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    for (const char* name : {"a.ply", "a.stl", "a.obj"}) {
+    for (const char* name : {"a.ply", "a.stl", "a.obj", "a.vtp", "a.vtk"}) {
         const auto file = test::as_file(name, test::as_text(data, size));
         test::is_taken([&] {
             const MeshFile read = read_mesh(file);

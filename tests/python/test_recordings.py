@@ -51,6 +51,46 @@ class Recordings(unittest.TestCase):
             self.assertEqual(recording.scene_file, os.fspath(file))
             self.assert_same(palpate.trace(palpate.Scene(file)), recording)
 
+    def test_each_of_several_hands_is_traced_as_if_it_were_alone(self):
+        orbit = {"type": "orbit", "duration_s": 0.5}
+        hands = [
+            {"name": "left", "speed_m_per_s": 0.1, **orbit},
+            {"name": "right", "speed_m_per_s": 0.3, **orbit},
+        ]
+        self.assertEqual(palpate.Scene({**cavity(), "device": orbit}).hands, [])
+        scene = palpate.Scene({**cavity(), "device": hands})
+        self.assertEqual(scene.hands, ["left", "right"])
+        with self.assertRaisesRegex(palpate.SceneError, "has the hands left, right"):
+            palpate.trace(scene)
+        with self.assertRaisesRegex(palpate.ArgumentError, "take one of left, right"):
+            scene.of_hand("third")
+        for hand, speed in (("left", 0.1), ("right", 0.3)):
+            alone = palpate.Scene({**cavity(), "device": {**orbit, "speed_m_per_s": speed}})
+            trace = palpate.trace(scene.of_hand(hand))
+            self.assert_same(trace, palpate.trace(alone))
+            with tempfile.TemporaryDirectory() as folder:
+                file = Path(folder) / "recording.h5"
+                trace.save(file)
+                self.assertEqual(palpate.read_recording(file).hand, hand)
+                self.assert_same(palpate.replay(file), trace)
+
+    def test_a_recording_of_several_hands_is_read_by_their_names(self):
+        hand = '[[device]]\nname = "{}"\ntype = "orbit"\nduration_s = {}\n'
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "cavity.toml"
+            file.write_text(CAVITY_TOML + hand.format("left", 0.5) + hand.format("right", 1))
+            said = run_command("trace", file, "--out", "out", cwd=folder)
+            self.assertEqual(said.returncode, 0, said.stderr)
+            written = Path(folder) / "out" / "recording.h5"
+            self.assertEqual(palpate.recorded_hands(written), ["left", "right"])
+            with self.assertRaisesRegex(palpate.FileError, "say which one"):
+                palpate.read_recording(written)
+            for name in ("left", "right"):
+                recording = palpate.read_recording(written, name)
+                self.assertEqual(recording.hand, name)
+                self.assert_same(palpate.replay(recording), recording)
+                self.assert_same(palpate.trace(palpate.Scene(file).of_hand(name)), recording)
+
 
 if __name__ == "__main__":
     main()

@@ -58,8 +58,9 @@ public:
                                         const Progress& progress) const override {
         return std::make_unique<WithMap>(files_->reader(scene, extract, progress), map_);
     }
-    std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file) const override {
-        return files_->recorded_inputs(file);
+    std::vector<DeviceState> recorded_inputs(const std::filesystem::path& file,
+                                             const std::string& hand) const override {
+        return files_->recorded_inputs(file, hand);
     }
 
 private:

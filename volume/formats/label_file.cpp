@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <palpate/volume/formats/internal/component_image.h>
+#include <palpate/volume/formats/internal/dicom_labels.h>
 #include <palpate/volume/formats/internal/label_names.h>
 #include <palpate/volume/formats/internal/segmentation.h>
 #include <palpate/volume/formats/internal/volume_import.h>
@@ -63,6 +64,15 @@ LabelVolume as_labels(const std::filesystem::path& file, VoxelVolume&& image) {
 
 } // namespace
 
+bool holds_labels(const std::filesystem::path& file) {
+    return file.filename().string().ends_with(".seg.nrrd") ||
+           internal::dicom_labels_of(file) != internal::DicomLabels::none;
+}
+
+bool needs_reference(const std::filesystem::path& file) {
+    return internal::dicom_labels_of(file) == internal::DicomLabels::structure_set;
+}
+
 LabelVolume read_label_volume(const std::filesystem::path& file,
                               const std::filesystem::path& name_table,
                               const VolumeSelection& selection) {
@@ -70,6 +80,13 @@ LabelVolume read_label_volume(const std::filesystem::path& file,
     internal::LabelNames names;
     if (!name_table.empty()) names = internal::read_label_names(name_table);
 
+    if (const internal::DicomLabels kind = internal::dicom_labels_of(file);
+        kind != internal::DicomLabels::none) {
+        internal::require_choices(file, selection);
+        return kind == internal::DicomLabels::segmentation
+                   ? internal::read_dicom_segmentation(file, names)
+                   : internal::read_dicom_structures(file, names, selection);
+    }
     LabelVolume volume;
     std::error_code ignored; // what is no file, read_volume() refuses
     if (is_nrrd(file) && std::filesystem::is_regular_file(file, ignored)) {

@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include <palpate/volume/formats/internal/component_image.h>
+#include <palpate/volume/formats/internal/dicom_labels.h>
 #include <palpate/volume/formats/internal/dicom_series.h>
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/internal/voxel_bytes.h>
@@ -27,7 +28,7 @@ namespace {
 
 constexpr double kMmPerMetre = 1e3;
 
-enum class Format { component_image, vdb, dicom };
+enum class Format { component_image, vdb, dicom, segmentation, structure_set };
 
 /// The ending that decides the format, as ".nii.gz"; empty when it is none that is known.
 std::string known_ending(const std::filesystem::path& file) {
@@ -48,8 +49,12 @@ Format format_of(const std::filesystem::path& file) {
     const std::string ending = known_ending(file);
     if (ending == ".vdb") return Format::vdb;
     if (!ending.empty()) return Format::component_image;
+    using internal::DicomLabels;
+    const DicomLabels labels = internal::dicom_labels_of(file);
+    if (labels == DicomLabels::segmentation) return Format::segmentation;
+    if (labels == DicomLabels::structure_set) return Format::structure_set;
     if (internal::is_dicom_file(file)) return Format::dicom;
-    for (const std::string_view mesh : {".ply", ".stl", ".obj"})
+    for (const std::string_view mesh : {".ply", ".stl", ".obj", ".vtp", ".vtk"})
         if (file.extension() == mesh)
             throw internal::import_error(
                 file, "is a mesh, where a volume is wanted; give it to a surface with "
@@ -70,18 +75,27 @@ void require_file(const std::filesystem::path& file) {
         throw internal::import_error(file, "is empty; get the file again");
 }
 
+std::string what_it_is(Format format) {
+    return format == Format::segmentation ? "is a segmentation" : "is not DICOM";
+}
+
 /// A choice that the file does not offer was meant for another file.
 void require_choices_of(const std::filesystem::path& file, Format format,
                         const VolumeSelection& selection) {
+    if (format == Format::structure_set) return; // all of them are of its reference
+    if (!selection.reference.empty())
+        throw internal::import_error(file,
+                                     "is no DICOM structure set and needs no reference; leave "
+                                     "reference out");
     if (!selection.series.empty() && format != Format::dicom)
-        throw internal::import_error(file, "is not DICOM and has no series \"" + selection.series +
-                                               "\"; leave series out");
+        throw internal::import_error(file, what_it_is(format) + " and has no series \"" +
+                                               selection.series + "\"; leave series out");
     if (!selection.grid.empty() && format != Format::vdb)
         throw internal::import_error(file, "is not OpenVDB and has no grid \"" + selection.grid +
                                                "\"; leave grid out");
     if (selection.slices != VolumeSelection::Slices::refuse && format != Format::dicom)
-        throw internal::import_error(file,
-                                     "is not DICOM and has no slices to repair; leave slices out");
+        throw internal::import_error(file, what_it_is(format) +
+                                               " and has no slices to repair; leave slices out");
     const std::string ending = known_ending(file);
     if (selection.nifti_transform != VolumeSelection::NiftiTransform::automatic &&
         ending != ".nii" && ending != ".nii.gz")
@@ -107,6 +121,12 @@ void internal::require_choices(const std::filesystem::path& file,
 VoxelVolume read_volume(const std::filesystem::path& file, const VolumeSelection& selection) {
     const Format format = checked_format(file);
     require_choices_of(file, format, selection);
+    if (format == Format::segmentation || format == Format::structure_set)
+        throw internal::import_error(
+            file, std::string(format == Format::segmentation ? "is a segmentation (DICOM SEG)"
+                                                             : "is a structure set (RT-STRUCT)") +
+                      ", which has no values but names; make surfaces of its labels with label = "
+                      "\"NAME\", or name a volume");
     if (format == Format::dicom) return internal::read_dicom_volume(file, selection);
     if (format == Format::vdb) return internal::read_vdb_volume(file, selection.grid);
     return internal::as_scalar_volume(
@@ -116,6 +136,8 @@ VoxelVolume read_volume(const std::filesystem::path& file, const VolumeSelection
 
 std::vector<VolumeEntry> list_volumes(const std::filesystem::path& file) {
     const Format format = checked_format(file);
+    if (format == Format::segmentation) return {{"", "DICOM segmentation", false}};
+    if (format == Format::structure_set) return {{"", "DICOM structure set", false}};
     if (format == Format::dicom) return internal::list_dicom_series(file);
     if (format == Format::vdb) return internal::list_vdb_grids(file);
     const auto image = internal::read_component_image(

@@ -93,4 +93,13 @@ std::vector<std::filesystem::path> source_files(const std::filesystem::path& fil
     return files;
 }
 
+std::vector<std::filesystem::path> source_files(const std::filesystem::path& file,
+                                                const VolumeSelection& selection) {
+    std::vector<std::filesystem::path> files = source_files(file);
+    if (selection.reference.empty()) return files;
+    const std::vector<std::filesystem::path> reference = source_files(selection.reference);
+    files.insert(files.end(), reference.begin(), reference.end());
+    return files;
+}
+
 } // namespace palpate

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <vector>
 
+#include <palpate/volume/volume_settings.h>
+
 namespace palpate {
 
 /// The files that a volume is read from: the file itself; what its header points at, whatever
@@ -12,5 +14,9 @@ namespace palpate {
 /// Files that do not exist are listed too: the reader complains about them. A header that cannot be
 /// opened lists itself alone.
 std::vector<std::filesystem::path> source_files(const std::filesystem::path& file);
+
+/// These, and those of the image that `selection` names as the file's reference.        [setup]
+std::vector<std::filesystem::path> source_files(const std::filesystem::path& file,
+                                                const VolumeSelection& selection);
 
 } // namespace palpate

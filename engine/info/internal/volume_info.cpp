@@ -15,6 +15,7 @@
 #include <palpate/engine/picture/internal/principal_direction.h>
 #include <palpate/engine/picture/overview_picture.h>
 #include <palpate/engine/text/internal/json_text.h>
+#include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/formats/vector_file.h>
 #include <palpate/volume/label_volume.h>
 #include <palpate/volume/vector_volume.h>
@@ -312,8 +313,7 @@ FileInfo volume_info(const std::filesystem::path& file, const FileInfoSettings& 
     const bool is_folder = std::filesystem::is_directory(file, ignored);
     if (const auto entries = unchosen(file, settings.selection); !entries.empty())
         return list_info(entries, is_folder);
-    const bool is_labels = file.filename().string().ends_with(".seg.nrrd");
-    if (!is_labels && settings.labels.empty() && !is_folder && holds_vectors(file))
+    if (!holds_labels(file) && settings.labels.empty() && !is_folder && holds_vectors(file))
         return vector_info(read_vector_volume(file), settings);
     const ValuesOrLabels read = read_values_or_labels(file, settings);
     const auto* volume = std::get_if<VoxelVolume>(&read);

@@ -14,6 +14,7 @@
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/scene/validation.h>
 #include <palpate/geometry/range.h>
 #include <palpate/geometry/surface_scene.h>
@@ -55,7 +56,8 @@ std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
         if (!custom[i])
             throw std::invalid_argument("custom[" + std::to_string(i) +
                                         "] is null; give an effect, or leave it out");
-    return required("scene", std::move(scene));
+    check_soft_in_loop(*required("scene", scene), loop.method, custom);
+    return scene;
 }
 
 bool in_range(const Vec3& p) noexcept {

@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include <palpate/drivers/igtl_device.h>
+#include <palpate/drivers/inverse3_service.h>
+#include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/scene_tables.h>
 
 namespace palpate::internal {
@@ -11,18 +18,36 @@ namespace {
 
 using Kind = DeviceDescription::Kind;
 
-// Spelled in the order of the enumeration, without `none`, and without `hid` and `plugin`, which
-// are followed by an address.
+// Spelled in the order of the enumeration, without `none`, and without `hid`, `plugin`, `inverse3`
+// and `igtl`, which are followed by an address.
 constexpr std::array<std::string_view, 5> kNames{"path", "orbit", "tour", "recording", "hand"};
 constexpr std::string_view kHid = "hid:";
 constexpr std::string_view kPlugin = "plugin:";
+constexpr std::string_view kInverse3 = "inverse3";
+constexpr std::string_view kIgtl = "igtl:";
 
-void read_file(const TomlTable& table, const SceneDescription& scene, std::string_view remedy,
-               DeviceDescription& device) {
+/// Refuses all keys but these, and a hand's name.
+void allow_only(const TomlTable& table, std::span<const std::string_view> keys,
+                std::string_view context, const DeviceDescription& device) {
+    std::vector<std::string_view> all(keys.begin(), keys.end());
+    if (!device.name.empty()) all.insert(all.begin(), "name");
+    table.allow_only(all, context);
+}
+
+void read_path(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
     constexpr std::array<std::string_view, 2> keys{"type", "file"};
-    table.allow_only(keys, fmt::format("with type = \"{}\"", table.text("type")));
-    table.require("file", remedy);
+    allow_only(table, keys, "with type = \"path\"", device);
+    table.require("file", "name a CSV file with the columns t_s,x_m,y_m,z_m");
     device.file = existing_file(table, "file", scene.file);
+}
+
+void read_recorded(const TomlTable& table, const SceneDescription& scene,
+                   DeviceDescription& device) {
+    constexpr std::array<std::string_view, 3> keys{"type", "file", "hand"};
+    allow_only(table, keys, "with type = \"recording\"", device);
+    table.require("file", "name a recording.h5 of `palpate trace`");
+    device.file = existing_file(table, "file", scene.file);
+    if (table.has("hand")) device.recorded_hand = table.text("hand");
 }
 
 /// The surface that a generated path goes to, or all.
@@ -40,7 +65,7 @@ void read_surface(const TomlTable& table, const SceneDescription& scene,
 void read_tour(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
     constexpr std::array<std::string_view, 5> keys{"type", "surface", "speed_m_per_s", "depth_mm",
                                                    "spacing_mm"};
-    table.allow_only(keys, "with type = \"tour\"");
+    allow_only(table, keys, "with type = \"tour\"", device);
     read_surface(table, scene, device);
     device.speed_m_per_s = table.number("speed_m_per_s", kOrbitSpeed, device.speed_m_per_s);
     device.press_mm = table.number("depth_mm", kTourDepthMm, device.press_mm);
@@ -50,7 +75,7 @@ void read_tour(const TomlTable& table, const SceneDescription& scene, DeviceDesc
 void read_orbit(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
     constexpr std::array<std::string_view, 7> keys{
         "type", "surface", "speed_m_per_s", "depth_min_mm", "depth_max_mm", "duration_s", "turns"};
-    table.allow_only(keys, "with type = \"orbit\"");
+    allow_only(table, keys, "with type = \"orbit\"", device);
     read_surface(table, scene, device);
     device.speed_m_per_s = table.number("speed_m_per_s", kOrbitSpeed, device.speed_m_per_s);
     device.depth_min_mm = table.number("depth_min_mm", kOrbitDepthMm, device.depth_min_mm);
@@ -133,7 +158,7 @@ constexpr std::array<std::string_view, 16> kHandKeys{"type",
 /// A simulated hand: along a file's path, or pressing on a surface.
 void read_hand_device(const TomlTable& table, const SceneDescription& scene,
                       DeviceDescription& device) {
-    table.allow_only(kHandKeys, "with type = \"hand\"");
+    allow_only(table, kHandKeys, "with type = \"hand\"", device);
     device.hand = read_hand(table);
     if (table.has("file")) {
         for (const std::string_view key : {"surface", "from", "depth_mm", "duration_s"})
@@ -160,8 +185,82 @@ void read_attached(const TomlTable& table, const SceneDescription& scene, std::s
                           : "add the plug-in's shared library");
     device.kind = is_hid ? Kind::hid : Kind::plugin;
     device.address = is_hid ? address : (scene.file.parent_path() / address).string();
-    table.allow_only(kPlacedKeys, fmt::format("with type = \"{}...\"", start));
+    allow_only(table, kPlacedKeys, fmt::format("with type = \"{}...\"", start), device);
     device.placement = read_placement(table);
+}
+
+/// A Haply Inverse3; its address may be empty.
+void read_inverse3(const TomlTable& table, const std::string& address, DeviceDescription& device) {
+    device.kind = Kind::inverse3;
+    device.address = address;
+    try {
+        inverse3_address(address);
+    } catch (const std::runtime_error& error) {
+        const std::string what = error.what();
+        const std::size_t end = what.rfind("; ");
+        table.fail(table.line_of("type"), what.substr(0, end), what.substr(end + 2));
+    }
+    allow_only(table, kPlacedKeys, "with type = \"inverse3...\"", device);
+    device.placement = read_placement(table);
+}
+
+/// A tool that a program sends. Its poses are in the scene's frame, so it is not placed.
+void read_tool(const TomlTable& table, const std::string& address, DeviceDescription& device) {
+    try {
+        igtl_address(address);
+    } catch (const std::invalid_argument& error) {
+        const std::string said = error.what();
+        const std::size_t end = said.find("; ");
+        table.fail(table.line_of("type"), said.substr(0, end), said.substr(end + 2));
+    }
+    constexpr std::array<std::string_view, 1> kKeys{"type"};
+    allow_only(table, kKeys, "with type = \"igtl:...\"", device);
+    device.kind = Kind::igtl;
+    device.address = address;
+}
+
+/// All but the name.
+void read_device(const TomlTable& table, const SceneDescription& scene, DeviceDescription& device) {
+    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE, inverse3[:ID], "
+                                      "igtl:TRANSFORM",
+                                      joined(kNames)));
+    const std::string type = table.text("type");
+    for (const std::string_view start : {kHid, kPlugin})
+        if (type.starts_with(start))
+            return read_attached(table, scene, start, type.substr(start.size()), device);
+    if (type.starts_with(kInverse3))
+        return read_inverse3(table, type.substr(kInverse3.size()), device);
+    if (type.starts_with(kIgtl)) return read_tool(table, type.substr(kIgtl.size()), device);
+    device.kind = static_cast<Kind>(1 + table.choice("type", kNames));
+    switch (device.kind) {
+    case Kind::path:
+        return read_path(table, scene, device);
+    case Kind::orbit:
+        return read_orbit(table, scene, device);
+    case Kind::tour:
+        return read_tour(table, scene, device);
+    case Kind::recording:
+        return read_recorded(table, scene, device);
+    default:
+        return read_hand_device(table, scene, device);
+    }
+}
+
+std::string read_name(const TomlTable& table, const std::vector<DeviceDescription>& others) {
+    table.require("name", "give the hand a name, as \"left\"");
+    std::string name = table.text("name");
+    if (!is_hand_name(name))
+        table.fail(table.line_of("name"),
+                   fmt::format("name = \"{}\" {} cannot name a folder", name, table.where()),
+                   fmt::format("take at most {} letters, digits, _ and -, and no - in front",
+                               kMostHandLetters));
+    for (const DeviceDescription& other : others)
+        if (other.name == name)
+            table.fail(table.line_of("name"),
+                       fmt::format("name = \"{}\" {} is that of the hand in line {}", name,
+                                   table.where(), other.line),
+                       "give each hand a name of its own");
+    return name;
 }
 
 } // namespace
@@ -169,31 +268,25 @@ void read_attached(const TomlTable& table, const SceneDescription& scene, std::s
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene) {
     DeviceDescription device;
     device.line = table.line();
-    table.require("type", fmt::format("give one of {}, hid:ADDRESS, plugin:FILE", joined(kNames)));
-    const std::string type = table.text("type");
-    for (const std::string_view start : {kHid, kPlugin})
-        if (type.starts_with(start)) {
-            read_attached(table, scene, start, type.substr(start.size()), device);
-            return device;
-        }
-    device.kind = static_cast<Kind>(1 + table.choice("type", kNames));
-    switch (device.kind) {
-    case Kind::path:
-        read_file(table, scene, "name a CSV file with the columns t_s,x_m,y_m,z_m", device);
-        break;
-    case Kind::orbit:
-        read_orbit(table, scene, device);
-        break;
-    case Kind::tour:
-        read_tour(table, scene, device);
-        break;
-    case Kind::recording:
-        read_file(table, scene, "name a recording.h5 of `palpate trace`", device);
-        break;
-    default:
-        read_hand_device(table, scene, device);
-    }
+    if (table.has("name"))
+        table.fail(table.line_of("name"),
+                   fmt::format("a name {}: it is the scene's one device", table.where()),
+                   "leave it out, or begin each of several hands with [[device]]");
+    read_device(table, scene, device);
     return device;
+}
+
+std::vector<DeviceDescription> read_hand_tables(const std::vector<TomlTable>& tables,
+                                                const SceneDescription& scene) {
+    std::vector<DeviceDescription> hands;
+    for (const TomlTable& table : tables) {
+        DeviceDescription hand;
+        hand.line = table.line();
+        hand.name = read_name(table, hands);
+        read_device(table, scene, hand);
+        hands.push_back(std::move(hand));
+    }
+    return hands;
 }
 
 } // namespace palpate::internal

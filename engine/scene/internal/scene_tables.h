@@ -91,4 +91,8 @@ std::vector<EffectDescription> read_effect_table(const TomlTable& table,
 /// [device]; the scene has its surfaces already.
 DeviceDescription read_device_table(const TomlTable& table, const SceneDescription& scene);
 
+/// All [[device]], hands with names; the same of the scene.
+std::vector<DeviceDescription> read_hand_tables(const std::vector<TomlTable>& tables,
+                                                const SceneDescription& scene);
+
 } // namespace palpate::internal

@@ -11,6 +11,7 @@
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/internal/scene_tables.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/tissues.h>
 
 namespace palpate::internal {
 namespace {
@@ -30,6 +31,18 @@ void refuse_keys(const TomlTable& table, std::span<const std::string_view> keys,
         if (table.has(key))
             table.fail(table.line_of(key), fmt::format("{} {} {}", key, table.where(), what),
                        fmt::format("{}, or remove {}", remedy, key));
+}
+
+/// The name of a material of the scene, which has the tissues that its surfaces name.
+std::string material_in(const TomlTable& table, const SceneDescription& scene) {
+    std::string name = table.text("material");
+    if (scene.materials.contains(name)) return name;
+    Names valid = names_of(scene.materials);
+    for (const Tissue& tissue : tissues())
+        if (!scene.materials.contains(std::string(tissue.name))) valid.push_back(tissue.name);
+    table.fail(table.line_of("material"),
+               fmt::format("material \"{}\" {} does not exist", name, table.where()),
+               remedy_for_name(name, valid, "materials and tissues"));
 }
 
 // Strengths.
@@ -417,7 +430,7 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
     surface.line = table.line();
     surface.moves = table.boolean("moves", false);
     if (table.has("material")) {
-        surface.material = name_in(table, "material", scene.materials, "materials");
+        surface.material = material_in(table, scene);
         surface.yielding = scene.materials.at(surface.material).yielding;
         surface.softness = scene.materials.at(surface.material).softness;
     }

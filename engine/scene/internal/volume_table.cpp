@@ -85,10 +85,10 @@ VolumeDescription read_volume_table(const TomlTable& table, const std::filesyste
         read_formula(table, volume);
         return volume;
     }
-    constexpr std::array<std::string_view, 7> keys{"file", "analytic", "labels",         "series",
-                                                   "grid", "slices",   "nifti_transform"};
-    constexpr std::array<std::string_view, 6> file_keys{"file", "labels", "series",
-                                                        "grid", "slices", "nifti_transform"};
+    constexpr std::array<std::string_view, 8> keys{
+        "file", "analytic", "labels", "series", "grid", "slices", "nifti_transform", "reference"};
+    constexpr std::array<std::string_view, 7> file_keys{
+        "file", "labels", "series", "grid", "slices", "nifti_transform", "reference"};
     if (table.has("file"))
         table.allow_only(file_keys, "with file");
     else
@@ -104,6 +104,8 @@ VolumeDescription read_volume_table(const TomlTable& table, const std::filesyste
     if (table.has("nifti_transform"))
         volume.selection.nifti_transform = static_cast<VolumeSelection::NiftiTransform>(
             table.choice("nifti_transform", kTransformNames));
+    if (table.has("reference"))
+        volume.selection.reference = existing_file(table, "reference", scene_file);
     return volume;
 }
 

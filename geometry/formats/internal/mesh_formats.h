@@ -35,5 +35,7 @@ void note_missing_line_break(const MeshSource& source, FileMesh& file);
 FileMesh read_ply_mesh(MeshSource& source);
 FileMesh read_stl_mesh(MeshSource& source);
 FileMesh read_obj_mesh(MeshSource& source);
+FileMesh read_vtk_mesh(MeshSource& source);
+FileMesh read_vtp_mesh(MeshSource& source);
 
 } // namespace palpate::internal

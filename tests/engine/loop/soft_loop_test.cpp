@@ -247,6 +247,42 @@ TEST(SoftLoop, AnEffectOfTheProgramsOwnActsOnTheTip) {
     EXPECT_LE(glm::length(frame.proxy - state.position), 1e-9); // nothing is left for the coupling
 }
 
+// What a loop has besides the scene is refused in the words in which a scene is: by the surface's
+// name, and with what to do.
+TEST(SoftLoop, WhatALoopOfItsOwnCannotDoIsRefusedInTheWordsOfAScene) {
+    test::ScriptedClock clock;
+    const auto why = [&](const std::shared_ptr<const Scene>& scene, SteppingMethod method,
+                         bool is_guided) -> std::string {
+        LoopDescription loop;
+        loop.method = method;
+        std::vector<std::unique_ptr<Effect>> custom;
+        if (is_guided)
+            custom.push_back(
+                std::make_unique<PointGuide>(Vec3{0, 0, kRadius}, GuideSettings{1.0, 5e-3}));
+        try {
+            HapticLoop(scene, clock, loop, std::move(custom));
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(why(skin_over_bone(), SteppingMethod::adaptive, true), "");
+    EXPECT_EQ(why(skin_over_bone(), SteppingMethod::fixed, false),
+              "effects[0].surface = \"skin\" is soft, and not all that is felt: then the method "
+              "cannot be fixed; take method = \"adaptive\", or make it hard: stiffness_n_per_mm = "
+              "inf");
+    EXPECT_EQ(why(ball(kSoft), SteppingMethod::fixed, false), "");
+    EXPECT_NE(why(ball(kSoft), SteppingMethod::fixed, true).find("the method cannot be fixed"),
+              std::string::npos);
+    EXPECT_EQ(why(ball(kAll), SteppingMethod::adaptive, false), "");
+    EXPECT_NE(why(ball(kAll), SteppingMethod::adaptive, true)
+                  .find("effects[0].surface = \"liver\" is soft, and not all that is felt: then it "
+                        "cannot yield (strength_n = 1.5)"),
+              std::string::npos);
+    EXPECT_NE(why(ball(kSoft, kRough), SteppingMethod::adaptive, true).find("it cannot rub"),
+              std::string::npos);
+}
+
 // A device that bears less than the scene's coupling gets a softer one: what the hand feels stays.
 TEST(SoftLoop, BehindASofterCouplingTheHandFeelsTheSame) {
     test::ScriptedClock clock;

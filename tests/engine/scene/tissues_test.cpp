@@ -47,10 +47,16 @@ TEST_F(Tissues, ASurfaceMaySayAnotherStiffness) {
                      100.0);
 }
 
-TEST_F(Tissues, WhatIsNoneIsRefused) {
-    EXPECT_THAT(
-        complaint(test::kBall + "[surface.organ]\nvolume = \"ball\"\nmaterial = \"gold\"\n"),
-        HasSubstr("gold"));
+TEST_F(Tissues, WhatIsNoneIsRefusedWithThoseThatThereAre) {
+    const auto of = [&](const std::string& name, const std::string& more = "") {
+        return complaint(test::kBall + "[surface.organ]\nvolume = \"ball\"\nmaterial = \"" + name +
+                         "\"\n" + more);
+    };
+    EXPECT_THAT(of("livr"), HasSubstr("\"livr\" in [surface.organ] does not exist; did you mean "
+                                      "\"liver\"?"));
+    EXPECT_THAT(of("gold"), HasSubstr("materials and tissues: gastrocnemius, kidney_cortex, liver"));
+    EXPECT_THAT(of("gold", "[material.jelly]\nstiffness_n_per_mm = 0.1\n"),
+                HasSubstr("materials and tissues: jelly, gastrocnemius"));
 }
 
 } // namespace

@@ -11,6 +11,7 @@
 
 #include "tests/support/mesh_text.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/vtk_text.h"
 
 namespace palpate {
 namespace {
@@ -33,6 +34,13 @@ protected:
     }
 };
 
+test::VtpForm deflated(test::VtpForm::Format format) {
+    test::VtpForm form;
+    form.format = format;
+    form.is_deflated = true;
+    return form;
+}
+
 const std::map<std::string, std::string>& whole_files() {
     static const std::map<std::string, std::string> files = [] {
         const TriangleMesh mesh = test::icosphere(50.0, 1);
@@ -44,7 +52,12 @@ const std::map<std::string, std::string>& whole_files() {
             {"binary.stl", test::binary_stl(mesh)},
             {"solid.stl", test::binary_stl(mesh, "solid SPACE=LPS")},
             {"text.stl", test::ascii_stl(mesh, "a SPACE=LPS")},
-            {"text.obj", test::obj(mesh, "SPACE=LPS")}};
+            {"text.obj", test::obj(mesh, "SPACE=LPS")},
+            {"text.vtk", test::legacy_vtk(mesh, false, false)},
+            {"binary.vtk", test::legacy_vtk(mesh, true, true)},
+            {"text.vtp", test::VtpWriter({}).file(mesh)},
+            {"deflated.vtp", test::VtpWriter(deflated(test::VtpForm::Format::binary)).file(mesh)},
+            {"raw.vtp", test::VtpWriter(deflated(test::VtpForm::Format::raw)).file(mesh)}};
     }();
     return files;
 }
@@ -55,10 +68,12 @@ TEST_F(DamagedMesh, CutOffAnywhereIsAnErrorWhereItCanBeKnown) {
         // Of text, a number's last digits may be missing, or the last solid's name; of an OBJ,
         // whole faces.
         const bool is_obj = name == "text.obj";
-        const std::size_t certain = name == "text.stl"   ? whole.find("endsolid") + 8
-                                    : name == "text.ply" ? whole.size() - 3
-                                    : is_obj             ? whole.find("\nf")
-                                                         : whole.size();
+        const std::size_t certain = name == "text.stl"       ? whole.find("endsolid") + 8
+                                    : name == "text.ply"     ? whole.size() - 3
+                                    : is_obj                 ? whole.find("\nf")
+                                    : name.ends_with(".vtk") ? whole.find("\n\nCELL_DATA") - 2
+                                    : name.ends_with(".vtp") ? whole.size() - 1
+                                                             : whole.size();
         for (std::size_t size = 0; size < whole.size(); size += size < 600 ? 1 : 7)
             if (is_read(name, whole.substr(0, size))) {
                 ASSERT_GE(size, certain) << "was read";
@@ -100,7 +115,7 @@ TEST_F(DamagedMesh, AnyBytesChangedGiveAnErrorOrASafeMesh) {
 }
 
 TEST_F(DamagedMesh, BytesOfNothingAreRefused) {
-    for (const std::string name : {"a.ply", "a.stl", "a.obj"})
+    for (const std::string name : {"a.ply", "a.stl", "a.obj", "a.vtp", "a.vtk"})
         for (std::uint64_t seed = 1; seed <= 60; ++seed) {
             std::mt19937_64 random(seed);
             std::string bytes(random() % 2000, '\0');

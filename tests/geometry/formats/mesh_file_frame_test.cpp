@@ -137,9 +137,10 @@ TEST_F(MeshFrames, AnatomyOfAbsurdSizeIsDoubted) {
 }
 
 TEST_F(MeshFrames, EndingsThatNobodyReadsAreRefused) {
-    EXPECT_EQ(complaint("a.vtk", ""),
-              "a.vtk: unknown ending '.vtk'; give a mesh as .ply, .stl or .obj");
-    EXPECT_EQ(complaint("mesh", ""), "mesh: unknown ending ''; give a mesh as .ply, .stl or .obj");
+    EXPECT_EQ(complaint("a.vtu", ""),
+              "a.vtu: unknown ending '.vtu'; give a mesh as .ply, .stl, .obj, .vtp or .vtk");
+    EXPECT_EQ(complaint("mesh", ""),
+              "mesh: unknown ending ''; give a mesh as .ply, .stl, .obj, .vtp or .vtk");
     std::filesystem::create_directory(folder / "folder.stl");
     try {
         read_mesh(folder / "folder.stl");

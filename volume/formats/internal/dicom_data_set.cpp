@@ -12,11 +12,15 @@
 #include <zlib.h>
 
 #include <palpate/volume/formats/internal/volume_import.h>
+#include <palpate/volume/printable.h>
 
 namespace palpate::internal {
 namespace {
 
+constexpr DicomTag kMediaStorageClass = 0x00020002;
 constexpr DicomTag kTransferSyntax = 0x00020010;
+constexpr DicomTag kCharacterSet = 0x00080005;
+constexpr DicomTag kStorageClass = 0x00080016;
 constexpr DicomTag kItem = 0xFFFEE000;
 constexpr DicomTag kItemEnd = 0xFFFEE00D;
 constexpr DicomTag kSequenceEnd = 0xFFFEE0DD;
@@ -28,6 +32,7 @@ constexpr int kMaxDepth = 32;                   // of sequences; real ones have 
 constexpr std::size_t kMaxElements = 4'000'000; // 2,000 frames of an enhanced file have 200,000
 constexpr std::size_t kMaxPadding = 8192;       // bytes of zero after the last element: a block
 constexpr std::size_t kMaxInflated = std::size_t{1} << 32;
+constexpr std::size_t kClassWithin = 4096; // bytes: the class stands before all but a few elements
 
 constexpr const char* kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
 
@@ -83,12 +88,13 @@ bool has_long_length(std::string_view vr) {
            std::string_view::npos;
 }
 
-/// Sequences that place and scale the frames of an enhanced file; others are walked only where that
-/// is the way to find their end.
+/// Sequences that place and scale the frames of an enhanced file, and those of segments and
+/// contours; others are walked only where that is the way to find their end.
 bool is_wanted_sequence(DicomTag tag) {
-    static constexpr std::array<DicomTag, 10> kWanted{
-        0x52009229, 0x52009230, 0x00209113, 0x00209116, 0x00289110,
-        0x00289145, 0x00209111, 0x00189114, 0x00189117, 0x00409096};
+    static constexpr std::array<DicomTag, 18> kWanted{
+        0x52009229, 0x52009230, 0x00209113, 0x00209116, 0x00289110, 0x00289145,
+        0x00209111, 0x00189114, 0x00189117, 0x00409096, 0x00620002, 0x0062000A,
+        0x30060010, 0x30060012, 0x30060014, 0x30060020, 0x30060039, 0x30060040};
     return std::find(kWanted.begin(), kWanted.end(), tag) != kWanted.end();
 }
 
@@ -372,6 +378,15 @@ std::optional<std::uint16_t> DicomDataSet::us(DicomTag tag) const noexcept {
     return number_from<std::uint16_t>(element->value.data(), big_endian);
 }
 
+std::vector<std::uint16_t> DicomDataSet::shorts(DicomTag tag) const {
+    const DicomElement* const element = find(tag);
+    if (element == nullptr) return {};
+    std::vector<std::uint16_t> numbers;
+    for (std::size_t at = 0; at + sizeof(std::uint16_t) <= element->value.size(); at += 2)
+        numbers.push_back(number_from<std::uint16_t>(element->value.data() + at, big_endian));
+    return numbers;
+}
+
 std::optional<std::uint32_t> DicomDataSet::ul(DicomTag tag) const noexcept {
     const DicomElement* const element = find(tag);
     if (element == nullptr || element->value.size() < sizeof(std::uint32_t)) return std::nullopt;
@@ -410,6 +425,28 @@ const DicomDataSet* DicomDataSet::item(DicomTag tag) const noexcept {
     return element == nullptr || element->items.empty() ? nullptr : &element->items.front();
 }
 
+std::span<const DicomDataSet> DicomDataSet::items(DicomTag tag) const noexcept {
+    const DicomElement* const element = find(tag);
+    if (element == nullptr) return {};
+    return element->items;
+}
+
+std::string DicomDataSet::name(DicomTag tag, const DicomDataSet& root) const {
+    const DicomElement* const element = find(tag);
+    if (element == nullptr) return {};
+    const std::string stored(without_padding(element->value));
+    const std::string set = root.text(kCharacterSet);
+    if (set == "ISO_IR 192") return printable(stored);
+    if (set != "ISO_IR 100") return printable(text(tag));
+    std::string utf8; // of Latin-1: one byte or two
+    for (const char c : stored) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte >= 0x80) utf8 += static_cast<char>(0xC0 | byte >> 6);
+        utf8 += byte >= 0x80 ? static_cast<char>(0x80 | (byte & 0x3F)) : c;
+    }
+    return printable(utf8);
+}
+
 bool has_dicom_magic(std::span<const char> beginning) noexcept {
     return beginning.size() >= kPreamble + 4 &&
            std::memcmp(beginning.data() + kPreamble, "DICM", 4) == 0;
@@ -444,6 +481,22 @@ DicomFile read_dicom_file(const std::filesystem::path& file) {
         throw import_error(file, "does not fit into memory; use fewer or smaller files");
     }
     return result;
+}
+
+std::string dicom_class_of(const std::filesystem::path& file) {
+    DicomFile begun;
+    begun.bytes.resize(kClassWithin);
+    std::ifstream input(file, std::ios::binary);
+    input.read(begun.bytes.data(), static_cast<std::streamsize>(begun.bytes.size()));
+    begun.bytes.resize(static_cast<std::size_t>(input.gcount()));
+    if (!begins_as_dicom(begun.bytes)) return {};
+    try {
+        walk(begun);
+    } catch (const Damage& cut) { // here, as a rule: what was found before it counts
+        begun.problem = cut.what();
+    }
+    std::string of_data = begun.data.text(kStorageClass);
+    return of_data.empty() ? begun.meta.text(kMediaStorageClass) : of_data;
 }
 
 } // namespace palpate::internal

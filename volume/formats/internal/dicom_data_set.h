@@ -41,6 +41,8 @@ struct DicomDataSet {
     std::string text(DicomTag tag) const;
     /// Its first number as 16-bit unsigned.                                             [any]
     std::optional<std::uint16_t> us(DicomTag tag) const noexcept;
+    /// Its numbers as 16-bit unsigned; empty when it is missing.                         [any]
+    std::vector<std::uint16_t> shorts(DicomTag tag) const;
     /// Its first number as 32-bit unsigned.                                             [any]
     std::optional<std::uint32_t> ul(DicomTag tag) const noexcept;
     /// Numbers of a decimal or integer string, all finite; empty when missing or unreadable. [any]
@@ -49,6 +51,11 @@ struct DicomDataSet {
     std::vector<double> doubles(DicomTag tag) const;
     /// The first item of a sequence; nullptr when there is none.                        [any]
     const DicomDataSet* item(DicomTag tag) const noexcept;
+    /// The items of a sequence.                                                          [any]
+    std::span<const DicomDataSet> items(DicomTag tag) const noexcept;
+    /// A name in UTF-8 without padding; what is not printable, or in a character set other than
+    /// ASCII, Latin-1 and UTF-8, becomes '?'. `root` says which set (0008,0005).        [any]
+    std::string name(DicomTag tag, const DicomDataSet& root) const;
 };
 
 struct DicomElement {
@@ -82,5 +89,9 @@ constexpr std::size_t kDicomBeginning = 140;
 /// Reads a file and walks it. Damage is not thrown but said in `problem`.               [setup]
 /// Throws import_error when the file cannot be opened or does not fit into memory.
 DicomFile read_dicom_file(const std::filesystem::path& file);
+
+/// The unique identifier of the kind of object that a file holds (its storage class), from the
+/// first bytes of the file; empty where it is no DICOM, or does not say.                [setup]
+std::string dicom_class_of(const std::filesystem::path& file);
 
 } // namespace palpate::internal

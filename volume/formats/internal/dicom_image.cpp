@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include <palpate/volume/formats/internal/dicom_labels.h>
+
 // Attributes: DICOM PS3.3, C.7.6.2 (plane), C.7.6.3 (pixels), C.7.6.16 (functional groups), C.11.1
 // (rescale).
 namespace palpate::internal {
@@ -95,35 +97,6 @@ bool is_image_class(const std::string& uid) {
     return std::find(kClasses.begin(), kClasses.end(), rest) != kClasses.end();
 }
 
-/// What a sequence of the functional groups, the frame's own or the shared ones, holds; the data
-/// set itself where there are no such groups.
-class FrameAttributes {
-public:
-    FrameAttributes(const DicomDataSet& data, int frame)
-        : data_(data), shared_(data.item(kSharedGroups)) {
-        const DicomElement* const frames = data.find(kPerFrameGroups);
-        if (frames != nullptr && static_cast<std::size_t>(frame) < frames->items.size())
-            own_ = &frames->items[static_cast<std::size_t>(frame)];
-    }
-
-    /// Of several frames, each must have one.
-    bool has_own_position(int frames) const { return frames == 1 || own_ != nullptr; }
-
-    /// Where to look for attributes of that sequence.
-    const DicomDataSet& in(DicomTag sequence) const {
-        for (const DicomDataSet* groups : {own_, shared_}) {
-            if (groups == nullptr) continue;
-            if (const DicomDataSet* const item = groups->item(sequence)) return *item;
-        }
-        return data_;
-    }
-
-private:
-    const DicomDataSet& data_;
-    const DicomDataSet* shared_;
-    const DicomDataSet* own_ = nullptr;
-};
-
 std::string number_text(const std::vector<double>& numbers) {
     if (numbers.empty()) return {};
     std::string text = std::to_string(numbers.front());
@@ -134,7 +107,7 @@ std::string number_text(const std::vector<double>& numbers) {
 }
 
 std::array<std::string, kDicomDistinctions> distinctions(const DicomDataSet& data,
-                                                         const FrameAttributes& frame) {
+                                                         const DicomFrameAttributes& frame) {
     const DicomDataSet& content = frame.in(kFrameContentSequence);
     std::string echo = number_text(frame.in(kEchoSequence).doubles(kEffectiveEchoTime));
     if (echo.empty()) echo = number_text(data.decimals(kEchoTime));
@@ -157,8 +130,9 @@ bool is_plausible(const Vec3& v) {
     return is_finite(v) && std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) < kMaxMm;
 }
 
-/// Position, directions and spacing.
-DicomFault place(const FrameAttributes& frame, DicomImage& image) {
+} // namespace
+
+DicomFault read_dicom_place(const DicomFrameAttributes& frame, DicomImage& image) {
     const auto position = frame.in(kPlanePositionSequence).decimals(kImagePosition);
     const auto orientation = frame.in(kPlaneOrientationSequence).decimals(kImageOrientation);
     const auto spacing = frame.in(kPixelMeasuresSequence).decimals(kPixelSpacing);
@@ -195,6 +169,8 @@ DicomFault place(const FrameAttributes& frame, DicomImage& image) {
         glm::normalize(along_column - glm::dot(along_column, image.along_row) * image.along_row);
     return {};
 }
+
+namespace {
 
 DicomFault rescale(const DicomDataSet& attributes, DicomImage& image) {
     for (const auto& [tag, value] :
@@ -300,8 +276,8 @@ DicomFault describe_images(const DicomFile& file, DicomContents& contents) {
     image.has_lookup = data.find(kModalityLookup) != nullptr;
     image.content = hash_of(pixels->value) ^ std::hash<std::string>{}(data.text(kInstanceUid));
     for (image.frame = 0; image.frame < image.format.frames; ++image.frame) {
-        const FrameAttributes frame(data, image.frame);
-        DicomFault fault = place(frame, image);
+        const DicomFrameAttributes frame(data, image.frame);
+        DicomFault fault = read_dicom_place(frame, image);
         if (fault.kind == DicomFault::Kind::none)
             fault = rescale(frame.in(kPixelValueSequence), image);
         if (fault.kind != DicomFault::Kind::none) {
@@ -314,8 +290,9 @@ DicomFault describe_images(const DicomFile& file, DicomContents& contents) {
     return {};
 }
 
-/// A directory, a report, a structure set: nothing to look at, and nothing missing.
+/// A directory, a report, a segmentation, a structure set: nothing to look at, and nothing missing.
 bool is_no_image(const DicomFile& file) {
+    if (dicom_labels_of_class(file.data.text(kStorageClass)) != DicomLabels::none) return true;
     if (file.meta.text(kMediaStorageClass) == "1.2.840.10008.1.3.10" ||
         file.data.find(kDirectoryRecords) != nullptr)
         return true; // DICOMDIR
@@ -325,6 +302,21 @@ bool is_no_image(const DicomFile& file) {
 }
 
 } // namespace
+
+DicomFrameAttributes::DicomFrameAttributes(const DicomDataSet& data, int frame)
+    : data_(data), shared_(data.item(kSharedGroups)) {
+    const std::span<const DicomDataSet> frames = data.items(kPerFrameGroups);
+    if (static_cast<std::size_t>(frame) < frames.size())
+        own_ = &frames[static_cast<std::size_t>(frame)];
+}
+
+const DicomDataSet& DicomFrameAttributes::in(DicomTag sequence) const {
+    for (const DicomDataSet* groups : {own_, shared_}) {
+        if (groups == nullptr) continue;
+        if (const DicomDataSet* const item = groups->item(sequence)) return *item;
+    }
+    return data_;
+}
 
 const char* distinction_in_words(DicomDistinction distinction) noexcept {
     static constexpr std::array<const char*, kDicomDistinctions> kWords{

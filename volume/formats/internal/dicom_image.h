@@ -81,6 +81,29 @@ struct DicomFault {
                       ///< getting the file again
 };
 
+/// Where a frame's attributes stand: in its own functional groups, in the shared ones, or in the
+/// data set itself where there are no such groups. Refers to the data set.
+class DicomFrameAttributes {
+public:
+    /// Of the frame with that number, from 0.                                          [any]
+    DicomFrameAttributes(const DicomDataSet& data, int frame);
+
+    /// Of several frames, each must have one.                                          [any]
+    bool has_own_position(int frames) const noexcept { return frames == 1 || own_ != nullptr; }
+
+    /// Where to look for attributes of that sequence.                                  [any]
+    const DicomDataSet& in(DicomTag sequence) const;
+
+private:
+    const DicomDataSet& data_;
+    const DicomDataSet* shared_;
+    const DicomDataSet* own_ = nullptr;
+};
+
+/// Reads position, directions and spacing of a frame into `image`, whose number of frames is
+/// known. [any]
+DicomFault read_dicom_place(const DicomFrameAttributes& frame, DicomImage& image);
+
 /// Images of one file and the series they are of.
 struct DicomContents {
     std::filesystem::path file;

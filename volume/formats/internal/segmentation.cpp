@@ -21,8 +21,6 @@ namespace {
 
 constexpr float kUnsafe = 16777216.0F; // 2^24: from here on 2^24 + 1 reads as 2^24
 
-constexpr std::size_t kMostNamed = 8; // names that a warning lists
-
 /// A segment as the header describes it.
 struct Segment {
     std::string name;
@@ -143,15 +141,6 @@ void refuse_fractional(const std::filesystem::path& file, const ComponentImage& 
     }
 }
 
-std::string listed(const std::vector<std::string>& names) {
-    std::string text;
-    for (std::size_t n = 0; n < std::min(names.size(), kMostNamed); ++n)
-        text += (n == 0 ? "" : ", ") + names[n];
-    if (names.size() > kMostNamed)
-        text += " and " + std::to_string(names.size() - kMostNamed) + " more";
-    return text;
-}
-
 /// Segments without voxels, and voxels without a segment.
 void warn_of_segments(LabelVolume& volume, std::map<LayerAndValue, Segment> segments) {
     std::vector<std::string> unnamed;
@@ -164,9 +153,9 @@ void warn_of_segments(LabelVolume& volume, std::map<LayerAndValue, Segment> segm
     for (const auto& [place, segment] : segments)
         empty.push_back(segment.name);
     if (!empty.empty())
-        volume.warnings.push_back("segments without voxels are left out: " + listed(empty));
+        volume.warnings.push_back("segments without voxels are left out: " + short_list(empty));
     if (!unnamed.empty())
-        volume.warnings.push_back("values that no segment describes: " + listed(unnamed));
+        volume.warnings.push_back("values that no segment describes: " + short_list(unnamed));
 }
 
 } // namespace

@@ -88,6 +88,16 @@ std::string short_text(const std::string& text) {
     return text.size() > kMostCharacters ? result + "..." : result;
 }
 
+std::string short_list(const std::vector<std::string>& names) {
+    constexpr std::size_t kMostNamed = 8;
+    std::string text;
+    for (std::size_t n = 0; n < std::min(names.size(), kMostNamed); ++n)
+        text += (n == 0 ? "" : ", ") + names[n];
+    if (names.size() > kMostNamed)
+        text += " and " + std::to_string(names.size() - kMostNamed) + " more";
+    return text;
+}
+
 std::optional<double> parsed_number(std::string_view text) noexcept {
     if (text.starts_with('+')) text.remove_prefix(1);
     double number = 0.0;

@@ -29,6 +29,9 @@ std::string short_number(double value);
 /// is longer than 60 characters three dots.                                              [setup]
 std::string short_text(const std::string& text);
 
+/// "a, b, c"; of more than eight the first ones: "a, b, ... and 3 more".                  [setup]
+std::string short_list(const std::vector<std::string>& names);
+
 /// The finite number that a text is, whole and with "." in any locale; nothing for anything else.
 /// [any]
 std::optional<double> parsed_number(std::string_view text) noexcept;

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/drivers/igtl_device.h>
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <span>
+#include <stdexcept>
+#include <thread>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <palpate/drivers/igtl_reader.h>
+
+namespace palpate {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+std::chrono::nanoseconds duration_of(double seconds) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<double>(seconds));
+}
+
+std::uint16_t port_of(std::string_view text) {
+    std::uint16_t port = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    return error == std::errc() && end == text.data() + text.size() ? port : 0;
+}
+
+} // namespace
+
+IgtlAddress igtl_address(const std::string& text) {
+    const auto fail = [&](const std::string& what) {
+        throw std::invalid_argument("igtl:" + text + ": " + what +
+                                    "; write igtl:TRANSFORM@HOST:PORT, as "
+                                    "igtl:StylusToReference@127.0.0.1:18944");
+    };
+    IgtlAddress address;
+    const std::size_t at = text.rfind('@');
+    address.transform = text.substr(0, at);
+    if (address.transform.empty() || address.transform.size() > kIgtlLongestName)
+        fail("the name of the TRANSFORM has 1 to 20 bytes");
+    if (at == std::string::npos) return address;
+    std::string server = text.substr(at + 1);
+    // A colon within [..], or one of several, is of an address of IPv6.
+    const std::size_t colon = server.rfind(':');
+    const bool has_port = colon != std::string::npos &&
+                          (server.find(':') == colon || (colon > 0 && server[colon - 1] == ']'));
+    if (has_port) {
+        address.port = port_of(std::string_view(server).substr(colon + 1));
+        if (address.port == 0) fail("a port is a number from 1 to 65535");
+        server.resize(colon);
+    }
+    if (server.size() > 2 && server.front() == '[' && server.back() == ']')
+        server = server.substr(1, server.size() - 2);
+    if (server.empty()) fail("names no host");
+    address.host = std::move(server);
+    return address;
+}
+
+/// A connection that is looked for again and again. All but what is said otherwise is its thread's.
+class IgtlDevice::Client {
+public:
+    Client(IgtlAddress address, const Patience& patience, TransformDevice& tool)
+        : address_(std::move(address)), patience_(patience), tool_(tool) {}
+    ~Client() {
+        io_.stop();
+        if (thread_.joinable()) thread_.join();
+    }
+    Client(const Client&) = delete;
+    Client& operator=(const Client&) = delete;
+
+    void begin();
+
+private:
+    void connect();
+    void try_again(const std::string& why);
+    void read();
+    void understand(std::size_t bytes);
+    void tell(bool is_connected, const std::string& why);
+
+    const IgtlAddress address_;
+    const Patience patience_;
+    TransformDevice& tool_;
+
+    asio::io_context io_{1};
+    tcp::resolver resolver_{io_};
+    tcp::socket socket_{io_};
+    asio::steady_timer timer_{io_};
+    std::array<std::uint8_t, 16384> bytes_{};
+    IgtlReader reader_;
+
+    std::mutex mutex_; ///< of what follows
+    std::condition_variable told_;
+    bool is_told_ = false;
+    bool is_connected_ = false;
+    std::string why_;
+
+    std::thread thread_; ///< last: it uses all of the above
+};
+
+/// Begins, and waits for the first connection. In the thread that opens the device.
+void IgtlDevice::Client::begin() {
+    connect();
+    thread_ = std::thread([this] { io_.run(); });
+    std::unique_lock lock(mutex_);
+    told_.wait_for(lock, duration_of(patience_.connect_s), [this] { return is_told_; });
+    if (is_connected_) return;
+    throw std::runtime_error(
+        "igtl:" + address_.transform + "@" + address_.host + ":" + std::to_string(address_.port) +
+        ": no server of OpenIGTLink answers (" + (why_.empty() ? "it takes too long" : why_) +
+        "); start it, in 3D Slicer a connector of type server that is active, or name another one");
+}
+
+void IgtlDevice::Client::tell(bool is_connected, const std::string& why) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (is_told_) return;
+        is_told_ = true;
+        is_connected_ = is_connected;
+        why_ = why;
+    }
+    told_.notify_all();
+}
+
+void IgtlDevice::Client::connect() {
+    resolver_.async_resolve(
+        address_.host, std::to_string(address_.port),
+        [this](error_code error, const tcp::resolver::results_type& found) {
+            if (error) return try_again(error.message());
+            asio::async_connect(socket_, found, [this](error_code failure, const tcp::endpoint&) {
+                if (failure) return try_again(failure.message());
+                error_code ignored;
+                socket_.set_option(asio::socket_base::keep_alive(true), ignored);
+                reader_ = IgtlReader();
+                tell(true, "");
+                read();
+            });
+        });
+}
+
+void IgtlDevice::Client::try_again(const std::string& why) {
+    tell(false, why);
+    error_code ignored;
+    socket_.close(ignored);
+    timer_.expires_after(duration_of(patience_.reconnect_s));
+    timer_.async_wait([this](error_code error) {
+        if (!error) connect();
+    });
+}
+
+void IgtlDevice::Client::read() {
+    socket_.async_read_some(asio::buffer(bytes_), [this](error_code error, std::size_t count) {
+        if (error) return try_again(error.message());
+        understand(count);
+    });
+}
+
+void IgtlDevice::Client::understand(std::size_t count) {
+    std::span<const std::uint8_t> bytes(bytes_.data(), count);
+    for (;;) {
+        const IgtlReader::Found found = reader_.take(bytes);
+        if (found == IgtlReader::Found::broken) return try_again("it speaks no OpenIGTLink");
+        if (found == IgtlReader::Found::nothing) return read();
+        if (found != IgtlReader::Found::message) continue;
+        const IgtlMessage& message = reader_.message();
+        if (message.type != "TRANSFORM" || message.device != address_.transform) continue;
+        if (const auto transform = read_igtl_transform(message.content)) tool_.give(*transform);
+    }
+}
+
+IgtlDevice::IgtlDevice(const IgtlAddress& address, const Patience& patience)
+    : address_(address), patience_(patience), tool_(address.transform) {}
+
+IgtlDevice::~IgtlDevice() = default;
+
+DeviceProperties IgtlDevice::properties() const { return tool_.properties(); }
+
+void IgtlDevice::open() {
+    client_ = std::make_unique<Client>(address_, patience_, tool_);
+    client_->begin();
+}
+
+void IgtlDevice::close() noexcept { client_.reset(); }
+
+bool IgtlDevice::read(DeviceState& state) noexcept { return tool_.read(state); }
+
+std::string IgtlDevice::complaint() const { return tool_.complaint(); }
+
+} // namespace palpate

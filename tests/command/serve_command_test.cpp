@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/command/command_run.h"
+
+namespace palpate::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// A box of 10 mm that is in the middle of no axis, so that no axis can be taken for another one,
+/// felt by its mesh; a path presses into its top, and lifts off again.
+class ServeCommand : public CommandRun {
+protected:
+    void SetUp() override {
+        make("box.ply", box());
+        make("probe.csv", path());
+        make("scene.toml", scene("path\"\nfile = \"probe.csv"));
+    }
+
+    static std::string scene(const std::string& device) {
+        return "[surface.box]\nmesh = \"box.ply\"\nmesh_unit = \"mm\"\nmesh_frame = \"LPS\"\n"
+               "[[effect]]\ntype = \"surface\"\nsurface = \"box\"\n[device]\ntype = \"" +
+               device + "\"\n";
+    }
+
+    static std::string box() {
+        std::string text = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty "
+                           "float y\nproperty float z\nelement face 12\nproperty list uchar int "
+                           "vertex_indices\nend_header\n";
+        for (int i = 0; i < 8; ++i)
+            text += fmt::format("{} {} {}\n", i & 1 ? 20 : 10, i & 2 ? 40 : 30, i & 4 ? 60 : 50);
+        for (const char* face : {"0 2 3", "0 3 1", "4 5 7", "4 7 6", "0 1 5", "0 5 4", "2 6 7",
+                                 "2 7 3", "0 4 6", "0 6 2", "1 3 7", "1 7 5"})
+            text += std::string("3 ") + face + "\n";
+        return text;
+    }
+
+    /// Half a second at 1 kHz above the middle of the box's top, from 2 mm outside to 3 mm inside.
+    static std::string path() {
+        std::string text = "t_s,x_m,y_m,z_m\n";
+        for (int i = 0; i < 500; ++i) {
+            const double share = i < 250 ? i / 250.0 : (500 - i) / 250.0;
+            text += fmt::format("{:.17g},{:.17g},0.035,{:.17g}\n", 1e-3 * i, 0.015 + 2e-6 * i,
+                                0.062 - 0.005 * share);
+        }
+        return text;
+    }
+
+    /// The port that the command says that it has; 0 where it ends without.
+    int port() const {
+        for (int i = 0; i < 6000; ++i) {
+            const std::string out = content_of(folder() / "out.txt");
+            const std::size_t at = out.find(" port ");
+            if (at != std::string::npos && out.find('\n', at) != std::string::npos)
+                return std::stoi(out.substr(at + 6));
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return 0;
+    }
+
+    /// Runs the client, which shares no code with us; what it says where something is wrong.
+    std::string client(const std::string& arguments) const {
+        const std::filesystem::path said = folder() / "client.txt";
+        const int status =
+            std::system(fmt::format("cd '{}' && '{}' -B '{}' {} > '{}' 2>&1", folder().string(),
+                                    PALPATE_PYTHON, PALPATE_IGTL_CLIENT, arguments, said.string())
+                            .c_str());
+        return status == 0 ? "" : "wrong: " + content_of(said);
+    }
+};
+
+TEST_F(ServeCommand, ClientsOfBothVersionsGetSurfacesAndFramesOfTheRecording) {
+    const pid_t child = start({"serve", "scene.toml", "--igtl", "0", "--out", "run"});
+    const int at = port();
+    ASSERT_NE(at, 0);
+    EXPECT_EQ(client(fmt::format("session {} 2 60 two.json", at)), "");
+    EXPECT_EQ(client(fmt::format("session {} 1 30 one.json", at)), "");
+    EXPECT_EQ(client(fmt::format("faults {}", at)), "");
+    EXPECT_EQ(client(fmt::format("session {} 2 10 after.json", at)), "");
+    ::kill(child, SIGINT);
+    const CommandResult result = end(child);
+    EXPECT_EQ(result.signal, SIGINT) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("written to run: frames.csv recording.h5"));
+    EXPECT_THAT(result.out, HasSubstr("5 dropped") /* of garbage */) << result.out;
+    EXPECT_EQ(client("compare run/frames.csv two.json one.json after.json"), "");
+    // The box, in RAS and mm, in the colour of a first surface.
+    const std::string surface = content_of(folder() / "two.json");
+    EXPECT_THAT(surface, HasSubstr("\"name\": \"box\", \"points\": 8, \"triangles\": 12"));
+    EXPECT_THAT(surface, HasSubstr("[[-20.0, -10.0], [-40.0, -30.0], [50.0, 60.0]]"));
+    EXPECT_THAT(surface, HasSubstr("\"rgba\": [0.890196"));
+    EXPECT_EQ(run({"replay", "run/recording.h5", "--check", "--out", "again"}).exit, 0);
+}
+
+TEST_F(ServeCommand, AToolOfAClientMovesTheProbe) {
+    const pid_t child = start({"serve", "scene.toml", "--igtl", "0", "--device", "igtl:Tool"});
+    const int at = port();
+    ASSERT_NE(at, 0);
+    EXPECT_EQ(client(fmt::format("tool {} Tool", at)), "");
+    ::kill(child, SIGTERM);
+    const CommandResult result = end(child);
+    EXPECT_EQ(result.signal, SIGTERM);
+    EXPECT_EQ(result.times("warning"), 0u) << result.err;
+}
+
+TEST_F(ServeCommand, ASecondCommandFollowsTheFirstOne) {
+    const pid_t child = start({"serve", "scene.toml", "--igtl", "0"});
+    const int at = port();
+    ASSERT_NE(at, 0);
+    make("follow.toml", scene(fmt::format("igtl:Stylus@127.0.0.1:{}", at)));
+    standard_out = "follow.txt";
+    const CommandResult follow =
+        run({"trace", "follow.toml", "--pace", "realtime", "--seconds", "2", "--out", "follow"});
+    EXPECT_EQ(follow.exit, 0) << follow.err;
+    ::kill(child, SIGINT);
+    end(child);
+    // The box was touched where the first one touched it.
+    EXPECT_THAT(content_of(folder() / "follow" / "frames.csv"), HasSubstr("box"));
+}
+
+TEST_F(ServeCommand, SaysWhatIsInTheWay) {
+    const auto expect = [&](const std::vector<std::string>& options, int exit,
+                            const std::string& words) {
+        std::vector<std::string> arguments{"serve", "scene.toml"};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const CommandResult result = run(arguments);
+        EXPECT_EQ(result.exit, exit) << result.err;
+        EXPECT_THAT(result.err, HasSubstr(words));
+    };
+    expect({"--listen", "0.0.0.0"}, 2, "may be a patient's");
+    expect({"--listen", "nowhere", "--allow-remote"}, 3, "is no address");
+    expect({"--igtl", "70000"}, 2, "65535");
+    expect({"--device", "igtl:@host"}, 2, "the name of the TRANSFORM has 1 to 20 bytes");
+    expect({"--device", "igtl:Tool@127.0.0.1:1"}, 4, "no server of OpenIGTLink answers");
+    make("bad.toml", scene("igtl:Tool@host:0"));
+    const CommandResult bad = run({"serve", "bad.toml"});
+    EXPECT_EQ(bad.exit, 3);
+    EXPECT_THAT(bad.err, HasSubstr("bad.toml:9: igtl:Tool@host:0: a port is a number"));
+    const CommandResult alone =
+        run({"trace", "scene.toml", "--pace", "realtime", "--device", "igtl:Tool"});
+    EXPECT_EQ(alone.exit, 4);
+    EXPECT_THAT(alone.err, HasSubstr("names no server"));
+    const CommandResult asap = run({"trace", "scene.toml", "--device", "igtl:Tool@127.0.0.1"});
+    EXPECT_EQ(asap.exit, 2);
+    EXPECT_THAT(asap.err, HasSubstr("--pace realtime"));
+}
+
+} // namespace
+} // namespace palpate::test
