@@ -312,6 +312,10 @@ void PluginDevice::Runner::newest(DeviceState& state) noexcept {
         state.freshness = Freshness::stale;
 }
 
+PluginCounts PluginDevice::Runner::counts() const noexcept {
+    return {states_, not_later_, faulty_, failed_reads_, failed_writes_, slow_};
+}
+
 PluginDevice::PluginDevice(PluginAddress address, const Patience& patience)
     : address_(std::move(address)), patience_(patience) {}
 

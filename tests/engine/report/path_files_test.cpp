@@ -122,7 +122,8 @@ TEST(PathFiles, TouchedMeshComesBackWithTimeAndForceAtTheNearestVertices) {
         RecordedTouch one;
         one.frame = n;
         const double angle = 0.06 * static_cast<double>(n);
-        one.point = 0.0501 * Vec3(std::cos(angle), std::sin(angle), 0.0); // pressed from outside
+        // Outside of the ball, on no line of its symmetry: one vertex is the nearest.
+        one.point = 0.0501 * glm::normalize(Vec3(std::cos(angle), std::sin(angle), 0.137));
         one.force = Vec3(0.0, 0.02 * static_cast<double>(n), 0.0);
         run.touches.push_back(one);
         one.surface = 1; // of another surface, which does not count
