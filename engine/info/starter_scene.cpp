@@ -259,7 +259,10 @@ std::string image_table(const StarterImage& image, const std::filesystem::path& 
                                    "from {} to {}.\n# It is not read until something names it.\n",
                                    image.range[0], image.range[1]);
     text += volume_table(as_data, scene, name);
-    if (!image.iso) return text;
+    if (!image.iso) {
+        text.pop_back(); // no blank line more than elsewhere
+        return text;
+    }
     return text + fmt::format("# To feel a level of it beside the segments, take the # from these "
                               "lines, and name {0}_level\n# in the effect below.\n"
                               "# [surface.{0}_level]\n# volume = \"{0}\"\n# iso_value = {1}\n"

@@ -314,13 +314,15 @@ TEST_F(SceneFile, ARegionIsTwoOppositeCorners) {
 TEST_F(SceneFile, AVolumeSaysWhichOfSeveralItIs) {
     const VolumeDescription volume =
         parse(kHead + "series = \"3\"\ngrid = \"ct\"\nslices = \"repair\"\n"
-                      "nifti_transform = \"qform\"\nlabels = \"probe.csv\"\n")
+                      "nifti_transform = \"qform\"\nlabels = \"probe.csv\"\n"
+                      "reference = \"probe.csv\"\n")
             .volumes.at("head");
     EXPECT_EQ(volume.selection.series, "3");
     EXPECT_EQ(volume.selection.grid, "ct");
     EXPECT_EQ(volume.selection.slices, VolumeSelection::Slices::repair);
     EXPECT_EQ(volume.selection.nifti_transform, VolumeSelection::NiftiTransform::qform);
     EXPECT_EQ(volume.labels.filename(), "probe.csv");
+    EXPECT_EQ(volume.selection.reference.filename(), "probe.csv");
 }
 
 TEST(SceneNames, AreSpelledAsInScenes) {
