@@ -41,8 +41,8 @@ std::uint16_t port_of(std::string_view text) {
 IgtlAddress igtl_address(const std::string& text) {
     const auto fail = [&](const std::string& what) {
         throw std::invalid_argument("igtl:" + text + ": " + what +
-                                 "; write igtl:TRANSFORM@HOST:PORT, as "
-                                 "igtl:StylusToReference@127.0.0.1:18944");
+                                    "; write igtl:TRANSFORM@HOST:PORT, as "
+                                    "igtl:StylusToReference@127.0.0.1:18944");
     };
     IgtlAddress address;
     const std::size_t at = text.rfind('@');

@@ -226,7 +226,7 @@ struct DeviceDescription {
         5.0;             ///< hand that presses: how far behind the surface it wants to be, [0, 100]
     std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it;
                          ///< plugin: FILE or FILE?key=value&.., the file as `file` above;
-                         ///< igtl: TRANSFORM@HOST:PORT, or TRANSFORM for `palpate serve`
+                         ///< igtl: "TRANSFORM@HOST:PORT", or "TRANSFORM" for `palpate serve`
     DevicePlacementSettings placement; ///< hand, hid and plugin; the others are in the scene frame
     std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
                          ///< first one
