@@ -161,7 +161,7 @@ TEST(IgtlServer, AClientThatDoesNotReadIsDropped) {
     IgtlServerSettings settings = any_port();
     settings.taking_s = 0.3;
     // Far more than the buffers of the system hold.
-    IgtlServer server(settings, {{"s", {1, 0, 0, 1}, mesh_of(2'000'000)}}, {});
+    IgtlServer server(settings, {{"s", {1, 0, 0, 1}, mesh_of(500'000)}}, {});
     Client lazy(server);
     lazy.send(message("STATUS", IgtlVersion::two, igtl_status_content({})));
     EXPECT_TRUE(comes_true([&] { return server.counts().dropped == 1; }));
