@@ -141,7 +141,8 @@ Vec3 turned(const Vec3& vector) noexcept { return {0.0 - vector.x, 0.0 - vector.
 
 /// D R D of the columns of R.
 Mat3 turned(const Mat3& rotation) noexcept {
-    return {-turned(rotation[0]), -turned(rotation[1]), turned(rotation[2])};
+    const Vec3 zero{0.0};
+    return {zero - turned(rotation[0]), zero - turned(rotation[1]), turned(rotation[2])};
 }
 
 IgtlTransform transform_of(const Mat3& columns, const Vec3& last) noexcept {

@@ -88,6 +88,7 @@ private:
     std::string grip_;
     internal::ForceKey key_ = internal::ForceKey::values;
     std::uint32_t trial_ = 0;
+    double began_s_ = kNever; ///< the first start(): the zero of the states' times
     int owed_ = 0;            ///< messages sent that are not answered
     double sent_s_ = 0.0;     ///< the last one
     double due_s_ = 0.0;      ///< the next one
@@ -188,6 +189,7 @@ void Inverse3Device::Link::start() {
     if (!socket_.is_open()) throw std::runtime_error(named(settings_.address) + ": is not open");
     socket_.resume();
     stopping_.store(false);
+    if (began_s_ == kNever) began_s_ = steady_s();
     begin_anew();
     thread_ = std::thread([this] { run(); });
 }
@@ -331,7 +333,7 @@ void Inverse3Device::Link::take_message() {
 
 void Inverse3Device::Link::use(const internal::ServiceReading& reading, double now_s) {
     DeviceState state = reading.state;
-    state.time_s = now_s;
+    state.time_s = now_s - began_s_;
     state.trial = trial_;
     mailbox_.give(state, sent_s_);
     used_s_ = sent_s_;

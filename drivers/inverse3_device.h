@@ -19,12 +19,12 @@ namespace palpate {
 /// state is stale when it was asked for more than `stale_after_s` ago, and then the force that is
 /// sent is zero. A service that says nothing of use for `lost_after_s`, floods or closes is left,
 /// and looked for until it is back; then a new trial begins. stop(), close() and destruction send a
-/// zero force; they wait for it at most 0.1 s.
+/// zero force; they wait for it at most 0.1 s. States tell the time since the first start().
 class Inverse3Device final : public HapticDevice {
 public:
     /// Which device, and how long a silence may last.
     struct Settings {
-        Inverse3Address address;
+        Inverse3Address address;     ///< whose device, which one, and its longest force
         double rate_hz = 1000.0;     ///< exchanges with the service, [50, 4000]
         double stale_after_s = 0.01; ///< > 0, from asking for a state until it is stale
         double force_hold_s = 0.02;  ///< > 0, how long the last force is held; then it is zero

@@ -39,10 +39,10 @@ struct InverseService {
         stranger, ///< something listens, and is no Inverse Service of these versions
         service   ///< `devices` are its
     };
-    Answer answer = Answer::nobody; ///< who it was
-    std::string reason;             ///< in words, where it was no service
-    std::vector<ListedInverse3> devices;
-    std::vector<std::string> grips; ///< ids of the VerseGrips
+    Answer answer = Answer::nobody;      ///< who it was
+    std::string reason;                  ///< in words, where it was no service
+    std::vector<ListedInverse3> devices; ///< where it was one
+    std::vector<std::string> grips;      ///< ids of the VerseGrips
 };
 
 /// Asks the service at an address what it has, and sends it no force. Takes at most twice

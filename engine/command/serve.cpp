@@ -30,7 +30,7 @@
 namespace palpate::command {
 namespace {
 
-/// More than 3D Slicer takes at once without a wait, and as fine as an eye sees.
+/// Of all surfaces: some 6 MB, at 16 bytes a triangle and 28 a point.
 constexpr std::size_t kMostTriangles = 200'000;
 
 constexpr std::array<const char*, 3> kServeFiles{"frames.csv", "recording.h5", "recording.h5.part"};
@@ -146,6 +146,7 @@ int serve(const ServeOptions& options) {
         tell("palpate: warning: {}\n", warning);
     for (const std::string& note : device.notes)
         tell("palpate: warning: {}\n", note);
+    if (device.attached) tell("palpate: {}\n", device.attached->placement.in_words());
 
     IgtlServer server(server_settings(options, description),
                       served_surfaces(view_structures(*scene), kMostTriangles),

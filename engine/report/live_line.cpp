@@ -79,7 +79,7 @@ std::string LiveLine::text(double seconds, std::size_t columns) {
 }
 
 std::string LiveLine::brief(double seconds, std::size_t columns) {
-    std::string line = fmt::format("{:5.0f} Hz {:3} late {:4.1f} N {:5.2f} mm", rate_hz(seconds),
+    std::string line = fmt::format("{:4.0f} Hz {:2} late {:3.1f} N {:4.2f} mm", rate_hz(seconds),
                                    overruns_, strongest_n_, depth_mm());
     if (last_.silence != Silence::none) line += " SILENT";
     if (const std::string what = felt(); !what.empty()) line += " " + what;

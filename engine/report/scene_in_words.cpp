@@ -100,6 +100,10 @@ std::string type_of(const DeviceDescription& device) {
         return "hand";
     case Kind::hid:
         return "hid:" + device.address;
+    case Kind::inverse3:
+        return "inverse3" + device.address;
+    case Kind::igtl:
+        return "igtl:" + device.address;
     case Kind::plugin:
         break;
     }
@@ -109,7 +113,8 @@ std::string type_of(const DeviceDescription& device) {
 /// Whether a device is in a frame of its own, which the scene places.
 bool is_placed(const DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
-    return device.kind == Kind::hand || device.kind == Kind::hid || device.kind == Kind::plugin;
+    return device.kind == Kind::hand || device.kind == Kind::hid || device.kind == Kind::plugin ||
+           device.kind == Kind::inverse3;
 }
 
 std::string placement_of(const DeviceDescription& device) {

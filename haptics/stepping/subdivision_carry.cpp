@@ -25,6 +25,22 @@ constexpr double kShortestShare = 1.0 / 16.0;
 // After these nothing will change any more: the frame is stalled.
 constexpr int tries_before_lift(bool seeks_balance) noexcept { return seeks_balance ? 3 : 2; }
 
+// From so many evaluations on the tip of soft layers is damped no more while its steps lead on.
+constexpr std::uint32_t kEvaluationsToLengthen = 8;
+// Cosine of the angle between two steps that lead the same way.
+constexpr double kSameWay = 0.95;
+
+/// Where the front of a soft layer is about to let go, the tip's steps hardly become shorter, and
+/// all lead the same way: to damp them is to creep. What share of a step is made then: twice the
+/// last move, at most all of it. 0 where the step leads elsewhere.
+double share_on(std::span<const Vec3> corners, const Vec3& step) noexcept {
+    if (corners.size() < 2) return 0.0;
+    const Vec3 last = corners[corners.size() - 1] - corners[corners.size() - 2];
+    const double length = glm::length(last), wanted = glm::length(step);
+    if (!(glm::dot(last, step) > kSameWay * length * wanted)) return 0.0;
+    return std::min(1.0, 2.0 * length / wanted);
+}
+
 /// The plane of a contact, but with the exact slope of its field as normal, where that is known.
 /// Planes are felt with the continuous gradient, which may lead the wrong way within a cell.
 PlanePrimitive across_slope(const ContactPlane& contact, const Vec3& proxy) noexcept {
@@ -156,7 +172,9 @@ std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
 Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
     if (primitives_.is_free() && !layers_press_) return solution_.proxy;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
-    const double damping = stepping_.damp();
+    double damping = stepping_.damp();
+    if (layers_press_ && budget_.evaluations > kEvaluationsToLengthen)
+        damping = std::max(damping, share_on(path_.corners(), solution_.proxy - proxy));
     // A step that is corrected for the surfaces that push may lead into a surface that does not.
     // Then try the step of the planes alone: it stays in front of all of them. With layers, solve()
     // has corrected it.

@@ -126,7 +126,7 @@ class Client:
         try:
             while True:
                 self.receive()
-        except (ConnectionError, socket.timeout):
+        except ConnectionError:
             return True
 
 
@@ -159,6 +159,7 @@ def surface_of(message):
 
 def session(port, version, batches, out):
     """Connects, takes STATUS, surfaces and so many batches; asks; leaves; comes again."""
+    began_s = time.monotonic()
     client = Client(port, version)
     if version == 2:
         client.send(b"STATUS", b"Slicer", struct.pack(">HQ20s", 1, 0, b"") + b"\0")
@@ -177,7 +178,7 @@ def session(port, version, batches, out):
     check(not stray, "what was not asked for: %r" % stray)
     check(len(status) == 1 and struct.unpack_from(">H", status[0].content)[0] == 1, "no STATUS that is ok")
     check(surfaces, "no surface came")
-    check_batches(found, version)
+    check_batches(found, version, time.monotonic() - began_s)
     check_queries(client, version, surfaces)
     client.close()
     again = Client(port, version)
@@ -192,7 +193,7 @@ def session(port, version, batches, out):
     print("version %d: %d transforms, surfaces %r" % (version, len(found), surfaces))
 
 
-def check_batches(found, version):
+def check_batches(found, version, took_s):
     for i in range(0, len(found), len(NAMES)):
         batch = found[i:i + len(NAMES)]
         check([m.name for m in batch] == NAMES, "a batch is %r" % [m.name for m in batch])
@@ -202,8 +203,7 @@ def check_batches(found, version):
             check([m.metadata["unit"] for m in batch] == ["mm", "mm/s", "1", "N", "mm"], "units")
     times = [m.seconds() for m in found[::len(NAMES)]]
     check(all(a < b for a, b in zip(times, times[1:])), "batches are not in order")
-    # Each is sent at most 60 times a second; the frame in it may be 10 ms older, and the timer early by 1 ms.
-    check(len(times) - 1 <= 60.0 * (times[-1] - times[0] + 0.011), "more than 60 batches a second")
+    check(len(times) - 1 <= 60.0 * took_s, "%d batches in %g s" % (len(times), took_s))
     check(abs(times[-1] - time.time()) < PATIENCE_S, "the times are not the clock's")
 
 
@@ -300,7 +300,8 @@ def faults(port):
             closed += client.socket.recv(1) == b""
         except ConnectionError:
             closed += 1
-    check(closed == 5, "%d of 12 are refused beside one that is there, and there are 8 places" % closed)
+    # One is there, and the one that was cut off may still be.
+    check(5 <= closed <= 6, "%d of 12 are refused, and 8 have a place" % closed)
     for client in crowd:
         client.close()
 

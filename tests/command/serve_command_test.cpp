@@ -88,7 +88,7 @@ TEST_F(ServeCommand, ClientsOfBothVersionsGetSurfacesAndFramesOfTheRecording) {
     const CommandResult result = end(child);
     EXPECT_EQ(result.signal, SIGINT) << result.err;
     EXPECT_THAT(result.out, HasSubstr("written to run: frames.csv recording.h5"));
-    EXPECT_THAT(result.out, HasSubstr("5 dropped") /* of garbage */) << result.out;
+    EXPECT_THAT(result.out, HasSubstr("6 dropped"));
     EXPECT_EQ(client("compare run/frames.csv two.json one.json after.json"), "");
     // The box, in RAS and mm, in the colour of a first surface.
     const std::string surface = content_of(folder() / "two.json");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The five steps of docs/palpation.md, typed word for word, with the label map that the page names.
+#include <filesystem>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -48,7 +49,9 @@ TEST(PalpationPage, FiveStepsLeadFromALabelMapToAPage) {
     EXPECT_THAT(said, HasSubstr("beneath: Deep 10x, Shallow 10x, Small 10x, felt as +5"));
     EXPECT_THAT(content_of(folder / "felt/frames.csv"), HasSubstr("stiffness_n_per_m"));
     EXPECT_THAT(content_of(folder / "felt/summary.json"), HasSubstr("\"pressed\""));
-    if (kHasView) EXPECT_THAT(content_of(folder / "organ.html"), HasSubstr("<html"));
+    if (kHasView) {
+        EXPECT_THAT(content_of(folder / "organ.html"), HasSubstr("<html"));
+    }
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 #include "tests/support/simulated_inverse_service.h"
 
 #include <algorithm>
+#include <array>
 #include <list>
 #include <mutex>
 #include <thread>
@@ -49,6 +50,21 @@ HeardCommand understood(const std::string& text) {
     return command;
 }
 
+/// How long a client's frame is that begins here (RFC 6455, 5.2; masked, below 64 KiB); 0: not
+/// whole.
+std::size_t frame_length(const std::string& bytes) {
+    constexpr std::size_t kHead = 2, kMask = 4;
+    if (bytes.size() < kHead) return 0;
+    std::size_t length = static_cast<unsigned char>(bytes[1]) & 0x7Fu, more = 0;
+    if (length == 126) {
+        if (bytes.size() < kHead + 2) return 0;
+        more = 2;
+        length = static_cast<unsigned char>(bytes[2]) * 256u + static_cast<unsigned char>(bytes[3]);
+    }
+    const std::size_t whole = kHead + more + kMask + length;
+    return bytes.size() >= whole ? whole : 0;
+}
+
 } // namespace
 
 /// Threads that wait in the kernel: one for who connects, one for each connection. A socket is shut
@@ -83,6 +99,7 @@ private:
     };
     void accept();
     void serve(Connection& connection);
+    void serve_without_pongs(const Connection& connection);
     void answer(Connection& connection, const HeardCommand& command);
 
     SimulatedInverseService& service_;
@@ -144,6 +161,7 @@ void SimulatedInverseService::Server::serve(Connection& connection) {
     connection.socket.text(true);
     connection.socket.write(asio::buffer(first), ended);
     ++service_.connections_;
+    if (!service_.answers_pings_.load()) return serve_without_pongs(connection);
     for (std::uint64_t number = 0; !ended; ++number) {
         beast::flat_buffer buffer;
         connection.socket.read(buffer, ended);
@@ -153,6 +171,28 @@ void SimulatedInverseService::Server::serve(Connection& connection) {
         answer(connection, command);
     }
     ::shutdown(connection.number, SHUT_RDWR);
+}
+
+/// Beast answers pings by itself, so here frames are read and written by hand.
+void SimulatedInverseService::Server::serve_without_pongs(const Connection& connection) {
+    constexpr char kText = 1;
+    std::string bytes;
+    std::array<char, 4096> chunk{};
+    for (;;) {
+        const ssize_t count = ::recv(connection.number, chunk.data(), chunk.size(), 0);
+        if (count <= 0) return;
+        bytes.append(chunk.data(), static_cast<std::size_t>(count));
+        while (const std::size_t length = frame_length(bytes)) {
+            const bool is_text = (bytes[0] & 0xF) == kText;
+            bytes.erase(0, length);
+            if (!is_text) continue;
+            const std::string text = service_.state_message();
+            std::string frame{'\x81', '\x7E', static_cast<char>(text.size() / 256),
+                              static_cast<char>(text.size() % 256)};
+            frame += text;
+            if (::send(connection.number, frame.data(), frame.size(), MSG_NOSIGNAL) < 0) return;
+        }
+    }
 }
 
 void SimulatedInverseService::Server::answer(Connection& connection, const HeardCommand& command) {

@@ -52,6 +52,8 @@ public:
     void behave(Behaviour behaviour);
     /// The first message of connections from now on; empty: as documented.
     void greet_with(std::string text);
+    /// Connections from now on get states and no pongs; what they say is not kept.
+    void answer_no_pings() { answers_pings_.store(false); }
     /// Ends all connections and does not listen any more.
     void stop();
     /// Listens again, at the same port.
@@ -77,6 +79,7 @@ private:
     std::vector<std::string> ids_;
     std::uint16_t port_ = 0;
     std::atomic<int> connections_{0};
+    std::atomic<bool> answers_pings_{true};
     std::unique_ptr<Server> server_;
 };
 

@@ -120,6 +120,7 @@ void ServedClient::answer_query(const IgtlMessage& query) {
 void ServedClient::greet(IgtlVersion version) {
     version_ = version;
     is_greeted_ = true;
+    was_batch_ = true; // what is said here goes first
     say("STATUS", "Palpate",
         igtl_status_content({IgtlStatus::kOk, 0, "OK", host_.settings().words}));
     for (const ServedBytes& surface : host_.surfaces(version_, ""))

@@ -21,7 +21,8 @@
     X(ANY_OPTION)                                                                                  \
     X(SILENT_OPEN)                                                                                 \
     X(OPEN_HANGS)                                                                                  \
-    X(NEEDS_FILE) X(RATE_NAN) X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START)    \
+    X(NEEDS_FILE)                                                                                  \
+    X(RATE_NAN) X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START)                  \
         X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION)            \
             X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE)          \
                 X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE)      \
@@ -174,6 +175,15 @@ static int plugin_start(void* opened) {
     return PALPATE_PLUGIN_OK;
 }
 
+/* Numbers from 0 to 999, the same in each run. */
+static unsigned throw_dice(device_type* device) {
+    device->dice = device->dice * 1664525u + 1013904223u;
+    return (device->dice >> 8) % 1000u;
+}
+
+/* For 0.3 s every 3 s each call fails. */
+static int is_down(const device_type* device) { return fmod(now_s() - device->began_s, 3.0) > 2.7; }
+
 #ifndef NULL_READ
 /* Half a hand: the spring pulls it to a point that goes to and fro, 30 mm in 2 s. */
 static void move(device_type* device, double until_s) {
@@ -197,15 +207,6 @@ static void move(device_type* device, double until_s) {
         }
     }
 }
-
-/* Numbers from 0 to 999, the same in each run. */
-static unsigned throw_dice(device_type* device) {
-    device->dice = device->dice * 1664525u + 1013904223u;
-    return (device->dice >> 8) % 1000u;
-}
-
-/* For 0.3 s every 3 s each call fails. */
-static int is_down(const device_type* device) { return fmod(now_s() - device->began_s, 3.0) > 2.7; }
 
 static void misbehave(device_type* device) {
     const long reads = device->reads;

@@ -51,6 +51,22 @@ TEST_F(DeviceTable, APlacementIsReadKeyByKey) {
     EXPECT_EQ(bare.placement.scale, 1.0);
 }
 
+TEST_F(DeviceTable, AnInverse3IsReadWithItsAddressAndPlacement) {
+    const DeviceDescription device =
+        parse("[device]\ntype = \"inverse3:049D?port=7\"\nscale = 2\n").device;
+    EXPECT_EQ(device.kind, Kind::inverse3);
+    EXPECT_EQ(device.address, ":049D?port=7");
+    EXPECT_EQ(device.placement.scale, 2.0);
+    EXPECT_EQ(parse("[device]\ntype = \"inverse3\"\n").device.address, "");
+    EXPECT_EQ(complaint("[device]\ntype = \"inverse3?port=x\"\n"),
+              "scene.toml:2: inverse3?port=x: port=x is no option with a value that it may have; "
+              "give host=ADDRESS, port=1..65535, grip=ID or force_n=NEWTONS up to 10");
+    EXPECT_NE(complaint("[device]\ntype = \"inverse3x\"\n").find("is no address; write inverse3"),
+              std::string::npos);
+    EXPECT_NE(complaint("[device]\ntype = \"inverse3\"\nfile = \"a\"\n").find("unknown key"),
+              std::string::npos);
+}
+
 TEST_F(DeviceTable, WrongPlacementsAreRefusedWithLineAndRemedy) {
     EXPECT_EQ(complaint("[device]\ntype = \"hid:x\"\nright = \"patient_left\"\nup = "
                         "\"patient_right\"\n"),
@@ -91,7 +107,11 @@ TEST_F(DeviceTable, OptionsNameEveryDevice) {
     EXPECT_EQ(with("recording:r.h5").kind, Kind::recording);
     EXPECT_EQ(scene.device.file, std::filesystem::absolute("r.h5"));
     EXPECT_EQ(with("hid:spacemouse").address, "spacemouse");
-    for (const char* wrong : {"", "path:", "hid:", "recording:", "hand:", "novint"})
+    EXPECT_EQ(with("inverse3").kind, Kind::inverse3);
+    EXPECT_EQ(scene.device.address, "");
+    EXPECT_EQ(with("inverse3:049D?port=7").address, ":049D?port=7");
+    EXPECT_EQ(with("inverse3?port=7").address, "?port=7");
+    for (const char* wrong : {"", "path:", "hid:", "recording:", "hand:", "novint", "inverse4"})
         EXPECT_THROW(with(wrong), std::invalid_argument) << wrong;
 }
 

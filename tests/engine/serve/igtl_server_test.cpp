@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/serve/igtl_server.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -101,6 +102,21 @@ bool comes_true(const Condition& condition) {
     return false;
 }
 
+/// The first letters of the types of so many messages, in the order of the alphabet: surfaces and
+/// transforms take turns as it comes. Of one frame, which is the third.
+std::string types_of_next(Client& client, int count, IgtlVersion version) {
+    std::string types;
+    for (int i = 0; i < count; ++i) {
+        const auto found = client.next();
+        if (!found) return types + "!";
+        EXPECT_EQ(found->version, version);
+        if (found->type == "TRANSFORM" && version == IgtlVersion::two) EXPECT_EQ(found->id, 3u);
+        types += found->type[0];
+    }
+    std::sort(types.begin(), types.end());
+    return types;
+}
+
 TEST(IgtlServer, SpeaksTheVersionOfTheClient) {
     IgtlServer server(any_port(), {{"s", {1, 0, 0, 1}, mesh_of(2)}}, {});
     server.show(frame(3));
@@ -111,14 +127,10 @@ TEST(IgtlServer, SpeaksTheVersionOfTheClient) {
     EXPECT_EQ(status->type, "STATUS");
     EXPECT_EQ(status->version, IgtlVersion::two);
     EXPECT_EQ(read_igtl_status(status->content)->words, "a test");
-    EXPECT_EQ(two.next("POLYDATA")->version, IgtlVersion::two);
-    const auto stylus = two.next("TRANSFORM");
-    EXPECT_EQ(stylus->version, IgtlVersion::two);
-    EXPECT_EQ(stylus->id, 3u);
+    EXPECT_EQ(types_of_next(two, 6, IgtlVersion::two), "PTTTTT");
     // One that says nothing is taken for an old one, after a moment.
     Client silent(server);
-    EXPECT_EQ(silent.next("POLYDATA")->version, IgtlVersion::one);
-    EXPECT_EQ(silent.next("TRANSFORM")->version, IgtlVersion::one);
+    EXPECT_EQ(types_of_next(silent, 7, IgtlVersion::one), "PSTTTTT");
     silent.send(message("GET_STATUS", IgtlVersion::two)); // and then says what it is
     EXPECT_EQ(silent.next("STATUS")->version, IgtlVersion::two);
 }
@@ -149,7 +161,7 @@ TEST(IgtlServer, AClientThatDoesNotReadIsDropped) {
     IgtlServerSettings settings = any_port();
     settings.taking_s = 0.3;
     // Far more than the buffers of the system hold.
-    IgtlServer server(settings, {{"s", {1, 0, 0, 1}, mesh_of(2'000'000)}}, {});
+    IgtlServer server(settings, {{"s", {1, 0, 0, 1}, mesh_of(500'000)}}, {});
     Client lazy(server);
     lazy.send(message("STATUS", IgtlVersion::two, igtl_status_content({})));
     EXPECT_TRUE(comes_true([&] { return server.counts().dropped == 1; }));

@@ -25,8 +25,8 @@ FAKE_API void fake_release(void);                    /* the hand's spring has it
 FAKE_API void fake_motors(double force_n[3]);        /* what they make just now */
 FAKE_API void fake_break(fake_fault fault);          /* from now on */
 
-/* For the fakes. FAKE_FAULT=lost, errors or silent in the environment breaks the handle a
-   second after it has begun, for programs that nobody can call. */
+/* For the fakes. FAKE_FAULT=lost, errors or silent in the environment breaks the handle once its
+   motors have been told a hundred forces, for programs that nobody can call. */
 void fake_begin(const double middle_m[3]); /* where the hand moves it about */
 fake_fault fake_state(void);
 int fake_call_fails(void);                                        /* counts the calls */
