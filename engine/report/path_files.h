@@ -14,7 +14,7 @@ namespace palpate {
 
 /// A place that somebody named during a run.
 struct NamedPlace {
-    std::string name;
+    std::string name;    ///< that it was given
     Vec3 at{0.0};        ///< m, scene frame
     double time_s = 0.0; ///< of the frame
     std::string felt;    ///< names of the surfaces that pushed there, joined by +

@@ -33,7 +33,6 @@ constexpr std::size_t kMaxElements = 4'000'000; // 2,000 frames of an enhanced f
 constexpr std::size_t kMaxPadding = 8192;       // bytes of zero after the last element: a block
 constexpr std::size_t kMaxInflated = std::size_t{1} << 32;
 constexpr std::size_t kClassWithin = 4096; // bytes: the class stands before all but a few elements
-
 constexpr const char* kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
 
 /// What is wrong, in words that follow the file's name.
@@ -381,9 +380,9 @@ std::optional<std::uint16_t> DicomDataSet::us(DicomTag tag) const noexcept {
 std::vector<std::uint16_t> DicomDataSet::shorts(DicomTag tag) const {
     const DicomElement* const element = find(tag);
     if (element == nullptr) return {};
-    std::vector<std::uint16_t> numbers;
-    for (std::size_t at = 0; at + sizeof(std::uint16_t) <= element->value.size(); at += 2)
-        numbers.push_back(number_from<std::uint16_t>(element->value.data() + at, big_endian));
+    std::vector<std::uint16_t> numbers(element->value.size() / sizeof(std::uint16_t));
+    for (std::size_t n = 0; n < numbers.size(); ++n)
+        numbers[n] = number_from<std::uint16_t>(element->value.data() + 2 * n, big_endian);
     return numbers;
 }
 
@@ -427,15 +426,13 @@ const DicomDataSet* DicomDataSet::item(DicomTag tag) const noexcept {
 
 std::span<const DicomDataSet> DicomDataSet::items(DicomTag tag) const noexcept {
     const DicomElement* const element = find(tag);
-    if (element == nullptr) return {};
-    return element->items;
+    return element == nullptr ? std::span<const DicomDataSet>() : element->items;
 }
 
 std::string DicomDataSet::name(DicomTag tag, const DicomDataSet& root) const {
     const DicomElement* const element = find(tag);
     if (element == nullptr) return {};
-    const std::string stored(without_padding(element->value));
-    const std::string set = root.text(kCharacterSet);
+    const std::string stored(without_padding(element->value)), set = root.text(kCharacterSet);
     if (set == "ISO_IR 192") return printable(stored);
     if (set != "ISO_IR 100") return printable(text(tag));
     std::string utf8; // of Latin-1: one byte or two
@@ -484,9 +481,9 @@ DicomFile read_dicom_file(const std::filesystem::path& file) {
 }
 
 std::string dicom_class_of(const std::filesystem::path& file) {
+    std::ifstream input(file, std::ios::binary);
     DicomFile begun;
     begun.bytes.resize(kClassWithin);
-    std::ifstream input(file, std::ios::binary);
     input.read(begun.bytes.data(), static_cast<std::streamsize>(begun.bytes.size()));
     begun.bytes.resize(static_cast<std::size_t>(input.gcount()));
     if (!begins_as_dicom(begun.bytes)) return {};
@@ -495,7 +492,7 @@ std::string dicom_class_of(const std::filesystem::path& file) {
     } catch (const Damage& cut) { // here, as a rule: what was found before it counts
         begun.problem = cut.what();
     }
-    std::string of_data = begun.data.text(kStorageClass);
+    const std::string of_data = begun.data.text(kStorageClass);
     return of_data.empty() ? begun.meta.text(kMediaStorageClass) : of_data;
 }
 
