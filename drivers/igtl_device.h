@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// What stands behind "igtl:" in a scene: "TRANSFORM", "TRANSFORM@HOST" or "TRANSFORM@HOST:PORT".
+/// What stands behind "igtl:" in a scene: `TRANSFORM`, `TRANSFORM@HOST` or `TRANSFORM@HOST:PORT`.
 struct IgtlAddress {
     std::string transform;               ///< the TRANSFORM's name, 1 to 20 bytes
     std::string host;                    ///< of a server of OpenIGTLink; empty: none is named

@@ -231,7 +231,7 @@ struct DeviceDescription {
     std::string address; ///< hid: what stands behind "hid:", as `palpate devices` lists it;
                          ///< plugin: FILE or FILE?key=value&.., the file as `file` above;
                          ///< inverse3: what stands behind it, as ":049D?port=10001", or nothing;
-                         ///< igtl: TRANSFORM@HOST:PORT, or TRANSFORM for `palpate serve`
+                         ///< igtl: `TRANSFORM@HOST:PORT`, or `TRANSFORM` for `palpate serve`
     DevicePlacementSettings placement; ///< hand and hardware; the others are in the scene frame
     std::string surface; ///< orbit, tour, hand that presses: key of surfaces; empty = all, the
                          ///< first one

@@ -5,6 +5,7 @@
 
 #include <dlfcn.h>
 
+#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -116,8 +117,11 @@ TEST_P(VendorPlugin, VelocitiesAreThoseOfThePositions) {
     if (device_.properties().velocity_source != VelocitySource::device)
         GTEST_SKIP() << "it measures none";
     fake_.hold(Vec3(0.0, 0.05, 0.0));
-    ASSERT_TRUE(test::comes_true([&] { return fresh() && state_.velocity == Vec3(0.0); }));
-    ASSERT_NEAR(state_.position.y, 0.05, kRounding);
+    // States from before the hold may still be on their way.
+    ASSERT_TRUE(test::comes_true([&] {
+        return fresh() && state_.velocity == Vec3(0.0) &&
+               std::abs(state_.position.y - 0.05) < kRounding;
+    }));
     // From rest, 50 mm beside the middle, to where the hand wants it, 30 mm at most: along -y, with
     // 6 N at first against 14 N s/m.
     fake_.release();

@@ -438,9 +438,9 @@ TEST_F(RecordingFile, TheFirstVersionIsReadWithWhatItHas) {
 
 TEST_F(RecordingFile, AVersionToComeIsRefused) {
     write_recording(file(), random_recording(5, 10));
-    change(file(), [](hid_t h5) { set_version(h5, 6); });
+    change(file(), [](hid_t h5) { set_version(h5, 7); });
     EXPECT_THAT(message_of(file(), [&] { read_recording(file()); }),
-                HasSubstr("another version of the format than 1 to 5"));
+                HasSubstr("another version of the format than 1 to 6"));
 }
 
 TEST_F(RecordingFile, AFreshnessThatMeansNothingIsRefused) {
