@@ -19,7 +19,7 @@ std::string summarize(const Scene& scene, const Trace& trace);
 /// One of several hands: the scene as it has it, and what came of it.
 struct HandTrace {
     std::shared_ptr<const Scene> scene; ///< Scene::of_hand()
-    Trace trace;
+    Trace trace;                        ///< of this hand alone
 };
 
 /// summary.json of several hands: what is said of the scene and the machine once, and the rest in

@@ -8,8 +8,8 @@
 
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_description.h>
+#include <palpate/haptics/choices.h>
 #include <palpate/haptics/effects/effect.h>
-#include <palpate/haptics/stepping/stepping_settings.h>
 
 namespace palpate {
 
