@@ -76,7 +76,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (!are_near) continue; // it ends: the loop looks at the rest
         test::must(is_finite(solution.proxy), "a proxy that is not finite");
         const test::ExactProblem exact(set, probe, kStiffness);
-        // The proxy's coordinates are doubles: far from the origin they round by more than the rest.
+        // The proxy's coordinates are doubles: far from the origin they round by more than the
+        // rest.
         const test::Exact rounding_m = kRoundings * test::Exact3(solution.proxy).length();
         const test::Exact residual =
             std::max<test::Exact>(0, exact.worth(solution).residual_m - rounding_m) / exact.scale();
