@@ -85,7 +85,7 @@ private:
     void connect();
     void try_again(const std::string& why);
     void read();
-    void understand(std::size_t bytes);
+    void understand(std::size_t count);
     void tell(bool is_connected, const std::string& why);
 
     const IgtlAddress address_;

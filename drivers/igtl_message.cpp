@@ -303,14 +303,15 @@ IgtlBytes igtl_poly_data_content(const TriangleMesh& mesh, const std::array<floa
     const auto points = static_cast<std::uint32_t>(mesh.vertices.size());
     const auto polygons = static_cast<std::uint32_t>(mesh.triangles.size());
     IgtlBytes content;
-    content.reserve(10 * kNumbers + points * (3 + 4) * kNumbers + polygons * 4 * kNumbers + 12);
+    content.reserve(10 * kNumbers + kNumbers * (std::size_t{points} * (3 + 4)) +
+                    kNumbers * (std::size_t{polygons} * 4) + 12);
     put(content, points);
     for (int kind = 0; kind < 2; ++kind) { // vertices and lines: how many, and their bytes
         put(content, std::uint32_t{0});
         put(content, std::uint32_t{0});
     }
     put(content, polygons);
-    put(content, static_cast<std::uint32_t>(polygons * 4 * kNumbers));
+    put(content, static_cast<std::uint32_t>(std::size_t{polygons} * 4 * kNumbers));
     put(content, std::uint32_t{0}); // strips
     put(content, std::uint32_t{0});
     put(content, std::uint32_t{1}); // attributes

@@ -20,6 +20,8 @@ namespace beast = boost::beast;
 using Stream = beast::websocket::stream<asio::ip::tcp::socket>;
 using ErrorCode = boost::system::error_code;
 
+constexpr double kPatienceToDrop_s = 0.1; // for handlers of a socket that is closed
+
 WebSocketClient::Time in_seconds(double seconds) noexcept {
     return std::chrono::steady_clock::now() +
            std::chrono::duration_cast<std::chrono::steady_clock::duration>(
@@ -49,7 +51,7 @@ public:
 private:
     template <class Condition>
     bool pump(Time until, Condition is_met);
-    std::string step(const char* what, Time until, const std::optional<ErrorCode>& result);
+    std::string step(const char* what, Time until);
     void begin_read();
     void fail(const ErrorCode& why) {
         if (failure_.empty()) failure_ = why.message();
@@ -58,9 +60,11 @@ private:
     asio::io_context io_{1};
     asio::executor_work_guard<asio::io_context::executor_type> guard_{io_.get_executor()};
     asio::steady_timer timer_{io_};
-    std::uint64_t timing_ = 0; ///< which waiting the timer is of
-    bool is_over_ = false;     ///< its time
-    int pending_ = 0;          ///< operations on the stream whose handlers have not run
+    std::uint64_t timing_ = 0;       ///< which waiting the timer is of
+    bool is_over_ = false;           ///< its time
+    int pending_ = 0;                ///< operations on the stream whose handlers have not run
+    std::uint64_t connection_ = 0;   ///< which stream; what is left of an older one does nothing
+    std::optional<ErrorCode> ended_; ///< how the step of connecting or closing ended
     std::string outgoing_;
     bool is_reading_ = false;
     bool has_message_ = false;
@@ -85,11 +89,10 @@ bool WebSocketClient::Work::pump(Time until, Condition is_met) {
 }
 
 /// Waits for a step of connecting; empty where it succeeded.
-std::string WebSocketClient::Work::step(const char* what, Time until,
-                                        const std::optional<ErrorCode>& result) {
-    if (!pump(until, [&] { return result.has_value(); }))
+std::string WebSocketClient::Work::step(const char* what, Time until) {
+    if (!pump(until, [&] { return ended_.has_value(); }))
         return std::string(what) + (interrupted_.load() ? " was interrupted" : " takes too long");
-    return *result ? std::string(what) + ": " + result->message() : "";
+    return *ended_ ? std::string(what) + ": " + ended_->message() : "";
 }
 
 std::string WebSocketClient::Work::connect(const std::string& host, std::uint16_t port,
@@ -99,17 +102,18 @@ std::string WebSocketClient::Work::connect(const std::string& host, std::uint16_
     const auto address = asio::ip::make_address(host == "localhost" ? "127.0.0.1" : host, wrong);
     if (wrong) return host + " is no numeric address";
     const Time until = in_seconds(patience_s);
-    std::optional<ErrorCode> result;
-    const auto ends = [&](const ErrorCode& ended) {
+    const auto ends = [this, of = connection_](const ErrorCode& ended) {
+        if (of != connection_) return;
         --pending_;
-        result = ended;
+        ended_ = ended;
     };
+    ended_.reset();
     stream_.emplace(io_);
     ++pending_;
     stream_->next_layer().async_connect({address, port}, ends);
-    std::string failure = step("connecting", until, result);
+    std::string failure = step("connecting", until);
     if (failure.empty()) {
-        result.reset();
+        ended_.reset();
         stream_->next_layer().set_option(asio::ip::tcp::no_delay(true), wrong);
         stream_->read_message_max(kLongestMessage);
         stream_->auto_fragment(false);
@@ -121,7 +125,7 @@ std::string WebSocketClient::Work::connect(const std::string& host, std::uint16_
             });
         ++pending_;
         stream_->async_handshake(host + ":" + std::to_string(port), "/", ends);
-        failure = step("the handshake", until, result);
+        failure = step("the handshake", until);
     }
     if (!failure.empty()) drop();
     return failure;
@@ -132,11 +136,13 @@ bool WebSocketClient::Work::send(std::string_view text) {
     outgoing_ = text;
     is_sending_ = true;
     ++pending_;
-    stream_->async_write(asio::buffer(outgoing_), [this](const ErrorCode& ended, std::size_t) {
-        --pending_;
-        is_sending_ = false;
-        if (ended) fail(ended);
-    });
+    stream_->async_write(asio::buffer(outgoing_),
+                         [this, of = connection_](const ErrorCode& ended, std::size_t) {
+                             if (of != connection_) return;
+                             --pending_;
+                             is_sending_ = false;
+                             if (ended) fail(ended);
+                         });
     return true;
 }
 
@@ -144,10 +150,12 @@ bool WebSocketClient::Work::ping() {
     if (!stream_ || is_pinging_) return false;
     is_pinging_ = true;
     ++pending_;
-    stream_->async_ping(std::to_string(++pings_).c_str(), [this](const ErrorCode& ended) {
-        --pending_;
-        if (ended) fail(ended);
-    });
+    stream_->async_ping(std::to_string(++pings_).c_str(),
+                        [this, of = connection_](const ErrorCode& ended) {
+                            if (of != connection_) return;
+                            --pending_;
+                            if (ended) fail(ended);
+                        });
     return true;
 }
 
@@ -155,7 +163,8 @@ void WebSocketClient::Work::begin_read() {
     buffer_.clear();
     is_reading_ = true;
     ++pending_;
-    stream_->async_read(buffer_, [this](const ErrorCode& ended, std::size_t) {
+    stream_->async_read(buffer_, [this, of = connection_](const ErrorCode& ended, std::size_t) {
+        if (of != connection_) return;
         --pending_;
         is_reading_ = false;
         has_message_ = !ended;
@@ -180,15 +189,15 @@ WebSocketClient::Event WebSocketClient::Work::wait(Time until) {
 
 void WebSocketClient::Work::close(double patience_s) {
     if (stream_ && failure_.empty()) {
-        bool is_done = false;
+        ended_.reset();
         ++pending_;
-        stream_->async_close(beast::websocket::close_code::normal, [&](const ErrorCode&) {
-            --pending_;
-            is_done = true;
-        });
-        pump(in_seconds(patience_s), [&] { return is_done; });
-        drop(); // its handler refers to is_done
-        return;
+        stream_->async_close(beast::websocket::close_code::normal,
+                             [this, of = connection_](const ErrorCode& ended) {
+                                 if (of != connection_) return;
+                                 --pending_;
+                                 ended_ = ended;
+                             });
+        pump(in_seconds(patience_s), [&] { return ended_.has_value(); });
     }
     drop();
 }
@@ -197,13 +206,18 @@ void WebSocketClient::Work::drop() {
     if (stream_) {
         ErrorCode ignored;
         stream_->next_layer().close(ignored);
-        while (pending_ > 0) // each ends at once now
-            io_.run_one();
+        // Each ends at once now. But a handshake whose answer is no WebSocket's and states a body
+        // beyond Beast's limit never does.
+        const Time until = in_seconds(kPatienceToDrop_s);
+        while (pending_ > 0 && std::chrono::steady_clock::now() < until)
+            io_.run_one_until(until);
         stream_.reset();
     }
+    ++connection_;
+    pending_ = 0;
     failure_.clear();
     has_message_ = has_pong_ = false;
-    is_sending_ = is_pinging_ = false;
+    is_sending_ = is_pinging_ = is_reading_ = false;
 }
 
 WebSocketClient::WebSocketClient() : work_(std::make_unique<Work>()) {}

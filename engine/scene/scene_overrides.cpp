@@ -94,7 +94,8 @@ void set_device(const std::string& text, DeviceDescription& device) {
 /// Devices and the one hand, where a scene has several.
 void apply_to_hands(const SceneOverrides& overrides, SceneDescription& scene) {
     const std::vector<std::string> names = hand_names(scene);
-    for (const auto& [name, device] : overrides.hand_devices) {
+    for (const auto& given : overrides.hand_devices) {
+        const std::string &name = given.first, &device = given.second; // a lambda may name these
         const auto hand = std::find_if(scene.hands.begin(), scene.hands.end(),
                                        [&](const auto& one) { return one.name == name; });
         if (names.empty())

@@ -383,7 +383,7 @@ TEST(Inverse3Device, WhatCameWithoutBeingAskedForIsNoState) {
     const std::string here = service.state_message();
     service.move_to({0.2, 0.0, 0.0});
     // Each answer is followed by a state that was old before it was sent.
-    service.behave([&](const HeardCommand&) {
+    service.behave([&service, here](const HeardCommand&) { // which outlives what is here
         return std::vector<ServiceFrame>{{service.state_message(), false, {}},
                                          {here, false, std::chrono::milliseconds(15)}};
     });

@@ -91,7 +91,7 @@ std::vector<std::size_t> header(Feed& feed, std::size_t count, const VtpCoding& 
     return numbers;
 }
 
-std::string inflated(Feed& feed, const VtpCoding& coding) {
+std::string inflated(Feed& feed, const VtpCoding& coding, std::size_t most) {
     const std::size_t blocks = header(feed, 1, coding).front();
     if (blocks == 0) return {};
     const std::vector<std::size_t> whole = header(feed, 2, coding); // of a block, of the last one
@@ -101,6 +101,8 @@ std::string inflated(Feed& feed, const VtpCoding& coding) {
         const bool is_last = n + 1 == blocks;
         const std::size_t size = is_last && whole[1] > 0 ? whole[1] : whole[0];
         if (size / kMaxDeflation > deflated[n]) feed.fail("cannot have been deflated so far");
+        if (size > most || bytes.size() > most - size)
+            feed.fail("inflates to more than the piece states");
         const std::string block = feed.take(deflated[n]);
         const std::size_t before = bytes.size();
         bytes.resize(before + size);
@@ -114,9 +116,10 @@ std::string inflated(Feed& feed, const VtpCoding& coding) {
 
 } // namespace
 
-std::string vtp_bytes(const MeshSource& source, const VtpPlace& place, const VtpCoding& coding) {
+std::string vtp_bytes(const MeshSource& source, const VtpPlace& place, const VtpCoding& coding,
+                      std::size_t most) {
     Feed feed(source, place);
-    if (coding.is_deflated) return inflated(feed, coding);
+    if (coding.is_deflated) return inflated(feed, coding, most);
     return feed.take(header(feed, 1, coding).front());
 }
 

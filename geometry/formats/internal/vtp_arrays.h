@@ -27,7 +27,8 @@ struct VtpPlace {
 };
 
 /// The bytes of an array that stands behind its header. Throws as MeshSource::fail_at(): it ends
-/// before they do, is no base64, or does not inflate.                                    [setup]
-std::string vtp_bytes(const MeshSource& source, const VtpPlace& place, const VtpCoding& coding);
+/// before they do, is no base64, does not inflate, or would inflate to more than `most`.  [setup]
+std::string vtp_bytes(const MeshSource& source, const VtpPlace& place, const VtpCoding& coding,
+                      std::size_t most);
 
 } // namespace palpate::internal

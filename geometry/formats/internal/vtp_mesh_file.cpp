@@ -218,22 +218,29 @@ private:
         if (section == "FieldData" && (name == "SPACE" || name == "UNIT")) {
             std::string text(name);
             text += '=';
-            for (const double code : numbers(tag, 8))
+            constexpr std::size_t kLetters = 8; // of a frame's or a unit's name
+            std::vector<double> letters = numbers(tag, kMostLetters);
+            if (letters.size() > kLetters) letters.resize(kLetters);
+            for (const double code : letters)
                 if (code > ' ' && code <= '~') text += static_cast<char>(code);
             note_statements(text, tag.at, file_);
             return;
         }
         if (!piece_) return;
-        if (section == "Points" && piece_->vertices > 0) piece_->coordinates = numbers(tag, 0);
+        if (section == "Points" && piece_->vertices > 0)
+            piece_->coordinates =
+                numbers(tag, 3 * std::min<std::size_t>(piece_->vertices, kMostVertices));
         for (const auto& [of, cells] :
              {std::pair{"Polys", &piece_->polygons}, std::pair{"Strips", &piece_->strips}}) {
             if (section != of || cells->count == 0) continue;
-            if (name == "connectivity") cells->corners = numbers(tag, 0);
-            if (name == "offsets") cells->ends = numbers(tag, 0);
+            if (name == "connectivity") cells->corners = numbers(tag, kMostNumbers);
+            if (name == "offsets")
+                cells->ends = numbers(tag, std::min<std::size_t>(cells->count, kMostNumbers));
         }
     }
 
-    /// The numbers of an array; `most`: no more of them, 0: all.
+    /// The numbers of an array. One that is deflated is refused before it inflates to more than
+    /// `most`.
     std::vector<double> numbers(const Tag& tag, std::size_t most) {
         const std::string_view type_name = value_of(tag, "type");
         // A text is the numbers of its letters, and a 0.
@@ -248,12 +255,12 @@ private:
         if (format == "ascii")
             result = from_text(tag);
         else if (format == "binary" || format == "appended")
-            result = vtk_numbers(vtp_bytes(source_, place_of(tag, format), coding_), type,
-                                 coding_.order);
+            result =
+                vtk_numbers(vtp_bytes(source_, place_of(tag, format), coding_, most * type.bytes),
+                            type, coding_.order);
         else
             source_.fail_at(tag.at, "has an array of the unknown format '" +
                                         std::string(format.substr(0, 40)) + "'" + kAgain);
-        if (most > 0 && result.size() > most) result.resize(most);
         return result;
     }
 
@@ -296,6 +303,8 @@ private:
     }
 
     static constexpr std::size_t kMostVertices = std::size_t{1} << 32;
+    static constexpr std::size_t kMostNumbers = 3 * kMostVertices; // of an array
+    static constexpr std::size_t kMostLetters = 1024;              // of an array that is a text
 
     MeshSource& source_;
     FileMesh file_;
