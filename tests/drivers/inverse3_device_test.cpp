@@ -2,6 +2,10 @@
 // The driver over a simulated service on loopback: as documented, and as nobody wants it.
 #include <palpate/drivers/inverse3_device.h>
 
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -172,6 +176,33 @@ TEST(Inverse3Device, AListenerThatSaysNothingHoldsNobodyUp) {
     EXPECT_PART(refusal(settings), "its first message lists no devices");
     const InverseService asked = ask_inverse_service(settings.address, 0.2);
     EXPECT_EQ(asked.answer, InverseService::Answer::stranger);
+}
+
+// Beast never ends a handshake whose answer states a body beyond its limit: the driver waited for
+// it.
+TEST(Inverse3Device, AListenerThatAnswersWithAnEndlessPageHoldsNobodyUp) {
+    const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in here{};
+    here.sin_family = AF_INET;
+    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof here;
+    ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&here), size), 0);
+    ASSERT_EQ(::listen(listener, 1), 0);
+    ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&here), &size), 0);
+    int page = -1;
+    std::thread answers([&] {
+        page = ::accept(listener, nullptr, nullptr);
+        std::array<char, 4096> request{};
+        EXPECT_GT(::recv(page, request.data(), request.size(), 0), 0);
+        const std::string head = "HTTP/1.1 200 OK\r\nContent-Length: 99999999999999\r\n\r\n{";
+        EXPECT_EQ(::send(page, head.data(), head.size(), MSG_NOSIGNAL), ssize_t(head.size()));
+    });
+    const InverseService asked =
+        ask_inverse_service(inverse3_address("?port=" + std::to_string(ntohs(here.sin_port))), 0.5);
+    EXPECT_NE(asked.answer, InverseService::Answer::service);
+    answers.join();
+    ::close(page);
+    ::close(listener);
 }
 
 TEST(Inverse3Device, ADeviceIsChosenByItsIdAndOthersGetNoForce) {

@@ -2,6 +2,8 @@
 // VTK's two formats of polygonal data, in every way that their numbers are stored.
 #include <palpate/geometry/formats/mesh_file.h>
 
+#include <gmock/gmock.h>
+
 #include "tests/support/test_meshes.h"
 #include "tests/support/vtk_text.h"
 
@@ -130,6 +132,18 @@ TEST_F(VtkMesh, WhatIsNotReadSaysWhy) {
               "data");
     EXPECT_EQ(complaint("a.vtk", changed(text, "\n3 ", "\n9999 ")),
               "a.vtk: a cell has more corners than there are; copy or export it again");
+}
+
+// A file of 1.4 MB that inflates to 1 GiB was inflated whole before it was compared with the piece.
+TEST_F(VtkMesh, DeflatedBeyondWhatItsPieceStatesIsNotInflated) {
+    VtpForm form{Format::raw, {}, {}, {}, {}, {}, {}};
+    form.is_deflated = true;
+    std::string bytes = VtpWriter(form).file(ball());
+    const std::string stated = "NumberOfPoints=\"";
+    const std::size_t at = bytes.find(stated) + stated.size();
+    bytes.replace(at, bytes.find('"', at) - at, "4");
+    EXPECT_THAT(complaint("a.vtp", bytes),
+                testing::HasSubstr("inflates to more than the piece states"));
 }
 
 } // namespace
