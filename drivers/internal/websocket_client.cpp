@@ -90,8 +90,13 @@ bool WebSocketClient::Work::pump(Time until, Condition is_met) {
 
 /// Waits for a step of connecting; empty where it succeeded.
 std::string WebSocketClient::Work::step(const char* what, Time until) {
-    if (!pump(until, [&] { return ended_.has_value(); }))
-        return std::string(what) + (interrupted_.load() ? " was interrupted" : " takes too long");
+    try {
+        if (!pump(until, [&] { return ended_.has_value(); }))
+            return std::string(what) +
+                   (interrupted_.load() ? " was interrupted" : " takes too long");
+    } catch (const std::exception&) { // Beast makes room for as long an answer as is announced
+        return std::string(what) + ": an answer of an absurd size";
+    }
     return *ended_ ? std::string(what) + ": " + ended_->message() : "";
 }
 
@@ -206,8 +211,7 @@ void WebSocketClient::Work::drop() {
     if (stream_) {
         ErrorCode ignored;
         stream_->next_layer().close(ignored);
-        // Each ends at once now. But a handshake whose answer is no WebSocket's and states a body
-        // beyond Beast's limit never does.
+        // Each ends at once now, but for one whose operation ended with an exception.
         const Time until = in_seconds(kPatienceToDrop_s);
         while (pending_ > 0 && std::chrono::steady_clock::now() < until)
             io_.run_one_until(until);
