@@ -406,6 +406,7 @@ Recording chosen(const std::filesystem::path& file, std::vector<Recording> hands
         throw std::runtime_error(fmt::format("{}: has one run, and no hand {}; leave the hand out",
                                              file.string(), name));
     std::vector<std::string> names;
+    names.reserve(hands.size());
     for (const Recording& hand : hands)
         names.push_back(hand.hand);
     throw std::runtime_error(fmt::format("{}: has the hands {}{}; say which one", file.string(),
