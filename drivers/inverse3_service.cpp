@@ -75,7 +75,11 @@ Inverse3Address inverse3_address(const std::string& text) {
                    *force_n <= internal::kMostForce_n) {
             address.force_n = *force_n;
         } else {
-            fail(key + "=" + value + " is no option with a value that it may have",
+            std::string given = key;
+            given += '=';
+            given += value;
+            given += " is no option with a value that it may have";
+            fail(given,
                  "give host=ADDRESS, port=1..65535, grip=ID or force_n=NEWTONS up to 10");
         }
     }

@@ -203,6 +203,7 @@ std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
     std::vector<HandTrace> traces;
     {
         std::vector<std::shared_ptr<const Scene>> scenes;
+        scenes.reserve(hands.size());
         for (const TracedHand& hand : hands)
             scenes.push_back(hand.scene);
         RunDisplay display(scenes, options.events ? Shown::events : Shown::line);
@@ -243,6 +244,7 @@ std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
 std::vector<TracedHand> make_hands(const std::shared_ptr<const Scene>& scene, int every) {
     std::vector<TracedHand> hands;
     const std::vector<std::string> names = hand_names(scene->description());
+    hands.reserve(names.size());
     for (const std::string& name : names)
         hands.push_back({name, scene->of_hand(name), {}});
     if (names.empty()) hands.push_back({"", scene, {}});
@@ -283,6 +285,7 @@ private:
 std::vector<Recording> recorded_hands(const std::vector<HandTrace>& traces,
                                       const SceneOverrides& overrides) {
     std::vector<Recording> recordings;
+    recordings.reserve(traces.size());
     for (const HandTrace& hand : traces)
         recordings.push_back(recorded(*hand.scene, overrides, hand.trace));
     return recordings;
@@ -293,6 +296,7 @@ RecordingJournal begin_journal(const std::filesystem::path& recording,
                                const std::vector<TracedHand>& hands,
                                const SceneOverrides& overrides) {
     std::vector<HandTrace> nothing_yet;
+    nothing_yet.reserve(hands.size());
     for (const TracedHand& hand : hands)
         nothing_yet.push_back({hand.scene, {}});
     return {recording, recorded_hands(nothing_yet, overrides)};

@@ -215,6 +215,7 @@ std::vector<std::shared_ptr<const Scene>> recorded_scenes(std::span<const Record
     const auto scene = std::make_shared<const Scene>(std::move(description), resources);
     require_same_sources(first, file, *scene);
     std::vector<std::shared_ptr<const Scene>> scenes;
+    scenes.reserve(hands.size());
     for (const Recording& hand : hands)
         scenes.push_back(as_felt_by(hand, file, scene));
     return scenes;

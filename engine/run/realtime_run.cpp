@@ -328,6 +328,7 @@ std::vector<Trace> run_realtime(std::span<const RealtimeHand> hands) {
         check_duty(hand.scene->description().loop);
     const LockedMemory locked; // until all threads have ended
     std::vector<std::unique_ptr<HandRun>> runs;
+    runs.reserve(hands.size());
     for (const RealtimeHand& hand : hands)
         runs.push_back(std::make_unique<HandRun>(hand));
     const auto stop_all = [&]() noexcept {
@@ -354,6 +355,7 @@ std::vector<Trace> run_realtime(std::span<const RealtimeHand> hands) {
         throw;
     }
     std::vector<Trace> traces;
+    traces.reserve(runs.size());
     for (const auto& run : runs)
         traces.push_back(run->result());
     return traces;
