@@ -79,8 +79,7 @@ Inverse3Address inverse3_address(const std::string& text) {
             given += '=';
             given += value;
             given += " is no option with a value that it may have";
-            fail(given,
-                 "give host=ADDRESS, port=1..65535, grip=ID or force_n=NEWTONS up to 10");
+            fail(given, "give host=ADDRESS, port=1..65535, grip=ID or force_n=NEWTONS up to 10");
         }
     }
     return address;
