@@ -24,13 +24,13 @@ std::string bytes(std::size_t count) {
     return std::to_string(count) + (count == 1 ? " byte" : " bytes");
 }
 
-/// That there is no driver for it, and what leads to it.
+/// That no driver of ours speaks to it over USB, and what leads to it.
 void judge_foreign(const ForeignProduct& product, const std::string& form, AttachedDevice& device) {
     device.kind = AttachedKind::foreign;
     device.called = product.called;
     device.way = {product.by, product.page, product.tested};
     device.findings.push_back({Weight::obstacle,
-                               std::string("Palpate has no driver for it: ") + product.speaks +
+                               std::string("Palpate does not reach it by USB: ") + product.speaks +
                                    (form.empty() ? "" : "; it is attached " + form),
                                std::string(product.remedy) + " (" + product.page + ")"});
     device.findings.push_back({Weight::note, product.tested, ""});

@@ -66,6 +66,17 @@ constexpr const char* kOpenHaptics =
     "examples/device_plugins/open_haptics.c, and give --device plugin:./open_haptics.so";
 constexpr std::uint16_t kAny = 0;
 
+constexpr ForeignProduct touch(std::uint16_t vendor, std::uint16_t product) {
+    return {{vendor, product, "3D Systems Touch"},
+            nullptr,
+            "touch",
+            "its protocol is its maker's, and not public",
+            kOpenHaptics,
+            "a plug-in",
+            kPluginPage,
+            kWithAFake};
+}
+
 // Where the ids are from, as public repositories have them:
 // - 0301:2988: `lsusb` in the README of several ROS packages for the Geomagic Touch, with cdc_acm.
 // - 2988:0302: github.com/bharatm11/Geomagic_Touch_ROS_Drivers/issues/2, the Touch with a serial
@@ -77,22 +88,8 @@ constexpr std::uint16_t kAny = 0;
 // - 16C0:0483: PJRC's "USB Serial" of every Teensy; forsslund/hfabapi looks for a Teensy's port.
 // - Haply has published no ids that we found: it is known by its maker's name alone.
 constexpr std::array kForeign{
-    ForeignProduct{{0x0301, 0x2988, "3D Systems Touch"},
-                   nullptr,
-                   "touch",
-                   "its protocol is its maker's, and not public",
-                   kOpenHaptics,
-                   "a plug-in",
-                   kPluginPage,
-                   kWithAFake},
-    ForeignProduct{{0x2988, kAny, "3D Systems Touch"},
-                   nullptr,
-                   "touch",
-                   "its protocol is its maker's, and not public",
-                   kOpenHaptics,
-                   "a plug-in",
-                   kPluginPage,
-                   kWithAFake},
+    touch(0x0301, 0x2988),
+    touch(0x2988, kAny),
     ForeignProduct{{0x1451, kAny, "Force Dimension omega, delta, sigma or lambda"},
                    nullptr,
                    "omega delta sigma lambda",

@@ -59,36 +59,15 @@ struct SteeredScene {
     std::vector<std::string> notes;
 };
 
-/// What moves the probe, in words.
+/// What moves the probe, in words; without a plug-in's folder, which is nobody's business, and
+/// without options.
 std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
-    using Kind = DeviceDescription::Kind;
     if (by_mouse) return "page";
-    switch (scene.device.kind) {
-    case Kind::path:
-        return "path";
-    case Kind::orbit:
-        return "orbit";
-    case Kind::tour:
-        return "tour";
-    case Kind::recording:
-        return "recording";
-    case Kind::hand:
-        return "hand";
-    case Kind::hid:
-        return "hid:" + scene.device.address;
-    case Kind::plugin: // without the folder, which is nobody's business, and without its options
-        return "plugin:" +
-               std::filesystem::path(scene.device.address.substr(0, scene.device.address.find('?')))
-                   .filename()
-                   .string();
-    case Kind::inverse3:
-        return "inverse3" + scene.device.address.substr(0, scene.device.address.find('?'));
-    case Kind::igtl:
-        return "igtl:" + scene.device.address;
-    case Kind::none:
-        break;
-    }
-    return "none";
+    DeviceDescription shown = scene.device;
+    shown.address = shown.address.substr(0, shown.address.find('?'));
+    if (shown.kind == DeviceDescription::Kind::plugin)
+        shown.address = std::filesystem::path(shown.address).filename().string();
+    return device_type(shown);
 }
 
 /// Which of several hands is shown, and how another one is.

@@ -82,8 +82,45 @@ nlohmann::json beneath_as_json(const Scene& scene, const SceneSurface& surface) 
             {"steepest_at_mm", {at_mm.x, at_mm.y, at_mm.z}}};
 }
 
-/// What moves a hand, as scenes spell it.
-std::string type_of(const DeviceDescription& device) {
+/// Whether a device is in a frame of its own, which the scene places.
+bool is_placed(const DeviceDescription& device) {
+    using Kind = DeviceDescription::Kind;
+    return device.kind == Kind::hand || device.kind == Kind::hid || device.kind == Kind::plugin ||
+           device.kind == Kind::inverse3;
+}
+
+std::string placement_of(const DeviceDescription& device) {
+    return is_placed(device) ? DevicePlacement(device.placement).in_words()
+                             : "in the scene's own frame";
+}
+
+nlohmann::json hands_as_json(const SceneDescription& scene) {
+    nlohmann::json hands = nlohmann::json::array();
+    for (const DeviceDescription& hand : scene.hands)
+        hands.push_back(
+            {{"name", hand.name}, {"type", device_type(hand)}, {"placement", placement_of(hand)}});
+    return hands;
+}
+
+/// A line for each of several hands.
+std::string hands_in_words(const SceneDescription& scene) {
+    std::string text;
+    for (const DeviceDescription& hand : scene.hands)
+        text += fmt::format("hand {}: {}, {}\n", hand.name, device_type(hand), placement_of(hand));
+    if (scene.hands.size() > 1)
+        text += "Each hand feels the scene with a loop of its own; the tools do not feel each "
+                "other.\n";
+    return text;
+}
+
+/// A warning behind the file that it is of, where there is one.
+std::string in_file(const std::filesystem::path& file, const std::string& warning) {
+    return file.empty() ? warning : fmt::format("{}: {}", file.string(), warning);
+}
+
+} // namespace
+
+std::string device_type(const DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
     switch (device.kind) {
     case Kind::none:
@@ -109,44 +146,6 @@ std::string type_of(const DeviceDescription& device) {
     }
     return "plugin:" + device.address;
 }
-
-/// Whether a device is in a frame of its own, which the scene places.
-bool is_placed(const DeviceDescription& device) {
-    using Kind = DeviceDescription::Kind;
-    return device.kind == Kind::hand || device.kind == Kind::hid || device.kind == Kind::plugin ||
-           device.kind == Kind::inverse3;
-}
-
-std::string placement_of(const DeviceDescription& device) {
-    return is_placed(device) ? DevicePlacement(device.placement).in_words()
-                             : "in the scene's own frame";
-}
-
-nlohmann::json hands_as_json(const SceneDescription& scene) {
-    nlohmann::json hands = nlohmann::json::array();
-    for (const DeviceDescription& hand : scene.hands)
-        hands.push_back(
-            {{"name", hand.name}, {"type", type_of(hand)}, {"placement", placement_of(hand)}});
-    return hands;
-}
-
-/// A line for each of several hands.
-std::string hands_in_words(const SceneDescription& scene) {
-    std::string text;
-    for (const DeviceDescription& hand : scene.hands)
-        text += fmt::format("hand {}: {}, {}\n", hand.name, type_of(hand), placement_of(hand));
-    if (scene.hands.size() > 1)
-        text += "Each hand feels the scene with a loop of its own; the tools do not feel each "
-                "other.\n";
-    return text;
-}
-
-/// A warning behind the file that it is of, where there is one.
-std::string in_file(const std::filesystem::path& file, const std::string& warning) {
-    return file.empty() ? warning : fmt::format("{}: {}", file.string(), warning);
-}
-
-} // namespace
 
 std::string scene_as_json(const Scene& scene, std::span<const double> prices) {
     nlohmann::json effects = nlohmann::json::array();

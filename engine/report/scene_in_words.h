@@ -17,6 +17,9 @@ std::string scene_in_words(const Scene& scene, std::span<const double> prices);
 /// The same as JSON text.                                                               [setup]
 std::string scene_as_json(const Scene& scene, std::span<const double> prices);
 
+/// What moves a hand, as scenes spell it: "orbit", "hid:wooden", "none" where nothing does. [setup]
+std::string device_type(const DeviceDescription& device);
+
 /// How the files of a scene's volumes and meshes were read, where a user should know: "FILE: what",
 /// each once.                                                                           [setup]
 std::vector<std::string> source_warnings(const Scene& scene);

@@ -23,6 +23,7 @@
 #include <palpate/engine/view/internal/frame_history.h>
 #include <palpate/engine/view/internal/live_answer.h>
 #include <palpate/engine/view/internal/live_page.h>
+#include <palpate/engine/view/internal/listening.h>
 
 namespace palpate {
 namespace {
@@ -210,24 +211,8 @@ void LiveServer::Server::remove(const std::shared_ptr<LivePage>& page) {
 }
 
 void LiveServer::Server::listen() {
-    const auto refuse = [this](const std::string& why, const char* remedy) {
-        throw std::runtime_error(
-            fmt::format("port {} of {}: {}; {}", settings_.port, settings_.address, why, remedy));
-    };
-    error_code error;
-    const auto address = asio::ip::make_address(settings_.address, error);
-    if (error) refuse("is no address", "give one in digits, as 127.0.0.1");
-    const tcp::endpoint endpoint(address, settings_.port);
-    acceptor_.open(endpoint.protocol(), error);
-    if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
-    if (!error) acceptor_.bind(endpoint, error);
-    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    if (error == asio::error::address_in_use)
-        refuse("another program has it", "give another one, or leave it out to get a free one");
-    if (error == asio::error::access_denied)
-        refuse("is for the system alone", "give one from 1024 on");
-    if (error) refuse(error.message(), "give an address of this computer and a free port");
-    port_ = acceptor_.local_endpoint().port();
+    port_ = internal::listen_at(acceptor_, settings_.address, settings_.port,
+                                "give another one, or leave it out to get a free one");
 }
 
 void LiveServer::Server::accept() {

@@ -458,7 +458,7 @@ TEST(AttachedDevices, ADeviceOfAnotherMakerIsNamedWithItsWay) {
         devices.push_back(*judged(one.usb, {}));
     for (const OtherMaker& one : kOtherMakers) {
         const std::string said = refusal(one.called);
-        EXPECT_NE(said.find("Palpate has no driver for it: "), std::string::npos) << said;
+        EXPECT_NE(said.find("Palpate does not reach it by USB: "), std::string::npos) << said;
         EXPECT_NE(said.find(one.remedy), std::string::npos) << said;
     }
     EXPECT_TRUE(refusal("omega").starts_with("usb 1-4 is a Force Dimension omega.7 (1451:0402): "))

@@ -2,11 +2,6 @@
 // The driver over a simulated service on loopback: as documented, and as nobody wants it.
 #include <palpate/drivers/inverse3_device.h>
 
-#include <arpa/inet.h>
-#include <dlfcn.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -26,20 +21,11 @@ namespace {
 
 using test::HeardCommand;
 using test::ServiceFrame;
+using test::settings_of;
 using Service = test::SimulatedInverseService;
 using Version = Service::Version;
 
 constexpr Vec3 kPush(2.0, 0.0, 0.0); // towards the user; backward, -y, for the service
-
-Inverse3Device::Settings settings_of(const Service& service, const std::string& more = "") {
-    Inverse3Device::Settings settings;
-    settings.address = inverse3_address(service.options() + more);
-    settings.reconnect_s = 0.05; // nobody waits a second here
-    // A loaded machine is late, but its service is not broken.
-    settings.stale_after_s = 0.2;
-    settings.lost_after_s = 0.6;
-    return settings;
-}
 
 /// A started device, and a loop that always wants the same force.
 struct Rig {
@@ -77,16 +63,6 @@ struct Rig {
 };
 
 bool is_zero(const HeardCommand& command) { return command.force == Vec3(0.0); }
-
-std::string refusal(const Inverse3Device::Settings& settings) {
-    Inverse3Device device(settings);
-    try {
-        device.open();
-    } catch (const std::runtime_error& error) {
-        return error.what();
-    }
-    return "";
-}
 
 #define EXPECT_PART(text, part)                                                                    \
     EXPECT_NE(std::string(text).find(part), std::string::npos) << std::string(text)
@@ -130,82 +106,6 @@ TEST(Inverse3Device, A35ServiceIsToldOnceThatItsOwnFrameIsWanted) {
     EXPECT_EQ(std::count_if(heard.begin(), heard.end(),
                             [](const HeardCommand& command) { return command.has_session; }),
               1);
-}
-
-TEST(Inverse3Device, AddressesAreReadOptionByOption) {
-    const Inverse3Address usual = inverse3_address("");
-    EXPECT_EQ(usual.device_id, "");
-    EXPECT_EQ(usual.host, "127.0.0.1");
-    EXPECT_EQ(usual.port, 10001);
-    const Inverse3Address all =
-        inverse3_address(":049D?host=10.0.0.7&port=8500&grip=61576&force_n=2.5");
-    EXPECT_EQ(all.device_id, "049D");
-    EXPECT_EQ(all.host, "10.0.0.7");
-    EXPECT_EQ(all.port, 8500);
-    EXPECT_EQ(all.grip_id, "61576");
-    EXPECT_EQ(all.force_n, 2.5);
-    for (const char* wrong : {":", "x", ":?port=1", "?port=0", "?port=65536", "?port=7x",
-                              "?force_n=0", "?force_n=11", "?force_n=nan", "?force_n=", "?host=",
-                              "?grip=", "?rate=3", "?port=1&port=2", "?port", "?=1"})
-        EXPECT_THROW(inverse3_address(wrong), std::runtime_error) << wrong;
-}
-
-TEST(Inverse3Device, WhatIsInTheWayIsSaidWithARemedy) {
-    Service service(Version::v3_5, {"049D", "04EA"});
-    EXPECT_EQ(refusal(settings_of(service)), "");
-    auto other = settings_of(service);
-    other.address.device_id = "0512";
-    EXPECT_PART(refusal(other), "has 049D, 04EA and no 0512; give one of these");
-    service.greet_with(R"({"inverse3":[]})");
-    EXPECT_PART(refusal(settings_of(service)), "has no device; plug one in");
-    service.greet_with(R"({"inverse3":[{"device_id":"A","status":{"calibrated":false}}]})");
-    EXPECT_PART(refusal(settings_of(service)), "A is not calibrated");
-    service.greet_with("hello");
-    EXPECT_PART(refusal(settings_of(service)), "is no Inverse Service of version 3.1 or later");
-    service.stop();
-    EXPECT_PART(refusal(settings_of(service)), "no Inverse Service answers at 127.0.0.1:");
-    auto named = settings_of(service);
-    named.address.host = "example.org";
-    EXPECT_PART(refusal(named), "example.org is no numeric address");
-}
-
-TEST(Inverse3Device, AListenerThatSaysNothingHoldsNobodyUp) {
-    Service service;
-    service.greet_with(" "); // a message, and no inventory
-    auto settings = settings_of(service);
-    settings.patience_s = 0.2;
-    EXPECT_PART(refusal(settings), "its first message lists no devices");
-    const InverseService asked = ask_inverse_service(settings.address, 0.2);
-    EXPECT_EQ(asked.answer, InverseService::Answer::stranger);
-}
-
-// Beast never ends a handshake whose answer states a body beyond its limit: the driver waited for
-// it.
-TEST(Inverse3Device, AListenerThatAnswersWithAnEndlessPageHoldsNobodyUp) {
-    if (::dlsym(RTLD_DEFAULT, "__asan_init") != nullptr)
-        GTEST_SKIP() << "AddressSanitizer ends the process where room for it is asked for";
-    const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in here{};
-    here.sin_family = AF_INET;
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof here;
-    ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&here), size), 0);
-    ASSERT_EQ(::listen(listener, 1), 0);
-    ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&here), &size), 0);
-    int page = -1;
-    std::thread answers([&] {
-        page = ::accept(listener, nullptr, nullptr);
-        std::array<char, 4096> request{};
-        EXPECT_GT(::recv(page, request.data(), request.size(), 0), 0);
-        const std::string head = "HTTP/1.1 200 OK\r\nContent-Length: 99999999999999\r\n\r\n{";
-        EXPECT_EQ(::send(page, head.data(), head.size(), MSG_NOSIGNAL), ssize_t(head.size()));
-    });
-    const InverseService asked =
-        ask_inverse_service(inverse3_address("?port=" + std::to_string(ntohs(here.sin_port))), 0.5);
-    EXPECT_NE(asked.answer, InverseService::Answer::service);
-    answers.join();
-    ::close(page);
-    ::close(listener);
 }
 
 TEST(Inverse3Device, ADeviceIsChosenByItsIdAndOthersGetNoForce) {
@@ -513,20 +413,6 @@ TEST(Inverse3Device, SettingsThatCannotBeAreRefused) {
     refused([&](auto& s) { s.patience_s = 0.0; });
     refused([&](auto& s) { s.address.force_n = nan; });
     refused([&](auto& s) { s.address.force_n = 11.0; });
-}
-
-TEST(Inverse3Device, AServiceIsAskedWhatItHasAndGetsNoForce) {
-    Service service(Version::v3_1, {"049D", "04EA"});
-    const InverseService asked = ask_inverse_service(inverse3_address(service.options()), 5.0);
-    EXPECT_EQ(asked.answer, InverseService::Answer::service);
-    ASSERT_EQ(asked.devices.size(), 2u);
-    EXPECT_EQ(asked.devices[1].device_id, "04EA");
-    EXPECT_EQ(asked.devices[1].handedness, "right");
-    EXPECT_EQ(asked.grips, std::vector<std::string>{"61576"});
-    EXPECT_TRUE(service.heard().empty());
-    service.stop();
-    EXPECT_EQ(ask_inverse_service(inverse3_address(service.options()), 5.0).answer,
-              InverseService::Answer::nobody);
 }
 
 } // namespace

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/drivers/inverse3_device.h>
 #include <palpate/geometry/vec.h>
 
 namespace palpate::test {
@@ -82,5 +83,17 @@ private:
     std::atomic<bool> answers_pings_{true};
     std::unique_ptr<Server> server_;
 };
+
+/// Of a device over it; `more`: options behind those that lead there, as "&force_n=4".
+inline Inverse3Device::Settings settings_of(const SimulatedInverseService& service,
+                                            const std::string& more = "") {
+    Inverse3Device::Settings settings;
+    settings.address = inverse3_address(service.options() + more);
+    settings.reconnect_s = 0.05; // nobody waits a second here
+    // A loaded machine is late, but its service is not broken.
+    settings.stale_after_s = 0.2;
+    settings.lost_after_s = 0.6;
+    return settings;
+}
 
 } // namespace palpate::test
