@@ -95,7 +95,7 @@ Recording read_shown(const std::filesystem::path& file, const std::optional<std:
         throw UsageError(fmt::format("--hand {}: {} has the hands {}; name one of them", *wanted,
                                      file.string(), hands_in_words(names)));
     if (!wanted && names.size() > 1)
-        tell("palpate: note: hand {} of {} is shown; --hand NAME shows another\n", *shown,
+        tell("palpate: note: this is of hand {} of {}; --hand NAME takes another\n", *shown,
              hands_in_words(names));
     Recording recording = std::move(hands[static_cast<std::size_t>(shown - names.begin())]);
     if (recording.frames.empty())

@@ -409,11 +409,11 @@ Recording chosen(const std::filesystem::path& file, std::vector<Recording> hands
     names.reserve(hands.size());
     for (const Recording& hand : hands)
         names.push_back(hand.hand);
-    throw std::runtime_error(fmt::format("{}: has the hands {}{}; say which one, as hand = \"{}\" in a scene or "
-                                         "recording:FILE?hand={}", file.string(),
-                                         fmt::join(names, ", "),
-                                         name.empty() ? "" : ", and none that is " + name,
-                                         names.front(), names.front()));
+    throw std::runtime_error(fmt::format(
+        "{}: has the hands {}{}; say which one, as hand = \"{}\" in a scene or "
+        "recording:FILE?hand={}",
+        file.string(), fmt::join(names, ", "), name.empty() ? "" : ", and none that is " + name,
+        names.front(), names.front()));
 }
 
 } // namespace

@@ -72,9 +72,11 @@ std::string softness_in_words(const SceneDescription& scene, const SurfaceDescri
     const double k = scene.coupling.stiffness_n_per_m;
     const PressLaw law(softness, k);
     if (law.is_hard())
-        return fmt::format("hard: {} is not softer than the coupling's {}; raise [coupling] "
-                           "stiffness_n_per_m above {:.4g} to feel it, as far as the device bears",
-                           per_mm(softness.steepest()), per_mm(k), softness.steepest());
+        return fmt::format(
+            "hard: {} is not softer than the coupling's {}; raise [coupling] "
+            "stiffness_n_per_m above {:.4g} to feel it, as far as the device bears{}",
+            per_mm(softness.steepest()), per_mm(k), softness.steepest(),
+            surface.beneath.empty() ? "" : "; until then nothing beneath is felt");
     std::string words = "soft: " + in_words(softness, law, k);
     const double force_n = std::min(scene.limits.force_n, surface.strength_n);
     if (const double deep_m = law.press_m(force_n); deep_m < 1.0) // m: no hand goes deeper
@@ -151,8 +153,7 @@ void check_effect(const SceneDescription& scene, std::size_t effect_index, Stepp
                "remove strength_n, or let a table of stiffness_mm_n end flat");
     if (surface.moves) refuse("it cannot move (moves = true)", "remove moves");
     if (method != SteppingMethod::adaptive)
-        refuse(fmt::format("the method cannot be {}", name(method)),
-               "take method = \"adaptive\"");
+        refuse(fmt::format("the method cannot be {}", name(method)), "take method = \"adaptive\"");
 }
 
 } // namespace
@@ -167,8 +168,7 @@ void check_soft_in_loop(const Scene& scene, SteppingMethod method,
                           std::all_of(custom.begin(), custom.end(),
                                       [](const auto& effect) { return effect->only_pushes(); });
     for (std::size_t i = 0; i < scene.description().effects.size(); ++i)
-        if (scene.plan().effects[i].on)
-            check_effect(scene.description(), i, method, is_alone);
+        if (scene.plan().effects[i].on) check_effect(scene.description(), i, method, is_alone);
 }
 
 } // namespace internal

@@ -21,9 +21,9 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/view/internal/frame_history.h>
+#include <palpate/engine/view/internal/listening.h>
 #include <palpate/engine/view/internal/live_answer.h>
 #include <palpate/engine/view/internal/live_page.h>
-#include <palpate/engine/view/internal/listening.h>
 
 namespace palpate {
 namespace {

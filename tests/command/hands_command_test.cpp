@@ -155,7 +155,7 @@ TEST_F(HandsCommand, APageSaysWhichHandItPlays) {
     const test::CommandResult first = run({"view", "two", "-o", "p.html"});
     if (first.err.find("no page in it") != std::string::npos) GTEST_SKIP() << first.err;
     ASSERT_EQ(first.exit, 0) << first.err;
-    EXPECT_THAT(first.err, HasSubstr("hand left of left, right is shown; --hand NAME"));
+    EXPECT_THAT(first.err, HasSubstr("this is of hand left of left, right; --hand NAME"));
     const test::CommandResult right = run({"view", "two", "--hand", "right", "-o", "q.html"});
     ASSERT_EQ(right.exit, 0) << right.err;
     EXPECT_NE(content_of(*this / "p.html"), content_of(*this / "q.html"));

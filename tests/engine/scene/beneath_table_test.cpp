@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/scene/validation.h>
 
 #include "tests/engine/scene/scene_file_fixture.h"
@@ -42,6 +43,16 @@ TEST_F(BeneathTable, NamesLabelsAndTheirRatios) {
                   .contact_radius_mm,
               6.0);
     EXPECT_TRUE(parse(felt(kSoft)).surfaces.at("body").beneath.empty());
+}
+
+// It said how much of a lump is felt, and that fingers notice it, where the surface is hard.
+TEST_F(BeneathTable, OfAHardSurfaceNothingBeneathIsFelt) {
+    const SceneDescription hard = parse(felt("stiffness_n_per_mm = 0.8\n" + kNodule));
+    EXPECT_THAT(softness_in_words(hard, hard.surfaces.at("body")),
+                HasSubstr("; until then nothing beneath is felt"));
+    const SceneDescription soft = parse(felt(kSoft + kNodule));
+    EXPECT_THAT(softness_in_words(soft, soft.surfaces.at("body")),
+                testing::Not(HasSubstr("until then")));
 }
 
 TEST_F(BeneathTable, RefusesWhatItCannotBe) {
