@@ -36,7 +36,7 @@ public:
 
     /// Warnings, frames, and whether a signal has asked to stop; of a hand, counted from 0. This
     /// must outlive it.
-    RunWatch watch(std::size_t hand = 0);
+    RunWatch watch(std::size_t of = 0);
 
 private:
     /// What is shown of one hand.

@@ -316,7 +316,7 @@ std::string write_files(const TraceFolder& out, const std::vector<HandTrace>& tr
         write_recording(out.all() / "recording.h5", recordings.front());
     else
         write_recordings(out.all() / "recording.h5", recordings);
-    const std::string summary =
+    std::string summary =
         is_one ? summarize(*traces.front().scene, traces.front().trace) : summarize(traces);
     write_whole_file(out.all() / "summary.json", summary);
     return summary;

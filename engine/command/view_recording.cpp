@@ -81,20 +81,20 @@ std::shared_ptr<const Scene> felt_scene(const Recording& recording,
     return recorded_scene(alone, file, resources());
 }
 
-Recording read_shown(const std::filesystem::path& file, const std::optional<std::string>& wanted) {
+Recording read_shown(const std::filesystem::path& file, const std::optional<std::string>& hand) {
     std::vector<Recording> hands = read_recordings(file);
     std::vector<std::string> names;
-    for (const Recording& hand : hands)
-        if (!hand.hand.empty()) names.push_back(hand.hand);
+    for (const Recording& one : hands)
+        if (!one.hand.empty()) names.push_back(one.hand);
     const auto shown =
-        std::find(names.begin(), names.end(), wanted.value_or(names.empty() ? "" : names.front()));
-    if (wanted && names.empty())
+        std::find(names.begin(), names.end(), hand.value_or(names.empty() ? "" : names.front()));
+    if (hand && names.empty())
         throw UsageError(fmt::format("--hand {}: {} has one run, without a name; leave it out",
-                                     *wanted, file.string()));
-    if (wanted && shown == names.end())
-        throw UsageError(fmt::format("--hand {}: {} has the hands {}; name one of them", *wanted,
+                                     *hand, file.string()));
+    if (hand && shown == names.end())
+        throw UsageError(fmt::format("--hand {}: {} has the hands {}; name one of them", *hand,
                                      file.string(), hands_in_words(names)));
-    if (!wanted && names.size() > 1)
+    if (!hand && names.size() > 1)
         tell("palpate: note: this is of hand {} of {}; --hand NAME takes another\n", *shown,
              hands_in_words(names));
     Recording recording = std::move(hands[static_cast<std::size_t>(shown - names.begin())]);
