@@ -21,7 +21,7 @@ public:
     using Time = std::chrono::steady_clock::time_point;
 
     /// Longer messages end the connection, bytes.
-    static constexpr std::size_t kLongestMessage = 256 * 1024;
+    static constexpr std::size_t kLongestMessage = std::size_t{256} * 1024;
 
     /// What a wait ends with.
     enum class Event : std::uint8_t {

@@ -227,12 +227,12 @@ int view_pictures(const ViewOptions& options) {
         std::tie(sitting.look.width, sitting.look.height) = size_of(*wanted.size, is_film);
     sitting.look.from = wanted.seen_from;
     if (wanted.dark) sitting.look.scheme = PictureLook::Scheme::dark;
-    const std::filesystem::path program = picture_browser();
-    const std::filesystem::path encoder = is_film ? film_program() : std::filesystem::path();
-
     const std::filesystem::path file = found_recording(options.volume.file);
     const Recording recording = read_shown(file, options.hand);
     sitting.frames = wanted_frames(wanted, recording);
+    // What is asked for comes first: a wrong option is told where no browser is, too.
+    const std::filesystem::path program = picture_browser();
+    const std::filesystem::path encoder = is_film ? film_program() : std::filesystem::path();
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
     std::optional<ResultFolder> folder;
