@@ -250,6 +250,7 @@ void Inverse3Device::Link::begin_anew() {
         if (const Event event = socket_.wait(internal::in_seconds(kLeftover_s));
             event != Event::message && event != Event::pong)
             break;
+    mailbox_.forget_force(); // it was not meant for what is here now
     owed_ = unasked_now_ = unheard_ = 0;
     is_unread_ = false;
     used_s_ = kNever;

@@ -170,6 +170,8 @@ Effect PidDevice::Stick::load_effect(HidPort& port, PidAxis axis) const {
 }
 
 void PidDevice::Stick::connected(HidPort& port) {
+    forces_.take(force_); // a force of before, however young, was not meant for what is here now
+    force_ = {};
     path_ = port.path();
     reports_.emplace(internal::read_hid_descriptor(port.report_descriptor(), path_), path_);
     effects_ = {};

@@ -163,6 +163,8 @@ std::size_t WoodenDevice::Board::first_report(HidPort& port, std::span<std::uint
 }
 
 void WoodenDevice::Board::connected(HidPort& port) {
+    forces_.take(force_); // a force of before, however young, was not meant for what is here now
+    force_ = {};
     const auto declared = internal::wooden_layout(
         internal::read_hid_descriptor(port.report_descriptor(), port.path()));
     if (!declared)

@@ -40,6 +40,11 @@ public:
         const double length = glm::length(force_.force);
         return length <= longest_n ? force_.force : force_.force * (longest_n / length);
     }
+    /// The thread's: no force that was wanted up to now is sent any more.               [loop]
+    void forget_force() noexcept {
+        wanted_.take(force_);
+        force_ = {};
+    }
 
 private:
     static constexpr double kNever = -std::numeric_limits<double>::infinity();

@@ -365,6 +365,24 @@ TEST(Inverse3Device, AServiceThatIsStartedAnewIsFoundAndANewTrialBegins) {
     EXPECT_EQ(rig.device.counts().connections, 3u);
 }
 
+TEST(Inverse3Device, AForceOfBeforeIsNotSentToAServiceThatIsFoundAgain) {
+    Service service;
+    auto settings = settings_of(service);
+    settings.force_hold_s = 3600.0; // however long forces are held
+    Rig rig(service, settings);
+    ASSERT_TRUE(rig.is_pushed());
+    service.hang_up();
+    ASSERT_TRUE(test::comes_true([&] { return rig.fresh() && rig.state.trial == 1; }));
+    service.heard(); // of before
+    std::vector<HeardCommand> heard;
+    ASSERT_TRUE(test::comes_true([&] {
+        for (HeardCommand& command : service.heard())
+            heard.push_back(std::move(command));
+        return heard.size() >= 5;
+    }));
+    EXPECT_TRUE(std::all_of(heard.begin(), heard.end(), is_zero));
+}
+
 TEST(Inverse3Device, StoppingDoesNotWaitForAServiceThatIsGone) {
     Service service;
     auto settings = settings_of(service);

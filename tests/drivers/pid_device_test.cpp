@@ -210,6 +210,24 @@ TEST_P(PidSticks, Case9UnpluggedItIsStaleAndBackItHasItsEffectsAgain) {
     EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return rig.force_is(0.5, 0.5); }));
 }
 
+TEST_P(PidSticks, Case9AForceOfBeforeIsNotPlayedByWhatIsPluggedInAfterwards) {
+    PidSettings settings = Rig::settings(2.0);
+    settings.force_hold_s = 3600.0; // however long forces are held
+    Rig rig(GetParam(), settings);
+    rig.run();
+    EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return rig.force_is(0.5, 0.5); }));
+    rig.node.unplug();
+    rig.node.at_rest([&] { rig.stick.largest_force = 0.0; });
+    rig.node.plug_in();
+    for (const int right : {32767, -32767, 32767, -32767}) { // each is told, and answered
+        rig.node.at_rest([&] { rig.stick.axes = {right, 0}; });
+        EXPECT_TRUE(test::comes_true([&] {
+            return rig.device.read(rig.state) && rig.state.position.y * right > 0.0;
+        }));
+    }
+    EXPECT_EQ(rig.node.at_rest([&] { return rig.stick.largest_force; }), 0.0);
+}
+
 TEST_P(PidSticks, Case10AWriteThatBlocksHoldsNobodyButTheWriter) {
     Rig rig(GetParam(), 0.2);
     rig.run();

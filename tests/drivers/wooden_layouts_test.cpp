@@ -157,7 +157,9 @@ TEST_P(WoodenLayouts, Case8OddReportsChangeNothing) {
 }
 
 TEST_P(WoodenLayouts, Case9UnpluggedIsStaleAndBackItIsFreshAndOfANewTrial) {
-    Rig rig(GetParam(), watchful());
+    auto settings = watchful();
+    settings.force_hold_s = 3600.0; // however long forces are held: none of before is of use
+    Rig rig(GetParam(), settings);
     rig.device.open();
     rig.device.start();
     for (std::uint32_t i = 1; i <= 3; ++i) {
@@ -170,9 +172,11 @@ TEST_P(WoodenLayouts, Case9UnpluggedIsStaleAndBackItIsFreshAndOfANewTrial) {
         ASSERT_TRUE(test::comes_true([&] { return !is_fresh(rig.device); }));
 
         rig.board_says([&] { rig.board.power_on_counters = {int(i) * 100, 0, 0, 0, 0, 0}; });
-        // Nobody writes a force until the state is fresh again: none may reach the motors.
+        // Nobody writes a force from now on: none may reach the motors.
         rig.node.plug_in();
         ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+        const int received = rig.board_says([&] { return rig.board.reports_received; });
+        ASSERT_TRUE(rig.node.wait_until([&] { return rig.board.reports_received > received + 5; }));
         EXPECT_EQ(rig.board_says([&] { return rig.board.milliamps; }), (std::array<int, 3>{}));
         const DeviceState state = state_of(rig.device);
         EXPECT_GT(state.trial, trial);
