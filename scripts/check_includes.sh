@@ -64,7 +64,7 @@ check_includes() {
         if (header ~ /^openvdb\//) return "^volume/.*\\.cpp$"
         if (header ~ /^itk/) return "^volume/(filters|formats)/.*\\.cpp$"
         if (header ~ /^gdcm/) return "^volume/formats/internal/dicom_pixels\\.cpp$"
-        if (header ~ /^zlib\.h$/) return "^(geometry/formats/internal/vtp_arrays|volume/formats/.*|engine/view/view_page)\\.cpp$"
+        if (header ~ /^zlib\.h$/) return "^(geometry/formats/internal/vtp_arrays|volume/formats/.*|engine/report/internal/mcap_file|engine/view/view_page)\\.cpp$"
         if (header ~ /^boost\//) return "^(drivers/(igtl_device|internal/websocket_client)\\.cpp|engine/(view|serve)/.*\\.cpp|engine/view/internal/(listening|live_answer|live_page|page_work)\\.h|engine/serve/internal/served_client\\.h)$"
         if (header ~ /^hidapi/) return "^drivers/internal/hid_port\\.cpp$"
         if (header ~ /^hdf5/) return "^engine/record/internal/recording_store\\.cpp$"

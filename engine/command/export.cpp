@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -13,6 +15,7 @@
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/path_files.h>
+#include <palpate/engine/report/ros_file.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/view/live_view.h>
 #include <palpate/engine/view/view_document.h>
@@ -23,7 +26,7 @@ namespace {
 struct ExportOptions {
     std::string recording;
     std::string out;
-    std::string surface;
+    std::optional<std::string> surface;
     std::optional<std::string> hand; ///< of several, the one that is written
     double step_ms = 20.0;
     Replace replace = Replace::own;
@@ -65,27 +68,58 @@ std::string touched_surface(const Recording& recording, const std::filesystem::p
                                  surface, names));
 }
 
+/// What is asked for, by the name of the output.
+enum class Format : std::uint8_t { markups, polygons, ros };
+
+Format format_of(const std::string& out) {
+    const std::string name = std::filesystem::path(out).filename().string();
+    if (name.ends_with(".mrk.json")) return Format::markups;
+    if (name.ends_with(".vtp")) return Format::polygons;
+    if (name.ends_with(".mcap")) return Format::ros;
+    throw UsageError(fmt::format("-o {}: is written as markups, as polygonal data or for ROS 2; "
+                                 "name it .mrk.json, .vtp or .mcap",
+                                 out));
+}
+
+/// All hands, or the one that is named, with at least a frame each.
+std::vector<Recording> exported_hands(const std::filesystem::path& file,
+                                      const std::optional<std::string>& hand) {
+    if (hand) return {read_shown(file, hand)};
+    std::vector<Recording> hands = read_recordings(file);
+    std::erase_if(hands, [](const Recording& one) { return one.frames.empty(); });
+    if (hands.empty())
+        throw std::runtime_error(file.string() + ": has no frames to play; record a longer run");
+    return hands;
+}
+
+std::string for_ros(std::span<const Recording> hands, const std::filesystem::path& file) {
+    try {
+        return recording_as_mcap(hands);
+    } catch (const std::invalid_argument& error) { // it does not know which file that is
+        throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
+    }
+}
+
 int run_export(const ExportOptions& options) {
+    const Format format = format_of(options.out);
+    if (format != Format::polygons && options.surface)
+        throw UsageError("--surface: is a mesh, which only .vtp can hold; name the output .vtp");
     const std::filesystem::path out(options.out);
-    const std::string name = out.filename().string();
-    const bool is_markups = name.ends_with(".mrk.json"), is_vtp = name.ends_with(".vtp");
-    if (!is_markups && !is_vtp)
-        throw UsageError(fmt::format("-o {}: is written as markups or as polygonal data; name it "
-                                     ".mrk.json or .vtp",
-                                     options.out));
-    if (is_markups && !options.surface.empty())
-        throw UsageError("--surface: is a mesh, which markups cannot hold; name the output .vtp");
     const std::filesystem::path file = named_recording(options.recording);
-    const Recording recording = read_shown(file, options.hand);
+    const std::vector<Recording> hands =
+        format == Format::ros ? exported_hands(file, options.hand)
+                              : std::vector<Recording>{read_shown(file, options.hand)};
+    const Recording& recording = hands.front();
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
     check_outputs(std::array{out}, inputs, options.replace);
-    if (is_markups)
+    if (format == Format::markups)
         write_whole_file(out, markups_of(recording, named_places(file), 1e-3 * options.step_ms));
+    else if (format == Format::ros)
+        write_whole_file(out, for_ros(hands, file));
     else
-        write_whole_file(out, options.surface.empty()
-                                  ? paths_as_vtp(recording)
-                                  : touched_surface(recording, file, options.surface));
+        write_whole_file(out, options.surface ? touched_surface(recording, file, *options.surface)
+                                              : paths_as_vtp(recording));
     print(fmt::format("written: {}", options.out));
     return kDone;
 }
@@ -103,9 +137,11 @@ void add_export(CLI::App& app, Action& run) {
         ->required();
     command
         ->add_option("-o,--out", options->out,
-                     ".mrk.json: 3D Slicer's markups; .vtp: VTK's polygonal data")
+                     ".mrk.json: 3D Slicer's markups; .vtp: VTK's polygonal data; .mcap: poses and "
+                     "forces for ROS 2")
         ->required();
-    command->add_option("--hand", options->hand, "of several hands this one, by its name");
+    command->add_option("--hand", options->hand,
+                        "of several hands this one, by its name; an .mcap has all without it");
     command->add_option("--surface", options->surface,
                         ".vtp: the mesh of that surface, with the time and force of touch of each "
                         "vertex, instead of the paths");

@@ -18,6 +18,7 @@
 #include <palpate/engine/command/interrupt.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/scene/internal/toml_reader.h>
+#include <palpate/engine/text/plain_text.h>
 #include <palpate/geometry/isosurface.h>
 #include <palpate/version.h>
 
@@ -151,6 +152,15 @@ std::string unknown_name(const CLI::App& app, const std::vector<std::string>& ar
     return {};
 }
 
+/// Refuses an argument that is empty: a variable of the shell that nobody has set.
+void refuse_empty(const std::vector<std::string>& arguments) {
+    for (std::size_t i = 0; i < arguments.size(); ++i)
+        if (arguments[i].empty())
+            throw UsageError(fmt::format("{}: is followed by an empty text; give it what it is "
+                                         "for, or leave it out",
+                                         i > 0 ? arguments[i - 1] : "palpate"));
+}
+
 int run(int argc, char** argv) {
     CLI::App app{"palpate: feel segmented anatomy. Results go to files and stdout, progress and "
                  "warnings to stderr."};
@@ -181,6 +191,7 @@ int run(int argc, char** argv) {
             throw UsageError(unknown);
         throw UsageError(fmt::format("{}; --help says what there is", error.what()));
     }
+    refuse_empty({argv + 1, argv + argc});
     return chosen();
 }
 
@@ -196,27 +207,27 @@ int main(int argc, char** argv) {
         end_by_signal();
         return code;
     } catch (const UsageError& error) {
-        tell("palpate: {}\n", error.what());
+        tell("palpate: {}\n", palpate::plain_text(error.what()));
         return kUsage;
     } catch (const std::bad_alloc&) {
         tell("palpate: not enough memory\n");
         return kInternal;
     } catch (const palpate::DeviceError& error) {
-        tell("palpate: {}\n", error.what());
+        tell("palpate: {}\n", palpate::plain_text(error.what()));
         return kDevice;
     } catch (const std::filesystem::filesystem_error& error) {
-        tell("palpate: {}: {}; name another file or folder\n", error.path1().string(),
-             error.code().message());
+        tell("palpate: {}: {}; name another file or folder\n",
+             palpate::plain_text(error.path1().string()), error.code().message());
         return kBadInput;
     } catch (const std::runtime_error& error) {
         end_by_signal(); // whatever it says, this is why
-        tell("palpate: {}\n", error.what());
+        tell("palpate: {}\n", palpate::plain_text(error.what()));
         return kBadInput;
     } catch (const std::invalid_argument& error) {
-        tell("palpate: {}\n", error.what());
+        tell("palpate: {}\n", palpate::plain_text(error.what()));
         return kBadInput;
     } catch (const std::exception& error) {
-        tell("palpate: internal error: {}; please report it\n", error.what());
+        tell("palpate: internal error: {}; please report it\n", palpate::plain_text(error.what()));
         return kInternal;
     }
 }

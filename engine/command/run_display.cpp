@@ -106,9 +106,11 @@ void RunDisplay::draw() {
     } else {
         const std::size_t share = width / hands_.size();
         for (Hand& hand : hands_) {
-            const std::size_t named = hand.name.size() + 2; // and what is between two hands
+            const std::string name = hand.name.substr(0, share / 3);
+            const std::size_t named = name.size() + 2; // and what is between two hands
             const std::string brief = hand.line->brief(seconds, share > named ? share - named : 0);
-            line += fmt::format("{:<{}}", hand.name + " " + brief, share);
+            const std::string part = fmt::format("{} {}", name, brief);
+            line += fmt::format("{:<{}}", part, share);
         }
     }
     tell("\r{:<{}}", line, width);

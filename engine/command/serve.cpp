@@ -24,6 +24,7 @@
 #include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/serve/igtl_server.h>
+#include <palpate/engine/text/plain_text.h>
 #include <palpate/engine/view/view_devices.h>
 #include <palpate/version.h>
 
@@ -78,7 +79,8 @@ struct ServedDevice {
 
 /// Runs it until somebody or a limit ends it.
 Trace run(const std::shared_ptr<const Scene>& scene, const ServeOptions& options,
-          const PlacedDevice& device, IgtlServer& server, RecordingJournal* journal) {
+          const PlacedDevice& device, IgtlServer& server, RecordingJournal* journal,
+          LostDevice& lost) {
     RealtimeSettings settings;
     settings.cpu = options.cpu;
     settings.longest_s = options.seconds;
@@ -86,8 +88,9 @@ Trace run(const std::shared_ptr<const Scene>& scene, const ServeOptions& options
     RunDisplay display(*scene, Shown::line);
     const SignalsOnlyAsk one_is_enough;
     RunWatch watch = display.watch();
-    watch.frame = [&server, shown = watch.frame](const RunFrame& frame) {
+    watch.frame = [&server, &lost, shown = watch.frame](const RunFrame& frame) {
         server.show(frame);
+        lost.add(frame);
         if (shown) shown(frame);
     };
     if (journal != nullptr)
@@ -158,12 +161,15 @@ int serve(const ServeOptions& options) {
     std::optional<RecordingJournal> journal;
     if (out) journal.emplace(*out / "recording.h5", recorded(*scene, options.overrides, {}));
     const PlacedDevice placed = device.placed();
-    const Trace trace = run(scene, options, placed, server, journal ? &*journal : nullptr);
+    LostDevice lost(description);
+    const Trace trace = run(scene, options, placed, server, journal ? &*journal : nullptr, lost);
     print("serve: " + in_words(server.counts()));
     if (const std::string complaint = device_complaint(placed.device); !complaint.empty())
         tell("palpate: warning: {}\n", complaint);
     if (journal) write(*scene, options, *out, trace, *journal);
-    return kDone;
+    const std::string failed = lost.in_words(trace.device.name);
+    if (!failed.empty()) tell("palpate: {}\n", plain_text(failed));
+    return failed.empty() ? kDone : kDevice;
 }
 
 } // namespace

@@ -11,6 +11,18 @@
 #include <palpate/engine/scene/hands.h>
 
 namespace palpate::command {
+namespace {
+
+/// Whether a device that says nothing is at fault. A tool that another program tracks may rest, and
+/// a stick may speak only when it moves.
+bool speaks_always(const DeviceDescription& device) {
+    using Kind = DeviceDescription::Kind;
+    const bool has_model = device.address.find(':') != std::string::npos; // a board: hid:NAME:MODEL
+    return device.kind == Kind::plugin || device.kind == Kind::inverse3 ||
+           (device.kind == Kind::hid && (has_model || device.address == "spacemouse"));
+}
+
+} // namespace
 
 SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& overrides) {
     try {
@@ -43,6 +55,25 @@ bool is_attached(const DeviceDescription& device) noexcept {
     using Kind = DeviceDescription::Kind;
     return device.kind == Kind::hid || device.kind == Kind::plugin ||
            device.kind == Kind::inverse3 || device.kind == Kind::igtl;
+}
+
+LostDevice::LostDevice(const SceneDescription& scene)
+    : is_watched_(speaks_always(scene.device)), rate_hz_(scene.loop.rate_hz) {}
+
+void LostDevice::add(const RunFrame& run) {
+    if (run.silence == Silence::none)
+        frames_ = 0;
+    else if (run.silence == Silence::device)
+        ++frames_; // the loop's own silence, and the end, say nothing of the device
+}
+
+std::string LostDevice::in_words(const std::string& device) const {
+    constexpr double kLost_s = 1.0; // what only stumbles is back by then
+    const double silent_s = static_cast<double>(frames_) / rate_hz_;
+    if (!is_watched_ || silent_s < kLost_s) return {};
+    return fmt::format("{}: gave no state in the last {:.1f} s of the run, and has failed; look at "
+                       "its power and its cable, and run again",
+                       device, silent_s);
 }
 
 void add_listen(CLI::App& command, ListenOptions& options, const std::string& what) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <palpate/engine/run/run_watch.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_overrides.h>
 
@@ -24,6 +26,21 @@ void require_one_hand(const SceneDescription& scene);
 
 /// Whether a device is in somebody's hand, and moves by the clock alone.
 bool is_attached(const DeviceDescription& device) noexcept;
+
+/// Whether a device that a hand holds has failed: it said nothing more until the end of a run.
+class LostDevice {
+public:
+    /// Of one that says nothing at rest, a stick or a tool that is tracked, nothing is known.
+    explicit LostDevice(const SceneDescription& scene);
+    void add(const RunFrame& run); ///< each frame of the run, in order
+    /// What is wrong and what to do; empty: nothing is. `device`: its name.
+    std::string in_words(const std::string& device) const;
+
+private:
+    bool is_watched_;
+    double rate_hz_;
+    std::uint64_t frames_ = 0; ///< without a state, up to the last one
+};
 
 /// Says on stderr what a user should know of how the scene's volumes and mesh files were read, each
 /// once.

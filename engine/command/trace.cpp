@@ -21,6 +21,7 @@
 #include <palpate/engine/command/interrupt.h>
 #include <palpate/engine/command/run_display.h>
 #include <palpate/engine/command/session.h>
+#include <palpate/engine/command/trace_folder.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/record/recorded_run.h>
@@ -34,6 +35,7 @@
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/text/plain_text.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/truth/no_contact.h>
 
@@ -55,11 +57,6 @@ struct TraceOptions {
 
     bool is_realtime() const { return pace == "realtime"; }
 };
-
-// Of all hands, and of each.
-constexpr std::array<const char*, 3> kTraceFiles{"summary.json", "recording.h5",
-                                                 "recording.h5.part"};
-constexpr std::array<const char*, 2> kHandFiles{"frames.csv", "timing.csv"};
 
 /// A hand, or the scene's one device.
 struct TracedHand {
@@ -196,10 +193,10 @@ std::function<void(const Trace&)> keeping(RecordingJournal& journal, std::size_t
     };
 }
 
-/// All hands at once, each in a thread of its own.
+/// All hands at once, each in a thread of its own; `lost` gets an entry for each.
 std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
                                         const TraceOptions& options, RecordingJournal& journal,
-                                        const SceneToFollow& next) {
+                                        const SceneToFollow& next, std::vector<LostDevice>& lost) {
     std::vector<HandTrace> traces;
     {
         std::vector<std::shared_ptr<const Scene>> scenes;
@@ -209,6 +206,8 @@ std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
         RunDisplay display(scenes, options.events ? Shown::events : Shown::line);
         const SignalsOnlyAsk one_is_enough;
         std::vector<RealtimeHand> runs;
+        for (const TracedHand& hand : hands)
+            lost.emplace_back(hand.scene->description());
         for (std::size_t i = 0; i < hands.size(); ++i) {
             RealtimeSettings settings;
             settings.next = next;
@@ -217,6 +216,10 @@ std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
             settings.longest_s = options.seconds;
             RunWatch watch = display.watch(i);
             watch.kept = keeping(journal, i);
+            watch.frame = [&hand = lost[i], shown = watch.frame](const RunFrame& frame) {
+                hand.add(frame);
+                if (shown) shown(frame);
+            };
             runs.push_back({scenes[i], hands[i].device.placed(), settings, watch});
         }
         std::vector<Trace> felt = run_realtime(runs);
@@ -260,27 +263,6 @@ std::vector<TracedHand> make_hands(const std::shared_ptr<const Scene>& scene, in
     }
     return hands;
 }
-
-/// The folder of a trace, with one in it for each hand of several.
-class TraceFolder {
-public:
-    TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace)
-        : all_(folder) {
-        for (const std::string& hand : hand_names(scene))
-            hands_.push_back(std::make_unique<ResultFolder>((all_ / hand.c_str()).string()));
-        std::vector<std::filesystem::path> files = all_.files(kTraceFiles);
-        for (std::size_t i = 0; i < std::max<std::size_t>(1, hands_.size()); ++i)
-            for (std::filesystem::path& file : of_hand(i).files(kHandFiles))
-                files.push_back(std::move(file));
-        check_outputs(files, input_files(scene), replace);
-    }
-    const ResultFolder& all() const { return all_; }
-    const ResultFolder& of_hand(std::size_t i) const { return hands_.empty() ? all_ : *hands_[i]; }
-
-private:
-    ResultFolder all_;
-    std::vector<std::unique_ptr<ResultFolder>> hands_; // go before what they are in
-};
 
 std::vector<Recording> recorded_hands(const std::vector<HandTrace>& traces,
                                       const SceneOverrides& overrides) {
@@ -383,17 +365,27 @@ int trace(const TraceOptions& options) {
     std::optional<SceneBuilder> builder;
     if (options.preview) builder.emplace(std::move(whole));
     const SceneToFollow next = builder ? builder->scene() : SceneToFollow{};
+    std::vector<LostDevice> lost;
     const std::vector<HandTrace> traces =
-        journal ? run_by_the_clock(hands, options, *journal, next) : run_each_asap(hands, options);
+        journal ? run_by_the_clock(hands, options, *journal, next, lost)
+                : run_each_asap(hands, options);
     const bool went_over = traces.front().trace.before != nullptr;
     if (options.preview) tell("palpate: {}\n", preview_in_words(traces.front().trace));
     const std::string summary = write_files(out, traces, went_over ? asked : overrides);
     if (journal) journal->remove();
+    out.remove_earlier();
 
     for (std::size_t i = 0; i < traces.size(); ++i)
         tell_of(traces[i], hands[i].name);
     print_results(hands, description, summary, out);
-    return kDone;
+    int code = kDone;
+    for (std::size_t i = 0; i < lost.size(); ++i)
+        if (const std::string words = lost[i].in_words(traces[i].trace.device.name);
+            !words.empty()) {
+            tell("palpate: {}{}\n", said_of(hands[i].name), plain_text(words));
+            code = kDevice;
+        }
+    return code;
 }
 
 } // namespace

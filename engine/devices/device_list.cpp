@@ -12,6 +12,7 @@
 #include <palpate/engine/devices/device_list.h>
 #include <palpate/engine/devices/internal/inverse_service_json.h>
 #include <palpate/engine/text/internal/json_text.h>
+#include <palpate/engine/text/plain_text.h>
 
 namespace palpate {
 namespace {
@@ -72,8 +73,8 @@ std::string line_of(const std::vector<AttachedDevice>& devices, const AttachedDe
                                 : device.kind == AttachedKind::other ? "-"
                                 : !device.way.by.empty()             ? "by " + device.way.by
                                                                      : "NOT USABLE";
-    return fmt::format("{}  {}  {}: {}  {}\n", device.path, ids, device.name, in_words(device.kind),
-                       outcome);
+    return fmt::format("{}  {}  {}: {}  {}\n", plain_text(device.path), ids,
+                       plain_text(device.name), in_words(device.kind), plain_text(outcome));
 }
 
 std::string findings_of(const AttachedDevice& device) {
@@ -81,15 +82,17 @@ std::string findings_of(const AttachedDevice& device) {
     for (const DeviceFinding& finding : device.findings) {
         text +=
             fmt::format("    {}: {}\n", finding.weight == Weight::obstacle ? "in the way" : "note",
-                        finding.what);
-        if (!finding.remedy.empty()) text += fmt::format("    remedy: {}\n", finding.remedy);
+                        plain_text(finding.what));
+        if (!finding.remedy.empty())
+            text += fmt::format("    remedy: {}\n", plain_text(finding.remedy));
     }
     return text;
 }
 
 std::string line_of(const ListedPlugin& plugin) {
-    if (!plugin.obstacle.empty()) return fmt::format("{}\n", plugin.obstacle);
-    return fmt::format("{}  {}: plug-in  plugin:{}\n", plugin.path, plugin.name, plugin.path);
+    if (!plugin.obstacle.empty()) return plain_text(plugin.obstacle) + "\n";
+    const std::string path = plain_text(plugin.path);
+    return fmt::format("{}  {}: plug-in  plugin:{}\n", path, plain_text(plugin.name), path);
 }
 
 } // namespace
@@ -140,6 +143,9 @@ std::string device_list_text(const std::vector<AttachedDevice>& devices, DeviceL
         text += (is_all ? "no haptic device is attached" : "no haptic device was found") +
                 std::string("; a path, an orbit, a tour, a recording or the simulated hand serves "
                             "as well: --device path:FILE, orbit, tour, recording:FILE, hand\n");
+    if (detail == DeviceListDetail::why && ours > 0)
+        text += "feel with a device: palpate trace SCENE --pace realtime --device ADDRESS, the "
+                "last word of its line, or what its remedy leads to\n";
     if (detail == DeviceListDetail::brief && unusable > 0)
         text += "`palpate devices --why` says why something is not usable, and what helps\n";
     if (detail == DeviceListDetail::brief && others > 0)

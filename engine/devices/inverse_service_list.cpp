@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/devices/internal/inverse_service_json.h>
+#include <palpate/engine/text/plain_text.h>
 
 namespace palpate {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 using Answer = InverseService::Answer;
 
 std::string place(const ListedInverseService& service) {
-    return fmt::format("{}:{}", service.address.host, service.address.port);
+    return plain_text(fmt::format("{}:{}", service.address.host, service.address.port));
 }
 
 /// "Haply inverse3 049D (right)"
@@ -52,6 +53,7 @@ constexpr const char* kUse =
 ListedInverseService listed_inverse_service(const std::string& where) {
     constexpr double kPatience_s = 0.5;
     ListedInverseService listed;
+    listed.is_named = !where.empty();
     // One colon is that of a port; more are those of an IPv6 address.
     const std::size_t colon = where.rfind(':');
     const bool has_port = colon != std::string::npos && where.find(':') == colon;
@@ -83,7 +85,8 @@ std::size_t usable_devices(const ListedInverseService& service) {
 }
 
 std::string inverse_service_text(const ListedInverseService& service) {
-    if (service.found.answer != Answer::service) return "";
+    if (service.found.answer != Answer::service)
+        return service.is_named ? inverse_service_why(service) : "";
     if (service.found.devices.empty())
         return fmt::format("{}  Haply Inverse Service: it has no device\n", place(service));
     std::string text;

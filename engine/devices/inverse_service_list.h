@@ -11,6 +11,7 @@ namespace palpate {
 struct ListedInverseService {
     Inverse3Address address; ///< who was asked
     InverseService found;    ///< what came of it
+    bool is_named = false;   ///< somebody said where: that nobody answers is told, too
 };
 
 /// Asks the service at `where` what it has: HOST, HOST:PORT or empty, which is this computer.
@@ -24,8 +25,8 @@ std::string address_of(const ListedInverseService& service, const ListedInverse3
 /// How many of its devices can be used.                                                   [any]
 std::size_t usable_devices(const ListedInverseService& service);
 
-/// A line for each device, and one for a service that has none; nothing where no service answers.
-/// [any]
+/// A line for each device, and one for a service that has none. Where no service answers it says
+/// so, but only of one that was named.                                                    [any]
 std::string inverse_service_text(const ListedInverseService& service);
 /// The same with what is in the way of each, and what to do about it; also where no service
 /// answers.                                                                               [any]

@@ -238,8 +238,12 @@ std::string label_tables(const StarterData& data, const std::string& volume,
     for (const Part& part : parts)
         text += fmt::format("[surface.{}]\nvolume = {}\nlabel = {}\ncontact = \"volume\"\n\n",
                             part.key, toml_text(volume), toml_text(part.label));
-    text.pop_back();
-    return text;
+    return text + "# A surface is as hard as bone. An organ gives way with these two lines in its "
+                  "table; lumps\n# in it are labels that lie beneath its surface. "
+                  "docs/palpation.md has the five steps.\n"
+                  "# stiffness_n_per_mm = 0.15             # at the hand\n"
+                  "# beneath = { LUMP = 10.0 }              # how many times as stiff as the "
+                  "organ\n";
 }
 
 /// The image beside its segmentation: named, so that a line is enough to feel it as well.

@@ -25,6 +25,7 @@
 #include <palpate/engine/scene/scene_overrides.h>
 #include <palpate/engine/text/internal/film_mark.h>
 #include <palpate/engine/text/internal/front_mark.h>
+#include <palpate/engine/text/internal/mcap_mark.h>
 #include <palpate/engine/text/internal/png_mark.h>
 #include <palpate/engine/text/internal/vtp_mark.h>
 #include <palpate/geometry/formats/mesh_file.h>
@@ -157,7 +158,7 @@ bool is_written_by_palpate(const std::filesystem::path& file) {
     if (text.starts_with(kPlyBeginning) || internal::is_own_png(text) || is_page(text)) return true;
     if (is_film(text, file)) return true;
     if (text.starts_with('{')) return is_own_json(file);
-    if (text.starts_with(internal::kVtpBeginning)) return true;
+    if (text.starts_with(internal::kVtpBeginning) || internal::is_own_mcap(text)) return true;
     return internal::is_sealed_recording(file) || is_journal(file) || is_written_volume(file);
 }
 

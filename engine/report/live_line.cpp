@@ -9,6 +9,7 @@
 
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/report/run_events.h>
+#include <palpate/engine/text/plain_text.h>
 
 namespace palpate {
 namespace {
@@ -79,10 +80,11 @@ std::string LiveLine::text(double seconds, std::size_t columns) {
 }
 
 std::string LiveLine::brief(double seconds, std::size_t columns) {
-    std::string line = fmt::format("{:4.0f} Hz {:2} late {:3.1f} N {:4.2f} mm", rate_hz(seconds),
-                                   overruns_, strongest_n_, depth_mm());
-    if (last_.silence != Silence::none) line += " SILENT";
+    // What matters most comes first: of four hands each has 19 of 80 columns.
+    std::string line = last_.silence != Silence::none ? "SILENT " : "";
+    line += fmt::format("{:3.1f} N {:4.2f} mm", strongest_n_, depth_mm());
     if (const std::string what = felt(); !what.empty()) line += " " + what;
+    line += fmt::format(" {:.0f} Hz {} late", rate_hz(seconds), overruns_);
     begin_anew();
     return cut(std::move(line), columns);
 }

@@ -25,8 +25,8 @@ public:
     /// `seconds` of the clock have passed.                                              [setup]
     std::string text(double seconds, std::size_t columns);
 
-    /// The same in a few words, for one of several hands on a line: rate, overruns, force, depth,
-    /// what is felt.                                                                    [setup]
+    /// The same in a few words, for one of several hands on a line: force, depth, what is felt,
+    /// rate, overruns.                                                                   [setup]
     std::string brief(double seconds, std::size_t columns);
 
 private:

@@ -51,7 +51,4 @@ private:
     std::uint64_t missed_ = 0;
 };
 
-/// A text without control characters, on one line; a label's name may hold anything.    [any]
-std::string plain_text(std::string_view text);
-
 } // namespace palpate

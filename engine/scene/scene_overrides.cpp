@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <palpate/drivers/igtl_device.h>
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/hands.h>
+#include <palpate/engine/scene/internal/device_addresses.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
@@ -80,7 +80,6 @@ void set_device(const std::string& text, DeviceDescription& device) {
         device.kind = Kind::inverse3;
         device.address = text.substr(std::string_view("inverse3").size());
     } else if (const auto tool = behind("igtl:")) {
-        igtl_address(*tool); // throws what it has to say
         device.kind = Kind::igtl;
         device.address = *tool;
     } else {
@@ -89,6 +88,7 @@ void set_device(const std::string& text, DeviceDescription& device) {
             "hid:ADDRESS, plugin:FILE, inverse3[:ID] or igtl:TRANSFORM@HOST:PORT",
             text));
     }
+    internal::check_address(device);
 }
 
 /// Devices and the one hand, where a scene has several.

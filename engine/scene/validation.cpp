@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
-#include <palpate/drivers/igtl_device.h>
 #include <palpate/engine/scene/hands.h>
+#include <palpate/engine/scene/internal/device_addresses.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/internal/field_check.h>
 #include <palpate/engine/scene/soft_surfaces.h>
@@ -79,7 +79,7 @@ void check_device(const SceneDescription& scene, const std::string& field,
         check.fail("address", "names no device", "give what `palpate devices` lists");
     if (device.kind == Kind::plugin && device.address.empty())
         check.fail("address", "names no file", "give the plug-in's shared library");
-    if (device.kind == Kind::igtl) igtl_address(device.address); // throws what it has to say
+    internal::check_address(device); // throws what it has to say
     if (!device.surface.empty()) check.name("surface", device.surface, scene.surfaces, "surfaces");
     check.number("speed_m_per_s", device.speed_m_per_s, internal::kOrbitSpeed);
     check.number("depth_min_mm", device.depth_min_mm, internal::kOrbitDepthMm);
@@ -126,7 +126,7 @@ void check_apart(const FieldCheck& check, const DeviceDescription& hand,
 
 void check_hands(const SceneDescription& scene) {
     const std::span<const DeviceDescription> hands = scene.hands;
-    at(scene, 0, [&] {
+    at(scene, hands.size() > kMostHands ? hands[kMostHands].line : 0, [&] {
         if (!hands.empty() && scene.device.kind != DeviceDescription::Kind::none)
             throw std::invalid_argument(
                 "device and hands are both given; name the device as one more of the hands");

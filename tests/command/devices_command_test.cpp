@@ -74,6 +74,7 @@ TEST_F(DevicesCommand, EachDeviceOfAnotherMakerIsListedWithItsWay) {
         EXPECT_NE(why.out.find("docs/device"), std::string::npos) << why.out;
         EXPECT_NE(why.out.find("not with this"), std::string::npos) << why.out;
         EXPECT_EQ(why.out.find("no haptic device"), std::string::npos) << why.out;
+        EXPECT_NE(why.out.find("palpate trace SCENE --pace realtime"), std::string::npos);
 
         const auto json = nlohmann::json::parse(run({"devices", "--json"}).out);
         ASSERT_EQ(json["devices"].size(), 1u);

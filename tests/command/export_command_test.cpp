@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // palpate export: what it writes is read back by a program that has nothing of ours.
 #include <cstdlib>
+#include <filesystem>
 #include <string>
+#include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tests/command/command_run.h"
@@ -39,6 +42,80 @@ TEST_F(Exported, FilesAreReadBackByAnIndependentReader) {
     EXPECT_EQ(std::system(command.c_str()), 0) << content_of(*this / "read.txt");
 }
 
+/// Whether tests/command/mcap_file.py finds what the frames.csv say.
+class ExportedForRos : public Exported {
+protected:
+    bool is_right(const std::string& file, const std::string& frames) {
+        const std::string command = "cd " + folder().string() +
+                                    " && " PALPATE_PYTHON3 " " PALPATE_MCAP_FILE " " + file + " " +
+                                    frames + " > read.txt 2>&1";
+        return std::system(command.c_str()) == 0;
+    }
+    std::string said() { return content_of(*this / "read.txt"); }
+};
+
+TEST_F(ExportedForRos, ARunIsReadBackByTheFormatsSpecification) {
+    // Two trials, the first with more than one chunk of messages.
+    std::string path = "t_s,x_m,y_m,z_m\n";
+    for (int trial = 0; trial < 2; ++trial)
+        for (int n = 0; n < (trial == 0 ? 4000 : 300); ++n)
+            path += fmt::format("{:.17g},{:.17g},{:.17g},0.001\n", 1e-3 * n, 0.0215 - 1e-6 * n,
+                                1e-6 * n);
+    make("probe.csv", path);
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    const test::CommandResult result = run({"export", "t", "-o", "run.mcap"});
+    ASSERT_EQ(result.exit, 0) << result.err;
+    EXPECT_TRUE(is_right("run.mcap", "t/frames.csv")) << said();
+    EXPECT_THAT(said(), HasSubstr("12901 messages in 2 chunks"));
+    EXPECT_EQ(run({"export", "t", "-o", "run.mcap"}).exit, 0) << "its own file is replaced";
+
+    // The reader is about something: it misses no bit that has changed, and no end that is gone.
+    const std::string whole = content_of(*this / "run.mcap");
+    for (const std::size_t at : {9UL, 40UL, 900UL, whole.size() / 2, whole.size() - 1000,
+                                 whole.size() - 60, whole.size() - 20}) {
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ 4);
+        make("damaged.mcap", damaged);
+        EXPECT_FALSE(is_right("damaged.mcap", "t/frames.csv")) << at;
+    }
+    make("damaged.mcap", whole.substr(0, whole.size() / 2));
+    EXPECT_FALSE(is_right("damaged.mcap", "t/frames.csv"));
+    make("probe.csv", test::pressing_path());
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "other"}).exit, 0);
+    EXPECT_FALSE(is_right("run.mcap", "other/frames.csv"));
+}
+
+TEST_F(ExportedForRos, EachOfSeveralHandsHasItsTopics) {
+    const std::string scene = test::ball_scene();
+    const std::string device = "\ntype = \"path\"\nfile = \"";
+    make("other.csv", test::pressing_path(-1.0));
+    make("two.toml", scene.substr(0, scene.find("[device]")) + "[[device]]\nname = \"left\"" +
+                         device + "probe.csv\"\n[[device]]\nname = \"right\"" + device +
+                         "other.csv\"\n");
+    ASSERT_EQ(run({"trace", "two.toml", "--out", "two"}).exit, 0);
+    const test::CommandResult both = run({"export", "two", "-o", "both.mcap"});
+    ASSERT_EQ(both.exit, 0) << both.err;
+    EXPECT_EQ(both.err, "") << "it leaves no hand out";
+    EXPECT_TRUE(is_right("both.mcap", "left=two/left/frames.csv right=two/right/frames.csv"))
+        << said();
+    ASSERT_EQ(run({"export", "two", "-o", "one.mcap", "--hand", "right"}).exit, 0);
+    EXPECT_TRUE(is_right("one.mcap", "right=two/right/frames.csv")) << said();
+    EXPECT_FALSE(is_right("one.mcap", "right=two/left/frames.csv"));
+}
+
+TEST_F(ExportedForRos, AnOutputThatCannotBeFinishedLeavesTheOldOne) {
+    ASSERT_EQ(run({"export", "t", "-o", "run.mcap"}).exit, 0);
+    const std::string before = content_of(*this / "run.mcap");
+    const std::string command = "cd " + folder().string() +
+                                " && ulimit -f 8 && " PALPATE_COMMAND
+                                " export t -o run.mcap > full.txt 2>&1";
+    EXPECT_NE(std::system(("bash -c '" + command + "'").c_str()), 0);
+    EXPECT_THAT(content_of(*this / "full.txt"), HasSubstr("run.mcap: cannot be written"));
+    EXPECT_EQ(content_of(*this / "run.mcap"), before);
+    for (const auto& entry : std::filesystem::directory_iterator(folder()))
+        EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
+}
+
 TEST_F(Exported, WhatCannotBeWrittenIsRefusedInOneLine) {
     const auto refused = [&](std::vector<std::string> arguments, int code, const std::string& why) {
         arguments.insert(arguments.begin(), "export");
@@ -47,13 +124,17 @@ TEST_F(Exported, WhatCannotBeWrittenIsRefusedInOneLine) {
         EXPECT_THAT(result.err, HasSubstr(why));
         EXPECT_EQ(result.times("\n"), 1U) << result.err;
     };
-    refused({"t", "-o", "run.csv"}, 2, "name it .mrk.json or .vtp");
+    refused({"t", "-o", "run.csv"}, 2, "name it .mrk.json, .vtp or .mcap");
     refused({"t", "-o", "run.mrk.json", "--surface", "s"}, 2, "name the output .vtp");
+    refused({"t", "-o", "run.mcap", "--surface", "s"}, 2, "name the output .vtp");
+    refused({"t", "-o", "run.vtp", "--surface", ""}, 2, "--surface: is followed by an empty");
     refused({"t", "-o", "run.vtp", "--surface", "bone"}, 2, "surfaces are: s; name one of them");
     refused({"t", "-o", "run.mrk.json", "--step-ms", "0"}, 2, "--step-ms");
     refused({"missing.h5", "-o", "run.vtp"}, 3, "missing.h5");
     make("mine.vtp", "<?xml version=\"1.0\"?>\n<VTKFile/>\n");
     refused({"t", "-o", "mine.vtp"}, 3, "was not written by Palpate");
+    make("mine.mcap", std::string("\x89MCAP0\r\n\x01", 9) + std::string(60, '\0'));
+    refused({"t", "-o", "mine.mcap"}, 3, "was not written by Palpate");
     make("mine.mrk.json", "{\"markups\": []}");
     refused({"t", "-o", "mine.mrk.json"}, 3, "was not written by Palpate");
     EXPECT_EQ(content_of(*this / "mine.mrk.json"), "{\"markups\": []}");

@@ -132,6 +132,38 @@ TEST_F(HandsCommand, NoHandsFolderIsReplacedThatIsSomebodyElses) {
     expect_refused({"trace", "two.toml", "--out", "third"}, 3, "cannot be made a folder");
 }
 
+// The folders of hands that were not in the new run stayed, beside a summary without them.
+TEST_F(HandsCommand, FilesOfHandsThatAreNotInTheNewRunGoAndNothingElse) {
+    make("third.toml", of_hands("right", "other.csv") + of_hand("third", "probe.csv"));
+    ASSERT_EQ(run({"trace", "one.toml", "--out", "r"}).exit, 0);
+    const test::CommandResult two = run({"trace", "two.toml", "--out", "r"});
+    ASSERT_EQ(two.exit, 0) << two.err;
+    EXPECT_THAT(two.err, HasSubstr("note: removed what an earlier run with other hands had left: "
+                                   "frames.csv, timing.csv\n"));
+    EXPECT_FALSE(is_there("r/frames.csv"));
+    make("r/left/notes.txt", "mine\n");
+    std::filesystem::create_directories(*this / "r/elsewhere");
+    ASSERT_EQ(run({"trace", "one.toml", "--out", "r/elsewhere"}).exit, 0); // another trace's folder
+    const test::CommandResult third = run({"trace", "third.toml", "--out", "r"});
+    ASSERT_EQ(third.exit, 0) << third.err;
+    EXPECT_THAT(third.err, HasSubstr("left: left/frames.csv, left/timing.csv\n"));
+    EXPECT_FALSE(is_there("r/left/frames.csv"));
+    EXPECT_EQ(content_of(*this / "r/left/notes.txt"), "mine\n");
+    EXPECT_TRUE(is_there("r/right/frames.csv") && is_there("r/third/timing.csv"));
+    EXPECT_TRUE(is_there("r/elsewhere/frames.csv"));
+    make("r/third/timing.csv", "mine\n");
+    ASSERT_EQ(run({"trace", "one.toml", "--out", "r"}).exit, 0);
+    EXPECT_FALSE(is_there("r/right")) << "it was empty";
+    EXPECT_FALSE(is_there("r/third/frames.csv"));
+    EXPECT_EQ(content_of(*this / "r/third/timing.csv"), "mine\n");
+    EXPECT_TRUE(is_there("r/frames.csv"));
+    // Nothing goes before the new files are there.
+    ASSERT_EQ(run({"trace", "two.toml", "--out", "r"}).exit, 0);
+    make("r/frames.csv", "mine\n");
+    expect_refused({"trace", "one.toml", "--out", "r"}, 3, "was not written by Palpate");
+    EXPECT_TRUE(is_there("r/left/frames.csv"));
+}
+
 TEST_F(HandsCommand, AReportAndAnExplanationShowAllOfThem) {
     ASSERT_EQ(run({"trace", "two.toml", "--out", "two"}).exit, 0);
     const test::CommandResult report = run({"report", "two", "-o", "r.html"});

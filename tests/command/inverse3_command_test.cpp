@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command with an Inverse3, whose service is simulated in the tests' own process.
+#include <chrono>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -21,6 +23,16 @@ constexpr const char* kBall = "[volume.ball]\nanalytic = \"solid_sphere\"\nradiu
 
 class Inverse3Command : public test::CommandRun {
 protected:
+    /// Waits until a run has said some hundred forces; false after a minute.
+    bool is_felt() {
+        std::size_t heard = 0;
+        for (int i = 0; i < 6000 && heard < 200; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            heard += service.heard().size();
+        }
+        return heard >= 200;
+    }
+
     test::SimulatedInverseService service;
     std::string at = "127.0.0.1:" + std::to_string(service.port());
 };
@@ -34,8 +46,11 @@ TEST_F(Inverse3Command, DevicesListsWhatTheServiceHasAndWhyTellsTheRest) {
                                 service.options());
     service.greet_with(R"({"inverse3":[]})");
     EXPECT_PART(run({"devices", "--why", "--inverse-service", at}).out, "it has no device");
+    EXPECT_PART(run({"devices", "--why", "--inverse-service", at}).out, "is not plugged in");
     service.stop();
     EXPECT_PART(run({"devices", "--why", "--inverse-service", at}).out, "it does not answer");
+    EXPECT_PART(run({"devices", "--inverse-service", at}).out, at + "  Haply Inverse Service: it "
+                                                                    "does not answer");
     EXPECT_EQ(run({"devices", "--inverse-service", "127.0.0.1:0"}).exit, 2);
 }
 
@@ -59,6 +74,53 @@ TEST_F(Inverse3Command, WithoutAServiceARunSaysWhatToDo) {
     EXPECT_PART(trace.err, "inverse3: no Inverse Service answers at " + at);
     EXPECT_EQ(run({"explain", "scene.toml"}).exit, 0) << "a scene can be looked at without it";
     EXPECT_EQ(run({"trace", "scene.toml"}).exit, 2) << "a hand moves by the clock";
+}
+
+TEST_F(Inverse3Command, AnAddressThatCannotBeIsAWrongOptionOrAWrongScene) {
+    make("scene.toml", kBall);
+    for (const char* wrong :
+         {"inverse3:?nonsense=1", "inverse3?nonsense=1", "inverse3?port=0", "inverse3?force_n=11",
+          "inverse3:049D?force_n", "plugin:a.so?x=1&x=2"}) {
+        const test::CommandResult trace =
+            run({"trace", "scene.toml", "--pace", "realtime", "--device", wrong});
+        EXPECT_EQ(trace.exit, 2) << wrong << "\n" << trace.err;
+        EXPECT_EQ(trace.times("\n"), 1u) << trace.err;
+        make("of.toml", kBall + ("[device]\ntype = \"" + std::string(wrong) + "\"\n"));
+        const test::CommandResult of_scene = run({"trace", "of.toml", "--pace", "realtime"});
+        EXPECT_EQ(of_scene.exit, 3) << wrong << "\n" << of_scene.err;
+        EXPECT_PART(of_scene.err, "of.toml:10: ");
+    }
+    const test::CommandResult evil = run({"trace", "scene.toml", "--pace", "realtime", "--device",
+                                          "inverse3:\x1b]0;title\a\n?port=0"});
+    EXPECT_EQ(evil.exit, 2);
+    EXPECT_PART(evil.err, "inverse3:?]0;title???port=0: ");
+    EXPECT_EQ(evil.times("\n"), 1u) << evil.err;
+}
+
+// It ended with exit code 0 as if it had been felt to its end.
+TEST_F(Inverse3Command, ALostDeviceIsAFailedRunWithAllThatWasRecorded) {
+    make("scene.toml", kBall);
+    const pid_t child = start({"trace", "scene.toml", "--pace", "realtime", "--seconds", "5",
+                               "--out", "out", "--device", "inverse3" + service.options()});
+    ASSERT_TRUE(is_felt());
+    service.stop();
+    const test::CommandResult trace = end(child);
+    EXPECT_EQ(trace.exit, 4) << trace.err;
+    EXPECT_PART(trace.err, "gave no state in the last ");
+    EXPECT_PART(trace.err, "1 times the service was lost");
+    EXPECT_PART(trace.out, "written to out: ");
+    EXPECT_EQ(run({"replay", "out/recording.h5", "--check"}).exit, 0);
+}
+
+TEST_F(Inverse3Command, ADeviceThatComesBackIsNoFailedRun) {
+    make("scene.toml", kBall);
+    const pid_t child = start({"trace", "scene.toml", "--pace", "realtime", "--seconds", "6",
+                               "--out", "out", "--device", "inverse3" + service.options()});
+    ASSERT_TRUE(is_felt());
+    service.hang_up();
+    const test::CommandResult trace = end(child);
+    EXPECT_EQ(trace.exit, 0) << trace.err;
+    EXPECT_PART(trace.err, "the service was lost");
 }
 
 TEST_F(Inverse3Command, TheDriverPassesTheChecksOfDrivers) {

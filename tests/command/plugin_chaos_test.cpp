@@ -60,8 +60,15 @@ TEST_F(PluginChaos, ForcesAreBoundedEndInTheStatedTimeAndComeBack) {
     std::cout << forces.size() << " frames, " << felt << " with force, " << returned
               << " times it began, " << ended << " frames after a silence\n";
     EXPECT_GT(ended, 0);
+    // A machine that is so busy that the recorder did not come for 2 s has lost frames. That is
+    // told by the run and by the replay, and is no other recording's fault.
+    const bool is_whole = trace.err.find("felt and not recorded") == std::string::npos;
     const test::CommandResult replay = run({"replay", "out/recording.h5", "--check"});
-    EXPECT_EQ(replay.exit, 0) << replay.out << replay.err;
+    EXPECT_EQ(replay.exit, is_whole ? 0 : 3) << replay.out << replay.err;
+    if (!is_whole)
+        EXPECT_NE(replay.err.find("is missing, as the recorder could not keep up"),
+                  std::string::npos)
+            << replay.err;
 }
 
 } // namespace

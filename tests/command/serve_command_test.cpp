@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
+#include <sstream>
+#include <string>
 #include <thread>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <palpate/geometry/vec.h>
+
 #include "tests/command/command_run.h"
+#include "tests/command/frame_table.h"
 
 namespace palpate::test {
 namespace {
@@ -75,6 +82,37 @@ protected:
         return status == 0 ? "" : "wrong: " + content_of(said);
     }
 };
+
+TEST_F(ServeCommand, TheClientOnThePageShowsProbeProxyAndForce) {
+    const std::string page = content_of(PALPATE_SLICER_PAGE);
+    const std::size_t begin = page.find("import socket\n");
+    ASSERT_NE(begin, std::string::npos) << "the page has no client";
+    make("client.py", page.substr(begin, page.find("```", begin) - begin));
+    const pid_t child = start({"serve", "scene.toml", "--igtl", "0", "--out", "run"});
+    const int at = port();
+    ASSERT_NE(at, 0);
+    const std::string command = fmt::format("cd '{}' && '{}' client.py {} > shown.txt 2>&1",
+                                            folder().string(), PALPATE_PYTHON, at);
+    EXPECT_EQ(std::system(command.c_str()), 0) << content_of(folder() / "shown.txt");
+    ::kill(child, SIGINT);
+    end(child);
+    const std::string shown = content_of(folder() / "shown.txt");
+    for (const char* name : {"Stylus ", "StylusVelocity ", "Buttons ", "Force ", "Proxy "})
+        EXPECT_THAT(shown, HasSubstr(name));
+    // A place that it shows is one of a frame: x and y turn their sign from LPS to RAS.
+    const std::size_t line = shown.find("Stylus ");
+    std::istringstream numbers(shown.substr(line + 15, shown.find('\n', line) - line - 15));
+    Vec3 ras_mm;
+    ASSERT_TRUE(numbers >> ras_mm.x >> ras_mm.y >> ras_mm.z) << shown;
+    auto table = test::frame_table(folder() / "run/frames.csv");
+    double nearest_mm = 1e9;
+    for (std::size_t n = 0; n < table["time_s"].size(); ++n)
+        nearest_mm = std::min(
+            nearest_mm, glm::distance(1e3 * Vec3(-table["probe_x_m"][n], -table["probe_y_m"][n],
+                                                 table["probe_z_m"][n]),
+                                      ras_mm));
+    EXPECT_LT(nearest_mm, 1.8e-3) << "printed with 3 digits and sent with 24 bits";
+}
 
 TEST_F(ServeCommand, ClientsOfBothVersionsGetSurfacesAndFramesOfTheRecording) {
     const pid_t child = start({"serve", "scene.toml", "--igtl", "0", "--out", "run"});

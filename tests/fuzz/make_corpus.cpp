@@ -11,6 +11,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <palpate/drivers/igtl_message.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -282,6 +283,40 @@ void add_hid(const Corpus& corpus) {
         add("wooden_" + std::to_string(bytes), {}, {std::string(bytes, '\x21')});
 }
 
+void add_igtl(const Corpus& corpus) {
+    const auto add = [&](const std::string& name, char cut, const std::vector<IgtlMessage>& all) {
+        std::string bytes(1, cut);
+        for (const IgtlMessage& message : all) {
+            const IgtlBytes one = igtl_bytes(message);
+            bytes.append(one.begin(), one.end());
+        }
+        corpus.add("igtl", name, bytes);
+    };
+    IgtlMessage tool;
+    tool.type = "TRANSFORM";
+    tool.device = "StylusToReference";
+    tool.time = igtl_time(1.5e9);
+    tool.id = 7;
+    tool.metadata = {{"unit", "mm"}, {"TransformStatus", "OK"}};
+    tool.content = igtl_transform_content(igtl_pose({Vec3(0.01, -0.02, 0.03), {0.6, 0.8, 0, 0}}));
+    IgtlMessage old_tool = tool;
+    old_tool.version = IgtlVersion::one;
+    IgtlMessage status;
+    status.type = "STATUS";
+    status.content = igtl_status_content({IgtlStatus::kOk, 0, "", "here"});
+    IgtlMessage query;
+    query.type = "GET_POLYDATA";
+    query.device = "bone";
+    IgtlMessage mesh;
+    mesh.type = "POLYDATA";
+    mesh.device = "bone";
+    mesh.content = igtl_poly_data_content(test::icosphere(0.01, 0), {1.0F, 0.5F, 0.0F, 1.0F});
+    add("transform_1", 20, {old_tool});
+    add("transform_2", 57, {tool});
+    add("session", 0, {status, query, tool, old_tool, mesh, tool});
+    add("mesh", 100, {mesh});
+}
+
 /// Bytes of which the targets make numbers.
 std::string any_bytes(std::uint64_t seed, int count) {
     test::Draw draw(seed);
@@ -306,6 +341,7 @@ int main(int count, char** arguments) {
     add_dicom(corpus);
     add_dicom_labels(corpus);
     add_hid(corpus);
+    add_igtl(corpus);
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
         const std::string name = "bytes_" + std::to_string(seed);
         corpus.add("solver", name, any_bytes(seed, 60 + 20 * static_cast<int>(seed)));

@@ -35,10 +35,11 @@ struct VtpForm {
     Format format = Format::ascii;
     bool is_deflated = false;
     bool big_endian = false;
-    bool wide_header = false; ///< UInt64
-    bool doubles = true;      ///< positions as Float64
-    bool wide_index = true;   ///< Int64
-    std::string head;         ///< within VTKFile, before PolyData
+    bool wide_header = false;       ///< UInt64
+    bool doubles = true;            ///< positions as Float64
+    bool wide_index = true;         ///< Int64
+    std::string head;               ///< within VTKFile, before PolyData
+    bool twice_the_corners = false; ///< a fault: more than the cells have
 };
 
 /// Writes one mesh, its triangles as polygons or as strips of one triangle each.
@@ -54,6 +55,7 @@ public:
             corners.insert(corners.end(), t.begin(), t.end());
             ends.push_back(static_cast<double>(corners.size()));
         }
+        if (form_.twice_the_corners) corners.insert(corners.end(), corners.begin(), corners.end());
         const std::string index = form_.wide_index ? "Int64" : "Int32";
         const std::string cells =
             array(index, "connectivity", corners) + array(index, "offsets", ends);

@@ -8,9 +8,8 @@
 
 #include <fmt/format.h>
 
-#include <palpate/drivers/igtl_device.h>
-#include <palpate/drivers/inverse3_service.h>
 #include <palpate/engine/scene/hands.h>
+#include <palpate/engine/scene/internal/device_addresses.h>
 #include <palpate/engine/scene/internal/scene_tables.h>
 
 namespace palpate::internal {
@@ -173,6 +172,17 @@ void read_hand_device(const TomlTable& table, const SceneDescription& scene,
     device.placement = read_placement(table);
 }
 
+/// Says an address that cannot be with the line of its type.
+void check_address_of(const TomlTable& table, const DeviceDescription& device) {
+    try {
+        check_address(device);
+    } catch (const std::invalid_argument& error) {
+        const std::string said = error.what();
+        const std::size_t end = said.rfind("; ");
+        table.fail(table.line_of("type"), said.substr(0, end), said.substr(end + 2));
+    }
+}
+
 /// Hardware, by its address or through a plug-in's file. Whether it is there, a run asks.
 void read_attached(const TomlTable& table, const SceneDescription& scene, std::string_view start,
                    const std::string& address, DeviceDescription& device) {
@@ -185,6 +195,7 @@ void read_attached(const TomlTable& table, const SceneDescription& scene, std::s
                           : "add the plug-in's shared library");
     device.kind = is_hid ? Kind::hid : Kind::plugin;
     device.address = is_hid ? address : (scene.file.parent_path() / address).string();
+    check_address_of(table, device);
     allow_only(table, kPlacedKeys, fmt::format("with type = \"{}...\"", start), device);
     device.placement = read_placement(table);
 }
@@ -193,30 +204,18 @@ void read_attached(const TomlTable& table, const SceneDescription& scene, std::s
 void read_inverse3(const TomlTable& table, const std::string& address, DeviceDescription& device) {
     device.kind = Kind::inverse3;
     device.address = address;
-    try {
-        inverse3_address(address);
-    } catch (const std::runtime_error& error) {
-        const std::string what = error.what();
-        const std::size_t end = what.rfind("; ");
-        table.fail(table.line_of("type"), what.substr(0, end), what.substr(end + 2));
-    }
+    check_address_of(table, device);
     allow_only(table, kPlacedKeys, "with type = \"inverse3...\"", device);
     device.placement = read_placement(table);
 }
 
 /// A tool that a program sends. Its poses are in the scene's frame, so it is not placed.
 void read_tool(const TomlTable& table, const std::string& address, DeviceDescription& device) {
-    try {
-        igtl_address(address);
-    } catch (const std::invalid_argument& error) {
-        const std::string said = error.what();
-        const std::size_t end = said.find("; ");
-        table.fail(table.line_of("type"), said.substr(0, end), said.substr(end + 2));
-    }
-    constexpr std::array<std::string_view, 1> kKeys{"type"};
-    allow_only(table, kKeys, "with type = \"igtl:...\"", device);
     device.kind = Kind::igtl;
     device.address = address;
+    check_address_of(table, device);
+    constexpr std::array<std::string_view, 1> kKeys{"type"};
+    allow_only(table, kKeys, "with type = \"igtl:...\"", device);
 }
 
 /// All but the name.

@@ -142,7 +142,8 @@ private:
 
     struct Cells {
         std::size_t count = 0;
-        std::vector<double> corners, ends;
+        std::vector<double> ends;
+        std::optional<Tag> corners; ///< read once the ends say how many there are
     };
     struct Piece {
         std::size_t vertices = 0;
@@ -207,9 +208,18 @@ private:
         if (piece.vertices + into.first_vertex > kMostVertices)
             source_.fail("has more vertices than a mesh can have; simplify it");
         add_vtk_vertices(source_, piece.coordinates, file_);
-        add_vtk_cells(source_, VtkCells::polygons, piece.polygons.corners, piece.polygons.ends,
+        add_vtk_cells(source_, VtkCells::polygons, corners_of(piece.polygons), piece.polygons.ends,
                       into);
-        add_vtk_cells(source_, VtkCells::strips, piece.strips.corners, piece.strips.ends, into);
+        add_vtk_cells(source_, VtkCells::strips, corners_of(piece.strips), piece.strips.ends, into);
+    }
+
+    /// No more of them are inflated than the last cell ends with.
+    std::vector<double> corners_of(const Cells& cells) {
+        if (!cells.corners) return {};
+        const double end = cells.ends.empty() ? 0.0 : cells.ends.back();
+        constexpr auto kMost = static_cast<double>(kMostNumbers);
+        const auto most = static_cast<std::size_t>(end >= 0.0 ? std::min(end, kMost) : 0.0);
+        return numbers(*cells.corners, most);
     }
 
     /// Keeps the arrays that make a surface, and what Slicer says of the frame.
@@ -233,7 +243,7 @@ private:
         for (const auto& [of, cells] :
              {std::pair{"Polys", &piece_->polygons}, std::pair{"Strips", &piece_->strips}}) {
             if (section != of || cells->count == 0) continue;
-            if (name == "connectivity") cells->corners = numbers(tag, kMostNumbers);
+            if (name == "connectivity") cells->corners = tag;
             if (name == "offsets")
                 cells->ends = numbers(tag, std::min<std::size_t>(cells->count, kMostNumbers));
         }

@@ -22,6 +22,9 @@ AttachedDevice denied_board() {
              {DeviceFinding::Weight::note, "it is blue", ""}}};
 }
 
+const std::string kHow = "feel with a device: palpate trace SCENE --pace realtime --device "
+                         "ADDRESS, the last word of its line, or what its remedy leads to\n";
+
 AttachedDevice keyboard() {
     return {"/dev/hidraw0",
             0x046D,
@@ -60,7 +63,26 @@ TEST(DeviceList, WhyTellsEveryFindingAndRemedyAndTheOthers) {
               "USABLE\n"
               "    in the way: no permission\n"
               "    remedy: install the rules\n"
-              "    note: it is blue\n");
+              "    note: it is blue\n" +
+                  kHow);
+    EXPECT_EQ(device_list_text({keyboard()}, DeviceListDetail::why).find("--pace"),
+              std::string::npos)
+        << "nobody holds a keyboard to feel something";
+}
+
+// The name of a device that set the title of the terminal that listed it.
+TEST(DeviceList, WhatADeviceSaysOfItselfCommandsNoTerminal) {
+    AttachedDevice board = denied_board();
+    board.name = "evil\x1b]0;title\a\nboard";
+    board.findings[0].what = "no\x1b[31m permission";
+    const ListedPlugin plugin{"/tmp/a\x1b.so", "udp\r 1.0", ""};
+    const ListedPlugin broken{"/tmp/b.so", "", "/tmp/b\x1b.so: is no library; name another one"};
+    for (const auto detail : {DeviceListDetail::brief, DeviceListDetail::why}) {
+        const std::string text = device_list_text({board}, detail, {plugin, broken});
+        EXPECT_NE(text.find("evil?]0;title??board"), std::string::npos) << text;
+        for (const char letter : text)
+            EXPECT_TRUE(letter == '\n' || static_cast<unsigned char>(letter) >= ' ') << text;
+    }
 }
 
 AttachedDevice touch() {
@@ -81,7 +103,8 @@ TEST(DeviceList, ADeviceOfAnotherMakerIsListedWithItsWay) {
               "by a plug-in\n"
               "    in the way: no driver\n"
               "    remedy: a plug-in (page)\n"
-              "    note: with a fake\n");
+              "    note: with a fake\n" +
+                  kHow);
     EXPECT_EQ(device_list_text({touch()}, DeviceListDetail::brief).find("no haptic device"),
               std::string::npos);
     const auto json = nlohmann::json::parse(device_list_json({touch(), denied_board()}));

@@ -64,6 +64,11 @@ TEST(InverseServiceList, NoServiceAServiceWithoutADeviceAndAStrangerAreToldApart
         << inverse_service_why(nobody);
     EXPECT_TRUE(device_list_text({}, DeviceListDetail::brief, {}, &nobody)
                     .starts_with("no haptic device is attached"));
+    // Whoever names a service wants to know.
+    nobody.is_named = true;
+    EXPECT_EQ(inverse_service_text(nobody), inverse_service_why(nobody));
+    EXPECT_NE(device_list_text({}, DeviceListDetail::brief, {}, &nobody).find("does not answer"),
+              std::string::npos);
     ListedInverseService stranger = nobody;
     stranger.found.answer = Answer::stranger;
     EXPECT_NE(inverse_service_why(stranger).find("another program"), std::string::npos);

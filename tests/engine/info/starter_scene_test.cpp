@@ -137,6 +137,16 @@ TEST_F(StarterScene, OfLabelsNamesEachByWhatIsItsAlone) {
     EXPECT_EQ(named, (std::set<std::string>{"Left Lobe \\ one", "left lobe one"}));
     EXPECT_EQ(only(scene.volumes).labels, folder_ / "two.txt");
 
+    // It points to softness and lumps: without the #, they are of the last surface.
+    std::string text = starter_scene(starter_data(data), {}, file);
+    EXPECT_THAT(text, HasSubstr("# beneath = { LUMP = 10.0 }"));
+    EXPECT_THAT(text, HasSubstr("docs/palpation.md"));
+    text.erase(text.find("# stiffness_n_per_mm"), 2);
+    const SceneDescription soft = parse_scene(text, file);
+    EXPECT_EQ(std::count_if(soft.surfaces.begin(), soft.surfaces.end(),
+                            [](const auto& one) { return !one.second.softness.none(); }),
+              1);
+
     // One name for both: their numbers tell them apart.
     const DataFile same = labels("4 lobe\n7 lobe\n");
     const SceneDescription apart = parse_scene(starter_scene(starter_data(same), {}, file), file);

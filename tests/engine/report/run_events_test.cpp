@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/text/plain_text.h>
+
 #include <palpate/engine/report/live_line.h>
 #include <palpate/engine/scene/scene_file.h>
 
@@ -169,6 +171,13 @@ TEST_F(Events, TheLiveLineFitsAnyTerminalAndSaysWhatIsFelt) {
               "5.00 mm feels bone probe in Cortex");
     for (std::size_t columns = 0; columns < 120; ++columns)
         EXPECT_LE(LiveLine(narrow).text(0.1, columns).size(), columns);
+    EXPECT_EQ(LiveLine(narrow).brief(0.1, 200), "2.5 N 5.00 mm bone 1000 Hz 1 late");
+    EXPECT_EQ(LiveLine(narrow).brief(0.1, 13), "2.5 N 5.00 mm") << "one of four hands has no more";
+    RunFrame silent = next();
+    silent.silence = Silence::device;
+    narrow.add(silent);
+    EXPECT_TRUE(narrow.brief(0.1, 200).starts_with("SILENT 2.5 N"))
+        << "what matters is not cut off";
     EXPECT_NE(live.text(0.1, 200).find("    0 Hz"), std::string::npos)
         << "no frame since the line before";
 }

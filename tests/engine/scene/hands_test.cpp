@@ -70,8 +70,9 @@ TEST_F(HandTables, NamesAreGivenApartAndFitAFolder) {
     for (std::size_t i = 0; i < kMostHands; ++i)
         many += hand("h" + std::to_string(i));
     EXPECT_EQ(complaint(many), "");
-    EXPECT_EQ(complaint(many + hand("more")), "scene.toml: hands: are 5, and each takes a "
-                                              "processor; give at most 4");
+    EXPECT_EQ(complaint(many + hand("more")), "scene.toml:17: hands: are 5, and each takes a "
+                                              "processor; give at most 4")
+        << "the line of the one too many";
     EXPECT_THAT(complaint("[[device]]\nname = \"a\"\ntype = \"path\"\nfile = \"probe.csv\"\n"
                           "speed = 1\n"),
                 HasSubstr("valid keys: name, type, file"));

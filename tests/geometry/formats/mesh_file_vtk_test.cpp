@@ -146,5 +146,20 @@ TEST_F(VtkMesh, DeflatedBeyondWhatItsPieceStatesIsNotInflated) {
                 testing::HasSubstr("inflates to more than the piece states"));
 }
 
+// The corners of cells were inflated whole, up to 96 GiB, before they were compared with the cells.
+TEST_F(VtkMesh, CornersBeyondTheLastCellAreNotInflated) {
+    for (const bool as_strips : {false, true}) {
+        VtpForm form{Format::raw, {}, {}, {}, {}, {}, {}};
+        form.is_deflated = true;
+        const std::string whole = VtpWriter(form).file(ball(), as_strips);
+        EXPECT_EQ(complaint("a.vtp", whole), "");
+        // The array of another mesh, of whose cells there are more.
+        VtpForm twice = form;
+        twice.twice_the_corners = true;
+        EXPECT_THAT(complaint("a.vtp", VtpWriter(twice).file(ball(), as_strips)),
+                    testing::HasSubstr("inflates to more than the piece states"));
+    }
+}
+
 } // namespace
 } // namespace palpate

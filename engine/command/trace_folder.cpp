@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/command/trace_folder.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include <palpate/engine/command/command.h>
+#include <palpate/engine/scene/hands.h>
+#include <palpate/engine/text/plain_text.h>
+
+namespace palpate::command {
+namespace {
+
+// Of all hands, and of each.
+constexpr std::array<const char*, 3> kTraceFiles{"summary.json", "recording.h5",
+                                                 "recording.h5.part"};
+constexpr std::array<const char*, 2> kHandFiles{"frames.csv", "timing.csv"};
+
+/// The hands that a summary.json has; none where there is none that can be read.
+std::vector<std::string> hands_of_summary(const std::filesystem::path& file) {
+    std::vector<std::string> hands;
+    std::ifstream stream(file, std::ios::binary);
+    const nlohmann::json summary = nlohmann::json::parse(stream, nullptr, false);
+    if (!summary.is_object() || !summary.contains("hands") || !summary["hands"].is_array())
+        return hands;
+    for (const nlohmann::json& one : summary["hands"])
+        if (one.is_object() && one.contains("hand") && one["hand"].is_string() &&
+            is_hand_name(one["hand"].get_ref<const std::string&>()))
+            hands.push_back(one["hand"]);
+    return hands;
+}
+
+bool is_own_file(const std::filesystem::path& file) {
+    std::error_code ignored;
+    return std::filesystem::is_regular_file(std::filesystem::symlink_status(file, ignored)) &&
+           is_written_by_palpate(file);
+}
+
+} // namespace
+
+TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace)
+    : all_(folder) {
+    const std::vector<std::string> hands = hand_names(scene);
+    for (const std::string& hand : hands)
+        hands_.push_back(std::make_unique<ResultFolder>((all_ / hand.c_str()).string()));
+    std::vector<std::filesystem::path> files = all_.files(kTraceFiles);
+    for (std::size_t i = 0; i < std::max<std::size_t>(1, hands_.size()); ++i)
+        for (std::filesystem::path& file : of_hand(i).files(kHandFiles))
+            files.push_back(std::move(file));
+    check_outputs(files, input_files(scene), replace);
+    find_earlier(hands);
+}
+
+/// Of the hands that the summary there names, and of a run of one, whose files are not in a folder
+/// of their own.
+void TraceFolder::find_earlier(const std::vector<std::string>& hands) {
+    std::vector<std::filesystem::path> folders;
+    for (const std::string& hand : hands_of_summary(all_ / "summary.json"))
+        if (std::find(hands.begin(), hands.end(), hand) == hands.end())
+            folders.push_back(all_ / hand.c_str());
+    if (!hands.empty()) folders.emplace_back(all_.string());
+    for (const std::filesystem::path& folder : folders)
+        for (const char* name : kHandFiles)
+            if (is_own_file(folder / name)) earlier_.push_back(folder / name);
+}
+
+void TraceFolder::remove_earlier() const {
+    const std::filesystem::path whole(all_.string());
+    std::string names;
+    for (const std::filesystem::path& file : earlier_) {
+        std::error_code error;
+        if (!std::filesystem::remove(file, error)) continue;
+        names += (names.empty() ? "" : ", ") + file.lexically_relative(whole).string();
+        if (file.parent_path() != whole)
+            std::filesystem::remove(file.parent_path(), error); // fails where there is more
+    }
+    if (!names.empty())
+        tell("palpate: note: removed what an earlier run with other hands had left: {}\n",
+             plain_text(names));
+}
+
+} // namespace palpate::command

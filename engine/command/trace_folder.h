@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <palpate/engine/command/session.h>
+#include <palpate/engine/record/output_files.h>
+#include <palpate/engine/scene/scene_description.h>
+
+namespace palpate::command {
+
+/// The folder of a trace, with one in it for each hand of several.
+class TraceFolder {
+public:
+    /// Makes it before the work. Throws as ResultFolder and check_outputs().
+    TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace);
+
+    const ResultFolder& all() const { return all_; }
+    const ResultFolder& of_hand(std::size_t i) const { return hands_.empty() ? all_ : *hands_[i]; }
+
+    /// After the new files are there: removes what Palpate wrote of an earlier run with other
+    /// hands, and says so. Nothing of it belongs to the new summary.json.
+    void remove_earlier() const;
+
+private:
+    void find_earlier(const std::vector<std::string>& hands);
+
+    ResultFolder all_;
+    std::vector<std::unique_ptr<ResultFolder>> hands_; // go before what they are in
+    std::vector<std::filesystem::path> earlier_;
+};
+
+} // namespace palpate::command
