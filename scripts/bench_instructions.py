@@ -28,7 +28,8 @@ import sys
 import tempfile
 
 FRAME = "palpate::HapticLoop::frame(palpate::DeviceState const&, std::span*"
-ADVANCE = "palpate::Subdivision::advance("
+SUBDIVISION = "palpate::Subdivision::"
+ADVANCE = SUBDIVISION + "advance("
 SUB_STEPS = (1, 33)  # of method fixed, whose difference is what a sub-step costs
 
 SURFACE = '[[effect]]\ntype = "surface"\nsurface = "{0}"\n'
@@ -284,7 +285,8 @@ class Counted:
 
 
 def read_callgrind(file):
-    """The total, and by function: its own instructions, and those with all that it calls.
+    """The total, and by function: its own instructions, and those with all that it calls. The
+    advance() of a soft layer is called within that of its tip, and is part of it.
     Format: https://valgrind.org/docs/manual/cl-format.html"""
     names, own, called = {}, {}, {}
 
@@ -305,7 +307,9 @@ def read_callgrind(file):
         elif line and line[0] in "0123456789+-*":
             numbers = line.split()
             cost = int(numbers[1]) if len(numbers) > 1 else 0
-            if is_call:
+            if is_call and target.startswith(ADVANCE) and function.startswith(SUBDIVISION):
+                is_call = False
+            elif is_call:
                 called[target] = called.get(target, 0) + cost
                 is_call = False
             else:

@@ -7,6 +7,7 @@ Makes the table of docs/palpation.md, "How well the map foretells a lump":
     scripts/fe_lump.py                       # all 24 cases: some minutes
     scripts/fe_lump.py --cell 0.5            # coarser, some 20 s
     scripts/fe_lump.py --case 5 5 10 20      # one lump: top, radius (mm), ratio, thickness (mm)
+    scripts/fe_lump.py --beside 0 3 6 9 12   # a lump of 5 mm, 5 mm deep, so many mm beside the punch
 
 Needs python3-numpy and python3-scipy of Debian, and nothing of Palpate's.
 
@@ -15,6 +16,10 @@ round punch of radius a presses it without friction, on the axis. The lump is a 
 of modulus ratio times E. Elements are axisymmetric, with eight nodes and 2 x 2 Gauss points, which
 nearly incompressible tissue does not lock. Stiffness is the punch's force over its way, small
 strain.
+
+Beside the axis the same elements carry a Fourier series along the circle: the slab alone couples no
+two terms of it, the lump couples them all. Conjugate gradients solve that, with the slab alone as
+preconditioner. The punch does not tilt.
 """
 import argparse
 import math
@@ -102,7 +107,8 @@ class Slab:
         law = np.full((4, 4), 0.0)
         law[:3, :3] = lam
         law += np.diag([2 * mu, 2 * mu, 2 * mu, mu])  # of modulus 1
-        self.points = []  # of each Gauss point: place, volume, stiffness of modulus 1
+        self.points = []  # of each Gauss point: place, stiffness of modulus 1
+        self.shapes = []  # and: shape functions, their derivatives by r and z, radius, depth, area
         g = 1 / math.sqrt(3)
         for x, y in [(-g, -g), (g, -g), (g, g), (-g, g)]:
             n, dx, dy = shapes(x, y)
@@ -120,6 +126,7 @@ class Slab:
             volume = 2 * math.pi * radius * det
             stiffness = np.einsum("eki,kl,elj,e->eij", strain, law, strain, volume, optimize=True)
             self.points.append((radius, ze @ n, stiffness))
+            self.shapes.append((n, dr, dz, radius, ze @ n, det))
 
     def solve(self, modulus):
         """Force per way of the punch, N/mm, and twice the energy at each Gauss point."""
@@ -143,6 +150,153 @@ class Slab:
         local = way[self.dofs]
         energies = [modulus(r, z) * np.einsum("ei,eij,ej->e", local, k, local) for r, z, k in self.points]
         return float(way @ (matrix @ way)), energies
+
+
+class Series:
+    """The same slab under displacements that are no rings: with t the angle about the punch's axis,
+    from the plane through the lump's middle,
+
+        u_r = sum a_n cos(n t)    u_t = sum c_n sin(n t)    u_z = sum b_n cos(n t)
+
+    The unknowns of a node are (a, c, b), for each n < TERMS."""
+
+    TERMS, ANGLES = 24, 96  # angles in half a circle: the lump's outline is sampled there
+
+    def __init__(self, slab):
+        self.slab = slab
+        lam = POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
+        mu = 0.5 / (1 + POISSON)
+        self.law = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])  # rr, zz, hoop, rz, rt, zt
+        self.law[:3, :3] += lam
+        self.dofs = (3 * slab.nodes[:, :, None] + np.arange(3)).reshape(len(slab.nodes), 24)
+        angle = (np.arange(self.ANGLES) + 0.5) * math.pi / self.ANGLES
+        self.angle = angle
+        # Of the four strains that go with cos(n t), and the two that go with sin(n t).
+        self.along = [np.stack([np.cos(n * angle)] * 4 + [np.sin(n * angle)] * 2) for n in range(self.TERMS)]
+        self.matrices, self.spaces, self.factors = [], [], []
+        for n in range(self.TERMS):
+            self._add_term(n)
+        size = 3 * len(slab.r)
+        self.way = np.zeros((self.TERMS, size))  # the punch's: 1 mm into the tissue
+        under_punch = (slab.z < 1e-9) & (slab.r < PUNCH_MM + 1e-9)
+        self.way[0, 2::3][under_punch] = 1.0
+        self.plain = self.way + self._solve(-self._apply_slab(self.way))
+        self.stiffness = float(np.sum(self.plain * self._apply_slab(self.plain)))
+
+    def strains(self, n, point, elements=slice(None)):
+        """(elements, 6, 24): strains at a Gauss point by the unknowns of term n."""
+        shape, dr, dz, radius, _, _ = self.slab.shapes[point]
+        dr, dz, over_r = dr[elements], dz[elements], shape / radius[elements][:, None]
+        b = np.zeros((len(dr), 6, 8, 3))
+        b[:, 0, :, 0] = dr
+        b[:, 1, :, 2] = dz
+        b[:, 2, :, 0], b[:, 2, :, 1] = over_r, n * over_r
+        b[:, 3, :, 0], b[:, 3, :, 2] = dz, dr
+        b[:, 4, :, 0], b[:, 4, :, 1] = -n * over_r, dr - over_r
+        b[:, 5, :, 1], b[:, 5, :, 2] = dz, -n * over_r
+        return b.reshape(len(dr), 6, 24)
+
+    def _add_term(self, n):
+        circle = 2 * math.pi if n == 0 else math.pi  # integral of cos^2 or sin^2 over a turn
+        total = 0.0
+        for point, (_, _, _, radius, _, det) in enumerate(self.slab.shapes):
+            b = self.strains(n, point)
+            total = total + np.einsum("eki,kl,elj,e->eij", b, self.law, b, circle * radius * det, optimize=True)
+        rows, columns = np.repeat(self.dofs, 24, axis=1).ravel(), np.tile(self.dofs, (1, 24)).ravel()
+        size = 3 * len(self.slab.r)
+        matrix = coo_matrix((total.ravel(), (rows, columns)), shape=(size, size)).tocsc()
+        space = self._free(n)
+        self.matrices.append(matrix)
+        self.spaces.append(space)
+        self.factors.append(splu((space.T @ matrix @ space).tocsc(), permc_spec="MMD_AT_PLUS_A",
+                                 options={"SymmetricMode": True}, diag_pivot_thresh=0.0))
+
+    def _free(self, n):
+        """Unknowns by those that are free: all but those of the base, of u_z under the punch, and of
+        what the axis allows. There u_z may be of n = 0, and a way aside is u_r = a cos t, u_t = -a sin t."""
+        slab = self.slab
+        free = np.repeat(slab.z < slab.thickness_mm - 1e-9, 3)
+        free[2::3] &= ~((slab.z < 1e-9) & (slab.r < PUNCH_MM + 1e-9))
+        axis = slab.r < 1e-9
+        free[0::3] &= ~axis if n != 1 else True
+        free[1::3] &= ~axis if n != 0 else False  # sin(0 t)
+        free[2::3] &= ~axis if n != 0 else True
+        number = np.cumsum(free) - 1
+        rows = np.flatnonzero(free)
+        columns, values = number[rows], np.ones(len(rows))
+        if n == 1:
+            ends = np.flatnonzero(axis & free[0::3])
+            rows = np.concatenate([rows, 3 * ends + 1])
+            columns = np.concatenate([columns, number[3 * ends]])
+            values = np.concatenate([values, -np.ones(len(ends))])
+        return coo_matrix((values, (rows, columns)), shape=(len(free), int(free.sum()))).tocsc()
+
+    def _apply_slab(self, u):
+        return np.stack([matrix @ part for matrix, part in zip(self.matrices, u)])
+
+    def _solve(self, load):
+        return np.stack([space @ factor.solve(space.T @ part)
+                         for space, factor, part in zip(self.spaces, self.factors, load)])
+
+    def with_lump(self, top, radius, ratio, beside):
+        """K/K0 with a sphere whose middle is `beside` mm from the punch's axis."""
+        regions = []
+        for point, (_, _, _, r, z, det) in enumerate(self.slab.shapes):
+            x, y = r[:, None] * np.cos(self.angle) - beside, r[:, None] * np.sin(self.angle)
+            inside = x * x + y * y + (z[:, None] - top - radius) ** 2 < radius * radius
+            elements = np.flatnonzero(inside.any(axis=1))
+            if not len(elements):
+                continue
+            weight = 2 * math.pi / self.ANGLES * (ratio - 1) * (r * det)[elements, None] * inside[elements]
+            regions.append((self.dofs[elements], weight,
+                            [self.strains(n, point, elements) for n in range(self.TERMS)]))
+
+        def apply(u):
+            out = self._apply_slab(u)
+            for dofs, weight, terms in regions:
+                strain = sum(np.einsum("eki,ei->ek", b, part[dofs])[:, :, None] * along
+                             for b, part, along in zip(terms, u, self.along))
+                stress = np.einsum("kl,elt,et->ekt", self.law, strain, weight, optimize=True)
+                for b, part, along in zip(terms, out, self.along):
+                    np.add.at(part, dofs, np.einsum("eki,ekt,kt->ei", b, stress, along, optimize=True))
+            return out
+
+        u = self.plain.copy()
+        rest = -apply(u)
+        step = better = self._solve(rest)
+        size = begin = np.sum(rest * better)
+        while size > 1e-10 * begin:  # of the energy that is left: far below what the cells err by
+            bent = apply(step)
+            length = size / np.sum(step * bent)
+            u, rest = u + length * step, rest - length * bent
+            better = self._solve(rest)
+            size, before = np.sum(rest * better), size
+            step = better + size / before * step
+        return float(np.sum(u * apply(u))) / self.stiffness
+
+
+def kernel_beside(top, radius, beside, a=PUNCH_MM, cells=80):
+    """Integral of the kernel w over a sphere beside the axis, by cells."""
+    at = radius * (2 * (np.arange(cells) + 0.5) / cells - 1)
+    x, y, z = np.meshgrid(at, at, at, indexing="ij")
+    inside = x * x + y * y + z * z < radius * radius
+    x, y, z = x[inside] + beside, y[inside], z[inside] + top + radius
+    w = 6 * a / math.pi**2 * z * z / (x * x + y * y + z * z + (0.75 * a) ** 2) ** 3
+    return float(w.sum()) * (2 * radius / cells) ** 3
+
+
+def print_beside(wanted, besides, cell):
+    print("| top mm | radius mm | ratio | slab mm | beside mm | elements K/K0 | kernel K/K0 |"
+          " kernel against elements |")
+    print("|---|---|---|---|---|---|---|---|")
+    for thick in sorted({w[3] for w in wanted}):
+        series = Series(Slab(thick, cell, fine_to_mm=18.0))
+        for top, radius, ratio, _ in [w for w in wanted if w[3] == thick]:
+            for beside in besides:
+                elements = series.with_lump(top, radius, ratio, beside)
+                closed = 1 + factor(ratio) * kernel_beside(top, radius, beside)
+                print(f"| {top:g} | {radius:g} | {ratio:g} | {thick:g} | {beside:g} | {elements:.3f} |"
+                      f" {closed:.3f} | {100 * (closed / elements - 1):+.1f} % |", flush=True)
 
 
 def factor(ratio):
@@ -172,17 +326,28 @@ def case(slab, plain, energies, lump, youngs):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cell", type=float, default=0.25, help="mm, near the punch; divides 4 (default 0.25)")
+    parser.add_argument("--cell", type=float,
+                        help="mm, near the punch; divides 4 (default 0.25; 0.5 with --beside)")
+    parser.add_argument("--beside", type=float, nargs="+", metavar="MM",
+                        help="the lump so far beside the punch; without --case: 5 5 10 20 and 5 5 10 40")
     parser.add_argument("--youngs", type=float, default=10.0, help="kPa (default 10)")
     parser.add_argument("--case", type=float, nargs=4, action="append",
                         metavar=("TOP", "RADIUS", "RATIO", "THICKNESS"), help="one lump; may be repeated")
     options = parser.parse_args()
+    options.cell = options.cell or (0.5 if options.beside else 0.25)
+    if options.beside and not all(0 <= beside <= 12 for beside in options.beside):
+        sys.exit("fe_lump.py: --beside: take 0 to 12 mm; the elements are fine as far as 18")
     if abs(PUNCH_MM / options.cell - round(PUNCH_MM / options.cell)) > 1e-9:
         sys.exit(f"fe_lump.py: --cell {options.cell}: the punch's radius of 4 mm is no multiple of it; take 0.25")
     if options.case and any(top <= 0 or radius <= 0 or ratio <= 0 or top + 2 * radius > min(thick, 20)
                             for top, radius, ratio, thick in options.case):
         sys.exit("fe_lump.py: --case: the lump is to lie in the upper 20 mm of the slab, all above 0")
     began = time.monotonic()
+    if options.beside:
+        print_beside(options.case or [(5.0, 5.0, 10.0, thick) for thick in THICKNESSES_MM], options.beside,
+                     options.cell)
+        print(f"\nCells of {options.cell:g} mm; {time.monotonic() - began:.0f} s.")
+        return
     youngs = options.youngs * KPA
     wanted = options.case or [(*lump, thick) for thick in THICKNESSES_MM for lump in LUMPS]
     print("| top mm | radius mm | ratio | slab mm | elements K/K0 | kernel K/K0 | kernel against elements |"

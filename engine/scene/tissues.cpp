@@ -11,11 +11,9 @@ constexpr double kFingertipMm = 4.0;
 
 constexpr std::string_view kArda = "Arda et al. 2011, AJR 197:532-536, doi 10.2214/AJR.10.5449";
 constexpr std::array kTissues{
-    Tissue{"gastrocnemius", 11.1, kArda},
-    Tissue{"kidney_cortex", 5.0, kArda},
+    Tissue{"gastrocnemius", 11.1, kArda}, Tissue{"kidney_cortex", 5.0, kArda},
     Tissue{"liver", 4.74, "Dhar, Gupta and Gupta, Int. J. Med. Res. Rev., article 1395"},
-    Tissue{"masseter", 10.4, kArda},
-    Tissue{"pancreas", 4.8, kArda},
+    Tissue{"masseter", 10.4, kArda}, Tissue{"pancreas", 4.8, kArda},
     Tissue{"parotid", 10.38, kArda},
     // Not Arda et al., who have 2.9: three later papers have 16.6 to 23 (docs/palpation.md).
     Tissue{"spleen", 18.14, "Giuffre et al. 2019, Ann. Hepatol. 18:736-741"},
@@ -30,11 +28,9 @@ std::optional<MaterialDescription> tissue_material(std::string_view name) {
                                     [&](const Tissue& tissue) { return tissue.name == name; });
     if (found == kTissues.end()) return std::nullopt;
     MaterialDescription material;
-    material.softness = internal::softness_of_modulus(found->youngs_kpa, kFingertipMm);
+    material.softness = softness_of_modulus(found->youngs_kpa, kFingertipMm);
     return material;
 }
-
-namespace internal {
 
 Softness softness_of_modulus(double youngs_kpa, double contact_radius_mm) noexcept {
     constexpr double poisson = 0.5;
@@ -42,5 +38,4 @@ Softness softness_of_modulus(double youngs_kpa, double contact_radius_mm) noexce
     return Softness::linear(2.0 * radius_m * modulus_pa / (1.0 - poisson * poisson));
 }
 
-} // namespace internal
 } // namespace palpate

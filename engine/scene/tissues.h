@@ -23,11 +23,9 @@ std::span<const Tissue> tissues() noexcept;
 /// no such tissue. [setup]
 std::optional<MaterialDescription> tissue_material(std::string_view name);
 
-namespace internal {
-
-/// Of a round, flat and stiff contact of radius a on a deep layer of modulus E that keeps its
-/// volume (nu = 1/2):  K = 2 a E / (1 - nu^2). [any]
+/// How soft a deep layer of modulus E, kPa, that keeps its volume (nu = 1/2) is to a round, flat
+/// and stiff contact of radius a, mm:  K = 2 a E / (1 - nu^2). For SurfaceDescription::softness;
+/// validate() refuses what is made of numbers that are not above 0, or not finite. [any]
 Softness softness_of_modulus(double youngs_kpa, double contact_radius_mm) noexcept;
 
-} // namespace internal
 } // namespace palpate

@@ -20,8 +20,9 @@ namespace {
 constexpr double kNoDirection_m = 1e-12;
 // A front that is cut short goes on so often, for one place of the tip.
 constexpr int kMostFollows = 8;
-// Below this eigenvalue of 1 + d h the front is (nearly) not the nearest place: it may be anywhere.
-constexpr double kNearFocus = 0.1;
+// At this eigenvalue of 1 + d h the tip is in the middle of what the front is on, which may be
+// anywhere around it: how it turns is rounding. Near to that a step needs it the more.
+constexpr double kFocus = 1e-6;
 // A front is taken to go no more than twice as far as the probe. Where a rough surface bends more
 // than that, it goes by jumps, from dent to dent: followed to the letter, the force along the
 // surface was several times the force into it, for a frame.
@@ -229,7 +230,7 @@ Mat3 Subdivision::turning_of(const Layer& layer) const noexcept {
     const double h01 = 0.5 * (glm::dot(t, hessian * b) + glm::dot(b, hessian * t));
     const double m00 = 1.0 + d * h00, m11 = 1.0 + d * h11, m01 = d * h01;
     const double det = m00 * m11 - m01 * m01;
-    if (!(m00 > kNearFocus) || !(det > kNearFocus * m00)) return along;
+    if (!(m00 > kFocus) || !(det > kFocus * m00)) return along;
     // h (1 + d h)^-1; the two commute.
     const double c00 = (h00 * m11 - h01 * m01) / det, c01 = (h01 * m00 - h00 * m01) / det;
     const double c11 = (h11 * m00 - h01 * m01) / det;

@@ -24,6 +24,7 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 
+#include "tests/support/pressed_hand.h"
 #include "tests/support/scripted_clock.h"
 
 namespace palpate {
@@ -163,6 +164,33 @@ TEST_F(SkinOverBone, BoneIsNotPassedAtAnySpeed) {
         EXPECT_EQ(bone.frames_inside(), 0u) << speed;
         EXPECT_LE(bone.deepest().above_level, bone.certificate()) << speed;
     }
+}
+
+// Of the 96 cells of docs/safety.md the one that shakes: on a device that declares no damping a
+// finger that is held on bone slips in the third second, and the coupling of 2000 N/m shakes it.
+TEST_F(SkinOverBone, AHandThatBeginsToShakeIsCalmedAndGivenNothing) {
+    SceneDescription stiff = parse_scene(text_, "skin_over_bone.toml");
+    stiff.coupling = {2000.0, 0.0};
+    SceneResources resources;
+    resources.files = scene_files(folder_ / "cache");
+    const auto scene = std::make_shared<const Scene>(std::move(stiff), resources);
+    const test::PressedPoint where = test::pressed_point(*scene, {0.0, -0.8, 0.6});
+    const HandSettings hand = test::pressing_hand(2e-3, 40e-6);
+    const double tremor = test::free_tremor(hand);
+    const auto held = [&](double hold_s, test::Protection protection) {
+        return test::follow(
+            scene, hand,
+            press_into(where.point, where.outward, 5e-3, 10e-3, test::kPressApproach_s, hold_s),
+            test::kPressApproach_s + hold_s, protection);
+    };
+    EXPECT_TRUE(oscillates(held(test::kPressHold_s, test::Protection::controller), tremor));
+    const test::Press calmed = held(4.0, test::Protection::controller);
+    EXPECT_FALSE(oscillates(calmed, tremor));
+    EXPECT_TRUE(calmed.flags & kSoftened);
+    EXPECT_LE(calmed.hand_work_j, 0.0);
+    EXPECT_GT(calmed.pressed_n, 0.5) << "it is felt";
+    // The control: nothing but limits lets it shake on.
+    EXPECT_TRUE(oscillates(held(4.0, test::Protection::limits), tremor));
 }
 
 TEST_F(SkinOverBone, AHeldProbeComesToRest) {

@@ -127,6 +127,9 @@ void check_beneath(const FieldCheck& check, const SceneDescription& scene,
                    "leave one of both out, or let a table of stiffness_mm_n end flat");
     if (surface.moves)
         check.fail("beneath", "does not go with a surface that moves", "leave one of both out");
+    if (is_of_lumps_alone(surface, surface))
+        check.fail("beneath", "has all labels of the surface, and none is the tissue around them",
+                   "leave out the label that the lumps lie in: its stiffness is the surface's");
     for (const auto& [label, ratio] : surface.beneath) {
         check.number(fmt::format("beneath[\"{}\"]", label), ratio, kModulusRatio);
         for (const auto& [name, other] : scene.surfaces)

@@ -126,6 +126,7 @@ std::shared_ptr<const Scene> SceneVariants::over_every(int n, const Box& box) co
     surface.mesh.clear();
     surface.triangle_mesh.reset();
     surface.labels.clear();
+    surface.beneath.clear(); // what is compared is the front, which knows nothing of lumps
     surface.region_mm.reset();
     surface.keep = {};
     surface.iso_value = felt.level.level;

@@ -92,6 +92,10 @@ TEST_F(BeneathTable, RefusesWhatItWouldHaveToGoWith) {
     EXPECT_THAT(complaint(felt(kSoft + kNodule, "[surface.lump]\nvolume = \"v\"\nlabel = "
                                                 "\"Nodule\"\nstiffness_n_per_mm = 0.3\n")),
                 HasSubstr("it would count twice"));
+    // It was said of a lump that it is a soft surface as well: the one around it.
+    EXPECT_THAT(complaint(felt(kSoft + "beneath = { Organ = 3.0, Nodule = 10.0, 7 = 0.5 }\n")),
+                testing::AllOf(HasSubstr("has all labels of the surface"),
+                               HasSubstr("leave out the label that the lumps lie in")));
 }
 
 TEST_F(BeneathTable, TheSameIsRefusedOfASceneInCode) {

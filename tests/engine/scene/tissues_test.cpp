@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene/tissues.h>
 
+#include <limits>
+#include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <palpate/engine/scene/validation.h>
 
 #include "tests/engine/scene/scene_file_fixture.h"
 
@@ -34,6 +38,20 @@ TEST_F(Tissues, AreMaterialsThatNeedNoTable) {
     EXPECT_FALSE(tissue_material("gold"));
 }
 
+// docs/palpation.md tells programs to make a softness so; it was in an internal namespace.
+TEST_F(Tissues, AProgramMakesASoftnessOfAModulus) {
+    SceneDescription scene = with("");
+    Softness& softness = scene.surfaces.at("organ").softness;
+    softness = softness_of_modulus(5.0, 8.0);
+    EXPECT_DOUBLE_EQ(softness.steepest(), 2.0 * 8e-3 * 5e3 / 0.75);
+    EXPECT_NO_THROW(validate(scene));
+    for (const double none : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),
+                              std::numeric_limits<double>::infinity()}) {
+        softness = softness_of_modulus(none, 8.0);
+        EXPECT_THROW(validate(scene), std::invalid_argument) << none;
+    }
+}
+
 TEST_F(Tissues, ATableOfTheSceneComesFirst) {
     const SceneDescription scene =
         with("material = \"liver\"\n", "[material.liver]\nstiffness_n_per_mm = 0.4\n");
@@ -54,7 +72,8 @@ TEST_F(Tissues, WhatIsNoneIsRefusedWithThoseThatThereAre) {
     };
     EXPECT_THAT(of("livr"), HasSubstr("\"livr\" in [surface.organ] does not exist; did you mean "
                                       "\"liver\"?"));
-    EXPECT_THAT(of("gold"), HasSubstr("materials and tissues: gastrocnemius, kidney_cortex, liver"));
+    EXPECT_THAT(of("gold"),
+                HasSubstr("materials and tissues: gastrocnemius, kidney_cortex, liver"));
     EXPECT_THAT(of("gold", "[material.jelly]\nstiffness_n_per_mm = 0.1\n"),
                 HasSubstr("materials and tissues: jelly, gastrocnemius"));
 }

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +17,7 @@
 #include <palpate/engine/study/converged_proxy.h>
 
 #include "tests/engine/study/study_fixture.h"
+#include "tests/support/made_labels.h"
 
 namespace palpate {
 namespace {
@@ -178,6 +182,50 @@ TEST(ErrorBudget, VoxelisationOfNoiseIsNotKnown) {
     const auto parts = error_budget(noisy, along_the_wall(6e-3), resources);
     EXPECT_THAT(part_of(parts, "voxelisation").why_not, HasSubstr("does not fall with the voxels"));
     EXPECT_EQ(part_of(parts, "voxelisation").position.frames, 0u);
+}
+
+/// A block of labels, its top at z = 0, with a ball of 5 mm in it, 3 mm deep; soft, over the ball
+/// `ratio` times as stiff a tissue.
+std::shared_ptr<const Scene> block_with_lump(double ratio, const SceneResources& resources) {
+    const AffineTransform frame{Mat3(1e-3), Vec3{-25.0, -25.0, -29.5} * 1e-3};
+    SceneDescription scene;
+    scene.volumes["v"].label_volume = std::make_shared<const LabelVolume>(
+        test::made_labels({51, 51, 40}, frame, 2, [](const Vec3& at) {
+            if (at.x < 5 || at.x > 45 || at.y < 5 || at.y > 45 || at.z > 29) return 0;
+            return glm::distance(at, Vec3(25, 25, 21.5)) <= 5.0 ? 2 : 1;
+        }));
+    SurfaceDescription& block = scene.surfaces["block"];
+    block.volume = "v";
+    block.labels = {"1", "2"};
+    block.contact = ContactKind::volume;
+    block.softness = Softness::linear(150.0);
+    if (ratio != 1.0) block.beneath["2"] = ratio;
+    scene.effects.push_back(effects::Surface{.surface = "block"});
+    return std::make_shared<const Scene>(std::move(scene), resources);
+}
+
+// `palpate study` refused a scene with lumps: its coarser voxels have no labels that could lie
+// beneath. They need none: the errors are those of the front, and lumps do not move it.
+TEST(ErrorBudget, OfASurfaceOverLumpsIsTheOneWithoutThem) {
+    SceneResources resources;
+    resources.files = scene_files();
+    std::vector<DeviceState> inputs(kFrames);
+    for (std::size_t i = 0; i < kFrames; ++i) {
+        const double at = static_cast<double>(i);
+        inputs[i].time_s = 1e-3 * at;
+        inputs[i].position = {-10e-3 + 1e-4 * at, 3e-3, 1e-3 - std::min(5e-5 * at, 3e-3)};
+    }
+    const auto with = error_budget(block_with_lump(10.0, resources), inputs, resources);
+    const auto without = error_budget(block_with_lump(1.0, resources), inputs, resources);
+    ASSERT_EQ(with.size(), without.size());
+    int known = 0;
+    for (std::size_t i = 0; i < with.size(); ++i) {
+        EXPECT_EQ(with[i].source, without[i].source);
+        EXPECT_EQ(with[i].why_not, without[i].why_not);
+        EXPECT_EQ(with[i].position.rms_um, without[i].position.rms_um) << with[i].source;
+        known += with[i].position.frames > 0 ? 1 : 0;
+    }
+    EXPECT_GE(known, 2);
 }
 
 TEST(ErrorBudget, StopsWhenAskedTo) {

@@ -17,11 +17,14 @@
 
 #include "tests/support/contact_kinds.h"
 #include "tests/support/contact_loop.h"
+#include "tests/support/half_space.h"
 
 namespace palpate {
 namespace {
 
 using test::ContactLoop;
+using test::HalfSpace;
+using test::Plane;
 
 constexpr double kK = ContactLoop::kStiffness;
 constexpr double kTolerance_m = 1e-10;
@@ -46,55 +49,6 @@ Vec3 any(std::mt19937& random) {
     const double x = unit(random), y = unit(random), z = unit(random);
     return {x, y, z};
 }
-
-/// Matter where n.p < c.
-struct Plane {
-    Vec3 n{0.0, 0.0, 1.0};
-    double c = 0.0; ///< m
-    double depth(const Vec3& p) const { return c - glm::dot(n, p); }
-};
-
-class HalfSpace final : public ScalarField {
-public:
-    explicit HalfSpace(const Plane& plane) : plane_(plane) {}
-    std::unique_ptr<FieldSampler> make_sampler() const override {
-        return std::make_unique<Sampler>(plane_);
-    }
-    Box bounds() const override { return {Vec3(-1.0), Vec3(1.0)}; }
-    double feature_size_m() const noexcept override { return 0.05; }
-    double patch_cosine() const noexcept override { return 0.9; }
-    double typical_slope(double) const override { return 1.0; }
-
-private:
-    class Sampler final : public FieldSampler {
-    public:
-        explicit Sampler(const Plane& plane) : plane_(plane) {}
-        FieldSample sample(const Vec3& p) noexcept override {
-            FieldSample s;
-            s.valid = true;
-            s.value = plane_.depth(p);
-            s.slope = s.gradient = -plane_.n;
-            return s;
-        }
-        double value(const Vec3& p) noexcept override { return plane_.depth(p); }
-        std::optional<double> first_root(const Vec3& from, const Vec3& to,
-                                         double level) noexcept override {
-            const double begin = plane_.depth(from) - level, end = plane_.depth(to) - level;
-            if (begin >= 0.0) return 0.0;
-            if (end < 0.0) return std::nullopt;
-            // On the side below the level: back by roundings of the chord, doubled each time.
-            double t = begin / (begin - end);
-            for (double back = 1e-16; t > 0.0 && plane_.depth(from + t * (to - from)) >= level;
-                 back *= 2.0)
-                t = std::max(0.0, t - back);
-            return t;
-        }
-
-    private:
-        Plane plane_;
-    };
-    Plane plane_;
-};
 
 /// How far a force is from one that these planes can push with, N: the least over up to three of
 /// them at a time, as many as it takes (Caratheodory).
