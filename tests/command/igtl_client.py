@@ -203,7 +203,8 @@ def check_batches(found, version, took_s):
             check([m.metadata["unit"] for m in batch] == ["mm", "mm/s", "1", "N", "mm"], "units")
     times = [m.seconds() for m in found[::len(NAMES)]]
     check(all(a < b for a, b in zip(times, times[1:])), "batches are not in order")
-    check(len(times) - 1 <= 60.0 * took_s, "%d batches in %g s" % (len(times), took_s))
+    # The first one may have waited for this program, which was busy with the surfaces.
+    check(len(times) - 2 <= 60.0 * took_s, "%d batches in %g s" % (len(times), took_s))
     check(abs(times[-1] - time.time()) < PATIENCE_S, "the times are not the clock's")
 
 
