@@ -241,7 +241,8 @@ Vec3 corrected_step(const PrimitiveSet& primitives, const ContactSet& contacts,
 Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,
                     const ProxySolution& solution, const Vec3& proxy, double stiffness,
                     double damping) noexcept {
-    return corrected_step<false>(primitives, contacts, solution, proxy, stiffness, damping, {});
+    static constexpr Mat3 none(0.0);
+    return corrected_step<false>(primitives, contacts, solution, proxy, stiffness, damping, none);
 }
 
 Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,

@@ -74,10 +74,11 @@ public:
     std::uint32_t offer(double strength_n, ContactSet& contacts) const noexcept {
         std::uint32_t offered = 0;
         for (std::size_t i = 0; i < count_; ++i) {
-            ContactPlane contact = entries_[i].contact;
-            contact.plane.strength_n = strength_n;
-            contact.plane.shares = i > 0 && std::isfinite(strength_n);
-            if (contacts.add(contact)) ++offered;
+            if (!contacts.add(entries_[i].contact)) continue;
+            PlanePrimitive& plane = contacts.edit(contacts.size() - 1).plane;
+            plane.strength_n = strength_n;
+            plane.shares = i > 0 && std::isfinite(strength_n);
+            ++offered;
         }
         return offered;
     }

@@ -14,7 +14,6 @@
 namespace palpate {
 namespace {
 
-
 constexpr std::size_t kCapacity = PrimitiveSet::kCapacity;
 constexpr std::size_t kNone = kCapacity;
 
@@ -369,9 +368,10 @@ void internal::solve_unshared(const PrimitiveSet& primitives, const Vec3& probe,
 
 void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
                  ProxySolution& solution) noexcept {
-    internal::solve_unshared(primitives, probe, coupling, pass_cap, solution);
     if (primitives.shares_strengths())
-        internal::share_strengths(primitives, probe, coupling, pass_cap, solution);
+        internal::solve_shared(primitives, probe, coupling, pass_cap, solution);
+    else
+        internal::solve_unshared(primitives, probe, coupling, pass_cap, solution);
 }
 
 } // namespace palpate

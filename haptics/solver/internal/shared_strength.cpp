@@ -203,8 +203,9 @@ private:
 
 } // namespace
 
-void share_strengths(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
-                     int pass_cap, ProxySolution& solution) noexcept {
+void solve_shared(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
+                  ProxySolution& solution) noexcept {
+    solve_unshared(primitives, probe, coupling, pass_cap, solution);
     const Runs runs = runs_of(primitives);
     const auto any_too_much = [&] {
         return std::any_of(runs.begin(), runs.end(),

@@ -9,14 +9,14 @@ namespace palpate::internal {
 void solve_unshared(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
                     int pass_cap, ProxySolution& solution) noexcept;
 
-/// Makes of a solution of solve_unshared() the one where planes share strengths:
-/// PlanePrimitive::shares. Where the planes of a run bear more together than their strength s, the
+/// solve_proxy() where planes share strengths, PlanePrimitive::shares: begins with the solution of
+/// solve_unshared(). Where the planes of a run bear more together than their strength s, the
 /// run is at a common depth c behind them, at which hard planes bear s:
 ///   min over x of  E(x) + s max(0, d(x))  =  min over c >= 0 of  s c + min { E(x) : d(x) <= c },
 /// d(x) = max over the run of -n.(x - p). The slope of the inner minimum over c is less the sum of
 /// the hard planes' multipliers, which only falls with c: it is searched for where it is s. Bounded
 /// by `pass_cap` passes more and kMostDepths solutions for each run and round.             [loop]
-void share_strengths(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
-                     int pass_cap, ProxySolution& solution) noexcept;
+void solve_shared(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
+                  ProxySolution& solution) noexcept;
 
 } // namespace palpate::internal
