@@ -39,13 +39,20 @@ std::string file_text(const std::filesystem::path& file) {
     return text;
 }
 
+/// A message quotes the file's own words, which may hold a line's end or what a terminal obeys.
+std::string in_one_line(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
+    return text;
+}
+
 } // namespace
 
 MeshSource::MeshSource(const std::filesystem::path& file)
     : file_(file.string()), text_(file_text(file)) {}
 
 void MeshSource::fail(const std::string& what) const {
-    throw std::runtime_error(file_ + ": " + what);
+    throw std::runtime_error(file_ + ": " + in_one_line(what));
 }
 
 void MeshSource::fail_here(const std::string& what) const { fail_at(given_, what); }
@@ -53,7 +60,7 @@ void MeshSource::fail_here(const std::string& what) const { fail_at(given_, what
 void MeshSource::fail_at(std::size_t byte, const std::string& what) const {
     const auto begin = text_.begin();
     const auto line = 1 + std::count(begin, begin + static_cast<std::ptrdiff_t>(byte), '\n');
-    throw std::runtime_error(file_ + ":" + std::to_string(line) + ": " + what);
+    throw std::runtime_error(file_ + ":" + std::to_string(line) + ": " + in_one_line(what));
 }
 
 std::optional<std::string_view> MeshSource::line() {

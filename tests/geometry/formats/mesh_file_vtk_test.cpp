@@ -135,6 +135,22 @@ TEST_F(VtkMesh, WhatIsNotReadSaysWhy) {
 }
 
 // A file of 1.4 MB that inflates to 1 GiB was inflated whole before it was compared with the piece.
+TEST_F(VtkMesh, AMessageIsOneLineWhateverTheFileSays) {
+    for (const std::string text :
+         {"<VTKFile type=\"Poly\nData\"></VTKFile>",
+          "<VTKFile type=\"PolyData\" compressor=\"vtk\x1B[2JData\n\"></VTKFile>"})
+        try {
+            read("a.vtp", "<?xml version=\"1.0\"?>\n" + text);
+            ADD_FAILURE() << "read: " << text;
+        } catch (const std::runtime_error& error) {
+            const std::string words = error.what();
+            EXPECT_TRUE(std::none_of(words.begin(), words.end(), [](unsigned char c) {
+                return c < 0x20;
+            })) << words;
+            EXPECT_THAT(words, testing::HasSubstr("a.vtp:2: "));
+        }
+}
+
 TEST_F(VtkMesh, DeflatedBeyondWhatItsPieceStatesIsNotInflated) {
     VtpForm form{Format::raw, {}, {}, {}, {}, {}, {}};
     form.is_deflated = true;
