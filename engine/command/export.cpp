@@ -16,6 +16,7 @@
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/path_files.h>
 #include <palpate/engine/report/ros_file.h>
+#include <palpate/engine/text/plain_text.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/view/live_view.h>
 #include <palpate/engine/view/view_document.h>
@@ -120,7 +121,7 @@ int run_export(const ExportOptions& options) {
     else
         write_whole_file(out, options.surface ? touched_surface(recording, file, *options.surface)
                                               : paths_as_vtp(recording));
-    print(fmt::format("written: {}", options.out));
+    print(fmt::format("written: {}", plain_text(options.out)));
     return kDone;
 }
 

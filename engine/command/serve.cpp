@@ -107,7 +107,7 @@ void write(const Scene& scene, const ServeOptions& options, const ResultFolder& 
     write_frames_csv(out / "frames.csv", trace.frames, felt_names(scene));
     write_recording(out / "recording.h5", recorded(scene, options.overrides, trace));
     journal.remove();
-    print(fmt::format("written to {}: frames.csv recording.h5", out.string()));
+    print(fmt::format("written to {}: frames.csv recording.h5", plain_text(out.string())));
 }
 
 std::string in_words(const IgtlServerCounts& counts) {

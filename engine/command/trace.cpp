@@ -338,7 +338,7 @@ void print_results(const std::vector<TracedHand>& hands, const SceneDescription&
             ? "frames.csv timing.csv summary.json recording.h5"
             : fmt::format("summary.json recording.h5, and frames.csv timing.csv in {}",
                           hands_in_words(hand_names(scene)));
-    print(fmt::format("written to {}: {}", out.all().string(), files));
+    print(fmt::format("written to {}: {}", plain_text(out.all().string()), files));
 }
 
 int trace(const TraceOptions& options) {

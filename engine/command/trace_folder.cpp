@@ -41,6 +41,17 @@ bool is_own_file(const std::filesystem::path& file) {
            is_written_by_palpate(file);
 }
 
+/// Whether it is a folder that a hand of some run was written into: not a link, which leads to what
+/// is somebody else's, and without a run of its own.
+bool is_of_a_hand(const std::filesystem::path& folder) {
+    std::error_code ignored;
+    const auto is_there = [&](const char* name) {
+        return std::filesystem::exists(std::filesystem::symlink_status(folder / name, ignored));
+    };
+    return std::filesystem::is_directory(std::filesystem::symlink_status(folder, ignored)) &&
+           std::none_of(kTraceFiles.begin(), kTraceFiles.end(), is_there);
+}
+
 } // namespace
 
 TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace)
@@ -61,7 +72,8 @@ TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scen
 void TraceFolder::find_earlier(const std::vector<std::string>& hands) {
     std::vector<std::filesystem::path> folders;
     for (const std::string& hand : hands_of_summary(all_ / "summary.json"))
-        if (std::find(hands.begin(), hands.end(), hand) == hands.end())
+        if (std::find(hands.begin(), hands.end(), hand) == hands.end() &&
+            is_of_a_hand(all_ / hand.c_str()))
             folders.push_back(all_ / hand.c_str());
     if (!hands.empty()) folders.emplace_back(all_.string());
     for (const std::filesystem::path& folder : folders)

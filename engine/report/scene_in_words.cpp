@@ -30,9 +30,23 @@ std::string indented(const std::string& lines) {
     return text;
 }
 
-std::string in_words(const SceneSurface& surface) {
+/// Where the coupling lets less of what lies beneath be felt; empty where it lets all.
+std::string cut_in_words(const SceneDescription& scene, const SceneSurface& surface) {
+    const BakedStiffness& beneath = surface.baked.stiffness;
+    if (!beneath.map) return {};
+    const Softness& softness = scene.surfaces.at(surface.name).softness;
+    const PressLaw law(softness, scene.coupling.stiffness_n_per_m);
+    if (law.is_hard()) return "    nothing of it is felt, as the surface is hard\n";
+    const double felt = law.ratio_within(beneath.stiffest);
+    if (felt >= beneath.stiffest) return {};
+    return fmt::format("    the coupling lets {:+.1f} % of it be felt; raise [coupling] "
+                       "stiffness_n_per_m above {:.4g}, as far as the device bears\n",
+                       100.0 * (felt - 1.0), softness.steepest() * beneath.stiffest);
+}
+
+std::string in_words(const SceneDescription& scene, const SceneSurface& surface) {
     std::string words;
-    if (surface.baked.field) words += baked_in_words(surface.baked);
+    if (surface.baked.field) words += baked_in_words(surface.baked) + cut_in_words(scene, surface);
     if (surface.mesh.scene) words += mesh_in_words(surface.mesh);
     if (surface.contact == ContactKind::guarded)
         words += fmt::format("leash: the proxy gets no farther than {:.3g} mm from the mesh's\n",
@@ -212,7 +226,8 @@ std::string scene_in_words(const Scene& scene, std::span<const double> prices) {
     for (const std::string& line : scene.plan().warnings)
         text += "warning: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
-        text += fmt::format("surface {}:\n{}", surface.name, indented(in_words(surface)));
+        text += fmt::format("surface {}:\n{}", surface.name,
+                            indented(in_words(scene.description(), surface)));
     text += hands_in_words(scene.description());
     return text +
            "Samples, roots and rays are per evaluation, of which a sub-step has at least one; "

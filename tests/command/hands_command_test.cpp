@@ -157,6 +157,15 @@ TEST_F(HandsCommand, FilesOfHandsThatAreNotInTheNewRunGoAndNothingElse) {
     EXPECT_FALSE(is_there("r/third/frames.csv"));
     EXPECT_EQ(content_of(*this / "r/third/timing.csv"), "mine\n");
     EXPECT_TRUE(is_there("r/frames.csv"));
+    // Nor does what a link leads to, nor a whole run that lies in a hand's folder.
+    ASSERT_EQ(run({"trace", "two.toml", "--out", "s"}).exit, 0);
+    std::filesystem::remove_all(*this / "s/left");
+    std::filesystem::create_directory_symlink(*this / "r", *this / "s/left");
+    ASSERT_EQ(run({"trace", "one.toml", "--out", "s/right"}).exit, 0);
+    const test::CommandResult one = run({"trace", "one.toml", "--out", "s"});
+    ASSERT_EQ(one.exit, 0) << one.err;
+    EXPECT_THAT(one.err, Not(HasSubstr("removed")));
+    EXPECT_TRUE(is_there("r/frames.csv") && is_there("s/left") && is_there("s/right/frames.csv"));
     // Nothing goes before the new files are there.
     ASSERT_EQ(run({"trace", "two.toml", "--out", "r"}).exit, 0);
     make("r/frames.csv", "mine\n");

@@ -13,6 +13,7 @@
 
 #include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene.h>
 
@@ -144,6 +145,20 @@ TEST(BakedStiffness, SaysWhatIsFelt) {
     EXPECT_THAT(words, HasSubstr("beneath: Nodule 10x, felt as +"));
     EXPECT_THAT(words, HasSubstr("above the 7 % of a force"));
     EXPECT_THAT(words, testing::Not(HasSubstr("smoothed, so")));
+}
+
+// At 0.6 of the coupling there is room for the 20 % that the lump adds; at 0.95 there is not.
+TEST(BakedStiffness, ExplainSaysWhatTheCouplingLetsBeFelt) {
+    const auto explained = [](double share) {
+        SceneDescription scene = scene_of({{"Nodule", 10.0}});
+        SurfaceDescription& body = scene.surfaces.at("body");
+        body.softness = Softness::linear(share * scene.coupling.stiffness_n_per_m);
+        return scene_in_words(Scene(scene, {.files = scene_files()}),
+                              std::vector<double>(scene.effects.size()));
+    };
+    EXPECT_THAT(explained(0.6), testing::Not(HasSubstr("the coupling lets")));
+    EXPECT_THAT(explained(0.95), HasSubstr("the coupling lets +5.3 % of it be felt; raise"));
+    EXPECT_THAT(explained(1.5), HasSubstr("nothing of it is felt, as the surface is hard"));
 }
 
 TEST(BakedStiffness, RefusesLabelsThatAreNotBeneath) {
