@@ -132,6 +132,19 @@ TEST(StiffnessOverLumps, TheForceIntoTheSurfaceIsTheLawsTimesTheRatio) {
     }
 }
 
+/// Of an energy in J, at a place in m: N, by central differences.
+template <class Energy>
+Vec3 slope_of(const Energy& energy, const Vec3& probe) {
+    Vec3 slope{0.0};
+    constexpr double step = 1e-8; // m
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3 way{0.0};
+        way[axis] = step;
+        slope[axis] = (energy(probe + way) - energy(probe - way)) / (2.0 * step);
+    }
+    return slope;
+}
+
 // U = rho(y) K delta^2 / 2. Central differences are off by the step times how the slope of rho
 // jumps between cells of its spline: 4 mJ times 1e4 / m^2 times the step, 4e-7 N.
 TEST(StiffnessOverLumps, TheForceIsTheSlopeOfAnEnergy) {
@@ -147,14 +160,7 @@ TEST(StiffnessOverLumps, TheForceIsTheSlopeOfAnEnergy) {
             ContactLoop loop = on(sign, soft(kStiffness), map);
             loop.start(place(sign, angle, -1e-3));
             loop.move(probe);
-            Vec3 slope{0.0};
-            constexpr double step = 1e-8;
-            for (int axis = 0; axis < 3; ++axis) {
-                Vec3 way{0.0};
-                way[axis] = step;
-                slope[axis] = (energy(probe + way) - energy(probe - way)) / (2.0 * step);
-            }
-            EXPECT_LT(glm::length(force(loop, probe) + slope), 1e-6);
+            EXPECT_LT(glm::length(force(loop, probe) + slope_of(energy, probe)), 1e-6);
         }
     }
 }
@@ -198,14 +204,7 @@ Vec3 downhill(const StiffnessMap& map, const Front& front_of, const Vec3& probe)
         const Vec3 y = front_of(a);
         return 0.5 * kStiffness * map.sample(y).ratio * glm::dot(a - y, a - y);
     };
-    Vec3 slope{0.0};
-    constexpr double step = 1e-8;
-    for (int axis = 0; axis < 3; ++axis) {
-        Vec3 way{0.0};
-        way[axis] = step;
-        slope[axis] = (energy(probe + way) - energy(probe - way)) / (2.0 * step);
-    }
-    return -slope;
+    return -slope_of(energy, probe);
 }
 
 // Inside a box of facets the front is the probe without what is beyond the walls: on a wall it goes
