@@ -2,6 +2,7 @@
 #include <palpate/drivers/igtl_device.h>
 
 #include <array>
+#include <atomic>
 #include <charconv>
 #include <chrono>
 #include <condition_variable>
@@ -80,6 +81,8 @@ public:
     Client& operator=(const Client&) = delete;
 
     void begin();
+    /// Whether a server is there now.                                                      [any]
+    bool is_connected() const noexcept { return is_there_.load(); }
 
 private:
     void connect();
@@ -98,6 +101,7 @@ private:
     asio::steady_timer timer_{io_};
     std::array<std::uint8_t, 16384> bytes_{};
     IgtlReader reader_;
+    std::atomic<bool> is_there_{false};
 
     std::mutex mutex_; ///< of what follows
     std::condition_variable told_;
@@ -142,6 +146,7 @@ void IgtlDevice::Client::connect() {
                 error_code ignored;
                 socket_.set_option(asio::socket_base::keep_alive(true), ignored);
                 reader_ = IgtlReader();
+                is_there_ = true;
                 tell(true, "");
                 read();
             });
@@ -149,6 +154,7 @@ void IgtlDevice::Client::connect() {
 }
 
 void IgtlDevice::Client::try_again(const std::string& why) {
+    is_there_ = false;
     tell(false, why);
     error_code ignored;
     socket_.close(ignored);
@@ -190,10 +196,20 @@ void IgtlDevice::open() {
     client_->begin();
 }
 
-void IgtlDevice::close() noexcept { client_.reset(); }
+void IgtlDevice::close() noexcept {
+    if (client_) is_gone_ = !client_->is_connected();
+    client_.reset();
+}
 
 bool IgtlDevice::read(DeviceState& state) noexcept { return tool_.read(state); }
 
-std::string IgtlDevice::complaint() const { return tool_.complaint(); }
+std::string IgtlDevice::complaint() const {
+    if (is_gone_)
+        return "the server of OpenIGTLink at " + address_.host + " port " +
+               std::to_string(address_.port) + " went away; start it again, or look at the network";
+    return tool_.complaint();
+}
+
+bool IgtlDevice::has_failed() const { return is_gone_ || tool_.counts().used == 0; }
 
 } // namespace palpate

@@ -49,6 +49,8 @@ public:
 
     /// What was of no use, in words; empty: nothing was.                                 [setup]
     std::string complaint() const;
+    /// Whether no pose ever came, or the server was gone when it was closed.             [setup]
+    bool has_failed() const;
 
 private:
     class Client;
@@ -56,6 +58,7 @@ private:
     Patience patience_;
     TransformDevice tool_;
     std::unique_ptr<Client> client_; ///< null: closed
+    bool is_gone_ = false;           ///< the server, when it was closed
 };
 
 } // namespace palpate

@@ -7,6 +7,7 @@
 
 #include <palpate/drivers/internal/device_address.h>
 #include <palpate/drivers/internal/inverse3_greeting.h>
+#include <palpate/drivers/internal/websocket_client.h>
 
 namespace palpate {
 namespace {
@@ -64,7 +65,7 @@ Inverse3Address inverse3_address(const std::string& text) {
     Inverse3Address address;
     address.device_id = taken.place;
     for (const auto& [key, value] : taken.options) {
-        if (key == "host" && !value.empty()) {
+        if (key == "host" && internal::is_numeric_address(value)) {
             address.host = value;
         } else if (key == "port" && number_in<std::uint16_t>(value).value_or(0) > 0) {
             address.port = *number_in<std::uint16_t>(value);
@@ -79,7 +80,8 @@ Inverse3Address inverse3_address(const std::string& text) {
             given += '=';
             given += value;
             given += " is no option with a value that it may have";
-            fail(given, "give host=ADDRESS, port=1..65535, grip=ID or force_n=NEWTONS up to 10");
+            fail(given, "give host=ADDRESS in digits, port=1..65535, grip=ID or force_n=NEWTONS up "
+                        "to 10");
         }
     }
     return address;

@@ -100,11 +100,25 @@ std::string WebSocketClient::Work::step(const char* what, Time until) {
     return *ended_ ? std::string(what) + ": " + ended_->message() : "";
 }
 
+namespace {
+
+asio::ip::address numeric_address(const std::string& host, ErrorCode& wrong) {
+    return asio::ip::make_address(host == "localhost" ? "127.0.0.1" : host, wrong);
+}
+
+} // namespace
+
+bool is_numeric_address(const std::string& host) {
+    ErrorCode wrong;
+    numeric_address(host, wrong);
+    return !wrong;
+}
+
 std::string WebSocketClient::Work::connect(const std::string& host, std::uint16_t port,
                                            double patience_s) {
     drop();
     ErrorCode wrong;
-    const auto address = asio::ip::make_address(host == "localhost" ? "127.0.0.1" : host, wrong);
+    const auto address = numeric_address(host, wrong);
     if (wrong) return host + " is no numeric address";
     const Time until = in_seconds(patience_s);
     const auto ends = [this, of = connection_](const ErrorCode& ended) {

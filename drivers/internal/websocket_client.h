@@ -10,6 +10,9 @@
 
 namespace palpate::internal {
 
+/// Whether a text is what connect() takes for a host: a numeric address, or localhost.     [any]
+bool is_numeric_address(const std::string& host);
+
 /// One end of a WebSocket (RFC 6455), of which nothing waits longer than it is told: not for a
 /// connection, not for a message, not for the other side to close.
 ///

@@ -34,8 +34,10 @@ std::vector<std::string> named_plugins(std::vector<std::string> files) {
 ListedInverseService asked_service(const std::string& where) {
     try {
         return listed_inverse_service(where);
-    } catch (const std::runtime_error& error) {
-        throw UsageError(fmt::format("--inverse-service {}: {}", where, error.what()));
+    } catch (const std::runtime_error&) { // it speaks of an address inverse3?host=
+        throw UsageError(fmt::format("--inverse-service {}: is no address; give one in digits, or "
+                                     "one with a port, as 127.0.0.1:10001",
+                                     where));
     }
 }
 

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/command/session.h>
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/path_files.h>
@@ -29,17 +30,9 @@ struct ExportOptions {
     std::string out;
     std::optional<std::string> surface;
     std::optional<std::string> hand; ///< of several, the one that is written
-    double step_ms = 20.0;
+    std::optional<double> step_ms;   ///< of markups
     Replace replace = Replace::own;
 };
-
-/// The file, or the one in a folder of `palpate trace`.
-std::filesystem::path named_recording(const std::string& named) {
-    const std::filesystem::path file(named);
-    std::error_code ignored;
-    return found_recording(std::filesystem::is_directory(file, ignored) ? file / "recording.h5"
-                                                                        : file);
-}
 
 std::vector<NamedPlace> named_places(const std::filesystem::path& recording) {
     std::vector<NamedPlace> places;
@@ -68,6 +61,8 @@ std::string touched_surface(const Recording& recording, const std::filesystem::p
     throw UsageError(fmt::format("--surface {}: the recording's surfaces are: {}; name one of them",
                                  surface, names));
 }
+
+constexpr double kStep_ms = 20.0; ///< between two points of a curve, where none is asked for
 
 /// What is asked for, by the name of the output.
 enum class Format : std::uint8_t { markups, polygons, ros };
@@ -105,6 +100,9 @@ int run_export(const ExportOptions& options) {
     const Format format = format_of(options.out);
     if (format != Format::polygons && options.surface)
         throw UsageError("--surface: is a mesh, which only .vtp can hold; name the output .vtp");
+    if (format != Format::markups && options.step_ms)
+        throw UsageError("--step-ms: is of .mrk.json, and the others have every frame; leave it "
+                         "out");
     const std::filesystem::path out(options.out);
     const std::filesystem::path file = named_recording(options.recording);
     const std::vector<Recording> hands =
@@ -115,7 +113,8 @@ int run_export(const ExportOptions& options) {
     inputs.push_back(marks_file(file));
     check_outputs(std::array{out}, inputs, options.replace);
     if (format == Format::markups)
-        write_whole_file(out, markups_of(recording, named_places(file), 1e-3 * options.step_ms));
+        write_whole_file(out, markups_of(recording, named_places(file),
+                                         1e-3 * options.step_ms.value_or(kStep_ms)));
     else if (format == Format::ros)
         write_whole_file(out, for_ros(hands, file));
     else
@@ -147,7 +146,8 @@ void add_export(CLI::App& app, Action& run) {
                         ".vtp: the mesh of that surface, with the time and force of touch of each "
                         "vertex, instead of the paths");
     command
-        ->add_option("--step-ms", options->step_ms, ".mrk.json: time between two points of a curve")
+        ->add_option("--step-ms", options->step_ms,
+                     ".mrk.json: time between two points of a curve (default: 20)")
         ->check(between(0.01, 1e6));
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return run_export(*options); }; });

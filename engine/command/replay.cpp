@@ -68,9 +68,8 @@ bool is_same(const Recording& recording, const Trace& again) {
     return differing.frames == 0;
 }
 
-int replay(const std::filesystem::path& named, const std::string& out, bool check,
-           Replace replace) {
-    const std::filesystem::path file = found_recording(named);
+int replay(const std::string& named, const std::string& out, bool check, Replace replace) {
+    const std::filesystem::path file = named_recording(named);
     const std::vector<Recording> hands = read_recordings(file);
     std::size_t frames = 0;
     for (const Recording& hand : hands)
@@ -107,7 +106,10 @@ void add_replay(CLI::App& app, Action& run) {
     const auto options = std::make_shared<Options>();
     CLI::App* command =
         app.add_subcommand("replay", "computes a recording's frames again, of all its hands");
-    command->add_option("RECORDING", options->recording, "recording.h5 of a trace")->required();
+    command
+        ->add_option("RECORDING|FOLDER", options->recording,
+                     "recording.h5, or the folder of a trace that it is in")
+        ->required();
     command->add_option("--out", options->out,
                         "folder for frames.csv, timing.csv and summary.json, as a trace's");
     command->add_flag("--check", options->check, "compare bit for bit; exit 1 where frames differ");

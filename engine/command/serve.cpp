@@ -111,10 +111,11 @@ void write(const Scene& scene, const ServeOptions& options, const ResultFolder& 
 }
 
 std::string in_words(const IgtlServerCounts& counts) {
-    return fmt::format("{} connections, {} messages understood, {} faulty, {} left out; {} clients "
-                       "refused, {} dropped",
-                       counts.connections, counts.messages, counts.faulty, counts.left_out,
-                       counts.refused, counts.dropped);
+    return fmt::format(
+        "connections: {}; messages understood: {}, faulty: {}, left out: {}; clients "
+        "refused: {}, dropped: {}",
+        counts.connections, counts.messages, counts.faulty, counts.left_out, counts.refused,
+        counts.dropped);
 }
 
 IgtlServerSettings server_settings(const ServeOptions& options, const SceneDescription& scene) {
@@ -167,7 +168,7 @@ int serve(const ServeOptions& options) {
     if (const std::string complaint = device_complaint(placed.device); !complaint.empty())
         tell("palpate: warning: {}\n", complaint);
     if (journal) write(*scene, options, *out, trace, *journal);
-    const std::string failed = lost.in_words(trace.device.name);
+    const std::string failed = lost.in_words(trace.device.name, placed.device);
     if (!failed.empty()) tell("palpate: {}\n", plain_text(failed));
     return failed.empty() ? kDone : kDevice;
 }

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/record/recording.h>
 #include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/scene/hands.h>
 
@@ -44,6 +46,13 @@ SceneOverrides with_devices(SceneOverrides overrides, const std::vector<std::str
     return overrides;
 }
 
+std::filesystem::path named_recording(const std::string& named) {
+    const std::filesystem::path file(named);
+    std::error_code ignored;
+    return found_recording(std::filesystem::is_directory(file, ignored) ? file / "recording.h5"
+                                                                        : file);
+}
+
 void require_one_hand(const SceneDescription& scene) {
     if (!scene.hands.empty())
         throw UsageError(fmt::format("{}: has the hands {}, and this is of one; add --hand {}",
@@ -58,7 +67,7 @@ bool is_attached(const DeviceDescription& device) noexcept {
 }
 
 LostDevice::LostDevice(const SceneDescription& scene)
-    : is_watched_(speaks_always(scene.device)), rate_hz_(scene.loop.rate_hz) {}
+    : speaks_always_(speaks_always(scene.device)), rate_hz_(scene.loop.rate_hz) {}
 
 void LostDevice::add(const RunFrame& run) {
     if (run.silence == Silence::none)
@@ -67,25 +76,28 @@ void LostDevice::add(const RunFrame& run) {
         ++frames_; // the loop's own silence, and the end, say nothing of the device
 }
 
-std::string LostDevice::in_words(const std::string& device) const {
+std::string LostDevice::in_words(const std::string& name, const HapticDevice& device) const {
     constexpr double kLost_s = 1.0; // what only stumbles is back by then
     const double silent_s = static_cast<double>(frames_) / rate_hz_;
-    if (!is_watched_ || silent_s < kLost_s) return {};
+    if (silent_s < kLost_s || !(speaks_always_ || has_failed(device))) return {};
     return fmt::format("{}: gave no state in the last {:.1f} s of the run, and has failed; look at "
-                       "its power and its cable, and run again",
-                       device, silent_s);
+                       "{}, and run again",
+                       name, silent_s,
+                       speaks_always_ ? "its power and its cable" : "the program that sends it");
 }
 
 void add_listen(CLI::App& command, ListenOptions& options, const std::string& what) {
-    command
-        .add_option_function<std::string>(
-            "--listen",
-            [&options](const std::string& given) { // the server takes digits
-                options.address = given == "localhost" ? "127.0.0.1" : given;
-            },
-            "address of this computer to be reached at (default: 127.0.0.1, nobody else's)")
-        ->type_name("TEXT");
-    command.add_flag("--allow-remote", options.allow_remote, "with --listen: " + what);
+    CLI::Option* listen =
+        command
+            .add_option_function<std::string>(
+                "--listen",
+                [&options](const std::string& given) { // the server takes digits
+                    options.address = given == "localhost" ? "127.0.0.1" : given;
+                },
+                "address of this computer to be reached at (default: 127.0.0.1, nobody else's)")
+            ->type_name("TEXT");
+    command.add_flag("--allow-remote", options.allow_remote, "with --listen: " + what)
+        ->needs(listen);
 }
 
 void check_listen(const ListenOptions& options, const std::string& who) {

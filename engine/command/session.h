@@ -21,6 +21,10 @@ SceneDescription changed_scene(SceneDescription scene, const SceneOverrides& ove
 /// The overrides with what --device said, once or more; wrong words are usage errors.
 SceneOverrides with_devices(SceneOverrides overrides, const std::vector<std::string>& words);
 
+/// The recording of that name, or the one in a folder of `palpate trace`; of a run that was cut
+/// off, its journal.
+std::filesystem::path named_recording(const std::string& named);
+
 /// Refuses a scene with several hands, for a command that is of one: a usage error that names them.
 void require_one_hand(const SceneDescription& scene);
 
@@ -30,14 +34,14 @@ bool is_attached(const DeviceDescription& device) noexcept;
 /// Whether a device that a hand holds has failed: it said nothing more until the end of a run.
 class LostDevice {
 public:
-    /// Of one that says nothing at rest, a stick or a tool that is tracked, nothing is known.
     explicit LostDevice(const SceneDescription& scene);
     void add(const RunFrame& run); ///< each frame of the run, in order
-    /// What is wrong and what to do; empty: nothing is. `device`: its name.
-    std::string in_words(const std::string& device) const;
+    /// What is wrong and what to do; empty: nothing is, or nothing is known, as of a stick that
+    /// speaks only when it moves. `name`: the device's.
+    std::string in_words(const std::string& name, const HapticDevice& device) const;
 
 private:
-    bool is_watched_;
+    bool speaks_always_;
     double rate_hz_;
     std::uint64_t frames_ = 0; ///< without a state, up to the last one
 };

@@ -380,7 +380,8 @@ int trace(const TraceOptions& options) {
     print_results(hands, description, summary, out);
     int code = kDone;
     for (std::size_t i = 0; i < lost.size(); ++i)
-        if (const std::string words = lost[i].in_words(traces[i].trace.device.name);
+        if (const std::string words =
+                lost[i].in_words(traces[i].trace.device.name, *hands[i].device.device);
             !words.empty()) {
             tell("palpate: {}{}\n", said_of(hands[i].name), plain_text(words));
             code = kDevice;

@@ -300,6 +300,11 @@ std::string device_complaint(const HapticDevice& device) {
     return {};
 }
 
+bool has_failed(const HapticDevice& device) {
+    const auto* tool = dynamic_cast<const IgtlDevice*>(&device);
+    return tool != nullptr && tool->has_failed();
+}
+
 RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {
     try {
         device_.open();

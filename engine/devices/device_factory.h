@@ -55,6 +55,10 @@ SceneDevice make_device(const Scene& scene, int every = 1);
 /// or the device does not tell.                                                          [setup]
 std::string device_complaint(const HapticDevice& device);
 
+/// Whether a device whose silence may be meant, a tool that rests, says itself that it has failed.
+/// [setup]
+bool has_failed(const HapticDevice& device);
+
 /// A device from open() to close(): whatever happens to its owner, it is sent a zero force, stopped
 /// and closed, in that order.
 class RunningDevice {

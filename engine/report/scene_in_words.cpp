@@ -39,9 +39,8 @@ std::string cut_in_words(const SceneDescription& scene, const SceneSurface& surf
     if (law.is_hard()) return "    nothing of it is felt, as the surface is hard\n";
     const double felt = law.ratio_within(beneath.stiffest);
     if (felt >= beneath.stiffest) return {};
-    return fmt::format("    the coupling lets {:+.1f} % of it be felt; raise [coupling] "
-                       "stiffness_n_per_m above {:.4g}, as far as the device bears\n",
-                       100.0 * (felt - 1.0), softness.steepest() * beneath.stiffest);
+    return fmt::format("    the coupling lets {:+.1f} % of it be felt; {}\n", 100.0 * (felt - 1.0),
+                       stiffer_coupling_in_words(softness.steepest() * beneath.stiffest));
 }
 
 std::string in_words(const SceneDescription& scene, const SceneSurface& surface) {

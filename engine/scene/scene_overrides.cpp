@@ -143,6 +143,10 @@ void add_device(SceneOverrides& overrides, const std::string& words) {
         throw std::invalid_argument(fmt::format(
             "--device {}: {} is {} already; give one device for each hand", words, of, before));
     };
+    if (end == 0 || (is_hand_name(hand) && end + 1 == words.size()))
+        throw std::invalid_argument(fmt::format(
+            "--device {}: has no {} =; write HAND=DEVICE, as left=orbit, or a device alone", words,
+            end == 0 ? "hand before" : "device behind"));
     if (is_hand_name(hand)) { // no other word of a device has '=' so soon
         const auto [at, is_new] = overrides.hand_devices.try_emplace(hand, words.substr(end + 1));
         if (!is_new) twice(hand, at->second);

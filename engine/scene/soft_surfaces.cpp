@@ -8,6 +8,7 @@
 
 #include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
+#include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 
@@ -37,9 +38,8 @@ std::string in_words(const Softness& softness, const PressLaw& law, double k) {
     std::string words = fmt::format("{} to {} by {} points", per_mm(softest),
                                     per_mm(std::min(stiffest, k)), softness.count);
     if (!(stiffest < k))
-        words += fmt::format("; stiffer pieces, up to {}, are felt as the coupling's {}: raise "
-                             "[coupling] stiffness_n_per_m to feel them",
-                             per_mm(stiffest), per_mm(k));
+        words += fmt::format("; stiffer pieces, up to {}, are felt as the coupling's {}: {}",
+                             per_mm(stiffest), per_mm(k), stiffer_coupling_in_words(stiffest));
     return words;
 }
 
@@ -66,17 +66,25 @@ bool is_soft(const SceneDescription& scene, const SurfaceDescription& surface) {
     return !PressLaw(surface.softness, scene.coupling.stiffness_n_per_m).is_hard();
 }
 
+std::string stiffer_coupling_in_words(double stiffness_n_per_m) {
+    if (stiffness_n_per_m < internal::kCouplingStiffness.high)
+        return fmt::format("raise [coupling] stiffness_n_per_m above {:.4g} to feel it, as far as "
+                           "the device bears",
+                           stiffness_n_per_m);
+    return fmt::format("no coupling may be so stiff, as {:g} N/m is the most",
+                       internal::kCouplingStiffness.high);
+}
+
 std::string softness_in_words(const SceneDescription& scene, const SurfaceDescription& surface) {
     const Softness& softness = surface.softness;
     if (softness.none()) return {};
     const double k = scene.coupling.stiffness_n_per_m;
     const PressLaw law(softness, k);
     if (law.is_hard())
-        return fmt::format(
-            "hard: {} is not softer than the coupling's {}; raise [coupling] "
-            "stiffness_n_per_m above {:.4g} to feel it, as far as the device bears{}",
-            per_mm(softness.steepest()), per_mm(k), softness.steepest(),
-            surface.beneath.empty() ? "" : "; until then nothing beneath is felt");
+        return fmt::format("hard: {} is not softer than the coupling's {}; {}{}",
+                           per_mm(softness.steepest()), per_mm(k),
+                           stiffer_coupling_in_words(softness.steepest()),
+                           surface.beneath.empty() ? "" : "; until then nothing beneath is felt");
     std::string words = "soft: " + in_words(softness, law, k);
     const double force_n = std::min(scene.limits.force_n, surface.strength_n);
     if (const double deep_m = law.press_m(force_n); deep_m < 1.0) // m: no hand goes deeper

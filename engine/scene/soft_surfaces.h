@@ -20,6 +20,10 @@ bool is_soft(const SceneDescription& scene, const SurfaceDescription& surface);
 /// [setup]
 std::string softness_in_words(const SceneDescription& scene, const SurfaceDescription& surface);
 
+/// What to do so that a surface is felt as soft up to this stiffness, N/m: a stiffer coupling,
+/// where one may be so stiff. [setup]
+std::string stiffer_coupling_in_words(double stiffness_n_per_m);
+
 /// Whether a soft surface is felt, and it is all that is felt, but for what only pushes: then its
 /// tip follows from its front (docs/palpation.md). The scene's effects name surfaces that exist.
 /// [setup]

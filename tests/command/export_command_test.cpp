@@ -42,6 +42,13 @@ TEST_F(Exported, FilesAreReadBackByAnIndependentReader) {
     EXPECT_EQ(std::system(command.c_str()), 0) << content_of(*this / "read.txt");
 }
 
+TEST_F(Exported, AStepIsOfMarkupsAlone) {
+    const test::CommandResult refused = run({"export", "t", "-o", "t.vtp", "--step-ms", "5"});
+    EXPECT_EQ(refused.exit, 2);
+    EXPECT_THAT(refused.err, HasSubstr("--step-ms: is of .mrk.json"));
+    EXPECT_EQ(run({"export", "t", "-o", "t.mrk.json", "--step-ms", "5"}).exit, 0);
+}
+
 /// Whether tests/command/mcap_file.py finds what the frames.csv say.
 class ExportedForRos : public Exported {
 protected:

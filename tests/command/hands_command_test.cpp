@@ -109,6 +109,8 @@ TEST_F(HandsCommand, OneOfThemIsTracedAlone) {
 TEST_F(HandsCommand, WhatIsOfOneHandAsksWhich) {
     expect_refused({"study", "two.toml", "--quick"}, 2,
                    "two.toml: has the hands left, right, and this is of one; add --hand left");
+    expect_refused({"trace", "two.toml", "--device", "left="}, 2, "has no device behind =");
+    expect_refused({"trace", "two.toml", "--device", "=orbit"}, 2, "has no hand before =");
     expect_refused({"trace", "two.toml", "--device", "path:probe.csv"}, 2,
                    "say which one it is for, as --device left=path:probe.csv");
     expect_refused({"trace", "two.toml", "--hand", "third"}, 2,

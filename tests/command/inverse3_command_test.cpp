@@ -52,6 +52,7 @@ TEST_F(Inverse3Command, DevicesListsWhatTheServiceHasAndWhyTellsTheRest) {
     EXPECT_PART(run({"devices", "--inverse-service", at}).out, at + "  Haply Inverse Service: it "
                                                                     "does not answer");
     EXPECT_EQ(run({"devices", "--inverse-service", "127.0.0.1:0"}).exit, 2);
+    EXPECT_PART(run({"devices", "--inverse-service", "nowhere"}).err, "give one in digits");
 }
 
 TEST_F(Inverse3Command, ARunOverItIsReplayed) {

@@ -126,7 +126,7 @@ TEST_F(ServeCommand, ClientsOfBothVersionsGetSurfacesAndFramesOfTheRecording) {
     const CommandResult result = end(child);
     EXPECT_EQ(result.signal, SIGINT) << result.err;
     EXPECT_THAT(result.out, HasSubstr("written to run: frames.csv recording.h5"));
-    EXPECT_THAT(result.out, HasSubstr("6 dropped"));
+    EXPECT_THAT(result.out, HasSubstr("dropped: 6"));
     EXPECT_EQ(client("compare run/frames.csv two.json one.json after.json"), "");
     // The box, in RAS and mm, in the colour of a first surface.
     const std::string surface = content_of(folder() / "two.json");
@@ -162,6 +162,26 @@ TEST_F(ServeCommand, ASecondCommandFollowsTheFirstOne) {
     EXPECT_THAT(content_of(folder() / "follow" / "frames.csv"), HasSubstr("box"));
 }
 
+TEST_F(ServeCommand, AToolWhoseServerGoesAwayIsAFailedRunWithAllThatWasRecorded) {
+    const pid_t child = start({"serve", "scene.toml", "--igtl", "0"});
+    const int at = port();
+    ASSERT_NE(at, 0);
+    make("follow.toml", scene(fmt::format("igtl:Stylus@127.0.0.1:{}", at)));
+    standard_out = "follow.txt";
+    std::thread end_it([this, child] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(500));
+        ::kill(child, SIGINT);
+    });
+    const CommandResult follow =
+        run({"trace", "follow.toml", "--pace", "realtime", "--seconds", "4", "--out", "follow"});
+    end_it.join();
+    end(child);
+    EXPECT_EQ(follow.exit, 4) << follow.err;
+    EXPECT_THAT(follow.err, HasSubstr(fmt::format("at 127.0.0.1 port {} went away", at)));
+    EXPECT_THAT(follow.err, HasSubstr("look at the program that sends it"));
+    EXPECT_EQ(run({"replay", "follow", "--check"}).exit, 0) << "a folder is as good as its file";
+}
+
 TEST_F(ServeCommand, SaysWhatIsInTheWay) {
     const auto expect = [&](const std::vector<std::string>& options, int exit,
                             const std::string& words) {
@@ -173,6 +193,7 @@ TEST_F(ServeCommand, SaysWhatIsInTheWay) {
     };
     expect({"--listen", "0.0.0.0"}, 2, "may be a patient's");
     expect({"--listen", "nowhere", "--allow-remote"}, 3, "is no address");
+    expect({"--allow-remote"}, 2, "--listen");
     expect({"--igtl", "70000"}, 2, "65535");
     expect({"--device", "igtl:@host"}, 2, "the name of the TRANSFORM has 1 to 20 bytes");
     expect({"--device", "igtl:Tool@127.0.0.1:1"}, 4, "no server of OpenIGTLink answers");

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -131,6 +132,25 @@ TEST(IgtlDevice, LooksForAServerThatIsGone) {
     server.accept();
     server.send(transform("Tool", 0.04, IgtlVersion::two));
     EXPECT_TRUE(gets_to(device, 0.04));
+    device.close();
+    EXPECT_FALSE(device.has_failed()) << "it was there again";
+}
+
+TEST(IgtlDevice, AServerThatIsGoneAtTheEndIsAFailure) {
+    auto server = std::make_unique<Server>();
+    IgtlDevice device({"Tool", "127.0.0.1", server->port()},
+                      {.connect_s = 30.0, .reconnect_s = 0.01});
+    device.open();
+    server->accept();
+    EXPECT_TRUE(device.has_failed()) << "no pose has come";
+    server->send(transform("Tool", 0.01, IgtlVersion::two));
+    EXPECT_TRUE(gets_to(device, 0.01));
+    EXPECT_FALSE(device.has_failed());
+    server.reset();
+    std::this_thread::sleep_for(std::chrono::seconds(1)); // until its thread has seen it
+    device.close();
+    EXPECT_TRUE(device.has_failed());
+    EXPECT_THAT(device.complaint(), HasSubstr("went away; start it again"));
 }
 
 TEST(IgtlDevice, SaysThatNoServerAnswers) {

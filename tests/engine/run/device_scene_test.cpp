@@ -60,7 +60,7 @@ TEST_F(DeviceTable, AnInverse3IsReadWithItsAddressAndPlacement) {
     EXPECT_EQ(parse("[device]\ntype = \"inverse3\"\n").device.address, "");
     EXPECT_EQ(complaint("[device]\ntype = \"inverse3?port=x\"\n"),
               "scene.toml:2: inverse3?port=x: port=x is no option with a value that it may have; "
-              "give host=ADDRESS, port=1..65535, grip=ID or force_n=NEWTONS up to 10");
+              "give host=ADDRESS in digits, port=1..65535, grip=ID or force_n=NEWTONS up to 10");
     EXPECT_NE(complaint("[device]\ntype = \"inverse3x\"\n").find("is no address; write inverse3"),
               std::string::npos);
     EXPECT_NE(complaint("[device]\ntype = \"inverse3\"\nfile = \"a\"\n").find("unknown key"),
