@@ -22,7 +22,7 @@ add_library(palpate_watched INTERFACE)
 if(PALPATE_SANITIZE)
   set(watch -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer -g1)
   if(PALPATE_FUZZ)  # libFuzzer keeps an input where the process ends, and looks at no message
-    list(APPEND watch -fno-sanitize-recover=undefined)
+    list(APPEND watch -fno-sanitize-recover=undefined -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/tests/fuzz/libraries.txt)
   endif()
   if(PALPATE_SANITIZE MATCHES "thread")
     add_compile_options(${watch})
