@@ -6,8 +6,7 @@
 # Prints FILE:LINE: what is wrong, for each; exit status 1 when there is one, 2 when it cannot run.
 # Each source that is clean leaves a stamp in $PALPATE_CHECK_CACHE, by default ~/.cache/palpate-checks: it is not looked at again
 # until it, one of our headers that it includes, its flags, this script, .clang-tidy or clang-tidy's version is another one.
-# Nearly all of a source's time goes into headers of libraries. So several sources go to clang-tidy as one that includes them,
-# which is possible for those that share no name in an unnamed namespace. Where such a bundle is not clean, its halves are looked
+# Several sources go to clang-tidy as one that includes them (bundles.awk). Where such a bundle is not clean, its halves are looked
 # at, down to a source alone, and that is what counts.
 set -euo pipefail
 
@@ -111,9 +110,8 @@ cat >"$work/itk.h" <<'EOF'
 #define __clang__ 1
 EOF
 
-# NUMBER <tab> SOURCE <tab> KEY <tab> FLAGS of each source that has no stamp, in the order of its bundles: sources of the same
-# flags and large libraries that share no name. Relies on the format of .clang-format: namespaces and what they hold begin their
-# lines. A name that it misses costs time, no more: that bundle does not compile.
+# NUMBER <tab> SOURCE <tab> KEY <tab> FLAGS of each source that has no stamp, in the order of its bundles. A name that bundles.awk
+# misses costs time, no more: that bundle does not compile.
 while IFS=$'\t' read -r source key; do
     [ -e "$cache/$key" ] || printf '%s\t%s\n' "$source" "$key"
 done <"$work/keys" >"$work/open"
@@ -124,81 +122,12 @@ if [ "$open" -eq 0 ]; then
 fi
 mapfile -t headers < <(grep '\.h$' "$work/files")
 mapfile -t open_sources < <(cut -f1 "$work/open")
-awk -v most=16 -v work="$work" '
-FILENAME ~ /\/open$/ { key[$1] = $2; next }
-FILENAME ~ /\/flags$/ { source = $0; sub(/\t.*/, "", source); flags[source] = substr($0, length(source) + 2); next }
-FNR == 1 { depth = 0; is_header = FILENAME ~ /\.h$/; if (!is_header) order[++count] = FILENAME }
-/^(inline )?namespace.*\{ *$/ {
-    space = $0
-    gsub(/^(inline )?namespace *| *\{ *$/, "", space)
-    spaces[++depth] = space
-    unnamed = space == ""
-    within = ""
-    for (i = 1; i <= depth; ++i) if (spaces[i] != "") within = within spaces[i] "::"
-    next
-}
-/^} *\/\/ namespace/ { --depth; unnamed = 0; next }
-is_header {
-    if (/^(struct|class|enum class|enum) [A-Za-z]/) {
-        sub(/^(enum )?(struct|class|enum) /, "")
-        match($0, /^[A-Za-z0-9_]+/)
-        in_headers[substr($0, 1, RLENGTH)] = 1
-    }
-    next
-}
-/^#include <(openvdb\/|itk|CGAL\/|toml|nlohmann\/)/ && FILENAME !~ /^engine\/command\// { # there all have the same ones
-    library = $0
-    sub(/^#include </, "", library)
-    match(library, /^(openvdb|itk|CGAL|toml|nlohmann)/)
-    library = substr(library, 1, RLENGTH)
-    if (index(libraries[FILENAME], library) == 0) libraries[FILENAME] = libraries[FILENAME] library " "
-}
-/^#define [A-Za-z]/ { names[FILENAME] = names[FILENAME] " " $2 }
-/^(public|private|protected):$/ || /^using / { next }
-!unnamed && /^[A-Za-z].* [*&]?[a-z_0-9]+\(/ {
-    match($0, /[a-z_0-9]+\(/)
-    open_names[FILENAME] = open_names[FILENAME] " " within substr($0, RSTART, RLENGTH - 1)
-}
-/^(static|namespace [a-z]* =)/ || (unnamed && /^[A-Za-z]/) {
-    line = $0
-    while (match(line, /k[A-Z][A-Za-z0-9]* = /)) { # several constants in a line
-        names[FILENAME] = names[FILENAME] " " within substr(line, RSTART, RLENGTH - 3)
-        sub(/ = /, "; ", line)
-    }
-    sub(/^template *<.*> */, "", line)
-    gsub(/"[^"]*"|\[\[[a-z_]*\]\]/, "", line)
-    sub(/[={;].*/, "", line)
-    while (gsub(/<[^<>]*>/, "", line) > 0) ;
-    gsub(/[A-Za-z_0-9]*::/, "", line)
-    sub(/[(\[:].*/, "", line)
-    sub(/ +(final *)?$/, "", line)
-    sub(/.*[ *&]/, "", line)
-    if (line != "") names[FILENAME] = names[FILENAME] " " within line
-}
-END {
-    for (i = 1; i <= count; ++i) {
-        source = order[i]
-        kind = flags[source] libraries[source]
-        n = split(names[source], list, " ")
-        p = split(open_names[source], open_list, " ")
-        for (k = 1; k <= n; ++k) {
-            name = list[k]
-            sub(/.*::/, "", name)
-            if (name in in_headers) kind = source # another thing where that header is seen
-        }
-        for (b = 1; b <= bundles; ++b) {
-            if (kind_of[b] != kind || size[b] >= most) continue
-            for (k = 1; k <= n; ++k) if ((b, list[k]) in taken || (b, list[k]) in called) break
-            for (m = 1; m <= p; ++m) if ((b, open_list[m]) in taken) break
-            if (k > n && m > p) break
-        }
-        if (b > bundles) { bundles = b; kind_of[b] = kind }
-        ++size[b]
-        for (k = 1; k <= n; ++k) taken[b, list[k]] = 1
-        for (m = 1; m <= p; ++m) called[b, open_list[m]] = 1
-        print b "\t" source "\t" key[source] "\t" flags[source] (libraries[source] ~ /itk/ ? " -include " work "/itk.h" : "")
-    }
-}' "$work/open" "$work/flags" "${headers[@]}" "${open_sources[@]}" | sort -s -n -k1,1 >"$work/bundles"
+awk -v most=16 -f "$(dirname "$script")/bundles.awk" "$work/flags" "${headers[@]}" "${open_sources[@]}" |
+    awk -F'\t' -v OFS='\t' -v work="$work" '
+    FILENAME ~ /\/open$/ { key[$1] = $2; next }
+    FILENAME ~ /\/flags$/ { flags[$1] = $2; next }
+    { print $1, $2, key[$2], flags[$2] ($3 ~ /itk/ ? " -include " work "/itk.h" : "") }
+    ' "$work/open" "$work/flags" - | sort -s -n -k1,1 >"$work/bundles"
 bundles=$(tail -n 1 "$work/bundles" | cut -f1)
 echo "check_tidy.sh: $open of $(wc -l <"$work/keys") sources in $bundles bundles"
 

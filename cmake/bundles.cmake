@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+# The sanitizers' builds compile several sources as one that includes them: less than half of the time, as nearly all of it goes
+# into headers of libraries. Where such a build says that a name is there twice, scripts/bundles.awk has missed that name, and
+# two sources have it in an unnamed namespace: give one of them another.
+
+# palpate_bundle(SOURCES target): replaces the sources in the list SOURCES by bundles of theirs. What has definitions or
+# dependencies of its own stays alone.
+function(palpate_bundle list target)
+  set(result "")
+  set(sources "")
+  set(kinds "")
+  foreach(source IN LISTS ${list})
+    file(REAL_PATH ${source} file BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+    get_source_file_property(definitions ${source} COMPILE_DEFINITIONS)
+    get_source_file_property(depends ${source} OBJECT_DEPENDS)
+    get_source_file_property(options ${source} COMPILE_OPTIONS)
+    if(definitions OR depends OR file MATCHES "^${PROJECT_BINARY_DIR}/")
+      list(APPEND result ${source})
+      continue()
+    endif()
+    file(RELATIVE_PATH file ${PROJECT_SOURCE_DIR} ${file})
+    list(APPEND sources ${file})
+    string(APPEND kinds "${file}\t${options}\n")
+  endforeach()
+  set(folder ${PROJECT_BINARY_DIR}/bundles/${target})
+  file(CONFIGURE OUTPUT ${folder}/kinds CONTENT "${kinds}" @ONLY)
+  set(headers "")
+  foreach(room IN LISTS palpate_folders ITEMS c)
+    file(GLOB_RECURSE found RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
+    list(APPEND headers ${found})
+  endforeach()
+  execute_process(COMMAND awk -v most=16 -f scripts/bundles.awk ${folder}/kinds ${headers} ${sources}
+    WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE rows COMMAND_ERROR_IS_FATAL ANY)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/bundles.awk ${sources})
+
+  string(REGEX MATCHALL "[^\n]+" rows "${rows}")
+  set(count 0)
+  foreach(row IN LISTS rows)
+    string(REGEX MATCH "^([0-9]+)\t([^\t]+)" row "${row}")
+    set(number ${CMAKE_MATCH_1})
+    set(source ${CMAKE_MATCH_2})
+    if(number GREATER count)
+      set(count ${number})
+      set(text_${number} "")
+      get_source_file_property(options ${PROJECT_SOURCE_DIR}/${source} COMPILE_OPTIONS)
+      set(options_${number} "${options}")
+    endif()
+    # From the bundle's folder, so that ccache has it in any checkout.
+    file(RELATIVE_PATH file ${folder} ${PROJECT_SOURCE_DIR}/${source})
+    string(APPEND text_${number} "#include \"${file}\"\n")
+  endforeach()
+  foreach(number RANGE 1 ${count})
+    set(bundle ${folder}/${number}.cpp)
+    file(CONFIGURE OUTPUT ${bundle} CONTENT "${text_${number}}" @ONLY)
+    set(options -Wno-subobject-linkage)  # what a source has in its unnamed namespace is "of an included file" now
+    if(options_${number})
+      list(APPEND options ${options_${number}})
+    endif()
+    set_source_files_properties(${bundle} PROPERTIES COMPILE_OPTIONS "${options}")
+    list(APPEND result ${bundle})
+  endforeach()
+  set(${list} ${result} PARENT_SCOPE)
+endfunction()

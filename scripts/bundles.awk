@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+# Which sources may go to a compiler as one that includes them: nearly all of a source's time goes into headers of libraries.
+#   awk -v most=16 -f scripts/bundles.awk KINDS HEADER... SOURCE...
+# KINDS: a file, SOURCE <tab> KIND; sources of different kinds stay apart. HEADER...: all of ours, which have names, too.
+# Prints BUNDLE <tab> SOURCE <tab> LIBRARIES, in the order of the sources: those of a bundle, a number from 1, share no name in an
+# unnamed namespace, and include the same large libraries.
+# Relies on the format of .clang-format: namespaces and what they hold begin their lines. Where it misses a name, that bundle does
+# not compile: give one of both another name.
+NR == FNR { split($0, part, "\t"); kinds[part[1]] = part[2]; next }
+FNR == 1 { depth = 0; is_header = FILENAME ~ /\.h$/; if (!is_header) order[++count] = FILENAME }
+/^(inline )?namespace.*\{ *$/ {
+    space = $0
+    gsub(/^(inline )?namespace *| *\{ *$/, "", space)
+    spaces[++depth] = space
+    unnamed = space == ""
+    within = ""
+    for (i = 1; i <= depth; ++i) if (spaces[i] != "") within = within spaces[i] "::"
+    next
+}
+/^} *\/\/ namespace/ { --depth; unnamed = 0; next }
+is_header {
+    if (/^(struct|class|enum class|enum) [A-Za-z]/) {
+        sub(/^(enum )?(struct|class|enum) /, "")
+        match($0, /^[A-Za-z0-9_]+/)
+        in_headers[substr($0, 1, RLENGTH)] = 1
+    } else if (/^[A-Za-z].*[ *&][a-z_0-9]+\(/) {
+        match($0, /[a-z_0-9]+\(/)
+        functions[substr($0, RSTART, RLENGTH - 1)] = 1
+    }
+    next
+}
+/^#include <(openvdb\/|itk|CGAL\/|toml|nlohmann\/)/ && FILENAME !~ /^engine\/command\// { # there all have the same ones
+    library = $0
+    sub(/^#include </, "", library)
+    match(library, /^(openvdb|itk|CGAL|toml|nlohmann)/)
+    library = substr(library, 1, RLENGTH)
+    if (index(libraries[FILENAME], library) == 0) libraries[FILENAME] = libraries[FILENAME] library " "
+}
+{
+    line = $0
+    while (match(line, /(^|[^A-Za-z_0-9.>:])[a-z_0-9]+\(/)) { # no member, and nothing that is qualified
+        name = substr(line, RSTART, RLENGTH - 1)
+        line = substr(line, RSTART + RLENGTH)
+        sub(/^[^a-z_0-9]/, "", name)
+        if (name in functions) uses[FILENAME] = uses[FILENAME] " " name
+    }
+}
+/^#define [A-Za-z]/ { names[FILENAME] = names[FILENAME] " " $2 }
+/^using [A-Za-z]+ = / { names[FILENAME] = names[FILENAME] " " within $2 }
+/^using [A-Za-z_:]+;/ { # of another namespace: it may be there twice, but not beside one that is unnamed
+    line = $2
+    gsub(/.*:|;/, "", line)
+    open_names[FILENAME] = open_names[FILENAME] " " within line
+}
+/^(public|private|protected):$/ || /^using / { next }
+!unnamed && /^[A-Za-z].* [*&]?[a-z_0-9]+\(/ {
+    match($0, /[a-z_0-9]+\(/)
+    open_names[FILENAME] = open_names[FILENAME] " " within substr($0, RSTART, RLENGTH - 1)
+}
+/^(static|namespace [a-z]* =)/ || (unnamed && /^[A-Za-z]/) {
+    line = $0
+    while (match(line, /k[A-Z][A-Za-z0-9]* = /)) { # several constants in a line
+        names[FILENAME] = names[FILENAME] " " within substr(line, RSTART, RLENGTH - 3)
+        sub(/ = /, "; ", line)
+    }
+    sub(/^template *<.*> */, "", line)
+    gsub(/"[^"]*"|\[\[[a-z_]*\]\]/, "", line)
+    sub(/[={;].*/, "", line)
+    while (gsub(/<[^<>]*>/, "", line) > 0) ;
+    gsub(/[A-Za-z_0-9]*::/, "", line)
+    sub(/[(\[:].*/, "", line)
+    sub(/ +(final *)?$/, "", line)
+    sub(/.*[ *&]/, "", line)
+    if (line != "") names[FILENAME] = names[FILENAME] " " within line
+}
+END {
+    for (i = 1; i <= count; ++i) {
+        source = order[i]
+        kind = kinds[source] libraries[source]
+        n = split(names[source], list, " ")
+        p = split(open_names[source], open_list, " ")
+        for (k = 1; k <= n; ++k) {
+            name = list[k]
+            sub(/.*::/, "", name)
+            if (name in in_headers) kind = source # another thing where that header is seen
+        }
+        # An unnamed function hides those of its name in headers, for all that is unnamed, too.
+        h = 0
+        split("", hides)
+        for (k = 1; k <= n; ++k) {
+            name = list[k]
+            sub(/.*::/, "", name)
+            if (name in functions) hides[++h] = name
+        }
+        u = split(uses[source], use_list, " ")
+        for (b = 1; b <= bundles; ++b) {
+            if (kind_of[b] != kind || size[b] >= most) continue
+            for (k = 1; k <= n; ++k) if ((b, list[k]) in taken || (b, list[k]) in called) break
+            for (m = 1; m <= p; ++m) if ((b, open_list[m]) in taken) break
+            for (i_h = 1; i_h <= h; ++i_h) if ((b, hides[i_h]) in used) break
+            for (i_u = 1; i_u <= u; ++i_u) if ((b, use_list[i_u]) in hidden) break
+            if (k > n && m > p && i_h > h && i_u > u) break
+        }
+        if (b > bundles) { bundles = b; kind_of[b] = kind }
+        ++size[b]
+        for (k = 1; k <= n; ++k) taken[b, list[k]] = 1
+        for (m = 1; m <= p; ++m) called[b, open_list[m]] = 1
+        for (k = 1; k <= h; ++k) hidden[b, hides[k]] = 1
+        for (k = 1; k <= u; ++k) used[b, use_list[k]] = 1
+        print b "\t" source "\t" libraries[source]
+    }
+}
