@@ -21,6 +21,11 @@ constexpr double kNearRounding = 100.0;
 // A search along a step ends where its slope has fallen to this share.
 constexpr double kFlat = 0.1;
 constexpr int kMostSearchPasses = 16;
+// A stage that takes more passes goes to and fro over a hinge's narrow range; as a rule one takes
+// fewer than ten.
+constexpr int kLongStage = 40;
+// Nearer to an end of its range, in shares of it, a hinge may be taken to hold.
+constexpr double kAtEnd = 1e-9;
 
 /// A symmetric matrix, at least the identity: the sum of the identity and squares.
 struct Hessian {
@@ -131,11 +136,22 @@ void SmoothedProblem::evaluate(const Iterate& from, const Vec3& step, Iterate& t
     }
 }
 
-/// The step at which the gradient would vanish, if no primitive changed its state.
+/// Whether a hinge is at an end of the range in which it holds: its state is one or the other.
+bool SmoothedProblem::is_at_end(std::size_t i) const noexcept {
+    const double bound = primitives_.hinges[i].bound;
+    const double wish = anchors_.lambda[i] - now_.offsets.gap[i] / compliance_;
+    return std::min(std::abs(wish), std::abs(wish - bound)) <= kAtEnd * bound;
+}
+
+/// The step at which the gradient would vanish, if no primitive changed its state. The range in
+/// which a hinge holds is narrow, e sigma. A step may end at the one end of it again and again, and
+/// the next step at the other one: so in a long stage what is at an end holds, and the step goes
+/// along it.
 Vec3 SmoothedProblem::newton_step(const Vec3& gradient) const noexcept {
+    const bool is_long = passes_ - stage_began_ > kLongStage;
     Hessian h;
     for (std::size_t i = 0; i < primitives_.hinges.size(); ++i)
-        if (holds(primitives_.hinges[i], now_.multipliers.lambda[i]))
+        if (holds(primitives_.hinges[i], now_.multipliers.lambda[i]) || (is_long && is_at_end(i)))
             h.add_square(primitives_.hinges[i].normal, 1 / compliance_);
     for (std::size_t j = 0; j < primitives_.tethers.size(); ++j) {
         const Tether& tether = primitives_.tethers[j];
@@ -153,6 +169,7 @@ Vec3 SmoothedProblem::newton_step(const Vec3& gradient) const noexcept {
 void SmoothedProblem::begin_stage(Anchors anchors) noexcept {
     if (anchors == Anchors::move) anchors_ = now_.multipliers;
     compliance_ = std::max(compliance_ * kCompliancePerStage, kLeastCompliance);
+    stage_began_ = passes_;
     Vec3 gradient = now_.gradient;
     for (std::size_t i = 0; i < primitives_.hinges.size(); ++i)
         if (holds(primitives_.hinges[i], now_.multipliers.lambda[i]))

@@ -46,6 +46,28 @@ TEST(ProxySolverHard, AFullSetOfCoincidentPrimitivesIsOne) {
     }
 }
 
+// Found by fuzzing. Two strong planes leave no room between them and are saturated. At the weak
+// plane each step ended at the one end of the range in which it holds, 1.2 um wide, and the next
+// step at the other end: the proxy went along it by 1 um a step, 64 passes were 4 mm too few.
+TEST(ProxySolverHard, AWeakPlaneBesideTwoThatContradictEachOtherIsFollowed) {
+    const Vec3 slant = Vec3{1.0, 1.0, 1.0} / std::sqrt(3.0);
+    PrimitiveSet set;
+    set.add({Vec3{0.0}, -slant, 640.0});
+    set.add({{0.0, 0.0, 0.02}, slant, 640.0});
+    set.add({Vec3{0.0}, {0.0, 0.0, -1.0}, 6.0});
+    set.add({Vec3{0.0}, glm::normalize(Vec3{0.274, 0.922, 0.274}), 6.0});
+    set.add_point({Vec3{0.0}, 0.0}); // of no strength: it only chooses the solver for all kinds
+    for (int i = 0; i < 10; ++i)
+        set.add_force({2.0, 0.0, 0.0});
+    const Vec3 probe{-0.02, -0.016, 0.001};
+    const ProxySolution solution = solve_proxy(set, probe, kStiffness);
+    EXPECT_EQ(solution.status, SolveStatus::exact);
+    EXPECT_LE(solution.passes, kLoopPasses);
+    const test::ExactProblem exact(set, probe, kStiffness);
+    // An exact solution's: 1e-12 of the scale, and what its coordinates round by.
+    EXPECT_LE(exact.worth(solution).residual_m, 2e-12L * exact.scale());
+}
+
 // Two hard planes that leave no room between them are each as hard as the other: the proxy is
 // halfway, whichever came first, and for probes of a whole centimetre. An error of 1e-12 of the
 // scale in multipliers of 64 scales.
