@@ -56,7 +56,7 @@ private:
     enum class Anchors { stay, move };
 
     void evaluate(const Iterate& from, const Vec3& step, Iterate& to) noexcept;
-    bool is_at_end(std::size_t hinge) const noexcept;
+    bool is_at_end(std::size_t i) const noexcept;
     Vec3 newton_step(const Vec3& gradient) const noexcept;
     void begin_stage(Anchors anchors) noexcept;
     bool take_full_step() noexcept;
