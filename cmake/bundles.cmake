@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The sanitizers' builds compile several sources as one that includes them: less than half of the time, as nearly all of it goes
-# into headers of libraries. Where such a build says that a name is there twice, scripts/bundles.awk has missed that name, and
+# The sanitizers' builds compile several sources as one that includes them: two thirds of the time, as much of it goes into headers
+# of libraries. Where such a build says that a name is there twice, scripts/bundles.awk has missed that name, and
 # two sources have it in an unnamed namespace: give one of them another.
 
 # palpate_bundle(SOURCES target): replaces the sources in the list SOURCES by bundles of theirs. What has definitions or
