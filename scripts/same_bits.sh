@@ -54,7 +54,8 @@ for build in "${builds[@]}"; do
     folder=$root/build/same_bits/$compiler$level
     mkdir -p "$folder"
     build_library "$compiler" "$level" "$folder" >"$folder/build.log" 2>&1 || fail "$compiler $level was not built: $folder/build.log"
-    LD_LIBRARY_PATH=$folder ldd ./same_bits | grep -qF "$folder/libpalpate.so.0" || fail "same_bits does not use $folder/libpalpate.so.0"
+    # Not through a pipe: grep may end before ldd has written all, and ldd's end would count.
+    [[ $(LD_LIBRARY_PATH=$folder ldd ./same_bits) == *"$folder/libpalpate.so.0"* ]] || fail "same_bits does not use $folder/libpalpate.so.0"
     if LD_LIBRARY_PATH=$folder ./same_bits >"$folder/result.log" 2>&1; then
         echo "$compiler $level: ${#sources[@]} sources, the same bits"
     else
