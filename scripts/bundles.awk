@@ -79,18 +79,12 @@ END {
         kind = kinds[source] libraries[source]
         n = split(names[source], list, " ")
         p = split(open_names[source], open_list, " ")
-        for (k = 1; k <= n; ++k) {
-            name = list[k]
-            sub(/.*::/, "", name)
-            if (name in in_headers) kind = source # another thing where that header is seen
-        }
-        # An unnamed function hides those of its name in headers, for all that is unnamed, too.
         h = 0
-        split("", hides)
         for (k = 1; k <= n; ++k) {
             name = list[k]
             sub(/.*::/, "", name)
-            if (name in functions) hides[++h] = name
+            if (name in in_headers) kind = source     # another thing where that header is seen
+            if (name in functions) hides[++h] = name # for all that is unnamed beside it, too
         }
         u = split(uses[source], use_list, " ")
         for (b = 1; b <= bundles; ++b) {

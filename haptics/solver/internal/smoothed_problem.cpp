@@ -24,7 +24,8 @@ constexpr int kMostSearchPasses = 16;
 // A stage that takes more passes goes to and fro over a hinge's narrow range; as a rule one takes
 // fewer than ten.
 constexpr int kLongStage = 40;
-// Nearer to an end of its range, in shares of it, a hinge may be taken to hold.
+// Nearer to an end of its range, in shares of it, a hinge may be taken to hold: steps end there but
+// for rounding.
 constexpr double kAtEnd = 1e-9;
 
 /// A symmetric matrix, at least the identity: the sum of the identity and squares.
