@@ -27,6 +27,7 @@
 #include "tests/support/primitive_cases.h"
 #include "tests/support/scene_texts.h"
 #include "tests/support/scripted_clock.h"
+#include "tests/support/simulated_inverse_service.h"
 #include "tests/support/test_meshes.h"
 #include "tests/support/test_volumes.h"
 #include "tests/support/vtk_text.h"
@@ -189,6 +190,12 @@ void add_json(const Corpus& corpus) {
           R"({"do": "mark", "name": "\u00e4"})", R"({"do": "level", "structure": 1, "facets": 9})",
           R"({"do": "restart"})", R"({"do": "button", "on": true})"})
         corpus.add("json", "command_" + std::to_string(count++) + ".json", command);
+    using Version = test::SimulatedInverseService::Version;
+    for (const auto& [name, version] : {std::pair{"3_1", Version::v3_1}, {"3_5", Version::v3_5}}) {
+        const test::SimulatedInverseService service(version, {"A", "B"});
+        corpus.add("json", std::string("service_first_") + name, service.first_message());
+        corpus.add("json", std::string("service_state_") + name, service.state_message());
+    }
 }
 
 void add_vdb(const Corpus& corpus) {
