@@ -37,8 +37,8 @@ TEST(RandomCases, EveryInvariantHolds) {
     std::map<std::string, long> checks;
     std::uint32_t flags = 0;
     for (std::uint64_t seed = 0; frames < kFrames; ++seed) {
-        const Outcome outcome =
-            stability::try_case(seed, kPathFrames, folder / "case", folder / "small");
+        const Outcome outcome = stability::try_case(stability::make_case(seed, kPathFrames),
+                                                    folder / "case", folder / "small");
         frames += outcome.frames;
         touched += outcome.touched;
         flags |= outcome.flags;
@@ -50,8 +50,9 @@ TEST(RandomCases, EveryInvariantHolds) {
                           << test::content_of(folder / "small" / "scene.toml") << "\n"
                           << test::content_of(folder / "small" / "path.csv");
     }
-    for (const char* name : {"finite", "limits", "coupling", "flags", "work", "certificate",
-                             "crossing", "side", "energy", "same bits", "rest", "smooth"})
+    for (const char* name :
+         {"finite", "limits", "coupling", "flags", "work", "certificate", "crossing", "side",
+          "energy", "same bits", "rest", "smooth", "second hand"})
         EXPECT_GT(checks[name], 0) << name << " had nothing to look at";
     EXPECT_GT(touched, kFrames / 4) << "it is about contact";
     EXPECT_TRUE(flags & kEvaluationCap) << "hard enough that frames do not end";
@@ -324,7 +325,8 @@ TEST(Shrinker, WritesACaseThatFailsAgain) {
     std::uint64_t seed = 0;
     Outcome small;
     while (!small.failure)
-        small = stability::try_case(seed++, 60, folder / "case", folder / "small", broken);
+        small = stability::try_case(stability::make_case(seed++, 60), folder / "case",
+                                    folder / "small", broken);
     EXPECT_EQ(small.failure->invariant, "finite");
     EXPECT_LE(small.frames, 3);
     const SceneDescription scene = read_scene(folder / "small" / "scene.toml");

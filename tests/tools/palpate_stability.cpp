@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <palpate/volume/formats/label_file.h>
+
 #include "tests/stability/random/long_run.h"
 #include "tests/stability/random/wedge_table.h"
 
@@ -15,11 +17,12 @@ namespace {
 
 constexpr const char* kUsage =
     R"(palpate_stability --seed FROM-TO [--frames N] [--path N] [--watchdog S] [--out FOLDER] [--each]
-                  [--soft]
+                  [--soft] [--atlas FILE]
     random scenes of these seeds, until N frames have been felt (20000); each path has --path
     frames (400); a set-up or frames that take S seconds (60) hang; failures are made small and
     written to FOLDER (stability-failures); --each: a line for each seed;
-    --soft: only scenes in which a soft surface is felt
+    --soft: only scenes in which a soft surface is felt;
+    --atlas: every surface is of labels that meet somewhere in this label volume
 palpate_stability --replay FOLDER
     one case that was written there, with its events and all invariants
 palpate_stability --wedges
@@ -68,6 +71,9 @@ int run(int argc, char** argv) {
             run.each_seed = true;
         } else if (option == "--soft") {
             run.soft = true;
+        } else if (option == "--atlas") {
+            run.atlas =
+                std::make_shared<const palpate::LabelVolume>(palpate::read_label_volume(value()));
         } else {
             throw std::invalid_argument("no such option: " + option);
         }

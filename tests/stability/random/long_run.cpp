@@ -30,9 +30,9 @@
 namespace palpate::stability {
 namespace {
 
-constexpr std::array kInvariants{"finite",      "limits",   "coupling", "flags",  "work",
-                                 "certificate", "crossing", "side",     "energy", "same bits",
-                                 "rest",        "smooth",   "press"};
+constexpr std::array kInvariants{"finite",      "limits",   "coupling", "flags",      "work",
+                                 "certificate", "crossing", "side",     "energy",     "same bits",
+                                 "rest",        "smooth",   "press",    "second hand"};
 
 enum class Phase : int { made, set_up, frames, shrinking, done };
 
@@ -109,7 +109,7 @@ void work(const LongRun& run, std::uint64_t from, const std::filesystem::path& f
         std::error_code ignored;
         std::filesystem::remove_all(folder, ignored);
         const std::filesystem::path keep = run.out / folder_of(seed);
-        const RandomCase made = make_case(seed, run.path_frames);
+        const RandomCase made = make_case(seed, run.path_frames, run.atlas.get());
         write_case(made, folder);
         if (run.soft && !feels_soft(folder)) continue;
         const Outcome outcome = run_case(folder, options);
@@ -124,7 +124,7 @@ void work(const LongRun& run, std::uint64_t from, const std::filesystem::path& f
                   << std::flush;
         write_case(made, run.out / (folder_of(seed) + "-whole"));
         shared.enter(Phase::shrinking);
-        const Outcome small = try_case(seed, run.path_frames, folder, keep, options);
+        const Outcome small = try_case(made, folder, keep, options);
         if (small.failure)
             std::cout << fmt::format("  reduced to {} frames: {}\n  palpate_stability --replay {}\n"
                                      "  palpate trace {}/scene.toml\n",
@@ -179,7 +179,7 @@ int watch(pid_t worker, const LongRun& run, Shared& shared, std::ostream& out) {
 
 } // namespace
 
-Outcome try_case(std::uint64_t seed, int path_frames, const std::filesystem::path& work,
+Outcome try_case(const RandomCase& made, const std::filesystem::path& work,
                  const std::filesystem::path& keep, const RunOptions& options) {
     const auto tried = [&](const RandomCase& candidate) {
         std::error_code ignored;
@@ -187,7 +187,6 @@ Outcome try_case(std::uint64_t seed, int path_frames, const std::filesystem::pat
         write_case(candidate, work);
         return run_case(work, options);
     };
-    const RandomCase made = make_case(seed, path_frames);
     Outcome outcome = tried(made);
     if (!outcome.failure) return outcome;
     const std::string invariant = outcome.failure->invariant;
@@ -230,7 +229,7 @@ int run_long(const LongRun& run, std::ostream& out) {
                            ended < 0 ? "hangs" : "ends by signal " + std::to_string(ended),
                            name_of(shared.phase), keep)
             << std::flush;
-        write_case(make_case(seed, run.path_frames), keep);
+        write_case(make_case(seed, run.path_frames, run.atlas.get()), keep);
         from = seed + 1;
     }
     write_table(run, shared, hung, crashed, out);

@@ -5,9 +5,13 @@
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include <palpate/volume/label_volume.h>
+
+#include "tests/stability/random/random_case.h"
 #include "tests/stability/random/run_case.h"
 
 namespace palpate::stability {
@@ -21,11 +25,12 @@ struct LongRun {
     std::filesystem::path out = "stability-failures"; ///< where failures are written
     bool each_seed = false;                           ///< a line for each seed
     bool soft = false;                                ///< only scenes in which a soft one is felt
+    std::shared_ptr<const LabelVolume> atlas;         ///< as make_case() takes it
 };
 
 /// Tries a case in a folder of its own; where it fails, makes it small and writes it to `keep`.
 /// Returns what became of it; of a failure, what is left of it there.
-Outcome try_case(std::uint64_t seed, int path_frames, const std::filesystem::path& work,
+Outcome try_case(const RandomCase& made, const std::filesystem::path& work,
                  const std::filesystem::path& keep, const RunOptions& options = {});
 
 /// Runs seed after seed in a process of its own, which is ended where it hangs; writes each

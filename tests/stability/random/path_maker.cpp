@@ -113,7 +113,10 @@ void add_poses(RandomCase& of, Random& random, int frames) {
 
 } // namespace
 
-void make_path(RandomCase& of, Random& random, int frames) {
+namespace {
+
+/// As many steps, from a place of their own on.
+void add_steps(RandomCase& of, Random& random, int frames) {
     of.steps.push_back({of.place + any_vector(random, 1.3 * of.size_m), true});
     while (static_cast<int>(of.steps.size()) < frames)
         add_piece(of, random, 5 + pick(random, 60));
@@ -123,6 +126,25 @@ void make_path(RandomCase& of, Random& random, int frames) {
         CaseStep& step = of.steps[1 + random() % (of.steps.size() - 1)];
         step.begins_trial = true;
     }
+}
+
+/// Some cases have a second hand, which goes its own ways in the same scene. By draws of its own,
+/// so that the first one's stay as they are.
+void add_second_hand(RandomCase& of) {
+    constexpr std::uint64_t kOwnDraws = 0x2a4d;
+    test::Random random(of.seed ^ kOwnDraws << 32);
+    if (!chance(random, 0.12)) return;
+    RandomCase second;
+    second.size_m = of.size_m;
+    second.place = of.place;
+    add_steps(second, random, static_cast<int>(of.steps.size()));
+    of.second_steps = std::move(second.steps);
+}
+
+} // namespace
+
+void make_path(RandomCase& of, Random& random, int frames) {
+    add_steps(of, random, frames);
     if (chance(random, 0.3)) add_gains(of, random, frames);
     if (chance(random, 0.7)) add_poses(of, random, frames);
     if (chance(random, 0.4)) {
@@ -137,12 +159,13 @@ void make_path(RandomCase& of, Random& random, int frames) {
     of.steps.resize(of.steps.size() + kHeldFrames, {of.steps.back().probe, false});
 }
 
-RandomCase make_case(std::uint64_t seed, int frames) {
+RandomCase make_case(std::uint64_t seed, int frames, const LabelVolume* atlas) {
     test::Random random(seed);
-    RandomCase made = SceneMaker(random).make();
+    RandomCase made = SceneMaker(random, atlas).make();
     made.seed = seed;
     soften(made);
     make_path(made, random, frames);
+    add_second_hand(made);
     return made;
 }
 

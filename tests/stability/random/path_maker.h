@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <palpate/volume/label_volume.h>
+
 #include "tests/stability/random/random_case.h"
 
 #include "tests/support/random_scenes.h"
@@ -16,7 +18,7 @@ inline constexpr int kHeldFrames = 1600;
 /// detours. With a share of 1/6 the probe is held at the end for kHeldFrames.
 void make_path(RandomCase& of, test::Random& random, int frames);
 
-/// One whole case of a seed.
-RandomCase make_case(std::uint64_t seed, int frames);
+/// One whole case of a seed. With an atlas every surface is of labels that meet somewhere in it.
+RandomCase make_case(std::uint64_t seed, int frames, const LabelVolume* atlas = nullptr);
 
 } // namespace palpate::stability

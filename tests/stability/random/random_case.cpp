@@ -83,6 +83,22 @@ std::string events_text(const RandomCase& of) {
     return text;
 }
 
+std::string path_device(const char* file) {
+    return fmt::format("\ntype = \"path\"\nfile = \"{}\"\n", file);
+}
+
+std::string path_text(const std::vector<CaseStep>& steps, double rate_hz) {
+    std::string path = "t_s,x_m,y_m,z_m\n";
+    int row = 0;
+    for (const CaseStep& step : steps) {
+        if (step.begins_trial) row = 0;
+        path +=
+            fmt::format("{},{},{},{}\n", row / rate_hz, step.probe.x, step.probe.y, step.probe.z);
+        ++row;
+    }
+    return path;
+}
+
 std::vector<std::string> fields_of(const std::string& line) {
     std::vector<std::string> fields;
     std::istringstream stream(line);
@@ -124,7 +140,9 @@ std::string scene_text(const RandomCase& of) {
         for (const auto& [name, value] : table.keys)
             text.append(name).append(" = ").append(value).append("\n");
     }
-    return text + "\n[device]\ntype = \"path\"\nfile = \"path.csv\"\n";
+    if (of.second_steps.empty()) return text + "\n[device]" + path_device("path.csv");
+    return text + "\n[[device]]\nname = \"first\"" + path_device("path.csv") +
+           "\n[[device]]\nname = \"second\"" + path_device("second.csv");
 }
 
 void write_case(const RandomCase& of, const std::filesystem::path& folder) {
@@ -139,15 +157,9 @@ void write_case(const RandomCase& of, const std::filesystem::path& folder) {
                                                    volume->index_to_scene) +
                                            raw_floats(volume->values));
     const double rate_hz = std::stod(rate_of(of));
-    std::string path = "t_s,x_m,y_m,z_m\n";
-    int row = 0;
-    for (const CaseStep& step : of.steps) {
-        if (step.begins_trial) row = 0;
-        path +=
-            fmt::format("{},{},{},{}\n", row / rate_hz, step.probe.x, step.probe.y, step.probe.z);
-        ++row;
-    }
-    test::make_file(folder / "path.csv", path);
+    test::make_file(folder / "path.csv", path_text(of.steps, rate_hz));
+    if (!of.second_steps.empty())
+        test::make_file(folder / "second.csv", path_text(of.second_steps, rate_hz));
     test::make_file(folder / "events.csv", events_text(of));
 }
 

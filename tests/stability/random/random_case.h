@@ -66,15 +66,17 @@ struct RandomCase {
     std::map<std::string, VoxelFile> volumes;                           ///< by file name
     std::map<std::string, std::shared_ptr<const VectorVolume>> vectors; ///< by file name
     std::vector<CaseStep> steps;
+    std::vector<CaseStep> second_steps; ///< of a second hand, as many; empty: there is none
     std::vector<CaseEvent> events;
     double size_m = 0.01; ///< of its bodies, about
     Vec3 place{0.0};      ///< where they lie, m
 };
 
-/// The scene file of a case, with a [device] that reads path.csv.
+/// The scene file of a case, with a device that reads path.csv; of two hands, one more that reads
+/// second.csv.
 std::string scene_text(const RandomCase& of);
 
-/// Writes a case into a folder: scene.toml, path.csv, events.csv and its data.
+/// Writes a case into a folder: scene.toml, the paths, events.csv and its data.
 /// `palpate trace FOLDER/scene.toml` runs all of it but the events;
 /// `palpate_stability --replay FOLDER` all of it, with the invariants.
 void write_case(const RandomCase& of, const std::filesystem::path& folder);

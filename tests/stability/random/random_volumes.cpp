@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <limits>
+#include <map>
 
 namespace palpate::stability {
 namespace {
@@ -95,6 +96,45 @@ VoxelFile random_labels(Random& random, int labels, double size_m, const Vec3& p
                        return q.x < 0.0 ? 1.0 : q.y < 0.0 ? 2.0 : 3.0;
                    }),
             true};
+}
+
+VoxelFile labels_of(const LabelVolume& atlas, Random& random, double size_m, const Vec3& place) {
+    constexpr int kMostLabels = 6;
+    const auto& values = atlas.layers.front();
+    const std::array<int, 3>& size = atlas.size;
+    const int n = 12 + pick(random, 9);
+    std::array<int, 3> low{};
+    std::size_t middle = 0; // of the cube: in a label, or nearly
+    do {
+        std::array<std::size_t, 3> at{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            low[axis] = pick(random, size[axis] - n);
+            at[axis] = static_cast<std::size_t>(low[axis] + n / 2);
+        }
+        middle = at[0] + static_cast<std::size_t>(size[0]) *
+                             (at[1] + static_cast<std::size_t>(size[1]) * at[2]);
+    } while (values[middle] == 0);
+    std::map<std::int32_t, int> names{{values[middle], 1}};
+    auto volume = std::make_shared<VoxelVolume>();
+    volume->size = {n, n, n};
+    volume->index_to_scene = frame_about(random, n, size_m, place);
+    for (int k = 0; k < n; ++k)
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i) {
+                const std::array<int, 3> at{low[0] + i, low[1] + j, low[2] + k};
+                const std::int32_t value = values[static_cast<std::size_t>(at[0]) +
+                                                  static_cast<std::size_t>(size[0]) *
+                                                      (static_cast<std::size_t>(at[1]) +
+                                                       static_cast<std::size_t>(size[1]) *
+                                                           static_cast<std::size_t>(at[2]))];
+                const auto found = names.find(value);
+                if (found == names.end() && value != 0 && names.size() < kMostLabels)
+                    names.emplace(value, static_cast<int>(names.size()) + 1);
+                const auto name = names.find(value);
+                volume->values.push_back(name == names.end() ? 0.0f
+                                                             : static_cast<float>(name->second));
+            }
+    return {volume, true};
 }
 
 VoxelFile random_lumps(Random& random, double size_m, const Vec3& place) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include <palpate/volume/label_volume.h>
 #include <palpate/volume/vector_volume.h>
 
 #include "tests/stability/random/random_case.h"
@@ -25,6 +26,10 @@ struct RandomVolume {
 RandomVolume random_volume(test::Random& random, double size_m, const Vec3& place);
 /// A ball of voxels: label 1, or three labels that meet in an edge.
 VoxelFile random_labels(test::Random& random, int labels, double size_m, const Vec3& place);
+/// The labels of an atlas about a place of it where some are, from 1 on, at most six of them; each
+/// voxel of the atlas becomes one of a cube 2.4 `size_m` wide, on a frame as random_volume()'s.
+VoxelFile labels_of(const LabelVolume& atlas, test::Random& random, double size_m,
+                    const Vec3& place);
 /// A ball of voxels, label 1, with two balls in it, labels 2 and 3; one may stick out of the other.
 VoxelFile random_lumps(test::Random& random, double size_m, const Vec3& place);
 /// Vectors in order or in none, or symmetric tensors.

@@ -8,15 +8,14 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/baking/scene_files.h>
-#include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_file.h>
 #ifdef PALPATE_WITH_CGAL
 #include <palpate/geometry/isosurface.h>
 #endif
 
-#include "tests/stability/random/invariants.h"
 #include "tests/stability/random/path_maker.h"
+#include "tests/stability/random/watched_loop.h"
 
 #include "tests/support/same_reports.h"
 #include "tests/support/scripted_clock.h"
@@ -30,17 +29,6 @@ std::shared_ptr<const Scene> scene_of(const std::filesystem::path& folder) {
     resources.extract = extract_isosurface;
 #endif
     return std::make_shared<const Scene>(read_scene(folder / "scene.toml"), resources);
-}
-
-std::vector<DeviceState> states_of(const std::vector<CaseStep>& steps, double rate_hz) {
-    ProbeSteps rows(rate_hz);
-    std::vector<DeviceState> states;
-    states.reserve(steps.size());
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        if (i > 0 && steps[i].begins_trial) rows.begin_trial();
-        states.push_back(rows.next(steps[i].probe));
-    }
-    return states;
 }
 
 /// The first frame from which on the probe is held, where it is held long enough at the end.
@@ -76,31 +64,30 @@ std::optional<SmoothLevel> smooth_level(const Watched& watched) {
     return std::nullopt;
 }
 
-/// Both loops of a case and all that looks at them.
+/// All loops of a case and all that looks at them. Of two hands the twin of the first is alone: it
+/// has a scene of its own.
 class CaseRun {
 public:
     CaseRun(const std::filesystem::path& folder, const RunOptions& options, Outcome& outcome)
-        : options_(options), outcome_(outcome), scene_(scene_of(folder)),
-          events_(read_events(folder / "events.csv")), steps_(read_steps(folder / "path.csv")),
-          states_(states_of(steps_, scene_->description().loop.rate_hz)), first_(scene_, clock_),
-          twin_(scene_, twin_clock_), poses_(scene_->surfaces().size()),
-          hold_(hold_of(steps_)), watched_{*scene_, events_}, smooth_(smooth_level(watched_)) {
-        add_frame_invariants(watched_, invariants_);
-        add_certificates(watched_, invariants_);
-        add_mesh_invariants(watched_, invariants_);
-        add_press_invariant(watched_, invariants_);
+        : options_(options), outcome_(outcome), events_(read_events(folder / "events.csv")),
+          scene_(scene_of(folder)), steps_(read_steps(folder / "path.csv")),
+          first_(scene_, events_, steps_, 7.0), hold_(hold_of(steps_)),
+          smooth_(smooth_level(first_.watched())) {
+        const bool has_two = scene_->description().hands.size() == 2;
+        if (has_two) second_.emplace(scene_, events_, read_steps(folder / "second.csv"), 11.0);
+        twin_.emplace(has_two ? scene_of(folder) : scene_, twin_clock_);
         for (const auto& [name, surface] : scene_->description().surfaces)
             has_damper_ = has_damper_ || surface.softness.damping > 0.0;
     }
 
     void run() {
-        for (int frame = 0; frame < static_cast<int>(steps_.size()); ++frame) {
+        for (int frame = 0; frame < first_.frames(); ++frame) {
             make_events(frame);
             if (!go(frame)) break;
             if (hold_ && still_ >= kStillEnough) break;
         }
-        for (const auto& invariant : invariants_)
-            outcome_.checks[invariant->name()] += invariant->checks();
+        first_.count(outcome_);
+        if (second_) second_->count(outcome_);
     }
 
 private:
@@ -110,6 +97,14 @@ private:
         outcome_.failure = Failure{invariant, frame, std::move(words)};
     }
 
+    /// Both hands' loops and the twin.
+    template <class Act>
+    void in_each_loop(const Act& act) {
+        act(first_.loop());
+        act(*twin_);
+        if (second_) act(second_->loop());
+    }
+
     void make_events(int frame) {
         detour_ = false;
         for (; next_event_ < events_.size() && events_[next_event_].event.frame <= frame;
@@ -117,60 +112,50 @@ private:
             const FileEvent& event = events_[next_event_];
             if (event.event.kind == CaseEvent::Kind::detour) detour_ = true;
             if (event.event.kind == CaseEvent::Kind::gain) {
-                gains_moved_ = true;
-                for (HapticLoop* loop : {&first_, &twin_})
-                    loop->set_gain(event.effect, event.event.gain);
+                moved_.gains = true;
+                in_each_loop(
+                    [&](HapticLoop& loop) { loop.set_gain(event.effect, event.event.gain); });
             }
             if (event.event.kind != CaseEvent::Kind::pose) continue;
             for (std::size_t i = 0; i < scene_->surfaces().size(); ++i)
                 if (scene_->surfaces()[i].name == event.surface) {
-                    bodies_moved_ = true;
-                    for (HapticLoop* loop : {&first_, &twin_})
-                        loop->set_pose(i, event.event.pose);
+                    moved_.bodies = true;
+                    in_each_loop([&](HapticLoop& loop) { loop.set_pose(i, event.event.pose); });
                 }
         }
     }
 
-    /// One frame; false where something failed.
+    /// One frame of each hand; false where something failed.
     bool go(int frame) {
-        const auto at = static_cast<std::size_t>(frame);
-        const DeviceState& state = states_[at];
-        FrameReport report = first_.frame(state);
-        std::vector<Vec3> path(first_.path().begin(), first_.path().end());
-        ++outcome_.frames;
-        outcome_.touched += report.surfaces_felt != 0 ? 1 : 0;
-        outcome_.flags |= report.flags;
-        const FrameReport own = report;
-        if (options_.spoil_first) options_.spoil_first(report, path);
-        for (std::size_t i = 0; i < poses_.size(); ++i)
-            poses_[i] = first_.pose(i);
-        // A trial begins with the first place that is one.
-        begins_ = begins_ || frame == 0 || state.trial != states_[at - 1].trial;
-        const bool placed = (own.flags & kProbeNotFinite) == 0;
-        const SeenFrame seen{frame, state,  begins_ && placed, report,
-                             path,  poses_, gains_moved_,      bodies_moved_};
-        if (placed) begins_ = false;
-        for (const auto& invariant : invariants_)
-            if (auto wrong = invariant->check(seen)) {
-                fail(invariant->name(), frame, std::move(*wrong));
+        if (second_) {
+            if (auto failure = second_->go(frame, moved_, {})) {
+                outcome_.failure = std::move(failure);
+                outcome_.failure->words += ", of the second hand";
                 return false;
             }
-        return go_with_twin(frame, own) && goes_smoothly(frame, own) && rests(frame, report);
+            ++outcome_.checks["second hand"];
+        }
+        outcome_.failure = first_.go(frame, moved_, options_);
+        ++outcome_.frames;
+        outcome_.touched += first_.own().surfaces_felt != 0 ? 1 : 0;
+        outcome_.flags |= first_.own().flags;
+        return !outcome_.failure && go_with_twin(frame, first_.own()) &&
+               goes_smoothly(frame, first_.own()) && rests(frame, first_.seen());
     }
 
     bool go_with_twin(int frame, FrameReport own) {
-        const DeviceState& state = states_[static_cast<std::size_t>(frame)];
+        const DeviceState& state = first_.state(frame);
         if (detour_) {
-            const LoopState kept = twin_.save();
+            const LoopState kept = twin_->save();
             DeviceState elsewhere = state;
             for (int i = 1; i <= 12; ++i) {
                 elsewhere.position += Vec3(1e-3 * i, -2e-3, 1e-4);
                 elsewhere.time_s += 1e-3;
-                twin_.frame(elsewhere);
+                twin_->frame(elsewhere);
             }
-            twin_.restore(kept);
+            twin_->restore(kept);
         }
-        FrameReport twins = twin_.frame(state, first_.steps_left());
+        FrameReport twins = twin_->frame(state, first_.loop().steps_left());
         if (options_.spoil_twin) options_.spoil_twin(twins);
         ++outcome_.checks["same bits"];
         own.estimate_us = twins.estimate_us = 0.0; // of the clock, which is another one
@@ -186,15 +171,15 @@ private:
         constexpr std::uint32_t kUnfinished =
             kEvaluationCap | kStalled | kSolverCap | kCalmed | kProbeNotFinite;
         if (!smooth_ || frame % 16 != 15) return true;
-        const DeviceState& state = states_[static_cast<std::size_t>(frame)];
+        const DeviceState& state = first_.state(frame);
         const double depth_m = glm::length(place_on_surface(report) - state.position);
-        const LoopState kept = twin_.save();
-        FrameReport once = twin_.frame(state);
-        twin_.restore(kept);
+        const LoopState kept = twin_->save();
+        FrameReport once = twin_->frame(state);
+        twin_->restore(kept);
         DeviceState beside = state;
         beside.position += kBeside_m * Vec3(0.6, -0.48, 0.64);
-        const FrameReport other = twin_.frame(beside);
-        twin_.restore(kept);
+        const FrameReport other = twin_->frame(beside);
+        twin_->restore(kept);
         if (options_.spoil_beside) options_.spoil_beside(once);
         if (depth_m > smooth_->deepest_m || ((once.flags | other.flags) & kUnfinished) ||
             once.contacts != 1 || other.contacts != 1)
@@ -222,7 +207,7 @@ private:
         const bool explained = (report.flags & kSaysWhy) != 0 || way_m < kCreep_m || fades;
         explained_ = moved && !explained ? 0 : explained_ + 1;
         ++outcome_.checks["rest"];
-        if (frame + 1 < static_cast<int>(steps_.size()) || still_ >= kStillEnough) return true;
+        if (frame + 1 < first_.frames() || still_ >= kStillEnough) return true;
         if (explained_ >= kStillEnough) {
             outcome_.restless = true;
             return true;
@@ -235,19 +220,18 @@ private:
 
     const RunOptions& options_;
     Outcome& outcome_;
-    std::shared_ptr<const Scene> scene_;
     std::vector<FileEvent> events_;
-    std::vector<CaseStep> steps_;
-    std::vector<DeviceState> states_;
-    test::ScriptedClock clock_{7.0}, twin_clock_{23.0};
-    HapticLoop first_, twin_;
-    std::vector<RigidPose> poses_;
+    std::shared_ptr<const Scene> scene_;
+    std::vector<CaseStep> steps_; // of the first hand
+    WatchedLoop first_;
+    std::optional<WatchedLoop> second_;
+    test::ScriptedClock twin_clock_{23.0};
+    std::optional<HapticLoop> twin_;
     std::optional<int> hold_;
-    Watched watched_;
     std::optional<SmoothLevel> smooth_;
-    std::vector<std::unique_ptr<Invariant>> invariants_;
     std::size_t next_event_ = 0;
-    bool gains_moved_ = false, bodies_moved_ = false, detour_ = false, begins_ = false;
+    Moved moved_;
+    bool detour_ = false;
     int still_ = 0;     // frames in a row without a bit that moves
     int explained_ = 0; // the same, or it creeps, or a flag says why it moves
     bool has_damper_ = false;

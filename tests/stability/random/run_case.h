@@ -28,7 +28,8 @@ struct Outcome {
     long touched = 0;        ///< of them: a surface pushed
     bool restless = false;   ///< a held proxy still moved at the end: flags said why, or it crept
     std::uint32_t flags = 0; ///< all that were seen
-    std::map<std::string, long> checks; ///< by invariant: frames it had something to look at
+    /// By invariant: frames it had something to look at; "second hand": its frames.
+    std::map<std::string, long> checks;
 };
 
 /// What a run may be told besides.
@@ -40,10 +41,12 @@ struct RunOptions {
     std::function<void(const char* phase)> phase; ///< "set-up", "frames": for a watchdog
 };
 
-/// Runs a case that write_case() wrote, frame by frame, in two loops on one scene, and checks every
-/// invariant until one fails. Besides those of invariants.h:
+/// Runs a case that write_case() wrote, frame by frame, in two loops on one scene, and in a third
+/// one where there is a second hand, and checks every invariant until one fails. Besides those of
+/// invariants.h:
 ///   same bits  the twin, which is told the first loop's decisions, has another clock and makes the
-///              detours, says the same to the last bit
+///              detours, says the same to the last bit; where a second hand is in the scene, the
+///              twin is alone in a scene of its own
 ///   rest       a probe that is held for kHeldFrames at the end comes to rest and then keeps its
 ///              bits; or flags say in each frame why not, or it goes by less than 0.1 nm a frame:
 ///              Outcome::restless

@@ -78,6 +78,7 @@ void SceneMaker::make_loop() {
 }
 
 void SceneMaker::make_surface() {
+    if (atlas_) return by_labels();
     const double kind = between(0.0, 1.0);
     if (kind < 0.34) return by_formula();
     if (kind < 0.58) return by_voxels();
@@ -140,11 +141,8 @@ void SceneMaker::by_voxels() {
     scalars_.push_back(body.volume);
     Keys keys{{"volume", quoted(body.volume)}, {"iso_value", number(volume.level)}};
     if (chance(0.06)) { // extracted: slow
-        keys.emplace_back("contact", quoted("guarded"));
-        keys.emplace_back("facet_size_mm",
-                          number(std::min(50.0, size_mm() * of_any_size(0.1, 0.5))));
-        keys.emplace_back("facet_distance_mm",
-                          number(std::min(10.0, size_mm() * of_any_size(0.01, 0.05))));
+        const Keys guarded = guarded_keys();
+        keys.insert(keys.end(), guarded.begin(), guarded.end());
     } else {
         keys.emplace_back("contact", quoted("volume"));
     }
@@ -153,17 +151,29 @@ void SceneMaker::by_voxels() {
     finish_surface(std::move(body), std::move(keys), true);
 }
 
+/// A mesh is extracted from the voxels.
+SceneMaker::Keys SceneMaker::guarded_keys() {
+    Keys keys{{"contact", quoted("guarded")}};
+    keys.emplace_back("facet_size_mm", number(std::min(50.0, size_mm() * of_any_size(0.1, 0.5))));
+    keys.emplace_back("facet_distance_mm",
+                      number(std::min(10.0, size_mm() * of_any_size(0.01, 0.05))));
+    return keys;
+}
+
 void SceneMaker::by_labels() {
     const std::string volume = fresh("labels");
-    const int labels = chance(0.6) ? 3 : 1;
-    made_.volumes[volume + ".nrrd"] = random_labels(random_, labels, made_.size_m, made_.place);
+    VoxelFile& file = made_.volumes[volume + ".nrrd"];
+    file = atlas_ ? labels_of(*atlas_, random_, made_.size_m, made_.place)
+                  : random_labels(random_, chance(0.6) ? 3 : 1, made_.size_m, made_.place);
+    const auto labels =
+        static_cast<int>(*std::max_element(file.volume->values.begin(), file.volume->values.end()));
     add("[volume." + volume + "]", {{"file", quoted(volume + ".nrrd")}});
-    for (int label = 1; label <= labels; ++label)
-        finish_surface({fresh("surface"), volume, true, false, false},
-                       {{"volume", quoted(volume)},
-                        {"label", "[" + std::to_string(label) + "]"},
-                        {"contact", quoted("volume")}},
-                       true);
+    const Keys contact = chance(0.15) ? guarded_keys() : Keys{{"contact", quoted("volume")}};
+    for (int label = 1; label <= labels; ++label) {
+        Keys keys{{"volume", quoted(volume)}, {"label", "[" + std::to_string(label) + "]"}};
+        keys.insert(keys.end(), contact.begin(), contact.end());
+        finish_surface({fresh("surface"), volume, true, false, false}, std::move(keys), true);
+    }
 }
 
 void SceneMaker::by_mesh() {

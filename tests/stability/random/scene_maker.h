@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <palpate/volume/label_volume.h>
+
 #include "tests/stability/random/random_case.h"
 
 #include "tests/support/random_scenes.h"
@@ -14,7 +16,10 @@ namespace palpate::stability {
 /// mm to 1 m, up to 1 km from the origin.
 class SceneMaker {
 public:
-    explicit SceneMaker(test::Random& random) : random_(random) {}
+    /// `atlas`: where labels are taken from, and all surfaces are of labels; null: labels are made,
+    /// and few surfaces are of labels.
+    explicit SceneMaker(test::Random& random, const LabelVolume* atlas = nullptr)
+        : random_(random), atlas_(atlas) {}
 
     /// The scene alone: no steps, and no events but the first poses of bodies by a formula that lie
     /// away from the origin.
@@ -51,6 +56,7 @@ private:
     void by_formula();
     void by_voxels();
     void by_labels();
+    Keys guarded_keys();
     void by_mesh();
     void by_both();
     void make_effect(int kind);
@@ -65,6 +71,7 @@ private:
     void effect(const std::string& type, Keys keys);
 
     test::Random& random_;
+    const LabelVolume* atlas_;
     RandomCase made_;
     std::vector<Body> bodies_;
     std::vector<std::string> scalars_, vectors_;

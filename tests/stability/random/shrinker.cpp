@@ -25,6 +25,7 @@ public:
     RandomCase run() {
         for (bool again = true; again && tries_ > 0;) {
             again = false;
+            again |= fewer_hands();
             again |= fewer_steps();
             again |= fewer(&RandomCase::events);
             again |= fewer_tables();
@@ -64,6 +65,13 @@ private:
             }
             if (piece == 1 || tries_ <= 0) return any;
         }
+    }
+
+    bool fewer_hands() {
+        if (best_.second_steps.empty()) return false;
+        RandomCase less = best_;
+        less.second_steps.clear();
+        return take(std::move(less));
     }
 
     /// The path's end goes first: it costs the least tries. Frames of events stay as they are.
