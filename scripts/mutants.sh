@@ -1,14 +1,21 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# usage: scripts/mutants.sh [WORDS]...
+# usage: scripts/mutants.sh [--with "EXECUTABLE FILTER"] [WORDS]...
 # Who notices when a guard is broken? Breaks each guard of scripts/mutants.txt once, in a copy of the sources, builds the library,
-# and runs the nearest tests. With WORDS only the guards with these words, or with one of several. Prints a table in Markdown. Exits
-# with 1 where a guard is missed by its tests, with 2 where something is wrong with the list or the build. Takes about half a minute
-# a guard on two cores, and what a release build takes before that; build/mutants keeps the copy, so that the next time is quicker.
+# and runs the nearest tests; or those of --with, the same ones for all guards: does a net notice that was not made for them?
+# With WORDS only the guards with these words, or with one of several. Prints a table in Markdown. Exits with 1 where a guard is
+# missed by the tests, with 2 where something is wrong with the list or the build. Takes about half a minute a guard on two cores,
+# and what a release build takes before that; build/mutants keeps the copy, so that the next time is quicker.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 copy=$root/build/mutants/source
 build=$copy/build/release # as deep as in a checkout: the compiler cache has its objects
+with=""
+if [ "${1:-}" = --with ]; then
+    [ $# -ge 2 ] || { echo 'mutants.sh: --with needs "EXECUTABLE FILTER"' >&2; exit 2; }
+    with=$2
+    shift 2
+fi
 wanted=("${@:-}")
 jobs=$(nproc)
 most_seconds=300 # for the tests of a guard: what hangs is noticed
@@ -41,7 +48,7 @@ while IFS= read -r purpose; do
     is_wanted "$purpose" || continue
     count=$(sed 's/^ *//' "$root/$file" | grep -cxF -- "$line") || true
     [ "$count" = 1 ] || fail "$file has this line $count times, not once: $line"
-    purposes+=("$purpose") files+=("$file") lines+=("$line") instead+=("$other") tests+=("$test")
+    purposes+=("$purpose") files+=("$file") lines+=("$line") instead+=("$other") tests+=("${with:-$test}")
 done <"$root/scripts/mutants.txt"
 [ ${#files[@]} -gt 0 ] || fail "no guard has the words \"${wanted[*]}\""
 
