@@ -38,14 +38,31 @@ TEST_P(Wedges, OfFormulasAndMeshesAreNotEntered) {
     }
 }
 
-// A guard holds the mesh of the body, and the proxy is no farther than the leash from it.
 TEST_P(Wedges, LeaveNoForceInFreeSpaceInAGroove) {
     for (const Kind kind : {Kind::formula, Kind::volume, Kind::mesh, Kind::guarded})
         EXPECT_LE(stability::worst_wedge(WedgeShape::groove, kind, GetParam()).ghost_n, 1e-9)
             << test::name_of(kind);
 }
 
-// Voxels cut edges off and fill corners: by less than half of one. A guard changes nothing of that.
+// Over an edge the force is gone once nothing is in the way. By a formula an edge that is sharper
+// than the reach of its certificate is felt a frame longer, with what it was pressed with.
+TEST_P(Wedges, LeaveNoForceInFreeSpaceOverAnEdge) {
+    constexpr double kPressed_n = test::ContactLoop::kStiffness * stability::kWedgePressed_m;
+    EXPECT_LE(stability::worst_wedge(WedgeShape::wedge, Kind::formula, GetParam()).ghost_n,
+              kPressed_n + 1e-9);
+    for (const Kind kind : {Kind::volume, Kind::mesh, Kind::guarded})
+        EXPECT_LE(stability::worst_wedge(WedgeShape::wedge, kind, GetParam()).ghost_n, 1e-9)
+            << test::name_of(kind);
+}
+
+// Where voxels have lost an edge, the mesh is what holds the proxy, no farther than the leash.
+TEST_P(Wedges, AGuardHoldsAnEdgeThatVoxelsHaveLost) {
+    for (const WedgeShape shape : {WedgeShape::wedge, WedgeShape::groove})
+        EXPECT_LE(stability::worst_wedge(shape, Kind::guarded, GetParam()).penetration_m,
+                  stability::kWedgeLeash_m + kRounding_m);
+}
+
+// Voxels cut edges off and fill corners: by less than half of one.
 TEST_P(Wedges, OfVoxelsAreEnteredByLessThanHalfAVoxel) {
     for (const Kind kind : {Kind::volume, Kind::guarded})
         for (const WedgeShape shape : {WedgeShape::wedge, WedgeShape::groove}) {

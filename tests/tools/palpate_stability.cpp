@@ -25,8 +25,8 @@ constexpr const char* kUsage =
     --atlas: every surface is of labels that meet somewhere in this label volume
 palpate_stability --replay FOLDER
     one case that was written there, with its events and all invariants
-palpate_stability --wedges
-    the table of wedges and grooves
+palpate_stability --wedges [--each]
+    the table of wedges and grooves; --each: with a row for each angle
 )";
 
 int replay(const std::string& folder) {
@@ -50,7 +50,9 @@ int run(int argc, char** argv) {
         };
         if (option == "--replay") return replay(value());
         if (option == "--wedges") {
-            palpate::stability::write_wedge_table(std::cout);
+            const bool each = i + 1 < argc && std::string(argv[i + 1]) == "--each";
+            (each ? palpate::stability::write_wedges_by_angle
+                  : palpate::stability::write_wedge_table)(std::cout);
             return 0;
         }
         if (option == "--seed") {

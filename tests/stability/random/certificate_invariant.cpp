@@ -160,14 +160,54 @@ private:
     bool armed_ = false; // the proxy has been in front since the trial began
 };
 
+/// With a held probe the spring's energy does not rise, where one level without edges is all that
+/// is felt: the proxy is never farther from the probe than it was, but for its way out of the
+/// certificate's band and up to where the level begins to be followed.
+class HeldNearer final : public Invariant {
+public:
+    explicit HeldNearer(const LevelSettings& level)
+        : band_m_(1.001 * (level.certificate_m + level.free_m)) {}
+    const char* name() const override { return "energy"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        constexpr double kNowhere = std::numeric_limits<double>::infinity();
+        const bool held = seen.state.position == probe_;
+        probe_ = seen.state.position;
+        if (!held || seen.begins_trial || (seen.report.flags & kProbeNotFinite)) {
+            nearest_m_ = kNowhere;
+            return std::nullopt;
+        }
+        const double distance_m = glm::length(place_on_surface(seen.report) - probe_);
+        checks_ += nearest_m_ < kNowhere ? 1 : 0;
+        if (distance_m > nearest_m_ + band_m_)
+            return fmt::format("the probe is held, and the proxy has gone {} m away from it",
+                               distance_m - nearest_m_);
+        nearest_m_ = std::min(nearest_m_, distance_m);
+        return std::nullopt;
+    }
+
+private:
+    double band_m_;
+    double nearest_m_ = 0.0;
+    Vec3 probe_{std::numeric_limits<double>::quiet_NaN()};
+};
+
+bool has_no_edges(const VolumeDescription& volume) {
+    return volume.analytic == "sphere_cavity" || volume.analytic == "solid_sphere" ||
+           volume.analytic == "slab" || volume.analytic == "torus";
+}
+
 } // namespace
 
 void add_certificates(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to) {
     for (const HardSurface& hard : hard_surfaces(watched)) {
         const ContactKind contact = hard.surface->contact;
         const bool claimed = contact == ContactKind::volume || contact == ContactKind::guarded;
-        if (claimed && hard.surface->baked.field)
-            to.push_back(std::make_unique<Certificate>(watched.scene, hard));
+        if (!claimed || !hard.surface->baked.field) continue;
+        to.push_back(std::make_unique<Certificate>(watched.scene, hard));
+        const SceneDescription& scene = watched.scene.description();
+        if (is_pure(watched) &&
+            has_no_edges(scene.volumes.at(scene.surfaces.at(hard.surface->name).volume)))
+            to.push_back(std::make_unique<HeldNearer>(hard.surface->level));
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a report alone has to keep: numbers, limits, the coupling's law, flags, work.
+#include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -28,6 +30,12 @@ public:
     }
 };
 
+bool has_moving_gain(const Watched& watched, std::size_t effect) {
+    return std::any_of(watched.events.begin(), watched.events.end(), [&](const FileEvent& event) {
+        return event.event.kind == CaseEvent::Kind::gain && event.effect == effect;
+    });
+}
+
 /// The length of the force, and how fast it may change.
 class Limits final : public Invariant {
 public:
@@ -39,7 +47,7 @@ public:
         const Vec3 force = seen.report.force;
         const double change = glm::length(force - before_);
         before_ = force;
-        if (glm::length(force) > limits_.force_n * (1.0 + kRounding))
+        if (glm::length(force) > limits_.force_n) // not even in its last bit
             return fmt::format("{} N, more than {}", glm::length(force), limits_.force_n);
         if (change > limits_.slew_n_per_s * period_s_ + kRounding * limits_.force_n)
             return fmt::format("the force changes by {} N in a frame", change);
@@ -52,25 +60,32 @@ private:
     Vec3 before_{0.0};
 };
 
-/// f = k (x - p), then its length, then its change: where nothing else is added.
+/// f = k (x - p) - m g, then its length, then its change: where neither damping nor a vibration is
+/// added.
 class Coupling final : public Invariant {
 public:
-    explicit Coupling(const SceneDescription& scene)
-        : k_(scene.coupling.stiffness_n_per_m), limits_(scene.limits),
-          longest_step_n_(scene.limits.slew_n_per_s / scene.loop.rate_hz) {
-        spring_alone_ = scene.coupling.damping_n_s_per_m == 0.0;
-        for (const EffectDescription& effect : scene.effects)
-            if (palpate::name(effect) == "vibration" ||
-                palpate::name(effect) == "gravity_compensation")
-                spring_alone_ = false;
+    explicit Coupling(const Watched& watched)
+        : k_(watched.scene.description().coupling.stiffness_n_per_m),
+          limits_(watched.scene.description().limits),
+          longest_step_n_(limits_.slew_n_per_s / watched.scene.description().loop.rate_hz) {
+        const SceneDescription& scene = watched.scene.description();
+        law_is_known_ = scene.coupling.damping_n_s_per_m == 0.0;
+        for (std::size_t i = 0; i < scene.effects.size(); ++i) {
+            if (palpate::name(scene.effects[i]) == "vibration") law_is_known_ = false;
+            const auto* handle =
+                std::get_if<effects::GravityCompensation>(&scene.effects[i].settings);
+            if (!handle) continue;
+            if (has_moving_gain(watched, i)) law_is_known_ = false;
+            weight_n_ += handle->mass_kg * 9.80665 * glm::normalize(handle->down);
+        }
     }
     const char* name() const override { return "coupling"; }
     std::optional<std::string> check(const SeenFrame& seen) override {
         const Vec3 before = before_;
         before_ = seen.report.force;
-        if (!spring_alone_ || !is_a_place(seen.state.position)) return std::nullopt;
+        if (!law_is_known_ || !is_a_place(seen.state.position)) return std::nullopt;
         ++checks_;
-        Vec3 wanted = k_ * (seen.report.proxy - seen.state.position);
+        Vec3 wanted = k_ * (seen.report.proxy - seen.state.position) - weight_n_;
         // The spring of two places far away: as exact as their difference.
         const double rounding_n =
             kRounding * limits_.force_n + 4e-16 * k_ * glm::length(seen.state.position);
@@ -96,7 +111,8 @@ private:
     double k_;
     LimitsDescription limits_;
     double longest_step_n_;
-    bool spring_alone_ = false;
+    bool law_is_known_ = false;
+    Vec3 weight_n_{0.0}; // of the device's handles
     Vec3 before_{0.0};
 };
 
@@ -155,10 +171,9 @@ std::vector<HardSurface> hard_surfaces(const Watched& watched) {
         const SceneSurface& surface = watched.scene.surfaces()[i];
         if (std::isfinite(surface.level.strength_n)) continue;
         bool moved = false; // its gain
-        for (const FileEvent& event : watched.events)
-            if (event.event.kind == CaseEvent::Kind::gain && event.effect < scene.effects.size() &&
-                surface_of(scene.effects[event.effect]) == surface.name)
-                moved = true;
+        for (std::size_t effect = 0; effect < scene.effects.size(); ++effect)
+            moved = moved || (surface_of(scene.effects[effect]) == surface.name &&
+                              has_moving_gain(watched, effect));
         const PlaceOn place(watched.scene, surface);
         if (!moved && place.has_path()) hard.push_back({i, &surface, place});
     }
@@ -176,7 +191,7 @@ void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<In
     const SceneDescription& scene = watched.scene.description();
     to.push_back(std::make_unique<Finite>());
     to.push_back(std::make_unique<Limits>(scene));
-    to.push_back(std::make_unique<Coupling>(scene));
+    to.push_back(std::make_unique<Coupling>(watched));
     to.push_back(std::make_unique<Flags>());
     to.push_back(std::make_unique<Work>(watched.scene));
 }

@@ -28,7 +28,7 @@ struct SeenFrame {
     bool bodies_moved = false;        ///< up to this frame
 };
 
-/// What must hold in every frame, found by means that the loop does not have.
+/// What must hold in every frame, found with code that is independent of the loop.
 class Invariant {
 public:
     virtual ~Invariant() = default;

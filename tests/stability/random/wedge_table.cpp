@@ -92,7 +92,7 @@ test::Surfaces wedge_surfaces(WedgeShape shape, double angle_deg, Kind kind, dou
     }
     test::Surfaces surfaces;
     surfaces.push_back(std::make_unique<GuardedContact>(voxels_of(shape, angle_deg), level,
-                                                        mesh_of(shape, angle_deg), 1e-3));
+                                                        mesh_of(shape, angle_deg), kWedgeLeash_m));
     return surfaces;
 }
 
@@ -151,7 +151,7 @@ private:
     WedgeResult result_;
 };
 
-/// On a face, 0.2 mm behind it and up beyond the edge, where nothing is; then onto the edge from
+/// On a face, pressed, and up beyond the edge, where nothing is; then onto the edge from
 /// above.
 void feel_edge(Hand& hand, double angle_deg) {
     const double half = half_angle(angle_deg);
@@ -159,9 +159,9 @@ void feel_edge(Hand& hand, double angle_deg) {
     const Vec3 out{std::cos(half), 0.0, std::sin(half)};
     const Vec3 side{0.0, 0.11e-3, 0.0};
     hand.start(side - 5e-3 * up + 2e-3 * out);
-    hand.go(side - 5e-3 * up - 0.2e-3 * out);
+    hand.go(side - 5e-3 * up - kWedgePressed_m * out);
     hand.hold();
-    hand.go(side + 6e-3 * up - 0.2e-3 * out);
+    hand.go(side + 6e-3 * up - kWedgePressed_m * out);
     hand.go(side + Vec3{0.05e-3, 0.0, 4e-3});
     hand.go(side + Vec3{0.05e-3, 0.0, -0.5e-3});
     hand.hold();
@@ -187,9 +187,23 @@ WedgeResult feel_wedge(WedgeShape shape, double angle_deg, Kind kind, SteppingMe
     return hand.result();
 }
 
+namespace {
+
+constexpr int kFirst_deg = 5, kLast_deg = 175, kStep_deg = 5;
+
+void write_result(std::ostream& out, const WedgeResult& of) {
+    out << fmt::format(" {:.3g} | {:.3g} | {:.3g} |", 1e6 * of.penetration_m, 1e3 * of.ghost_n,
+                       1e6 * of.rest_m);
+}
+
+constexpr const char* kColumns = " wedge: into it, um | ghost, mN | at rest, um | groove: into it, "
+                                 "um | ghost, mN | at rest, um |\n";
+
+} // namespace
+
 WedgeResult worst_wedge(WedgeShape shape, Kind kind, SteppingMethod method) {
     WedgeResult worst;
-    for (int angle_deg = 5; angle_deg <= 175; angle_deg += 5) {
+    for (int angle_deg = kFirst_deg; angle_deg <= kLast_deg; angle_deg += kStep_deg) {
         const WedgeResult one = feel_wedge(shape, angle_deg, kind, method);
         worst.penetration_m = std::max(worst.penetration_m, one.penetration_m);
         worst.ghost_n = std::max(worst.ghost_n, one.ghost_n);
@@ -199,19 +213,28 @@ WedgeResult worst_wedge(WedgeShape shape, Kind kind, SteppingMethod method) {
 }
 
 void write_wedge_table(std::ostream& out) {
-    out << "| felt by | method | wedge: into it, um | ghost, mN | at rest, um | groove: into it, "
-           "um "
-           "| ghost, mN | at rest, um |\n|---|---|---|---|---|---|---|---|\n";
+    out << "| felt by | method |" << kColumns << "|---|---|---|---|---|---|---|---|\n";
     for (const Kind kind : {Kind::formula, Kind::volume, Kind::mesh, Kind::guarded})
         for (const SteppingMethod method : test::kEveryMethod) {
             out << fmt::format("| {} | `{}` |", test::name_of(kind), test::name_of(method));
-            for (const WedgeShape shape : {WedgeShape::wedge, WedgeShape::groove}) {
-                const WedgeResult worst = worst_wedge(shape, kind, method);
-                out << fmt::format(" {:.3g} | {:.3g} | {:.3g} |", 1e6 * worst.penetration_m,
-                                   1e3 * worst.ghost_n, 1e6 * worst.rest_m);
-            }
+            for (const WedgeShape shape : {WedgeShape::wedge, WedgeShape::groove})
+                write_result(out, worst_wedge(shape, kind, method));
             out << "\n" << std::flush;
         }
+}
+
+void write_wedges_by_angle(std::ostream& out) {
+    out << "| felt by | method | degrees |" << kColumns
+        << "|---|---|---|---|---|---|---|---|---|\n";
+    for (const Kind kind : {Kind::formula, Kind::volume, Kind::mesh, Kind::guarded})
+        for (const SteppingMethod method : test::kEveryMethod)
+            for (int angle_deg = kFirst_deg; angle_deg <= kLast_deg; angle_deg += kStep_deg) {
+                out << fmt::format("| {} | `{}` | {} |", test::name_of(kind), test::name_of(method),
+                                   angle_deg);
+                for (const WedgeShape shape : {WedgeShape::wedge, WedgeShape::groove})
+                    write_result(out, feel_wedge(shape, angle_deg, kind, method));
+                out << "\n" << std::flush;
+            }
 }
 
 } // namespace palpate::stability

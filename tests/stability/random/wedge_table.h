@@ -29,6 +29,10 @@ struct WedgeResult {
 };
 
 inline constexpr double kWedgeVoxel_m = 0.5e-3;
+/// Of the guarded ones: less than what voxels lose of an edge, so that the mesh has to hold.
+inline constexpr double kWedgeLeash_m = 0.1e-3;
+/// How deep the probe is behind a face before it leaves over the edge.
+inline constexpr double kWedgePressed_m = 0.2e-3;
 
 /// A wedge or a groove along y with its edge at the origin, which holds with this strength, N, > 0.
 std::vector<std::unique_ptr<SurfaceContact>> wedge_surfaces(WedgeShape shape, double angle_deg,
@@ -42,5 +46,7 @@ WedgeResult worst_wedge(WedgeShape shape, test::Kind kind, SteppingMethod method
 
 /// The table of docs/stability.md.
 void write_wedge_table(std::ostream& out);
+/// The same with a row for each angle.
+void write_wedges_by_angle(std::ostream& out);
 
 } // namespace palpate::stability
