@@ -65,6 +65,10 @@ export async function seek(page, index) {
 export const shown = (page, index) => page.waitForFunction(
   i => document.getElementById('clock').textContent.endsWith(`frame ${i}`), index);
 
+/** Waits until areas that were felt are in the table: the first pictures do not wait for them. */
+export const areasFelt = page => page.waitForFunction(
+  () => [...document.querySelectorAll('#felt tbody tr:not([hidden]) td:last-child')].every(one => one.dataset.value !== 'null'));
+
 /** Text and exact value of an output. */
 export const output = (page, id) => page.evaluate(
   one => ({text: document.getElementById(one).textContent, value: document.getElementById(one).dataset.value}), id);

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {after, test} from 'node:test';
-import {close, closeBrowser, fileOf, openPage, output, pageText, ready, seek, shown} from './browser.mjs';
+import {areasFelt, close, closeBrowser, fileOf, openPage, output, pageText, ready, seek, shown} from './browser.mjs';
 import {container, frame, kCenter, kFrames, kRadius, sphereScene, withData} from './container.mjs';
 
 const address = fileOf('sphere.html', withData(pageText, sphereScene('playback')));
@@ -88,6 +88,7 @@ test('slow motion passes a hundredth of the time, and play ends at the last fram
 });
 
 test('the table has time, mean and greatest force, and the share of the area', async () => {
+  await areasFelt(page);
   const cells = await page.$$eval('#felt tbody tr:not([hidden]) td', all => all.map(one => Number(one.dataset.value)));
   let sum = 0, most = 0, time = 0;
   for (let i = 1000; i < kFrames; ++i) {

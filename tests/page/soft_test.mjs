@@ -6,7 +6,7 @@ import {mkdirSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
-import {close, closeBrowser, openPage, output, ready, seek, work} from './browser.mjs';
+import {areasFelt, close, closeBrowser, openPage, output, ready, seek, work} from './browser.mjs';
 import {measure} from './measure.mjs';
 
 const folder = join(work, 'soft');
@@ -72,6 +72,7 @@ test('indentation, stiffness and depth behind the front are those of frames.csv'
   await seek(page, deepest);
   const tip_mm = 1000 * Math.hypot(...['x', 'y', 'z'].map(axis => Number(rows[deepest][`proxy_${axis}_m`])));
   assert.ok(Math.abs(tip_mm - 50) < 0.1, `${tip_mm}`);
+  await areasFelt(page);
   const shares = await page.$$eval('#felt tbody tr:not([hidden]) td:last-child', all => all.map(one => Number(one.dataset.value)));
   assert.ok(shares[0] > 1, `${shares} %: skin is felt at its own place`);
   await page.screenshot({path: join(folder, 'soft.png')});
