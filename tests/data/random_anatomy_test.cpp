@@ -24,7 +24,7 @@ TEST(RandomAnatomy, EveryInvariantHoldsWhereLabelsOfAnAtlasMeet) {
         GTEST_SKIP() << "PALPATE_REAL_DATA names no folder with aal.nii.gz (mricron-data)";
     const LabelVolume atlas = read_label_volume(file);
     const test::TemporaryFolder folder;
-    constexpr long kFrames = 8000;
+    constexpr long kFrames = 4000;
     long frames = 0, touched = 0, chords = 0;
     for (std::uint64_t seed = 0; frames < kFrames; ++seed) {
         const stability::Outcome outcome = stability::try_case(
