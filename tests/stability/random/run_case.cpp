@@ -199,8 +199,9 @@ private:
         proxy_ = report.proxy;
         if (!hold_ || frame < *hold_) return true;
         still_ = moved ? 0 : still_ + 1;
+        // A body that is held back is still on its way, and pushes.
         constexpr std::uint32_t kSaysWhy =
-            kEvaluationCap | kStalled | kSolverCap | kCalmed | kPrimitivesFull;
+            kEvaluationCap | kStalled | kSolverCap | kCalmed | kPrimitivesFull | kBodyHeldBack;
         constexpr double kCreep_m = 1e-10; // what is no movement where friction holds (numerics 6)
         // Damped tissue creeps: each way is shorter than the one before.
         const bool fades = has_damper_ && way_m < std::exchange(way_before_m_, way_m);
