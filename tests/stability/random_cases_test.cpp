@@ -92,18 +92,6 @@ TEST(RandomCases, OfASeedAreTheSame) {
     }
 }
 
-// A plate with friction, two guides, a workspace and a stream that is followed; method paper, with
-// time for 128 sub-steps in each frame. Each frame walked 80 um to and fro, and ended 32 nm beside
-// where it had begun, for ever: no frame turned back against the one before.
-TEST(RandomCases, AFrameThatWalksToAndFroWithinItselfIsCalmed) {
-    const test::TemporaryFolder folder;
-    stability::write_case(stability::make_case(25285, 2000), folder / "case");
-    const Outcome outcome = stability::run_case(folder / "case");
-    EXPECT_FALSE(outcome.failure) << outcome.failure->words;
-    EXPECT_FALSE(outcome.restless) << "to the bit";
-    EXPECT_TRUE(outcome.flags & kCalmed) << "else this seed is another case now: look for one";
-}
-
 // ---------------------------------------------------------------- that each invariant can fail
 
 /// A path down into what lies below the origin's height, held at its end.

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is taken for a proxy that is stuck under a held probe, and what is let be.
+#include <palpate/haptics/stepping/calming.h>
+
+#include <gtest/gtest.h>
+
+#include <palpate/haptics/effects/effect.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kTolerance_m = 1e-7;
+constexpr double kStep_m = 32e-9; // of the proxy, in each frame the same way
+
+/// The spring after so many frames under a held probe, each of which walks `walk` times as far as
+/// it gets, N/m.
+double spring_after(int frames, double walk) {
+    Calming calming(kTolerance_m);
+    FrameContext frame;
+    frame.probe = {1e-3, 0.0, 0.0};
+    for (int i = 0; i < frames; ++i) {
+        calming.begin(frame);
+        frame.start.x += kStep_m;
+        calming.end(frame.start, walk * kStep_m, 1.0);
+    }
+    calming.begin(frame);
+    return calming.spring_n_per_m();
+}
+
+// Seen with method paper and 128 sub-steps a frame: 80 um to and fro within each frame, 32 nm on at
+// its end, for ever. No frame turned back against the one before.
+TEST(Calming, AFrameThatWalksToAndFroWithinItselfIsCalmed) {
+    EXPECT_GE(spring_after(40, 2500.0), FrameContext{}.stiffness);
+}
+
+TEST(Calming, AFewSuchFramesMayPrecedeRest) { EXPECT_EQ(spring_after(30, 2500.0), 0.0); }
+
+TEST(Calming, WhatGetsOnInZigzagIsLetBe) { EXPECT_EQ(spring_after(1000, 50.0), 0.0); }
+
+// And there and back from frame to frame, at once.
+TEST(Calming, AProxyThatTurnsBackUnderAHeldProbeIsCalmed) {
+    Calming calming(kTolerance_m);
+    FrameContext frame;
+    for (int i = 0; i < 4; ++i) {
+        calming.begin(frame);
+        frame.start.x = i % 2 == 0 ? 1e-4 : 0.0;
+        calming.end(frame.start, 1e-4, 1.0);
+    }
+    calming.begin(frame);
+    EXPECT_GE(calming.spring_n_per_m(), frame.stiffness);
+}
+
+} // namespace
+} // namespace palpate
