@@ -34,7 +34,7 @@ TEST(RandomAnatomy, EveryInvariantHoldsWhereLabelsOfAnAtlasMeet) {
         const auto found = outcome.checks.find("certificate");
         chords += found == outcome.checks.end() ? 0 : found->second;
         if (outcome.failure)
-            ADD_FAILURE() << "seed " << seed << ", " << outcome.failure->invariant << " in frame "
+            FAIL() << "seed " << seed << ", " << outcome.failure->invariant << " in frame "
                           << outcome.failure->frame << ": " << outcome.failure->words << "\n"
                           << test::content_of(folder / "small" / "scene.toml");
     }

@@ -45,10 +45,10 @@ TEST(RandomCases, EveryInvariantHolds) {
         for (const auto& [name, count] : outcome.checks)
             checks[name] += count;
         if (outcome.failure)
-            ADD_FAILURE() << "seed " << seed << ", " << outcome.failure->invariant << " in frame "
-                          << outcome.failure->frame << ": " << outcome.failure->words << "\n"
-                          << test::content_of(folder / "small" / "scene.toml") << "\n"
-                          << test::content_of(folder / "small" / "path.csv");
+            FAIL() << "seed " << seed << ", " << outcome.failure->invariant << " in frame "
+                   << outcome.failure->frame << ": " << outcome.failure->words << "\n"
+                   << test::content_of(folder / "small" / "scene.toml") << "\n"
+                   << test::content_of(folder / "small" / "path.csv");
     }
     for (const char* name :
          {"finite", "limits", "coupling", "flags", "work", "certificate", "crossing", "side",

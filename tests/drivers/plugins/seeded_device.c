@@ -22,15 +22,16 @@
     X(SILENT_OPEN)                                                                                 \
     X(OPEN_HANGS)                                                                                  \
     X(NEEDS_FILE)                                                                                  \
-    X(RATE_NAN) X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START)                  \
-        X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION)            \
-            X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE)          \
-                X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE)      \
-                    X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG)            \
-                        X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) \
-                            X(SECOND_STOP_CRASHES) X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE)    \
-                                X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) \
-                                    X(LEAKS_FILE) X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)  \
+    X(RATE_NAN)                                                                                    \
+    X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START)        \
+        X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS)          \
+            X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY)                \
+                X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) \
+                    X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN)        \
+                        X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES)     \
+                            X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE)         \
+                                X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE)     \
+                                    X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)                \
                                         X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE) X(CHAOS)
 
 #define NAME(name) name,
@@ -38,8 +39,11 @@ enum defect { DEFECTS(NAME) };
 #define TEXT(name) #name,
 static const char* const defect_names[] = {DEFECTS(TEXT)};
 
-static int defect = NONE; /* of the last device that was opened */
-#define HAS(name) (defect == name)
+/* Of the last device that was opened. Atomic: a call that never returns has read it when the next
+ * one is opened. */
+static int chosen_defect = NONE;
+static int defect_now(void) { return __atomic_load_n(&chosen_defect, __ATOMIC_RELAXED); }
+#define HAS(name) (defect_now() == name)
 
 #define FORCE_N 8.0
 #define STEP_S 1e-3
@@ -97,14 +101,12 @@ static void* go_on(void* none) {
 static int read_options(const palpate_plugin_options* options) {
     int unknown = 0;
     for (size_t i = 0; i < options->count; ++i) {
-        const int before = defect;
-        if (strcmp(options->keys[i], "defect") == 0) {
-            defect = -1;
+        int defect = -1;
+        if (strcmp(options->keys[i], "defect") == 0)
             for (int j = 0; j < (int)(sizeof defect_names / sizeof *defect_names); ++j)
                 if (strcmp(options->values[i], defect_names[j]) == 0) defect = j;
-        }
-        unknown += strcmp(options->keys[i], "defect") != 0 || defect < 0;
-        if (defect < 0) defect = before;
+        unknown += defect < 0;
+        if (defect >= 0) __atomic_store_n(&chosen_defect, defect, __ATOMIC_RELAXED);
     }
     if (unknown == 0 || HAS(ANY_OPTION)) return PALPATE_PLUGIN_OK;
     open_reason = "an option is unknown; leave it out";
