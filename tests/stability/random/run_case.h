@@ -48,8 +48,8 @@ struct RunOptions {
 ///              detours, says the same to the last bit; where a second hand is in the scene, the
 ///              twin is alone in a scene of its own
 ///   rest       a probe that is held for kHeldFrames at the end comes to rest and then keeps its
-///              bits; or flags say in each frame why not, or it goes by less than 0.1 nm a frame:
-///              Outcome::restless
+///              bits; or flags say in each frame why not, or it goes by less than 0.1 nm a frame,
+///              or by less in each frame than in the one before: Outcome::restless
 ///   smooth     a probe that is 1 um beside has a proxy that is no farther beside than a smooth
 ///              level allows: for spheres, rings and plates alone
 Outcome run_case(const std::filesystem::path& folder, const RunOptions& options = {});
