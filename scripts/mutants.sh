@@ -3,6 +3,7 @@
 # usage: scripts/mutants.sh [--with "EXECUTABLE FILTER"] [WORDS]...
 # Who notices when a guard is broken? Breaks each guard of scripts/mutants.txt once, in a copy of the sources, builds the library,
 # and runs the nearest tests; or those of --with, the same ones for all guards: does a net notice that was not made for them?
+# Random scenes are such a net: --with "palpate_stability --first --seed 0-1000000 --frames 400000".
 # With WORDS only the guards with these words, or with one of several. Prints a table in Markdown. Exits with 1 where a guard is
 # missed by the tests, with 2 where something is wrong with the list or the build. Takes about half a minute a guard on two cores,
 # and what a release build takes before that; build/mutants keeps the copy, so that the next time is quicker.
@@ -59,6 +60,14 @@ cmake --build "$build" --parallel "$jobs" --target "${executables[@]}" >"$build/
 # Names of the tests of guard $1 that fail; "..." where they end in another way.
 failed_tests() {
     local executable=${tests[$1]%% *} filter=${tests[$1]#* } status=0
+    if [ "$executable" = palpate_stability ]; then # the invariant that fails, and where
+        # shellcheck disable=SC2086 # options, not a filter
+        timeout $most_seconds "$build/$executable" $filter >"$build/tests.log" 2>&1 || status=$?
+        [ $status -eq 0 ] && return
+        sed -nE 's/^seed ([0-9]+): (.*) in frame.*/\2 (seed \1)/p; s/^seed ([0-9]+): ((hangs|ends).*);.*/\2 (seed \1)/p' \
+            "$build/tests.log" | grep . || echo "ends with $status"
+        return
+    fi
     timeout $most_seconds "$build/$executable" --gtest_filter="$filter" >"$build/tests.log" 2>&1 || status=$?
     [ $status -eq 0 ] && { grep -q '  PASSED  . [1-9]' "$build/tests.log" || fail "$executable has no test $filter"; return; }
     sed -n 's/^\[  FAILED  \] \([^ ,]*\).*/\1/p' "$build/tests.log" | sort -u | grep -v '^[0-9]*$' | grep . && return

@@ -17,12 +17,13 @@ namespace {
 
 constexpr const char* kUsage =
     R"(palpate_stability --seed FROM-TO [--frames N] [--path N] [--watchdog S] [--out FOLDER] [--each]
-                  [--soft] [--atlas FILE]
+                  [--soft] [--atlas FILE] [--first]
     random scenes of these seeds, until N frames have been felt (20000); each path has --path
     frames (400); a set-up or frames that take S seconds (60) hang; failures are made small and
     written to FOLDER (stability-failures); --each: a line for each seed;
     --soft: only scenes in which a soft surface is felt;
-    --atlas: every surface is of labels that meet somewhere in this label volume
+    --atlas: every surface is of labels that meet somewhere in this label volume;
+    --first: ends with the first failure, which is not made small
 palpate_stability --replay FOLDER
     one case that was written there, with its events and all invariants
 palpate_stability --wedges [--each]
@@ -73,6 +74,8 @@ int run(int argc, char** argv) {
             run.each_seed = true;
         } else if (option == "--soft") {
             run.soft = true;
+        } else if (option == "--first") {
+            run.only_first = true;
         } else if (option == "--atlas") {
             run.atlas =
                 std::make_shared<const palpate::LabelVolume>(palpate::read_label_volume(value()));

@@ -122,6 +122,7 @@ void work(const LongRun& run, std::uint64_t from, const std::filesystem::path& f
         std::cout << fmt::format("seed {}: {} in frame {}: {}\n", seed, outcome.failure->invariant,
                                  outcome.failure->frame, outcome.failure->words)
                   << std::flush;
+        if (run.only_first) break;
         write_case(made, run.out / (folder_of(seed) + "-whole"));
         shared.enter(Phase::shrinking);
         const Outcome small = try_case(made, folder, keep, options);
@@ -230,6 +231,7 @@ int run_long(const LongRun& run, std::ostream& out) {
                            name_of(shared.phase), keep)
             << std::flush;
         write_case(make_case(seed, run.path_frames, run.atlas.get()), keep);
+        if (run.only_first) break;
         from = seed + 1;
     }
     write_table(run, shared, hung, crashed, out);

@@ -25,7 +25,8 @@ struct LongRun {
     std::filesystem::path out = "stability-failures"; ///< where failures are written
     bool each_seed = false;                           ///< a line for each seed
     bool soft = false;                                ///< only scenes in which a soft one is felt
-    std::shared_ptr<const LabelVolume> atlas;         ///< as make_case() takes it
+    bool only_first = false; ///< ends with the first failure, which is not made small
+    std::shared_ptr<const LabelVolume> atlas; ///< as make_case() takes it
 };
 
 /// Tries a case in a folder of its own; where it fails, makes it small and writes it to `keep`.
