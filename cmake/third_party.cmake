@@ -17,9 +17,11 @@ target_link_libraries(palpate_embree INTERFACE embree)
 find_package(TBB REQUIRED)
 find_path(PALPATE_OPENVDB_INCLUDE openvdb/openvdb.h REQUIRED)
 find_library(PALPATE_OPENVDB_LIBRARY openvdb REQUIRED)
+# OpenVDB's headers use its table of halves where the compiler has no instructions for them (F16C).
+find_library(PALPATE_IMATH_LIBRARY Imath REQUIRED)
 add_library(palpate_openvdb INTERFACE IMPORTED)
 target_include_directories(palpate_openvdb SYSTEM INTERFACE ${PALPATE_OPENVDB_INCLUDE})
-target_link_libraries(palpate_openvdb INTERFACE ${PALPATE_OPENVDB_LIBRARY} TBB::tbb)
+target_link_libraries(palpate_openvdb INTERFACE ${PALPATE_OPENVDB_LIBRARY} ${PALPATE_IMATH_LIBRARY} TBB::tbb)
 
 # Writing NRRD and NIfTI, the Gaussian and connected components. ITK's own use file sets directory-wide flags, so its variables are used.
 find_package(ITK 5 REQUIRED COMPONENTS ITKCommon ITKIOImageBase ITKIONRRD ITKIONIFTI ITKSmoothing ITKConnectedComponents)
