@@ -113,7 +113,8 @@ newton_in_plane(double m00, double m01, double m10, double m11, double r0, doubl
     const double half = 0.5 * (m00 - m11);
     // No eigenvalue is below `mean` less the sum, which costs less than the root.
     const bool far_from_sliding = mean - (std::abs(half) + std::abs(off)) > kSmallestEigenvalue;
-    const double radius = far_from_sliding ? 0.0 : std::hypot(half, off);
+    // Of three numbers: that of two is the C library's, with another last bit on other processors.
+    const double radius = far_from_sliding ? 0.0 : std::hypot(half, off, 0.0);
     if (mean - radius > kSmallestEigenvalue) {
         const double det =
             m00 * m11 - m01 * m10; // >= product of the symmetric part's eigenvalues > 0

@@ -113,7 +113,8 @@ Vec3 Subdivision::along_front(const Vec3& gradient, const Vec3& n, double press_
     const double m01 = 0.5 * (glm::dot(t, bends * b) + glm::dot(b, bends * t));
     // Both eigenvalues of M are kept from 0, and the rest is M^-1 of the gradient.
     const double mean = 0.5 * (m00 + m11), half = 0.5 * (m00 - m11);
-    const double apart = std::hypot(half, m01);
+    // Of three numbers: that of two is the C library's, with another last bit on other processors.
+    const double apart = std::hypot(half, m01, 0.0);
     const double most = 1.0 / std::max(mean + apart, kLeastFollow);
     const double least = 1.0 / std::max(mean - apart, kLeastFollow);
     const double alike = 0.5 * (most + least);

@@ -3,8 +3,7 @@
 // to change nothing has to leave these hashes as they are. Where other bits are wanted, write them
 // anew and say why:
 //   PALPATE_WRITE_HASHES=tests/stability/same_bits.txt test_stability --gtest_filter=SameBits.*
-// The hashes are of x86-64-v3 and of Debian 12's C library: elsewhere its hypot may differ
-// (docs/stability.md).
+// The hashes are of x86-64-v3 and of Debian 12's C library (docs/stability.md).
 #include <bit>
 #include <cstdint>
 #include <cstdlib>

@@ -14,13 +14,13 @@ struct Torus {
     double tube;
 
     double value(const Vec3& x) const noexcept {
-        return tube - std::hypot(std::hypot(x.x, x.y) - radius, x.z);
+        return tube - internal::safe_length(internal::safe_length(x.x, x.y) - radius, x.z);
     }
 
     FieldSample sample(const Vec3& x) const noexcept {
         FieldSample s;
-        const double axial = std::hypot(x.x, x.y); // distance from the axis
-        const double distance = std::hypot(axial - radius, x.z);
+        const double axial = internal::safe_length(x.x, x.y); // distance from the axis
+        const double distance = internal::safe_length(axial - radius, x.z);
         s.value = tube - distance;
         if (axial < internal::kSingular || distance < internal::kSingular) return s;
         const Vec3 outward(x.x / axial, x.y / axial, 0.0);

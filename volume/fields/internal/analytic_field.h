@@ -25,6 +25,9 @@ inline constexpr double kSingular = 1e-12;
 
 /// Length of a vector without overflow of its square.                                   [loop]
 inline double safe_length(const Vec3& v) noexcept { return std::hypot(v.x, v.y, v.z); }
+/// The same in two dimensions. Not std::hypot() of two numbers, which is the C library's: its last
+/// bit is another one on another kind of processor.
+inline double safe_length(double x, double y) noexcept { return std::hypot(x, y, 0.0); }
 
 /// The point at t of a segment.                                                         [loop]
 inline Vec3 point_at(const Vec3& from, const Vec3& along, double t) noexcept {

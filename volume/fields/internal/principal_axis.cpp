@@ -13,12 +13,15 @@ constexpr int kSweeps = 8;
 // Of a tensor of unit length: to turn by less than this changes nothing, and could overflow.
 constexpr double kNegligible = 1e-30;
 
+// std::hypot() of three numbers: that of two is the C library's, with another last bit on other
+// processors.
+
 /// Turns m so that its element p, q becomes 0, and the columns of v with it.
 void annihilate(Mat3& m, Mat3& v, int p, int q) noexcept {
     if (std::abs(m[q][p]) < kNegligible) return;
     const double theta = 0.5 * (m[q][q] - m[p][p]) / m[q][p];
-    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0));
-    const double c = 1.0 / std::hypot(t, 1.0);
+    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0, 0.0));
+    const double c = 1.0 / std::hypot(t, 1.0, 0.0);
     Mat3 turn(1.0);
     turn[p][p] = c;
     turn[q][q] = c;
