@@ -43,9 +43,8 @@ CheckSuite suite_of(const ValidateOptions& options, const Settings& settings,
 CheckSuite suite_of(const ValidateOptions& options) {
     if (options.kind == "effect")
         return suite_of<EffectTrial>(options, options.effect,
-                                     std::array{effect_library_checks(), effect_key_checks(),
-                                                effect_alone_checks(), effect_loop_checks(),
-                                                effect_cost_checks()});
+                                     std::array{effect_library_checks(), effect_alone_checks(),
+                                                effect_loop_checks(), effect_cost_checks()});
     return suite_of<DriverTrial>(options, options.driver,
                                  std::array{library_checks(), life_checks(), state_checks(),
                                             call_checks(), force_checks(), end_checks()});
