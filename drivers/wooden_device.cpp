@@ -117,6 +117,9 @@ WoodenDevice::Board::Board(const WoodenModel& model, Settings settings)
     properties_.stiffness_n_per_m = model_.stiffness_n_per_m;
     properties_.damping_n_s_per_m = 0.5 * model_.stiffness_n_per_m * kMakersPeriodS;
     properties_.workspace_m = {Vec3(-model_.workspace_radius_m), Vec3(model_.workspace_radius_m)};
+    // A run begins at home, which of every model is outside of the ball that its makers name.
+    if (const auto home = wooden_pose(model_, wooden_angles(model_, model_.home_counts)))
+        properties_.workspace_m.add(home->position);
 }
 
 void WoodenDevice::Board::open() {

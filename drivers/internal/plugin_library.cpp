@@ -52,10 +52,10 @@ std::string fault_of_workspace(const palpate_plugin_properties& properties) {
     const double* upper = properties.workspace_upper_m;
     const auto is_zero = [](double value) { return value == 0.0; };
     if (std::all_of(lower, lower + 3, is_zero) && std::all_of(upper, upper + 3, is_zero)) return "";
-    for (int i = 0; i < 3; ++i) // written so that what is no number is not in order
-        if (!(lower[i] >= -kFarthest_m && lower[i] < upper[i] && upper[i] <= kFarthest_m))
+    for (int i = 0; i < 3; ++i) // flat for a stick of two axes; no number is in no order
+        if (!(lower[i] >= -kFarthest_m && lower[i] <= upper[i] && upper[i] <= kFarthest_m))
             return text_of("workspace_lower_m[", i, "] = ", lower[i], ", workspace_upper_m[", i,
-                           "] = ", upper[i], ": the lower must be less, and both in m");
+                           "] = ", upper[i], ": the lower must not be more, and both in m");
     return "";
 }
 

@@ -15,11 +15,9 @@
 #include <system_error>
 #include <utility>
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -39,12 +37,6 @@ constexpr int kResult = 3; // where a check's line goes; what a plug-in prints g
 
 const char* name_of(Outcome outcome) { return kOutcomes[static_cast<std::size_t>(outcome)]; }
 
-double seconds_on(clockid_t clock) {
-    timespec now{};
-    clock_gettime(clock, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // ---- in the check's own process ---------------------------------------------------------------
 
 /// Ends the process before what belongs to the command, whose threads are not in this one, is
@@ -60,19 +52,6 @@ void turn_streams_away(int result) {
     if (result == kResult) return;
     dup2(result, kResult);
     ::close(result);
-}
-
-/// The preloaded functions of preload/call_watch.c.
-struct Watch {
-    void (*begin)() = reinterpret_cast<void (*)()>(dlsym(RTLD_DEFAULT, "palpate_watch_begin"));
-    void (*end)(std::uint64_t*, std::uint64_t*, double*) =
-        reinterpret_cast<void (*)(std::uint64_t*, std::uint64_t*, double*)>(
-            dlsym(RTLD_DEFAULT, "palpate_watch_end"));
-};
-
-const Watch& watch() {
-    static const Watch one;
-    return one;
 }
 
 // ---- in the process that asks -----------------------------------------------------------------
@@ -233,28 +212,6 @@ std::string json_of(const CheckSuite& suite, const std::vector<Result>& results)
 
 } // namespace
 
-Verdict pass(std::string text) { return {Outcome::pass, std::move(text)}; }
-Verdict fail(std::string text) { return {Outcome::fail, std::move(text)}; }
-Verdict warn(std::string text) { return {Outcome::warn, std::move(text)}; }
-Verdict skip(std::string text) { return {Outcome::skip, std::move(text)}; }
-
-std::mt19937_64 random_numbers(std::uint64_t seed) { return std::mt19937_64(seed); }
-
-double monotonic_s() { return seconds_on(CLOCK_MONOTONIC); }
-double thread_cpu_s() { return seconds_on(CLOCK_THREAD_CPUTIME_ID); }
-
-Verdict verdict_of_exception() {
-    try {
-        throw;
-    } catch (const Verdict& verdict) {
-        return verdict;
-    } catch (const std::exception& error) {
-        return fail(error.what());
-    } catch (...) {
-        return fail("an exception leaves the plug-in; catch it there");
-    }
-}
-
 std::vector<std::size_t> order_of(const std::vector<CheckName>& checks) {
     std::vector<std::size_t> order(checks.size());
     for (std::size_t i = 0; i < order.size(); ++i)
@@ -326,20 +283,6 @@ void begin_with_call_watch() {
         if (!std::string_view(*one).starts_with("LD_PRELOAD=")) variables.push_back(*one);
     variables.push_back(nullptr);
     execve("/proc/self/exe", arguments.data(), variables.data());
-}
-
-bool can_watch() { return watch().begin != nullptr; }
-Verdict unwatched() {
-    return skip("calls cannot be counted here: palpate_call_watch.so is not beside the command, or "
-                "a sanitizer is in it");
-}
-void begin_watch() {
-    if (can_watch()) watch().begin();
-}
-Watched end_watch() {
-    Watched seen;
-    if (can_watch()) watch().end(&seen.allocations, &seen.locks, &seen.longest_lock_s);
-    return seen;
 }
 
 } // namespace palpate::command

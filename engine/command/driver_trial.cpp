@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -56,9 +57,9 @@ int called(const char* function, Call call) {
 } // namespace
 
 DriverTrial::DriverTrial(std::string driver, const Settings& settings) : settings_(settings) {
-    plugin_ = own_driver(driver);
-    if (plugin_ != nullptr) {
-        address_.path = std::move(driver);
+    if (DeviceMaker make = own_driver(driver)) {
+        is_own_ = true;
+        plugin_ = &plugin_of(std::move(make));
         return;
     }
     if (driver.starts_with("plugin:")) driver.erase(0, 7);
@@ -66,7 +67,9 @@ DriverTrial::DriverTrial(std::string driver, const Settings& settings) : setting
     address_.path = std::filesystem::absolute(address_.path).string();
 }
 
-bool DriverTrial::is_own() const { return own_driver(address_.path) != nullptr; }
+DriverTrial::DriverTrial(DeviceMaker make, const Settings& settings)
+    : settings_(settings), is_own_(true), plugin_(&plugin_of(std::move(make))) {}
+
 bool DriverTrial::may_push() const { return settings_.may_push || properties_.is_simulated != 0; }
 
 const palpate_device_plugin& DriverTrial::plugin() {
@@ -162,11 +165,14 @@ Exchange DriverTrial::first_state() {
     constexpr double kLongest_s = 2.0;
     started();
     const double began_s = monotonic_s();
+    std::optional<Exchange> stale; // until it has said anything, a device is wherever it likes
     while (monotonic_s() - began_s < kLongest_s) {
         const Exchange one = exchange({0.0, 0.0, 0.0});
-        if (one.read == PALPATE_PLUGIN_OK) return one;
+        if (one.read == PALPATE_PLUGIN_OK && one.state.is_stale == 0) return one;
+        if (one.read == PALPATE_PLUGIN_OK) stale = one;
         wait_for_next();
     }
+    if (stale) return *stale;
     throw fail(
         "no state came within 2 s of start; let read return PALPATE_PLUGIN_OK, and make sure "
         "that the device is there and says something");

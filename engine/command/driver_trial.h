@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <palpate/device_plugin.h>
+#include <palpate/drivers/haptic_device.h>
 #include <palpate/drivers/plugin_device.h>
 #include <palpate/engine/command/check_suite.h>
 
@@ -23,6 +25,9 @@ struct Exchange {
     Watched watched; ///< what both did
 };
 
+/// Makes a device of Palpate's own; not open yet. May throw.                             [setup]
+using DeviceMaker = std::function<std::unique_ptr<HapticDevice>()>;
+
 /// A driver under test: a plug-in, or one of our own behind the same functions. One check, one
 /// process, one trial. What it does not let a check do it throws as a Verdict.
 class DriverTrial {
@@ -35,8 +40,10 @@ public:
 
     /// `driver` as --device takes it, a plug-in also without "plugin:".
     DriverTrial(std::string driver, const Settings& settings);
+    /// A driver of our own; one such trial at a time.
+    DriverTrial(DeviceMaker make, const Settings& settings);
 
-    bool is_own() const; ///< of our own: no file to look at
+    bool is_own() const { return is_own_; } ///< no file to look at
     const std::string& path() const { return address_.path; }
     bool may_push() const;
     long long frames() const { return settings_.frames; }
@@ -60,12 +67,13 @@ public:
     std::vector<Exchange> exchanges_with(double least_s, Next next);
     /// What is waited between two exchanges.
     void wait_for_next();
-    /// A state that is new, within two seconds; else throws.
+    /// A state that is new, within two seconds, and fresh where one comes that is; else throws.
     Exchange first_state();
 
 private:
     PluginAddress address_;
     Settings settings_;
+    bool is_own_ = false;
     const palpate_device_plugin* plugin_ = nullptr;
     void* device_ = nullptr;
     bool is_started_ = false;
@@ -105,8 +113,10 @@ std::span<const DriverCheck> call_checks();
 std::span<const DriverCheck> force_checks();
 std::span<const DriverCheck> end_checks();
 
-/// Our own drivers behind a plug-in's functions: hand, path:FILE, hid:ADDRESS, inverse3; null: `driver` names
-/// none.
-const palpate_device_plugin* own_driver(const std::string& driver);
+/// The driver of our own that is named: hand, path:FILE, hid:ADDRESS, inverse3,
+/// igtl:TRANSFORM@HOST:PORT; null: none is.                                               [setup]
+DeviceMaker own_driver(const std::string& name);
+/// Such a driver behind a plug-in's functions, of which there is one in a process.        [setup]
+const palpate_device_plugin& plugin_of(DeviceMaker make);
 
 } // namespace palpate::command

@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of `palpate validate effect`: the library, the keys of a kind, and the effect without a
-// loop.
+// Checks of `palpate validate effect`: the library, and the effect without a loop.
 #include <palpate/engine/command/effect_trial.h>
 
 #include <array>
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
-
-#include <palpate/engine/report/scene_in_words.h>
-#include <palpate/engine/run/effect_prices.h>
-#include <palpate/engine/scene/internal/effect_questions.h>
-#include <palpate/engine/scene/scene_file.h>
 
 namespace palpate::command {
 namespace {
@@ -47,8 +39,9 @@ Verdict version(EffectTrial& trial) {
 
 Verdict layout(EffectTrial& trial) {
     if (!trial.is_own()) check_effect_layout(entry_of(trial), trial.subject());
-    return pass(fmt::format("an Effect of {} bytes, a FrameContext of {}, a PrimitiveSet of {}",
-                            sizeof(Effect), sizeof(FrameContext), sizeof(PrimitiveSet)));
+    return pass(fmt::format("{}: an Effect of {} bytes, a FrameContext of {}, a PrimitiveSet of {}",
+                            trial.is_own() ? trial.subject() : entry_of(trial).name, sizeof(Effect),
+                            sizeof(FrameContext), sizeof(PrimitiveSet)));
 }
 
 Verdict make(EffectTrial& trial) {
@@ -63,90 +56,6 @@ constexpr std::array<EffectCheck, 5> kLibrary{{
     {"version", "entry", "it was compiled for this Palpate by the same compiler", version},
     {"layout", "version", "its classes are laid out as Palpate's are", layout},
     {"make", "layout", "it makes an effect", make},
-}};
-
-// ---- keys -------------------------------------------------------------------------------------
-
-std::span<const internal::SceneKey> keys_of(EffectTrial& trial) {
-    if (!trial.is_own()) throw skip("keys are those of Palpate's own kinds");
-    for (const internal::EffectTraits* traits : internal::all_traits())
-        if (traits->name == trial.subject()) return traits->keys;
-    throw fail("the kind is not in the list of kinds; add it to EffectSettings");
-}
-
-/// That a scene with this table is refused with a line, the key's name and a remedy.
-void require_refusal(EffectTrial& trial, const std::string& table, std::string_view key) {
-    std::string error;
-    try {
-        parse_scene(trial.kind_scene(table), "validate.toml");
-    } catch (const std::exception& refused) {
-        error = refused.what();
-    }
-    if (error.empty())
-        throw fail(
-            fmt::format("a wrong or missing {} is accepted; refuse it with what to do", key));
-    if (!error.starts_with("validate.toml:") || error.find(key) == std::string::npos ||
-        error.find("; ") == std::string::npos)
-        throw fail(
-            fmt::format("the message on {} names no line, key or remedy: \"{}\"", key, error));
-}
-
-/// The table of a kind without the line of a key, and with another one in its place.
-std::string table_with(EffectTrial& trial, std::string_view key, const std::string& line) {
-    std::string table = trial.kind_table();
-    const std::string begin = fmt::format("\n{} = ", key);
-    if (const std::size_t at = table.find(begin); at != std::string::npos)
-        table.erase(at + 1, table.find('\n', at + 1) - at);
-    return table + line;
-}
-
-Verdict unknown_key(EffectTrial& trial) {
-    keys_of(trial);
-    require_refusal(trial, trial.kind_table() + "strenght_n = 1\n", "strenght_n");
-    return pass("a misspelt key is refused with its line");
-}
-
-Verdict missing_key(EffectTrial& trial) {
-    int looked_at = 0;
-    for (const internal::SceneKey& key : keys_of(trial)) {
-        if (key.fallback != "required" || key.name == "volume") continue;
-        require_refusal(trial, table_with(trial, key.name, ""), key.name);
-        ++looked_at;
-    }
-    return pass(fmt::format("{} keys that have to be there are asked for", looked_at));
-}
-
-Verdict key_range(EffectTrial& trial) {
-    int looked_at = 0;
-    for (const internal::SceneKey& key : keys_of(trial)) {
-        if (!key.range) continue;
-        for (const double wrong : {key.range->low - 1.0, 2.0 * key.range->high + 1.0}) {
-            if (!std::isfinite(wrong) || key.range->contains(wrong)) continue;
-            const std::string line = fmt::format("{} = {:.17g}\n", key.name, wrong);
-            require_refusal(trial, table_with(trial, key.name, line), key.name);
-            ++looked_at;
-        }
-    }
-    return pass(fmt::format("{} numbers out of range are refused", looked_at));
-}
-
-Verdict words(EffectTrial& trial) {
-    if (!trial.is_own()) return pass(fmt::format("its name is \"{}\"", trial.library().name));
-    const std::vector<double> prices = measure_prices(*trial.scene());
-    const std::string words = scene_in_words(*trial.scene(), prices);
-    if (words.find(trial.subject()) == std::string::npos)
-        return fail("`explain` does not name it; let plan() of its room say how it is felt");
-    const double price_us = prices.at(trial.number());
-    if (!std::isfinite(price_us) || price_us < 0.0)
-        return fail(fmt::format("its price is {} us; give it places where it is felt", price_us));
-    return pass(fmt::format("`explain` names it, {:.3g} us an evaluation", price_us));
-}
-
-constexpr std::array<EffectCheck, 4> kKeys{{
-    {"unknown_key", "make", "a misspelt key is refused", unknown_key},
-    {"missing_key", "make", "a missing key is asked for", missing_key},
-    {"key_range", "make", "a number out of range is refused", key_range},
-    {"words", "make", "it has a name, and a kind a price", words},
 }};
 
 // ---- the effect without a loop ----------------------------------------------------------------
@@ -389,7 +298,6 @@ constexpr std::array<EffectCheck, 10> kAlone{{
 } // namespace
 
 std::span<const EffectCheck> effect_library_checks() { return kLibrary; }
-std::span<const EffectCheck> effect_key_checks() { return kKeys; }
 std::span<const EffectCheck> effect_alone_checks() { return kAlone; }
 
 } // namespace palpate::command

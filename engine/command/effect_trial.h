@@ -58,11 +58,6 @@ public:
 
     bool is_own() const { return kind_ != nullptr; } ///< a kind of Palpate's own
     const std::string& subject() const { return subject_; }
-    const EffectLibrary& library(); ///< loaded and looked at; of a library alone
-
-    /// The table of a kind in a scene file, and the scene that it stands in.
-    std::string kind_table() const;
-    std::string kind_scene(const std::string& table) const;
 
     const std::shared_ptr<const Scene>& scene();
     std::shared_ptr<const Scene> scene_without(); ///< the same without the effect
@@ -82,6 +77,10 @@ public:
     std::vector<Asked> lead(Effect& effect, const HandFrame& frame);
 
 private:
+    const EffectLibrary& library(); // loaded and looked at; of a library alone
+    /// The table of a kind in a scene file, and the scene that it stands in.
+    std::string kind_table() const;
+    std::string kind_scene(const std::string& table) const;
     std::unique_ptr<Effect> custom();
 
     std::string subject_;
@@ -98,7 +97,6 @@ using EffectCheck = Check<EffectTrial>;
 
 /// All of them, in their order.
 std::span<const EffectCheck> effect_library_checks();
-std::span<const EffectCheck> effect_key_checks();
 std::span<const EffectCheck> effect_alone_checks();
 std::span<const EffectCheck> effect_loop_checks();
 std::span<const EffectCheck> effect_cost_checks();

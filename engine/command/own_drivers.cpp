@@ -3,29 +3,27 @@
 #include <palpate/engine/command/driver_trial.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
-#include <palpate/drivers/attached_devices.h>
-#include <palpate/drivers/inverse3_device.h>
-#include <palpate/drivers/sequence_device.h>
 #include <palpate/drivers/simulated_hand.h>
-#include <palpate/engine/devices/hid_device.h>
-#include <palpate/engine/devices/probe_path.h>
+#include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/scene/scene_overrides.h>
 #include <palpate/version.h>
 
 namespace palpate::command {
 namespace {
 
-constexpr double kRate_hz = 1000.0;
-constexpr std::string_view kInverse3 = "inverse3";
+constexpr double kRate_hz = 1000.0; // a scene's, where it says none
 
-std::string chosen;      // what own_driver() was asked for
-std::string open_reason; // of the last open
+DeviceMaker make_device_of_ours; // of plugin_of()
+std::string open_reason;         // of the last open
 
 /// A device of ours, and what was written to it.
 struct Own {
@@ -38,19 +36,6 @@ struct Own {
 
 Own& own(void* device) { return *static_cast<Own*>(device); }
 
-std::unique_ptr<HapticDevice> made(const std::string& driver) {
-    if (driver == "hand")
-        return std::make_unique<SimulatedHand>(
-            HandSettings{}, press_into(Vec3(0.0), Vec3(0.0, 0.0, 1.0), 0.02, 0.005, 2.0, 10.0));
-    if (driver.starts_with("path:"))
-        return std::make_unique<SequenceDevice>(std::make_shared<const std::vector<DeviceState>>(
-            read_probe_path(driver.substr(5), kRate_hz, 1)));
-    if (driver.starts_with(kInverse3))
-        return std::make_unique<Inverse3Device>(
-            Inverse3Device::Settings{.address = inverse3_address(driver.substr(kInverse3.size()))});
-    return make_hid_device(driver.substr(4), attached_devices());
-}
-
 int open(const palpate_plugin_options* options, void** device) {
     if (options->count > 0) {
         open_reason = std::string("the option ") + options->keys[0] + " is unknown; leave it out";
@@ -58,7 +43,7 @@ int open(const palpate_plugin_options* options, void** device) {
     }
     try {
         auto opened = std::make_unique<Own>();
-        opened->device = made(chosen);
+        opened->device = make_device_of_ours();
         opened->device->open();
         *device = opened.release();
         return PALPATE_PLUGIN_OK;
@@ -86,7 +71,7 @@ int properties(void* device, palpate_plugin_properties* said) {
     }
     said->buttons = 32; // which there are, nobody says
     said->measures_velocity = known.velocity_source == VelocitySource::device ? 1 : 0;
-    said->is_simulated = chosen.starts_with("hid:") || chosen.starts_with(kInverse3) ? 0 : 1;
+    said->is_simulated = dynamic_cast<SimulatedHand*>(own(device).device.get()) != nullptr ? 1 : 0;
     return PALPATE_PLUGIN_OK;
 }
 
@@ -151,7 +136,26 @@ const char* reason(void* device) {
 
 } // namespace
 
-const palpate_device_plugin* own_driver(const std::string& driver) {
+DeviceMaker own_driver(const std::string& name) {
+    if (name == "hand")
+        return [] {
+            return std::make_unique<SimulatedHand>(
+                HandSettings{}, press_into(Vec3(0.0), Vec3(0.0, 0.0, 1.0), 0.02, 0.005, 2.0, 10.0));
+        };
+    constexpr std::array<std::string_view, 4> kOthers{"path:", "hid:", "inverse3", "igtl:"};
+    if (std::none_of(kOthers.begin(), kOthers.end(),
+                     [&](std::string_view start) { return name.starts_with(start); }))
+        return nullptr;
+    return [name] {
+        SceneOverrides named;
+        named.device = name;
+        SceneDescription scene; // with nothing but the device
+        apply(named, scene);
+        return make_device(Scene(scene)).device;
+    };
+}
+
+const palpate_device_plugin& plugin_of(DeviceMaker make) {
     static const palpate_device_plugin functions{sizeof functions,
                                                  PALPATE_DEVICE_PLUGIN_ABI,
                                                  0,
@@ -165,11 +169,8 @@ const palpate_device_plugin* own_driver(const std::string& driver) {
                                                  stop,
                                                  close,
                                                  reason};
-    if (driver != "hand" && !driver.starts_with("path:") && !driver.starts_with("hid:") &&
-        !driver.starts_with(kInverse3))
-        return nullptr;
-    chosen = driver;
-    return &functions;
+    make_device_of_ours = std::move(make);
+    return functions;
 }
 
 } // namespace palpate::command

@@ -43,9 +43,8 @@ CheckSuite suite_of(const ValidateOptions& options, const Settings& settings,
 CheckSuite suite_of(const ValidateOptions& options) {
     if (options.kind == "effect")
         return suite_of<EffectTrial>(options, options.effect,
-                                     std::array{effect_library_checks(), effect_key_checks(),
-                                                effect_alone_checks(), effect_loop_checks(),
-                                                effect_cost_checks()});
+                                     std::array{effect_library_checks(), effect_alone_checks(),
+                                                effect_loop_checks(), effect_cost_checks()});
     return suite_of<DriverTrial>(options, options.driver,
                                  std::array{library_checks(), life_checks(), state_checks(),
                                             call_checks(), force_checks(), end_checks()});
@@ -69,7 +68,7 @@ void require_subject(const ValidateOptions& options) {
             options.kind == "effect"
                 ? "validate effect: which one? give a library's file, or a kind"
                 : "validate driver: which one? give a plug-in's file, hand, path:FILE, "
-                  "hid:ADDRESS or inverse3");
+                  "hid:ADDRESS, inverse3 or igtl:TRANSFORM@HOST:PORT");
     if (options.kind == "effect")
         EffectTrial(options.subject, options.effect);
     else
@@ -101,7 +100,8 @@ void add_validate(CLI::App& app, Action& run) {
     command->add_option(
         "WHICH", options->subject,
         "a driver: a plug-in's file, with ?key=value where it takes options, or "
-        "hand, path:FILE, hid:ADDRESS, inverse3. An effect: a library's file, or a kind");
+        "hand, path:FILE, hid:ADDRESS, inverse3, igtl:TRANSFORM@HOST:PORT. An effect: a library's "
+        "file, or a kind");
     command->add_option("--only", options->choice.only, "these checks, and those that they need");
     CLI::Option* list = command->add_flag("--list", options->list, "say which checks there are");
     command->add_flag("--json", options->choice.json, "as JSON")->excludes(list);

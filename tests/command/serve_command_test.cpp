@@ -13,6 +13,7 @@
 
 #include <palpate/geometry/vec.h>
 
+#include "tests/command/check_outcomes.h"
 #include "tests/command/command_run.h"
 #include "tests/command/frame_table.h"
 
@@ -160,6 +161,19 @@ TEST_F(ServeCommand, ASecondCommandFollowsTheFirstOne) {
     end(child);
     // The box was touched where the first one touched it.
     EXPECT_THAT(content_of(folder() / "follow" / "frames.csv"), HasSubstr("box"));
+}
+
+TEST_F(ServeCommand, TheDriverOfToolsPassesTheChecksOfDrivers) {
+    const pid_t child = start({"serve", "scene.toml", "--igtl", "0"});
+    const int at = port();
+    ASSERT_NE(at, 0);
+    standard_out = "checks.txt";
+    CommandResult checked = run({"validate", "driver", fmt::format("igtl:Stylus@127.0.0.1:{}", at),
+                                 "--json", "--frames", "2000"});
+    ::kill(child, SIGINT);
+    end(child);
+    checked.out = content_of(folder() / "checks.txt");
+    expect_passed_without_force(checked);
 }
 
 TEST_F(ServeCommand, AToolWhoseServerGoesAwayIsAFailedRunWithAllThatWasRecorded) {

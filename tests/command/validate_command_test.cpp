@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // `palpate validate driver` finds each fault of plugins/seeded_device.c by the check that is meant,
 // and nothing in a plug-in without one.
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tests/command/check_outcomes.h"
@@ -154,6 +157,14 @@ TEST_F(ValidateCommand, TheSimulatedHandPasses) {
     EXPECT_GE(checks(result, "PASS").size(), 30u) << result.out;
 }
 
+TEST_F(ValidateCommand, APathOfAFilePasses) {
+    std::string path = "t_s,x_m,y_m,z_m\n"; // to and fro, 20 mm in a second; 2 s
+    for (int i = 0; i < 2000; ++i)
+        path += fmt::format("{},{},0,0\n", 1e-3 * i, 0.01 * std::sin(2.0 * M_PI * 1e-3 * i));
+    make("probe.csv", path);
+    test::expect_passed_without_force(run({"validate", "driver", "path:probe.csv", "--json"}));
+}
+
 TEST_F(ValidateCommand, FaultsOfTheFileAreFound) {
     for (const auto& [defect, check] : kFilesFoundBy)
         expect_found(kFolder + "/seeded_" + defect + ".so", check);
@@ -180,6 +191,14 @@ TEST_P(SeededFault, IsFoundByItsCheck) {
 
 INSTANTIATE_TEST_SUITE_P(Plugin, SeededFault, testing::ValuesIn(kFoundBy.begin(), kFoundBy.end()),
                          [](const auto& fault) { return fault.param.first; });
+
+TEST_F(ValidateCommand, EveryCheckHasAFaultThatItFinds) {
+    std::set<std::string> checks{"watchdog"}; // a warning
+    for (const auto& faults : {kFoundBy, kFilesFoundBy})
+        for (const auto& [defect, check] : faults)
+            checks.insert(check);
+    EXPECT_EQ(checks, test::listed_checks(run({"validate", "driver", "hand", "--list"})));
+}
 
 TEST_F(ValidateCommand, ADriverThatHangsIsEndedAndTheOtherChecksAreSkipped) {
     for (const char* defect : {"OPEN_HANGS", "HANG_IN_CLOSE"}) {

@@ -305,7 +305,7 @@ TEST(PluginLibrary, EachPropertyOutOfRangeIsNamed) {
     EXPECT_PART(fault([](auto& p) { p.force_n = -1.0; }), "force_n = -1");
     EXPECT_PART(fault([](auto& p) { p.delay_s = NAN; }), "delay_s = nan");
     EXPECT_PART(fault([](auto& p) { p.buttons = 33; }), "buttons = 33");
-    EXPECT_PART(fault([](auto& p) { p.workspace_upper_m[1] = 0.1; }), "workspace_lower_m[0] = 0");
+    EXPECT_PART(fault([](auto& p) { p.workspace_upper_m[1] = -0.1; }), "workspace_lower_m[1] = 0");
 }
 
 #ifdef PALPATE_HAS_SYSTEM_CALL_FILTER

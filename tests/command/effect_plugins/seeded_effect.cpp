@@ -43,8 +43,9 @@ public:
 
     void restart(const Vec3& proxy) noexcept override {
         if (has("RESTARTS_CRASH") && ++restarts_ > 2) std::abort();
+        has_begun_ = false;
         if (has("NO_RESTART")) return;
-        now_ = {};
+        now_ = {.touched = now_.touched}; // which REMEMBERS_TOUCH alone sets
         now_.last = proxy;
     }
 
@@ -73,6 +74,7 @@ public:
         start_ = frame.start;
         ++now_.frames;
         gathered_ = 0;
+        has_begun_ = true;
     }
 
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override {
@@ -85,8 +87,9 @@ public:
             primitives.add({proxy + Vec3(gathered_ % 2 == 0 ? 1e-3 : -1e-3, 0.0, 0.0),
                             {gathered_ % 2 == 0 ? 1.0 : -1.0, 0.0, 0.0},
                             0.5});
+        felt_at_ = depth_m > 0.0 ? proxy : Vec3(std::numeric_limits<double>::quiet_NaN());
         if (!(depth_m > 0.0) || has("NOT_FELT")) return;
-        double strength_n = kStrength_n * (1.0 + 0.1 * now_.way_m);
+        double strength_n = kStrength_n * (1.0 + 0.1 * now_.way_m) + (now_.touched ? 0.1 : 0.0);
         if (has("NAN") && now_.frames % 50 == 0)
             strength_n = std::numeric_limits<double>::quiet_NaN();
         if (has("NEGATIVE") && now_.frames % 50 == 0) strength_n = -1.0;
@@ -100,6 +103,10 @@ public:
     void commit(const FrameOutcome& end) noexcept override {
         now_.way_m += glm::distance(end.proxy, now_.last);
         now_.last = end.proxy;
+        // As method `single` ends frames: it was not asked where the proxy came to.
+        if (has("ASKED_ONCE") && gathered_ == 1 && glm::distance(end.proxy, felt_at_) > 1e-6)
+            std::abort();
+        if (has("REMEMBERS_TOUCH") && end.felt != 0) now_.touched = true;
     }
 
     Vec3 device_force_n() const noexcept override {
@@ -109,7 +116,10 @@ public:
     }
     double unasked_force_n() const noexcept override { return has("SAYS_NEGATIVE") ? -1.0 : 0.0; }
     std::size_t most_primitives() const noexcept override { return has("LONG_AXIS") ? 2 : 1; }
-    palpate::QueryCount queries() const noexcept override { return {}; }
+    palpate::QueryCount queries() const noexcept override {
+        if (has("COUNTS_IN_BEGIN") && !has_begun_) std::abort();
+        return {};
+    }
 
     std::any save_state() const override {
         if (has("FORGETS")) return {};
@@ -132,6 +142,7 @@ private:
         double way_m = 0.0;
         Vec3 last{0.0};
         Vec3 last_probe{0.0};
+        bool touched = false;
     };
 
     static void burn() noexcept {
@@ -142,8 +153,10 @@ private:
 
     State now_;
     Vec3 start_{0.0}, drive_{0.0};
+    Vec3 felt_at_{0.0}; // where it was asked last; no number: there it adds nothing
     double push_n_ = 0.0;
     int gathered_ = 0, restarts_ = 0;
+    bool has_begun_ = true; // since the last restart()
 };
 
 std::unique_ptr<palpate::Effect> make(const palpate::Scene&) {

@@ -5,14 +5,18 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/run/effect_prices.h>
 #include <palpate/engine/run/internal/felt_places.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+
+#include "tests/support/one_of_each.h"
 
 namespace palpate {
 namespace {
@@ -77,6 +81,17 @@ TEST(EffectPrices, PlacesInASurfaceAreBehindItsLevel) {
     for (const Vec3& place : places)
         behind += std::abs(glm::length(place) - 0.049) < 1e-5; // chords of 0.2 mm: 1e-7 m
     EXPECT_GT(behind, places.size() / 2) << "it comes from outside";
+}
+
+TEST(EffectPrices, EveryKindHasOneAndIsNamedInWords) {
+    const auto scene = test::one_of_each_scene();
+    const std::vector<double> prices_us = measure_prices(*scene);
+    const std::string words = scene_in_words(*scene, prices_us);
+    for (std::size_t i = 0; i < prices_us.size(); ++i) {
+        const std::string kind(name(scene->description().effects[i]));
+        EXPECT_THAT(words, testing::HasSubstr(kind));
+        EXPECT_TRUE(std::isfinite(prices_us[i]) && prices_us[i] >= 0.0) << kind;
+    }
 }
 
 // Seen: a magnet's price was 0. A price is a difference of two times, and on a busy machine one

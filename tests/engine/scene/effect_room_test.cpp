@@ -2,11 +2,14 @@
 // What every kind of effect has to answer, and that its keys are as they are described.
 #include <palpate/engine/scene/internal/effect_questions.h>
 
+#include <map>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <palpate/engine/scene/scene_file.h>
@@ -94,6 +97,41 @@ TEST(EffectKinds, TakeWhatTheirKeysSayWhereAKeyIsMissing) {
             }
         EXPECT_GT(compared, 0) << kind;
     }
+}
+
+TEST(EffectKinds, AskByItsNameForEachKeyThatHasToBeThere) {
+    const std::string scene = "[volume.v]\nanalytic = \"helix\"\nradius_mm = 30\npitch_mm = 20\n"
+                              "[volume.s]\nanalytic = \"solid_sphere\"\nradius_mm = 30\n"
+                              "[surface.s]\nvolume = \"s\"\n[[effect]]\n";
+    std::map<std::string_view, std::string> values{{"surface", "\"s\""},
+                                                   {"strength_n", "1"},
+                                                   {"force_n", "[0, 0, 1]"},
+                                                   {"mass_kg", "0.05"},
+                                                   {"down", "[0, -1, 0]"}};
+    int asked = 0;
+    for (const internal::EffectTraits* traits : internal::all_traits()) {
+        values["volume"] = traits->need == internal::FieldNeed::scalar ? "\"s\"" : "\"v\"";
+        for (const internal::SceneKey& missing : traits->keys) {
+            if (missing.fallback != "required") continue;
+            std::string table = "type = \"" + std::string(traits->name) + "\"\n";
+            if (traits->name == "guide") table += "points_mm = [[0, 0, 0]]\n";
+            for (const internal::SceneKey& key : traits->keys)
+                if (key.fallback == "required" && key.name != missing.name)
+                    table += std::string(key.name) + " = " + values.at(key.name) + "\n";
+            try {
+                parse_scene(scene + table, "scene.toml");
+                ADD_FAILURE() << missing.name << " is not missed in\n" << table;
+            } catch (const std::runtime_error& error) {
+                EXPECT_THAT(error.what(),
+                            testing::AllOf(testing::StartsWith("scene.toml:"),
+                                           testing::HasSubstr(std::string(missing.name)),
+                                           testing::HasSubstr("; ")))
+                    << table;
+            }
+            ++asked;
+        }
+    }
+    EXPECT_GT(asked, 20);
 }
 
 } // namespace
