@@ -51,7 +51,12 @@ double MeshContact::fly(const Vec3& from, const Vec3& to) noexcept {
     if (const std::optional<SurfaceHit> hit = first_hit(from, to)) {
         if (!mesh_->certified(hit->triangle)) return stop_above(from, to, *hit);
         land(from, *hit);
-        return std::min(1.0, hit->distance_m / glm::length(to - from));
+        const double share = std::min(1.0, hit->distance_m / glm::length(to - from));
+        // Where a facet is as thin as a hair, the point of it that was met is known less well along
+        // it than across. What arrives there has arrived.
+        const Vec3 reached = from + share * (to - from);
+        if (glm::length(reached - now_.leg.to) > tolerance_m_) now_.leg.to = reached;
+        return share;
     }
     const std::optional<SurfaceHit> near = closest_point(to, kBallRadius);
     now_.leg.clear_m = near ? near->distance_m : kBallRadius;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wedges and grooves of every angle, felt in every way: the bounds of the table in
 // docs/stability.md, which `palpate_stability --wedges` prints. And what random scenes found there.
+#include <cmath>
+#include <span>
+
 #include <gtest/gtest.h>
 
 #include <palpate/haptics/contact/mesh_contact.h>
@@ -92,6 +95,27 @@ TEST(SharpWedge, MetExactlyOnItsEdgeIsNotEntered) {
                     << angle_deg << " degrees, frame " << i;
             }
         }
+}
+
+// Seen: a facet of 1.9 m by 0.2 mm. The point of it that a ray had met was wrong by 0.3 nm along
+// it, 24 tolerances; the proxy was taken to be elsewhere than on it, and went on through it.
+TEST(Sliver, IsNotPassed) {
+    TriangleMesh mesh;
+    mesh.vertices = {{0.82169511061305589, -0.34541382861509068, 0.77990925545879497},
+                     {-0.21249530178663317, 0.96588577669857167, 0.65166128291025072},
+                     {-0.21264376398960377, 0.9657793742866202, 0.65177054581586258}};
+    mesh.triangles = {{0, 1, 2}};
+    test::ContactLoop loop({}, test::one_mesh(test::certified(mesh)));
+    loop.start({0.18871, 0.08455, 1.12151});
+    loop.move({0.72238, 0.50166, -0.04552});
+    const std::span<const Vec3> path = loop.subdivision().path();
+    ASSERT_GE(path.size(), 3U);
+    // It goes over an edge of it, if anywhere: not from where it has met it.
+    const Vec3 corner = mesh.vertices[0];
+    const Vec3 normal =
+        glm::normalize(glm::cross(mesh.vertices[1] - corner, mesh.vertices[2] - corner));
+    const double height_m = glm::dot(normal, path[2] - corner);
+    EXPECT_LT(std::abs(height_m), 1e-9) << "it left the facet's plane";
 }
 
 // Seen: of two surfaces the other one stopped the proxy where it had just left this one, by a
