@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# usage: scripts/mutants.sh [--with "EXECUTABLE FILTER"] [WORDS]...
+# usage: scripts/mutants.sh [--check] [--with "EXECUTABLE FILTER"] [WORDS]...
 # Who notices when a guard is broken? Breaks each guard of scripts/mutants.txt once, in a copy of the sources, builds the library,
 # and runs the nearest tests; or those of --with, the same ones for all guards: does a net notice that was not made for them?
 # Random scenes are such a net: --with "palpate_stability --first --seed 0-1000000 --frames 400000".
@@ -11,13 +11,22 @@ set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 copy=$root/build/mutants/source
 build=$copy/build/release # as deep as in a checkout: the compiler cache has its objects
-with=""
-if [ "${1:-}" = --with ]; then
-    [ $# -ge 2 ] || { echo 'mutants.sh: --with needs "EXECUTABLE FILTER"' >&2; exit 2; }
-    with=$2
-    shift 2
-fi
-wanted=("${@:-}")
+with="" only_check=""
+wanted=()
+while [ $# -gt 0 ]; do
+    case $1 in
+    -h | --help) sed -n '3,/^set /p' "$0" | grep '^#'; exit 0 ;;
+    --check) only_check=yes ;; # the list alone: is each line there once?
+    --with)
+        [ -n "${2:-}" ] || { echo 'mutants.sh: --with needs "EXECUTABLE FILTER"' >&2; exit 2; }
+        with=$2
+        shift ;;
+    -*) echo "mutants.sh: no such option: $1; there are --check and --with" >&2; exit 2 ;;
+    *) wanted+=("$1") ;;
+    esac
+    shift
+done
+[ ${#wanted[@]} -gt 0 ] || wanted=("")
 jobs=$(nproc)
 most_seconds=300 # for the tests of a guard: what hangs is noticed
 
@@ -32,6 +41,20 @@ is_wanted() {
     return 1
 }
 
+purposes=() files=() lines=() instead=() tests=()
+while IFS= read -r purpose; do
+    case $purpose in '' | '#'*) continue ;; esac
+    IFS= read -r file && IFS= read -r line && IFS= read -r other && IFS= read -r test || fail "scripts/mutants.txt ends early"
+    is_wanted "$purpose" || continue
+    count=$(sed 's/^ *//' "$root/$file" | grep -cxF -- "$line") || true
+    [ "$count" = 1 ] || fail "$file has this line $count times, not once: $line"
+    purposes+=("$purpose") files+=("$file") lines+=("$line") instead+=("$other") tests+=("${with:-$test}")
+done <"$root/scripts/mutants.txt"
+for words in "${wanted[@]}"; do
+    case "$(printf '%s\n' "${purposes[@]}")" in *"$words"*) ;; *) fail "no guard has the words \"$words\"" ;; esac
+done
+[ -z "$only_check" ] || exit 0
+
 # Only what differs is written, so that nothing else is compiled again.
 mkdir -p "$copy"
 (cd "$root" && git ls-files -z --cached --others --exclude-standard) |
@@ -42,19 +65,8 @@ mkdir -p "$copy"
         cp "$root/$file" "$copy/$file"
     done
 
-purposes=() files=() lines=() instead=() tests=()
-while IFS= read -r purpose; do
-    case $purpose in '' | '#'*) continue ;; esac
-    IFS= read -r file && IFS= read -r line && IFS= read -r other && IFS= read -r test || fail "scripts/mutants.txt ends early"
-    is_wanted "$purpose" || continue
-    count=$(sed 's/^ *//' "$root/$file" | grep -cxF -- "$line") || true
-    [ "$count" = 1 ] || fail "$file has this line $count times, not once: $line"
-    purposes+=("$purpose") files+=("$file") lines+=("$line") instead+=("$other") tests+=("${with:-$test}")
-done <"$root/scripts/mutants.txt"
-[ ${#files[@]} -gt 0 ] || fail "no guard has the words \"${wanted[*]}\""
-
 mapfile -t executables < <(printf '%s\n' "${tests[@]%% *}" | sort -u)
-(cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF >/dev/null)
+(cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF >/dev/null) || fail "$copy cannot be configured"
 cmake --build "$build" --parallel "$jobs" --target "${executables[@]}" >"$build/log" 2>&1 || fail "the sources do not build: $build/log"
 
 # Names of the tests of guard $1 that fail; "..." where they end in another way.

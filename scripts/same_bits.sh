@@ -9,12 +9,12 @@
 # Needs a release build; then a COMPILER:LEVEL takes two to six processor minutes. Folders: build/same_bits/COMPILER-LEVEL.
 set -euo pipefail
 cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.."
-case ${1:-} in -h | --help) sed -n '3,10p' "$0"; exit 0 ;; esac
+case ${1:-} in -h | --help) sed -n '3,9p' "$0"; exit 0 ;; esac
 fail() { printf 'same_bits.sh: %s\n' "$*" >&2; exit 2; }
 builds=("$@")
 [ $# -gt 0 ] || builds=({g++,clang++}:{-O0,-O1,-O2,-O3})
 for build in "${builds[@]}"; do
-    [[ $build == *:-O[0-3] ]] || fail "\"$build\" is no COMPILER:LEVEL, as g++:-O2"
+    [[ $build =~ ^(.*/)?(g|clang)[+][+](-[0-9]+)?:-O[0-3]$ ]] || fail "\"$build\" is no COMPILER:LEVEL, as g++:-O2 or clang++-14:-O0"
     command -v "${build%%:*}" >/dev/null || fail "there is no ${build%%:*}: install it, or name others"
 done
 release=build/release root=$PWD

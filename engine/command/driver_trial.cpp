@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include <palpate/drivers/internal/plugin_library.h>
+#include <palpate/engine/command/command.h>
 
 namespace palpate::command {
 namespace {
@@ -62,6 +63,12 @@ DriverTrial::DriverTrial(std::string driver, const Settings& settings) : setting
         plugin_ = &plugin_of(std::move(make));
         return;
     }
+    if (driver.find_first_of("./") == std::string::npos)
+        throw UsageError(fmt::format(
+            "validate driver {}: there is no such driver, and a plug-in's file has a \".\" or "
+            "\"/\" in it; drivers: hand, path:FILE, hid:ADDRESS, inverse3, "
+            "igtl:TRANSFORM@HOST:PORT",
+            driver));
     if (driver.starts_with("plugin:")) driver.erase(0, 7);
     address_ = plugin_address(driver);
     address_.path = std::filesystem::absolute(address_.path).string();

@@ -6,7 +6,7 @@
 // minutes of each in real time (default 0.5; 0: none). --load keeps every processor busy meanwhile;
 // --leave-mb takes memory until that much is left. A table on stdout; exit 1 where bits differ,
 // memory grew by more than 1 MiB, a number was not finite, a force beyond its limit or a flag
-// without a reason.
+// without a reason, 2 on wrong input.
 // Scenes need a device that is known from beginning to end: a path, an orbit, a tour.
 #include <algorithm>
 #include <array>
@@ -260,7 +260,8 @@ bool read_options(int argc, char** argv, Options& options) {
         if (option == "--frames" && has_value)
             is_read = read_number(argv[++i], options.frames) && options.frames >= 2;
         else if (option == "--minutes" && has_value)
-            is_read = read_number(argv[++i], options.minutes) && options.minutes >= 0.0;
+            is_read = read_number(argv[++i], options.minutes) && options.minutes >= 0.0 &&
+                      options.minutes < 1e5;
         else if (option == "--leave-mb" && has_value)
             is_read = read_number(argv[++i], options.leave_mb) && options.leave_mb >= 64.0;
         else if (option == "--load")
@@ -311,6 +312,6 @@ int main(int argc, char** argv) {
         return palpate::main_of(argc, argv);
     } catch (const std::exception& error) {
         fmt::print(stderr, "palpate_soak: {}\n", error.what());
-        return 1;
+        return 2;
     }
 }

@@ -168,6 +168,11 @@ std::vector<Spoilt> spoilt_reports() {
     in_frame("energy", true, [](FrameReport& report, std::vector<Vec3>&) {
         report.proxy += 1e-6 * glm::normalize(report.proxy - report.probe);
     });
+    all.push_back({"energy", false, true, {}}); // of a held probe
+    all.back().options.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
+        if (report.frame == 120)
+            report.proxy += 31e-6 * glm::normalize(report.proxy - report.probe);
+    };
     all.push_back({"rest", false, true, {}});
     all.back().options.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
         report.proxy.x += report.frame % 2 == 0 ? 2e-10 : 0.0;

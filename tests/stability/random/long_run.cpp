@@ -34,6 +34,9 @@ constexpr std::array kInvariants{"finite",      "limits",   "coupling", "flags",
                                  "certificate", "crossing", "side",     "energy",     "same bits",
                                  "rest",        "smooth",   "press",    "second hand"};
 
+constexpr double kClockOverProcessor = 10.0; // on a busy machine
+constexpr int kCannotGoOn = 2;               // how a worker ends that has said why
+
 enum class Phase : int { made, set_up, frames, shrinking, done };
 
 double cpu_seconds(clockid_t clock) {
@@ -46,15 +49,20 @@ double cpu_seconds(clockid_t clock) {
 struct Shared {
     std::atomic<std::uint64_t> seed{0};
     std::atomic<Phase> phase{Phase::made};
-    std::atomic<double> phase_began_s{0.0}; // processor time of the worker
+    std::atomic<double> phase_began_s{0.0};    // processor time of the worker
+    std::atomic<double> phase_began_at_s{0.0}; // on the clock
     std::atomic<long> cases{0}, refused{0}, failed{0}, frames{0}, touched{0}, restless{0};
     std::array<std::atomic<long>, kInvariants.size()> checks{};
     std::array<std::atomic<long>, 32> flags{}; // cases in which a flag was seen
     std::atomic<bool> finished{false};
 
     void enter(Phase next) {
-        phase_began_s = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
+        begin_time();
         phase = next;
+    }
+    void begin_time() {
+        phase_began_s = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
+        phase_began_at_s = cpu_seconds(CLOCK_MONOTONIC);
     }
     void add(const Outcome& outcome) {
         ++cases;
@@ -101,7 +109,7 @@ void work(const LongRun& run, std::uint64_t from, const std::filesystem::path& f
         if (shared.phase != Phase::shrinking)
             shared.enter(std::strcmp(name, "frames") == 0 ? Phase::frames : Phase::set_up);
         else // each try has its own time
-            shared.phase_began_s = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
+            shared.begin_time();
     };
     for (std::uint64_t seed = from; seed <= run.to && shared.frames < run.frames; ++seed) {
         shared.seed = seed;
@@ -161,15 +169,21 @@ int watch(pid_t worker, const LongRun& run, Shared& shared, std::ostream& out) {
     const bool has_clock = clock_getcpuclockid(worker, &clock) == 0;
     long told = shared.frames / 100000;
     for (int status = 0;;) {
-        if (waitpid(worker, &status, WNOHANG) == worker)
-            return WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status) != 0 ? 1 : 0;
+        if (waitpid(worker, &status, WNOHANG) == worker) {
+            if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
+                throw std::runtime_error("ended, for the reason above");
+            return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+        }
         if (shared.frames / 100000 > told) {
             told = shared.frames / 100000;
             out << fmt::format("{} frames, {} scenes, seed {}, {} failed\n", shared.frames.load(),
                                shared.cases.load(), shared.seed.load(), shared.failed.load())
                 << std::flush;
         }
-        if (has_clock && cpu_seconds(clock) - shared.phase_began_s > run.watchdog_s) {
+        // Who waits for ever takes no processor time.
+        const bool waits = cpu_seconds(CLOCK_MONOTONIC) - shared.phase_began_at_s >
+                           kClockOverProcessor * run.watchdog_s;
+        if (waits || (has_clock && cpu_seconds(clock) - shared.phase_began_s > run.watchdog_s)) {
             kill(worker, SIGKILL);
             waitpid(worker, &status, 0);
             return -1;
@@ -204,7 +218,19 @@ Outcome try_case(const RandomCase& made, const std::filesystem::path& work,
     return outcome;
 }
 
+/// A run never writes over the cases of another one.
+void require_out_of_its_own(const std::filesystem::path& folder) {
+    if (!std::filesystem::exists(folder)) return;
+    if (!std::filesystem::is_directory(folder))
+        throw std::runtime_error("--out " + folder.string() + ": is no folder; give another one");
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().filename().string().starts_with("seed-"))
+            throw std::runtime_error("--out " + folder.string() +
+                                     ": has cases of another run; give another folder");
+}
+
 int run_long(const LongRun& run, std::ostream& out) {
+    require_out_of_its_own(run.out);
     void* const memory =
         mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::runtime_error("no memory for the watchdog");
@@ -217,9 +243,16 @@ int run_long(const LongRun& run, std::ostream& out) {
         const pid_t worker = fork();
         if (worker < 0) throw std::runtime_error("no process for the scenes");
         if (worker == 0) {
-            work(run, from, folder / "case", shared);
+            int status = 0;
+            try {
+                work(run, from, folder / "case", shared);
+            } catch (const std::exception& error) {
+                std::cerr << fmt::format("palpate_stability: seed {}: {}\n", shared.seed.load(),
+                                         error.what());
+                status = kCannotGoOn;
+            }
             std::cout << std::flush;
-            _exit(0);
+            _exit(status); // no destructors of libraries whose threads are not in this process
         }
         const int ended = watch(worker, run, shared, out);
         if (ended == 0) break;
@@ -230,7 +263,10 @@ int run_long(const LongRun& run, std::ostream& out) {
                            ended < 0 ? "hangs" : "ends by signal " + std::to_string(ended),
                            name_of(shared.phase), keep)
             << std::flush;
-        write_case(make_case(seed, run.path_frames, run.atlas.get()), keep);
+        std::error_code ignored; // what the worker had written of it: nothing, if it was being made
+        std::filesystem::create_directories(run.out, ignored);
+        std::filesystem::copy(folder / "case", keep, std::filesystem::copy_options::recursive,
+                              ignored);
         if (run.only_first) break;
         from = seed + 1;
     }

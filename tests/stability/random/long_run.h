@@ -36,6 +36,7 @@ Outcome try_case(const RandomCase& made, const std::filesystem::path& work,
 
 /// Runs seed after seed in a process of its own, which is ended where it hangs; writes each
 /// failure, a progress and at the end a table. Returns how many seeds failed, hung or crashed.
+/// Throws std::runtime_error where it cannot go on, and where run.out has cases already.
 int run_long(const LongRun& run, std::ostream& out);
 
 } // namespace palpate::stability

@@ -83,6 +83,27 @@ std::string events_text(const RandomCase& of) {
     return text;
 }
 
+/// As test::make_file(), but that all of it has to be there.
+void write_file(const std::filesystem::path& file, const std::string& bytes) {
+    test::make_file(file, bytes);
+    std::error_code error;
+    if (std::filesystem::file_size(file, error) != bytes.size() || error)
+        throw std::runtime_error(file.string() + ": cannot be written; is there room?");
+}
+
+double number_of(const std::string& field, const std::filesystem::path& file) {
+    std::size_t read = 0;
+    double number = 0.0;
+    try {
+        number = std::stod(field, &read);
+    } catch (const std::exception&) {
+        read = std::string::npos;
+    }
+    if (read != field.size())
+        throw std::runtime_error(fmt::format("{}: \"{}\" is no number", file.string(), field));
+    return number;
+}
+
 std::string path_device(const char* file) {
     return fmt::format("\ntype = \"path\"\nfile = \"{}\"\n", file);
 }
@@ -147,20 +168,20 @@ std::string scene_text(const RandomCase& of) {
 
 void write_case(const RandomCase& of, const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder);
-    test::make_file(folder / "scene.toml", scene_text(of));
+    write_file(folder / "scene.toml", scene_text(of));
     for (const auto& [name, mesh] : of.meshes)
-        test::make_file(folder / name, test::ascii_ply(*mesh));
+        write_file(folder / name, test::ascii_ply(*mesh));
     for (const auto& [name, file] : of.volumes)
-        test::make_file(folder / name, nrrd(file));
+        write_file(folder / name, nrrd(file));
     for (const auto& [name, volume] : of.vectors)
-        test::make_file(folder / name, nrrd_header("float", volume->size, volume->components,
-                                                   volume->index_to_scene) +
-                                           raw_floats(volume->values));
+        write_file(folder / name,
+                   nrrd_header("float", volume->size, volume->components, volume->index_to_scene) +
+                       raw_floats(volume->values));
     const double rate_hz = std::stod(rate_of(of));
-    test::make_file(folder / "path.csv", path_text(of.steps, rate_hz));
+    write_file(folder / "path.csv", path_text(of.steps, rate_hz));
     if (!of.second_steps.empty())
-        test::make_file(folder / "second.csv", path_text(of.second_steps, rate_hz));
-    test::make_file(folder / "events.csv", events_text(of));
+        write_file(folder / "second.csv", path_text(of.second_steps, rate_hz));
+    write_file(folder / "events.csv", events_text(of));
 }
 
 std::vector<FileEvent> read_events(const std::filesystem::path& file) {
@@ -168,13 +189,17 @@ std::vector<FileEvent> read_events(const std::filesystem::path& file) {
     for (const std::vector<std::string>& row : rows_of(file)) {
         if (row.size() != 11) throw std::runtime_error(file.string() + ": a row without 11 fields");
         FileEvent event;
-        event.event.frame = std::stoi(row[0]);
+        const auto number = [&](std::size_t i) { return number_of(row[i], file); };
+        if (row[1] != "gain" && row[1] != "pose" && row[1] != "detour")
+            throw std::runtime_error(
+                fmt::format("{}: \"{}\" is no gain, pose or detour", file.string(), row[1]));
+        event.event.frame = static_cast<int>(number(0));
         event.event.kind = row[1] == "gain"   ? CaseEvent::Kind::gain
                            : row[1] == "pose" ? CaseEvent::Kind::pose
                                               : CaseEvent::Kind::detour;
-        if (event.event.kind == CaseEvent::Kind::gain) event.effect = std::stoul(row[2]);
+        if (event.event.kind == CaseEvent::Kind::gain)
+            event.effect = static_cast<std::size_t>(number(2));
         if (event.event.kind == CaseEvent::Kind::pose) event.surface = row[2];
-        const auto number = [&](std::size_t i) { return std::stod(row[i]); };
         event.event.gain = number(3);
         event.event.pose = {{number(4), number(5), number(6)},
                             Quaternion(number(7), number(8), number(9), number(10))};
@@ -187,11 +212,13 @@ std::vector<CaseStep> read_steps(const std::filesystem::path& file) {
     std::vector<CaseStep> steps;
     for (const std::vector<std::string>& row : rows_of(file)) {
         if (row.size() != 4) throw std::runtime_error(file.string() + ": a row without 4 fields");
+        const auto number = [&](std::size_t i) { return number_of(row[i], file); };
         CaseStep step;
-        step.begins_trial = std::stod(row[0]) == 0.0;
-        step.probe = {std::stod(row[1]), std::stod(row[2]), std::stod(row[3])};
+        step.begins_trial = number(0) == 0.0;
+        step.probe = {number(1), number(2), number(3)};
         steps.push_back(step);
     }
+    if (steps.empty()) throw std::runtime_error(file.string() + ": no rows");
     return steps;
 }
 

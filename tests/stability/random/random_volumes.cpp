@@ -6,6 +6,9 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace palpate::stability {
 namespace {
@@ -99,13 +102,22 @@ VoxelFile random_labels(Random& random, int labels, double size_m, const Vec3& p
 }
 
 VoxelFile labels_of(const LabelVolume& atlas, Random& random, double size_m, const Vec3& place) {
-    constexpr int kMostLabels = 6;
+    constexpr int kMostLabels = 6, kLeast = 12, kMost = 20; // voxels along an axis
     const auto& values = atlas.layers.front();
     const std::array<int, 3>& size = atlas.size;
-    const int n = 12 + pick(random, 9);
+    if (*std::min_element(size.begin(), size.end()) <= kMost)
+        throw std::invalid_argument(
+            fmt::format("an atlas of {} x {} x {} voxels: give one with more than {} along each "
+                        "axis",
+                        size[0], size[1], size[2], kMost));
+    const int n = kLeast + pick(random, kMost - kLeast + 1);
     std::array<int, 3> low{};
-    std::size_t middle = 0; // of the cube: in a label, or nearly
+    std::size_t middle = 0; // of the cube
+    constexpr int kTries = 100'000;
+    int tries = 0;
     do {
+        if (++tries > kTries)
+            throw std::invalid_argument("an atlas with hardly a label: give another one");
         std::array<std::size_t, 3> at{};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             low[axis] = pick(random, size[axis] - n);

@@ -28,6 +28,7 @@ RandomVolume random_volume(test::Random& random, double size_m, const Vec3& plac
 VoxelFile random_labels(test::Random& random, int labels, double size_m, const Vec3& place);
 /// The labels of an atlas about a place of it where some are, from 1 on, at most six of them; each
 /// voxel of the atlas becomes one of a cube 2.4 `size_m` wide, on a frame as random_volume()'s.
+/// Throws std::invalid_argument where the atlas is too small or has hardly a label.
 VoxelFile labels_of(const LabelVolume& atlas, test::Random& random, double size_m,
                     const Vec3& place);
 /// A ball of voxels, label 1, with two balls in it, labels 2 and 3; one may stick out of the other.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -74,7 +75,13 @@ public:
           first_(scene_, events_, steps_, 7.0), hold_(hold_of(steps_)),
           smooth_(smooth_level(first_.watched())) {
         const bool has_two = scene_->description().hands.size() == 2;
-        if (has_two) second_.emplace(scene_, events_, read_steps(folder / "second.csv"), 11.0);
+        if (has_two) {
+            const std::vector<CaseStep> steps = read_steps(folder / "second.csv");
+            if (steps.size() < steps_.size())
+                throw std::runtime_error(fmt::format("second.csv has {} rows, path.csv {}",
+                                                     steps.size(), steps_.size()));
+            second_.emplace(scene_, events_, steps, 11.0);
+        }
         twin_.emplace(has_two ? scene_of(folder) : scene_, twin_clock_);
     }
 
