@@ -252,7 +252,13 @@ std::vector<Asked> EffectTrial::lead(Effect& effect, const HandFrame& frame) {
 
 // ---- the library ------------------------------------------------------------------------------
 
-void* load_effect_file(const std::string& path) { return internal::load_plugin_file(path); }
+void* load_effect_file(const std::string& path) {
+    if (!std::filesystem::is_regular_file(path))
+        throw std::runtime_error(
+            path + (std::filesystem::exists(path) ? ": is no file" : ": there is no such file") +
+            "; give the effect's shared library, such as ./wave.so");
+    return internal::load_plugin_file(path);
+}
 
 const EffectLibrary& effect_entry(void* library, const std::string& path) {
     using Entry = const EffectLibrary* (*)();

@@ -36,9 +36,11 @@ struct FrameReport {
     std::uint32_t field_samples = 0;   ///< values or gradients read from fields
     std::uint32_t surface_queries = 0; ///< Embree rays and closest points
     std::uint32_t root_queries = 0;    ///< exact first roots
-    double spent_us = 0.0;             ///< around frame(); not deterministic
-    double estimate_us = 0.0;          ///< of a sub-step, eq. (10); 0 where the method needs none
-    double late_us = 0.0;              ///< start of the frame after its deadline; 0 at asap pace
+    std::uint32_t work = 0;   ///< what evaluations and solvers spent of the frame's budget, in
+                              ///< Subdivision::kWorkOfSolvers' units; not recorded
+    double spent_us = 0.0;    ///< around frame(); not deterministic
+    double estimate_us = 0.0; ///< of a sub-step, eq. (10); 0 where the method needs none
+    double late_us = 0.0;     ///< start of the frame after its deadline; 0 at asap pace
 
     // Of a soft surface (docs/palpation.md), where one is pressed: then the proxy is the tip.
     double indentation_m = 0.0; ///< how far the tip is behind the surface, m; 0: none is pressed

@@ -179,7 +179,11 @@ TEST_F(ValidateEffect, WhatIsAskedWronglyIsSaid) {
     }
     const test::CommandResult file = run({"validate", "effect", "./none.so", "--only", "file"});
     EXPECT_EQ(file.exit, 1);
-    EXPECT_NE(file.out.find("none.so: there is no such file"), std::string::npos) << file.out;
+    EXPECT_NE(file.out.find("none.so: there is no such file; give the effect's shared library"),
+              std::string::npos)
+        << file.out;
+    const test::CommandResult folder = run({"validate", "effect", "./", "--only", "file"});
+    EXPECT_NE(folder.out.find(": is no file; give the effect's"), std::string::npos) << folder.out;
 }
 
 } // namespace

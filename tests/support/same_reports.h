@@ -41,6 +41,7 @@ inline std::string difference(const FrameReport& a, const FrameReport& b) {
     compare("field_samples", a.field_samples, b.field_samples);
     compare("surface_queries", a.surface_queries, b.surface_queries);
     compare("root_queries", a.root_queries, b.root_queries);
+    compare("work", a.work, b.work);
     compare("indentation_m", bits(a.indentation_m), bits(b.indentation_m));
     compare("stiffness_n_per_m", bits(a.stiffness_n_per_m), bits(b.stiffness_n_per_m));
     compare_vectors("front", a.front, b.front);

@@ -320,6 +320,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     report.surfaces_felt = result.felt;
     report.surfaces_open = result.open;
     report.surfaces_guarded = result.guarded;
+    report.work = result.work;
     report.flags |= result.flags;
 }
 

@@ -2,9 +2,14 @@
 // What a report alone has to keep: numbers, limits, the coupling's law, flags, work.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <variant>
 
 #include <fmt/format.h>
+
+#include <palpate/engine/scene/soft_surfaces.h>
+#include <palpate/haptics/effects/coulomb_friction.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 #include "tests/stability/random/invariants.h"
 
@@ -140,26 +145,108 @@ public:
 };
 
 /// Evaluations: what the method makes, one for each edge of a mesh up to 64, and new approaches:
-/// a surface may open and begin to slip once in a frame.
+/// a surface may open and begin to slip once in a frame. And what solvers spend: the budget of a
+/// frame, and its last evaluation beyond it; methods that count their steps make all of these, each
+/// with the fewest passes.
 class Work final : public Invariant {
 public:
     explicit Work(const Scene& scene) {
         const LoopDescription& loop = scene.description().loop;
         const int own = loop.method == SteppingMethod::single  ? 1
                         : loop.method == SteppingMethod::fixed ? loop.sub_steps
-                        : loop.method == SteppingMethod::paper ? 4096
+                        : loop.method == SteppingMethod::paper ? Subdivision::kMostEvaluations
                                                                : loop.evaluation_cap;
         most_ = own + 64 + 2 * static_cast<int>(scene.surfaces().size()) + 1;
+        for (const auto& [name, surface] : scene.description().surfaces)
+            is_soft_ = is_soft_ || is_soft(scene.description(), surface);
+        budget_ = Subdivision::kWorkOfSolvers + 3L * Subdivision::kWorkOfEvaluation * own;
+        counts_steps_ = loop.method != SteppingMethod::adaptive;
     }
     const char* name() const override { return "work"; }
     std::optional<std::string> check(const SeenFrame& seen) override {
         ++checks_;
-        if (seen.report.evaluations <= static_cast<std::uint32_t>(most_)) return std::nullopt;
-        return fmt::format("{} evaluations, at most {}", seen.report.evaluations, most_);
+        if (seen.report.evaluations > static_cast<std::uint32_t>(most_))
+            return fmt::format("{} evaluations, at most {}", seen.report.evaluations, most_);
+        if (is_soft_) return std::nullopt; // each front has a budget of its own
+        constexpr long kPasses = CoulombFriction::kLeastPasses + 16; // 16: to end a step
+        constexpr long kLast =
+            Subdivision::kWorkOfEvaluation + kPasses * static_cast<long>(PrimitiveSet::kCapacity);
+        const long most = budget_ + kLast * (counts_steps_ ? seen.report.evaluations : 1L);
+        if (static_cast<long>(seen.report.work) <= most) return std::nullopt;
+        return fmt::format("solvers and evaluations spent {}, at most {}", seen.report.work, most);
     }
 
 private:
     int most_ = 0;
+    bool is_soft_ = false, counts_steps_ = false;
+    long budget_ = 0;
+};
+
+/// Where surfaces are all that is felt, a frame that touches none ends at the probe, or says why
+/// not. Who counts steps may have spent some on what lay on the way: there a frame ends at the
+/// probe that was free before, under a probe that stays, and in which each evaluation moved on.
+class Follows final : public Invariant {
+public:
+    explicit Follows(const Watched& watched) {
+        const SceneDescription& scene = watched.scene.description();
+        looks_ = std::all_of(
+            scene.effects.begin(), scene.effects.end(),
+            [](const EffectDescription& effect) { return palpate::name(effect) == "surface"; });
+        for (const auto& [name, surface] : scene.surfaces)
+            looks_ = looks_ && !is_soft(scene, surface);
+        // A frame of one evaluation ends at the first surface that it meets on its way.
+        if (scene.loop.method == SteppingMethod::single) looks_ = false;
+        counts_steps_ = scene.loop.method != SteppingMethod::adaptive;
+        most_m_ = 1e-6 * scene.loop.tolerance_um;
+    }
+    const char* name() const override { return "follows"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        constexpr std::uint32_t kOfTheForce = kForceClamped | kForceSlewed | kLiveGain;
+        const FrameReport& report = seen.report;
+        const Vec3& probe = seen.state.position;
+        const bool is_free =
+            report.contacts == 0 && report.surfaces_felt == 0 && (report.flags & ~kOfTheForce) == 0;
+        const bool was_free = std::exchange(was_free_, is_free);
+        const bool met_nothing = std::exchange(probe_, probe) == probe && was_free &&
+                                 report.sub_steps == report.evaluations;
+        if (!looks_ || !is_free || (counts_steps_ && !met_nothing)) return std::nullopt;
+        ++checks_;
+        const double way_m = glm::length(report.proxy - probe);
+        if (way_m <= most_m_ + 4e-16 * glm::length(probe)) return std::nullopt;
+        return fmt::format("nothing holds it, and it stays {} m behind the probe", way_m);
+    }
+
+private:
+    bool looks_ = false, counts_steps_ = false, was_free_ = false;
+    double most_m_ = 0.0;
+    Vec3 probe_{0.0};
+};
+
+/// On labels, felt alone, the proxy does not stay where two of them touch.
+class Stalls final : public Invariant {
+public:
+    explicit Stalls(const Watched& watched) {
+        const SceneDescription& scene = watched.scene.description();
+        looks_ = watched.events.empty() && scene.loop.method == SteppingMethod::adaptive &&
+                 scene.loop.evaluation_cap >= 8 &&
+                 hard_surfaces(watched).size() == watched.scene.surfaces().size() &&
+                 scene.effects.size() == scene.surfaces.size();
+        for (const auto& [name, surface] : scene.surfaces)
+            looks_ = looks_ && !surface.labels.empty();
+    }
+    const char* name() const override { return "stalls"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        constexpr int kMost = 5; // TouchingLabels.*
+        if (!looks_) return std::nullopt;
+        ++checks_;
+        stalled_ = (seen.report.flags & kStalled) != 0 ? stalled_ + 1 : 0;
+        if (stalled_ <= kMost) return std::nullopt;
+        return fmt::format("{} frames in a row", stalled_);
+    }
+
+private:
+    bool looks_ = false;
+    int stalled_ = 0;
 };
 
 } // namespace
@@ -194,6 +281,8 @@ void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<In
     to.push_back(std::make_unique<Coupling>(watched));
     to.push_back(std::make_unique<Flags>());
     to.push_back(std::make_unique<Work>(watched.scene));
+    to.push_back(std::make_unique<Follows>(watched));
+    to.push_back(std::make_unique<Stalls>(watched));
 }
 
 } // namespace palpate::stability
