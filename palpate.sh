@@ -56,6 +56,9 @@ build_jobs() {
     echo $((cores < memory ? cores : memory))
 }
 
+# Tests at once: more than cores, as many wait for a clock, a device or a child.
+test_jobs() { echo $(($(nproc) + 2)); }
+
 # build_targets PRESET [TARGET...]: everything, or these targets.
 build_targets() {
     local preset=$1 targets=()
@@ -80,12 +83,12 @@ run_tests() {
     build_targets asan fast_tests
     build_targets tsan test_threads
     say "all tests (build/release)"
-    ctest --test-dir build/release --output-on-failure --parallel "$(build_jobs)"
+    ctest --test-dir build/release --output-on-failure --parallel "$(test_jobs)"
     say "what threads share under ThreadSanitizer (build/tsan)"
-    ctest --test-dir build/tsan --output-on-failure --parallel "$(build_jobs)" --label-regex '^threads$'
+    ctest --test-dir build/tsan --output-on-failure --parallel "$(test_jobs)" --label-regex '^threads$'
     say "the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer (build/asan)"
     # Last, so that the last line is ctest's own; a failure above has ended the script with ctest's words too.
-    exec ctest --test-dir build/asan --output-on-failure --parallel "$(build_jobs)" \
+    exec ctest --test-dir build/asan --output-on-failure --parallel "$(test_jobs)" \
         --label-regex '^(geometry|volume|haptics|drivers|engine|fuzz|sanitizers)$'
 }
 
