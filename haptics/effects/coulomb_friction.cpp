@@ -175,9 +175,8 @@ void CoulombFriction::solve_round(PrimitiveSet& primitives, const Vec3& probe, d
     for (std::size_t j = 0; j < contacts_.size(); ++j)
         primitives.set_line_strength(first_line_ + j, surfaces_[contacts_[j].surface].mu *
                                                           contacts_[j].multiplier_n);
-    int passes = kLoopPasses;
-    if (primitives.has_tethers()) // planes alone need no passes
-        passes = std::clamp(work / static_cast<int>(primitives.count()), kLeastPasses, kLoopPasses);
+    int passes = std::max(work / std::max(1, static_cast<int>(primitives.count())), kLeastPasses);
+    if (primitives.has_tethers()) passes = std::min(passes, kLoopPasses);
     solve_proxy(primitives, probe, stiffness, passes, solution);
     work -= solution.work;
     if (primitives.planes().size() > 1) share_where_planes_coincide(primitives.planes(), solution);

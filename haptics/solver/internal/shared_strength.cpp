@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace palpate::internal {
@@ -62,7 +63,14 @@ public:
     Sharing(const PrimitiveSet& primitives, const Vec3& probe, double coupling,
             int pass_cap) noexcept
         : given_(primitives), sunk_(primitives), probe_(probe), coupling_(coupling),
-          passes_left_(pass_cap) {}
+          passes_left_(pass_cap),
+          most_work_(std::int64_t{pass_cap} * static_cast<std::int64_t>(primitives.count())) {}
+
+    /// Whether another solution is within the cap. Planes alone are solved without passes: of them
+    /// what was looked at counts.
+    bool may_solve() const noexcept {
+        return given_.has_tethers() ? passes_left_ > 0 : work_ < most_work_;
+    }
 
     /// Finds the depth of a run, and what it bears there.
     void settle(const Run& run, ProxySolution& solution) noexcept {
@@ -135,8 +143,6 @@ public:
     }
 
 private:
-    bool may_solve() const noexcept { return !given_.has_tethers() || passes_left_ > 0; }
-
     void solve(ProxySolution& solution) noexcept {
         solve_unshared(sunk_, probe_, coupling_, std::max(passes_left_, kLeastPasses), solution);
         passes_left_ -= solution.passes;
@@ -196,6 +202,7 @@ private:
     Vec3 probe_;
     double coupling_;
     int passes_left_;
+    std::int64_t most_work_;
     int work_ = 0;
     int passes_ = 0;
     double residual_m_ = 0.0;
@@ -216,7 +223,7 @@ void solve_shared(const PrimitiveSet& primitives, const Vec3& probe, double coup
     sharing.count(solution);
     FixedVector<bool, PrimitiveSet::kCapacity> yields(runs.size(), false);
     bool settled = false;
-    for (int round = 0; round < kMostRounds && !settled; ++round) {
+    for (int round = 0; round < kMostRounds && !settled && sharing.may_solve(); ++round) {
         for (std::size_t r = 0; r < runs.size(); ++r) {
             if (!yields[r] && !bears_too_much(runs[r], solution)) continue;
             yields[r] = true;

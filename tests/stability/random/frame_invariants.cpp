@@ -182,21 +182,20 @@ private:
     long budget_ = 0;
 };
 
-/// Where surfaces are all that is felt, a frame that touches none ends at the probe, or says why
-/// not. Who counts steps may have spent some on what lay on the way: there a frame ends at the
-/// probe that was free before, under a probe that stays, and in which each evaluation moved on.
+/// Where surfaces are all that is felt, a frame of method adaptive that follows the probe and
+/// touches none ends there, or says why not. (Other methods may spend their steps on what lies on
+/// the way, and so may a cap of a few.)
 class Follows final : public Invariant {
 public:
     explicit Follows(const Watched& watched) {
         const SceneDescription& scene = watched.scene.description();
-        looks_ = std::all_of(
-            scene.effects.begin(), scene.effects.end(),
-            [](const EffectDescription& effect) { return palpate::name(effect) == "surface"; });
+        looks_ = scene.loop.method == SteppingMethod::adaptive && scene.loop.evaluation_cap >= 8 &&
+                 std::all_of(scene.effects.begin(), scene.effects.end(),
+                             [](const EffectDescription& effect) {
+                                 return palpate::name(effect) == "surface";
+                             });
         for (const auto& [name, surface] : scene.surfaces)
             looks_ = looks_ && !is_soft(scene, surface);
-        // A frame of one evaluation ends at the first surface that it meets on its way.
-        if (scene.loop.method == SteppingMethod::single) looks_ = false;
-        counts_steps_ = scene.loop.method != SteppingMethod::adaptive;
         most_m_ = 1e-6 * scene.loop.tolerance_um;
     }
     const char* name() const override { return "follows"; }
@@ -204,12 +203,10 @@ public:
         constexpr std::uint32_t kOfTheForce = kForceClamped | kForceSlewed | kLiveGain;
         const FrameReport& report = seen.report;
         const Vec3& probe = seen.state.position;
-        const bool is_free =
-            report.contacts == 0 && report.surfaces_felt == 0 && (report.flags & ~kOfTheForce) == 0;
-        const bool was_free = std::exchange(was_free_, is_free);
-        const bool met_nothing = std::exchange(probe_, probe) == probe && was_free &&
-                                 report.sub_steps == report.evaluations;
-        if (!looks_ || !is_free || (counts_steps_ && !met_nothing)) return std::nullopt;
+        const bool is_held = std::exchange(probe_, probe) == probe; // it may have come to rest
+        if (!looks_ || is_held || report.contacts != 0 || report.surfaces_felt != 0 ||
+            (report.flags & ~kOfTheForce) != 0)
+            return std::nullopt;
         ++checks_;
         const double way_m = glm::length(report.proxy - probe);
         if (way_m <= most_m_ + 4e-16 * glm::length(probe)) return std::nullopt;
@@ -217,7 +214,7 @@ public:
     }
 
 private:
-    bool looks_ = false, counts_steps_ = false, was_free_ = false;
+    bool looks_ = false;
     double most_m_ = 0.0;
     Vec3 probe_{0.0};
 };

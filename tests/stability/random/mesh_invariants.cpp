@@ -130,8 +130,16 @@ private:
             if (from_on && !to_on && label != 0 && label != side)
                 return words("the proxy leaves on the other side", i);
         }
+        forget_sharp_edges(on);
         on_ = std::move(on);
         return std::nullopt;
+    }
+    /// On two facets that show each other their backs, as near to their edge as a hair, the proxy
+    /// may be on either: who came from beyond the edge was in front of both.
+    void forget_sharp_edges(std::map<std::size_t, int>& on) const {
+        for (auto& [i, label] : on)
+            for (auto& [j, other] : on)
+                if (glm::dot(facets_[i].normal, facets_[j].normal) < 0.0) label = other = 0;
     }
     double margin_m() const { return 10.0 * off_m_; }
     std::string words(const char* what, std::size_t facet) const {

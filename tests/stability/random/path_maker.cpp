@@ -154,7 +154,7 @@ void make_path(RandomCase& of, Random& random, int frames) {
     }
     std::stable_sort(of.events.begin(), of.events.end(),
                      [](const CaseEvent& a, const CaseEvent& b) { return a.frame < b.frame; });
-    if (!chance(random, 1.0 / 6.0)) return;
+    if (!chance(random, 0.5)) return;
     if (!is_finite(of.steps.back().probe)) of.steps.back().probe = of.place;
     of.steps.resize(of.steps.size() + kHeldFrames, {of.steps.back().probe, false});
 }

@@ -379,7 +379,7 @@ void step_finely(RandomCase& made) {
     constexpr std::uint64_t kOwnDraws = 0x57e9;
     test::Random random(made.seed ^ kOwnDraws << 32);
     for (SceneTable& table : made.tables) {
-        if (table.value("method") != "\"fixed\"" || !test::chance(random, 0.1)) continue;
+        if (table.value("method") != "\"fixed\"" || !test::chance(random, 0.3)) continue;
         std::erase_if(table.keys, [](const auto& key) { return key.first == "sub_steps"; });
         const double steps = test::of_any_size(random, 32.0, 4096.0);
         table.keys.emplace_back("sub_steps", std::to_string(static_cast<int>(steps)));
