@@ -78,7 +78,7 @@ TEST_F(LiveServerTest, ServesThePageAndNothingElse) {
         EXPECT_EQ(test::LiveClient(server_).request(target, host).first, 404u) << target;
     // The name of another site, whose owner leads it here.
     EXPECT_EQ(test::LiveClient(server_).request(page, "evil.example:80").first, 404u);
-    EXPECT_EQ(test::LiveClient(server_).request(page, host, boost::beast::http::verb::post).first,
+    EXPECT_EQ(test::LiveClient(server_).request(page, host, test::LiveClient::Method::post).first,
               405u);
 }
 
@@ -130,10 +130,7 @@ TEST_F(LiveServerTest, AThousandReconnectsLeaveNothing) {
         ASSERT_FALSE(client.next().empty());
         server_.add({});
         // Every other one goes without a word.
-        if (i % 2 == 0) {
-            boost::beast::error_code ignored;
-            client.socket().close(boost::beast::websocket::close_code::normal, ignored);
-        }
+        if (i % 2 == 0) client.close();
     }
     EXPECT_TRUE(test::becomes([&] { return server_.counts().open == 0; }));
     EXPECT_EQ(server_.counts().pages, 1000u);
@@ -211,9 +208,10 @@ TEST_F(LiveServerTest, GarbageIsAnsweredAHundredTimesAndNoMore) {
     ASSERT_TRUE(client.open(server_));
     skip_greeting(client);
     for (int i = 0; i < 99; ++i) {
-        const std::string garbage = i % 2 == 0 ? "no command" : "\xff\xfe";
-        client.socket().text(i % 2 == 0);
-        client.socket().write(boost::asio::buffer(garbage));
+        if (i % 2 == 0)
+            client.send("no command");
+        else
+            client.send_bytes("\xff\xfe");
         EXPECT_THAT(client.next(), HasSubstr("\"error\""));
     }
     EXPECT_EQ(server_.counts().open, 1u);
@@ -230,9 +228,7 @@ TEST_F(LiveServerTest, AMessageOfAHundredMegabytesIsNotTaken) {
     test::LiveClient client(server_);
     ASSERT_TRUE(client.open(server_));
     skip_greeting(client);
-    const std::string huge(100u << 20, 'x');
-    boost::beast::error_code error;
-    client.socket().write(boost::asio::buffer(huge), error); // fails once the server is gone
+    client.try_send(std::string(100u << 20, 'x')); // fails once the server is gone
     EXPECT_TRUE(test::becomes([&] { return server_.counts().open == 0; }));
     EXPECT_EQ(asked_, 0);
     test::LiveClient next(server_);
@@ -266,7 +262,7 @@ TEST_F(LiveServerTest, TheNinthPageIsRefused) {
     test::LiveClient ninth(server_);
     EXPECT_TRUE(ninth.open(server_));
     EXPECT_EQ(ninth.next(), "");
-    EXPECT_EQ(ninth.socket().reason().code, boost::beast::websocket::close_code::try_again_later);
+    EXPECT_TRUE(ninth.is_told_to_try_later());
 }
 
 TEST_F(LiveServerTest, APortThatIsTakenIsNamedWithTheRemedy) {
@@ -307,16 +303,14 @@ TEST_F(LiveServerTest, ARunHasTheSameBitsWithPagesAndWithout) {
     ASSERT_TRUE(loud.open(server_));
     std::atomic<bool> goes_on{true};
     std::thread shouts([&] {
-        boost::beast::error_code error;
-        while (goes_on && !error)
-            loud.socket().write(boost::asio::buffer(std::string(3000, '{')), error);
+        while (goes_on && loud.try_send(std::string(3000, '{'))) {
+        }
     });
     RunWatch watch;
     watch.frame = [this](const RunFrame& frame) { server_.add(frame.frame); };
     const Trace shown = run(watch);
     goes_on = false;
-    boost::beast::error_code ignored;
-    loud.stream().shutdown(boost::asio::ip::tcp::socket::shutdown_both, ignored);
+    loud.shut_down();
     shouts.join();
     ASSERT_EQ(shown.frames.size(), alone.frames.size());
     for (std::size_t i = 0; i < alone.frames.size(); ++i)

@@ -204,8 +204,8 @@ private:
         proxy_ = report.proxy;
         if (!hold_ || frame < *hold_) return true;
         still_ = moved ? 0 : still_ + 1;
-        // A body that is still on its way pushes.
-        constexpr std::uint32_t kSaysWhy = kBodyHeldBack | kBodyMoved;
+        // A body that is still on its way pushes, and where no solution is found none is kept.
+        constexpr std::uint32_t kSaysWhy = kBodyHeldBack | kBodyMoved | kSolverCap;
         constexpr double kCreep_m = 1e-10; // what is no movement where friction holds (numerics 6)
         // Damped tissue creeps, and so may what follows a stream: each way is shorter than the one
         // before.
