@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -76,9 +77,7 @@ public:
         done_ = true;
         {
             const std::lock_guard lock(mutex_);
-            boost::system::error_code ignored;
-            if (socket_ != nullptr)
-                socket_->shutdown(boost::asio::ip::tcp::socket::shutdown_both, ignored);
+            if (client_ != nullptr) client_->shut_down();
         }
         if (thread_.joinable()) thread_.join();
     }
@@ -86,17 +85,15 @@ public:
     Page& operator=(const Page&) = delete;
 
 private:
-    using Socket = boost::asio::ip::tcp::socket;
-
-    /// A socket that the page may be waiting at.
+    /// A connection that the page may be waiting at.
     struct Open {
-        Open(Page& page, Socket& socket) : page_(page) {
+        Open(Page& page, test::LiveClient& client) : page_(page) {
             const std::lock_guard lock(page_.mutex_);
-            page_.socket_ = &socket;
+            page_.client_ = &client;
         }
         ~Open() {
             const std::lock_guard lock(page_.mutex_);
-            page_.socket_ = nullptr;
+            page_.client_ = nullptr;
         }
         Open(const Open&) = delete;
         Open& operator=(const Open&) = delete;
@@ -105,7 +102,7 @@ private:
 
     void look(Onlooker onlooker, const LiveServer& server) {
         test::LiveClient client(server);
-        const Open open(*this, client.stream());
+        const Open open(*this, client);
         if (done_ || !client.open(server)) return;
         if (onlooker == Onlooker::stalls)
             while (!done_)
@@ -120,7 +117,7 @@ private:
 
     std::atomic<bool> done_{false};
     std::mutex mutex_;
-    Socket* socket_ = nullptr; ///< under mutex_
+    test::LiveClient* client_ = nullptr; ///< under mutex_
     std::thread thread_;
 };
 

@@ -31,6 +31,10 @@ constexpr double kStill = 0.05;
 // So many of them are rest: longer than anything takes to begin that a frame remembers of the one
 // before (FrameLag: 0.9 a frame).
 constexpr int kStillFrames = 32;
+// Under a held probe a proxy may wake, leap so many tolerances, come to rest, and so on for ever:
+// after so many leaps it stays.
+constexpr double kLeap = 100.0;
+constexpr int kMostLeaps = 8;
 // Below it nothing is left to damp.
 constexpr double kWeakest = 1e-3; // of the coupling's
 
@@ -44,7 +48,10 @@ void Calming::begin(const FrameContext& frame) noexcept {
     if (!begun_) look_anew(frame.start);
     begun_ = true;
     frame_ = frame;
-    if (!held_) still_ = 0;
+    if (!held_) {
+        still_ = leaps_ = 0;
+        leapt_ = false;
+    }
     if (held_ && !was_held) look_anew(frame.start);
     const double kept = 1.0 + probe_step_m_ / kForgets;
     damping_ /= kept * kept;
@@ -77,9 +84,11 @@ bool Calming::rests(const Vec3& asked) noexcept {
         return false;
     }
     if (++rested_ <= 2) asked_ = asked;
-    if (glm::length(asked - asked_) <= tolerance_m_) return true;
+    if (glm::length(asked - asked_) <= tolerance_m_ || leaps_ >= kMostLeaps) return true;
     still_ = rested_ = 0;
     damping_ = 0.0;
+    leaps_ += leapt_ ? 1 : 0;
+    leapt_ = false;
     return false;
 }
 
@@ -88,6 +97,7 @@ void Calming::end(const Vec3& proxy, double walked_m, double slowness) noexcept 
     end_ = proxy;
     const bool hardly = slowness * glm::length(step) < kStill * tolerance_m_;
     still_ = hardly ? std::min(still_ + 1, kStillFrames) : 0;
+    leapt_ = leapt_ || (held_ && glm::length(step) > kLeap * tolerance_m_);
     probe_since_m_ += probe_step_m_;
     probe_way_m_ += probe_step_m_;
     if (step == Vec3{0.0}) return;
