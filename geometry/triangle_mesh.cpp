@@ -38,7 +38,11 @@ bool is_sliver(double ab_ab, double ac_ac, double ab_ac) noexcept {
 /// Of a triangle that is thin as a hair: its plane's foot where that is within the edges, which
 /// how far it is from each tells to rounding.
 Vec3 closest_point_on_sliver(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
-    const Vec3 across = glm::cross(b - a, c - a);
+    const Vec3 ab = b - a, ac = c - a, bc = c - b;
+    Vec3 along = squared_length(ab) > squared_length(ac) ? ab : ac;
+    if (squared_length(bc) > squared_length(along)) along = bc;
+    Vec3 across = glm::cross(ab, ac);
+    across -= glm::dot(across, along) / squared_length(along) * along; // rounding tilts it
     const double area = glm::length(across);
     if (!(area > 0.0)) return closest_point_on_sides(p, a, b, c);
     const Vec3 normal = across / area;

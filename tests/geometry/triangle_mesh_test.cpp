@@ -55,7 +55,7 @@ TEST(ClosestPointOnTriangle, OnSliversIsExactToRounding) {
     for (int k = 0; k < 20000; ++k) {
         const Vec3 a = random_point(random, 0.05), b = random_point(random, 0.05);
         const Vec3 aside = glm::cross(b - a, random_point(random, 1.0));
-        const double width_m = 0.03 * std::pow(10.0, -7.5 * share(random));
+        const double width_m = 5e-4 * glm::length(b - a) * std::pow(10.0, -5.0 * share(random));
         const Vec3 c = a + share(random) * (b - a) + width_m / glm::length(aside) * aside;
         const Vec3 normal = glm::normalize(glm::cross(b - a, c - a));
         const double u = share(random), v = (1.0 - u) * share(random);
