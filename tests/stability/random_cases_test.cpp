@@ -181,7 +181,7 @@ std::vector<Spoilt> spoilt_reports() {
     };
     all.push_back({"rest", false, true, {}});
     all.back().options.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
-        report.proxy.x += report.frame % 2 == 0 ? 2e-10 : 0.0;
+        report.proxy.x += report.frame % 2 == 0 ? 2e-8 : 0.0;
     };
     all.push_back({"same bits", false, false, {}});
     all.back().options.spoil_twin = [](FrameReport& report) {
@@ -263,47 +263,6 @@ TEST(RandomCasesControl, ATipThatIsNotWhereTheLawPutsItIsNoticed) {
         }));
     ASSERT_TRUE(bad.failure);
     EXPECT_EQ(bad.failure->invariant, "press");
-}
-
-// Two labels that touch, felt alone.
-TEST(RandomCasesControl, AStallOnLabelsIsNoticed) {
-    const test::TemporaryFolder folder;
-    auto labels = std::make_shared<VoxelVolume>();
-    labels->size = {16, 16, 16};
-    labels->index_to_scene = {Mat3(1e-3), Vec3(-8e-3, -8e-3, -16e-3)};
-    for (int k = 0; k < 16; ++k)
-        for (int j = 0; j < 16; ++j)
-            for (int i = 0; i < 16; ++i)
-                labels->values.push_back(k > 12 ? 0.0F : i < 9 ? 1.0F : 2.0F);
-    RandomCase made;
-    made.volumes["labels.nrrd"] = {labels, true};
-    made.tables.push_back({"[volume.labels]", {{"file", "\"labels.nrrd\""}}, 1});
-    for (const char* const label : {"1", "2"}) {
-        const std::string name = std::string("of_") + label;
-        made.tables.push_back({"[surface." + name + "]",
-                               {{"volume", "\"labels\""},
-                                {"label", std::string("[") + label + "]"},
-                                {"contact", "\"volume\""}},
-                               0});
-        made.tables.push_back(
-            {"[[effect]]", {{"type", "\"surface\""}, {"surface", "\"" + name + "\""}}, 0});
-    }
-    press_down(made, 2e-3, -6e-3, false);
-    stability::write_case(made, folder / "case");
-    const Outcome good = stability::run_case(folder / "case");
-    EXPECT_EQ(good.refused, "");
-    ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
-    EXPECT_GT(good.checks.at("stalls"), 90);
-    const auto stalled_for = [&](std::uint64_t frames) {
-        RunOptions options;
-        options.spoil_first = [=](FrameReport& report, std::vector<Vec3>&) {
-            if (report.frame >= 60 && report.frame < 60 + frames) report.flags |= kStalled;
-        };
-        return stability::run_case(folder / "case", options);
-    };
-    EXPECT_FALSE(stalled_for(5).failure);
-    ASSERT_TRUE(stalled_for(6).failure);
-    EXPECT_EQ(stalled_for(6).failure->invariant, std::string("stalls"));
 }
 
 // A loop that restores all but its count of frames.

@@ -182,7 +182,7 @@ private:
     long budget_ = 0;
 };
 
-/// Where surfaces are all that is felt, a frame of method adaptive that follows the probe and
+/// Where hard surfaces are all that is felt, a frame of method adaptive that follows the probe and
 /// touches none ends there, or says why not. (Other methods may spend their steps on what lies on
 /// the way, and so may a cap of a few.)
 class Follows final : public Invariant {
@@ -195,7 +195,7 @@ public:
                                  return palpate::name(effect) == "surface";
                              });
         for (const auto& [name, surface] : scene.surfaces)
-            looks_ = looks_ && !is_soft(scene, surface);
+            looks_ = looks_ && !is_soft(scene, surface) && !std::isfinite(surface.strength_n);
         most_m_ = 1e-6 * scene.loop.tolerance_um;
     }
     const char* name() const override { return "follows"; }
@@ -217,33 +217,6 @@ private:
     bool looks_ = false;
     double most_m_ = 0.0;
     Vec3 probe_{0.0};
-};
-
-/// On labels, felt alone, the proxy does not stay where two of them touch.
-class Stalls final : public Invariant {
-public:
-    explicit Stalls(const Watched& watched) {
-        const SceneDescription& scene = watched.scene.description();
-        looks_ = watched.events.empty() && scene.loop.method == SteppingMethod::adaptive &&
-                 scene.loop.evaluation_cap >= 8 &&
-                 hard_surfaces(watched).size() == watched.scene.surfaces().size() &&
-                 scene.effects.size() == scene.surfaces.size();
-        for (const auto& [name, surface] : scene.surfaces)
-            looks_ = looks_ && !surface.labels.empty();
-    }
-    const char* name() const override { return "stalls"; }
-    std::optional<std::string> check(const SeenFrame& seen) override {
-        constexpr int kMost = 5; // TouchingLabels.*
-        if (!looks_) return std::nullopt;
-        ++checks_;
-        stalled_ = (seen.report.flags & kStalled) != 0 ? stalled_ + 1 : 0;
-        if (stalled_ <= kMost) return std::nullopt;
-        return fmt::format("{} frames in a row", stalled_);
-    }
-
-private:
-    bool looks_ = false;
-    int stalled_ = 0;
 };
 
 } // namespace
@@ -279,7 +252,6 @@ void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<In
     to.push_back(std::make_unique<Flags>());
     to.push_back(std::make_unique<Work>(watched.scene));
     to.push_back(std::make_unique<Follows>(watched));
-    to.push_back(std::make_unique<Stalls>(watched));
 }
 
 } // namespace palpate::stability

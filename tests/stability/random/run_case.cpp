@@ -206,10 +206,11 @@ private:
         still_ = moved ? 0 : still_ + 1;
         // A body that is still on its way pushes, and where no solution is found none is kept.
         constexpr std::uint32_t kSaysWhy = kBodyHeldBack | kBodyMoved | kSolverCap;
-        constexpr double kCreep_m = 1e-10; // what is no movement where friction holds (numerics 6)
+        // What hardly is a movement: a tenth of the tolerance that is usual.
+        constexpr double kCreep_m = 1e-8;
         // Damped tissue creeps, and so may what follows a stream: each way is shorter than the one
         // before.
-        const bool fades = way_m < std::exchange(way_before_m_, way_m);
+        const bool fades = moved && way_m < std::exchange(way_before_m_, way_m);
         const bool explained = (report.flags & kSaysWhy) != 0 || way_m < kCreep_m || fades;
         explained_ = moved && !explained ? 0 : explained_ + 1;
         ++outcome_.checks["rest"];
