@@ -163,12 +163,16 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
         drop_stale(proxy);
         const std::size_t known = now_.guards.size();
         // Each plane has the whole strength: several of a yielding surface would resist more than
-        // it. On the surface that is the one against which the pull leads.
+        // it. So there is one, against which the pull leads.
         const bool one = std::isfinite(now_.strength.offered_n);
         const bool own =
             one && !airborne &&
             !(walk_.heading(now_.spot, now_.pull - now_.spot.position).height_m > tolerance_m_);
-        for (std::size_t i = one && known > 0 ? known - 1 : 0; i < known && !own; ++i)
+        if (one && known > 0 && !own) {
+            const GuardPlanes::Entry& against = guard_against_pull();
+            add(against.anchor, against.normal);
+        }
+        for (std::size_t i = 0; i < known && !one; ++i)
             add(now_.guards[i].anchor, now_.guards[i].normal);
         if (airborne || (one && offered_ > 0)) return;
     }
@@ -203,6 +207,21 @@ void MeshContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* n
     }
     for (std::size_t i = 0; i < now_.touch_count; ++i)
         add(now_.spot.position, walk_.outward(now_.touches[i].facet, now_.touches[i].side));
+}
+
+/// Of the guard planes, of which there is one at least: the one that the pull is farthest behind.
+const GuardPlanes::Entry& MeshContact::guard_against_pull() const noexcept {
+    std::size_t against = now_.guards.size() - 1; // the newest, where the pull is behind none
+    double least = 0.0;
+    for (std::size_t i = now_.guards.size(); i-- > 0;) {
+        const GuardPlanes::Entry& guard = now_.guards[i];
+        const double height_m = glm::dot(guard.normal, now_.pull - guard.anchor);
+        if (height_m < least) {
+            least = height_m;
+            against = i;
+        }
+    }
+    return now_.guards[against];
 }
 
 Mat3 MeshContact::distance_hessian(const Vec3& point) const noexcept {

@@ -147,6 +147,7 @@ private:
     void touch(std::uint32_t facet, std::int8_t side) noexcept;
     void touch_all_that_hold(const Vec3& pull) noexcept;
     void drop_stale(const Vec3& proxy) noexcept;
+    const GuardPlanes::Entry& guard_against_pull() const noexcept;
     std::optional<ContactPlane> nearest_plane(const Vec3& proxy, const Vec3& pull,
                                               double reach_m) noexcept;
     std::optional<MeshSpot> nearest_spot(const Vec3& point, double radius_m,

@@ -58,6 +58,16 @@ TEST(RandomCases, EveryInvariantHolds) {
     EXPECT_TRUE(flags & kEvaluationCap) << "hard enough that frames do not end";
 }
 
+// As long as the generator makes the same of a seed; what was wrong has a test of its own, too.
+TEST(RandomCases, SeedsThatHaveFailedHold) {
+    const test::TemporaryFolder folder;
+    for (const std::uint64_t seed : {40001330, 40001847, 50004283, 60003290, 60003903, 60007592}) {
+        stability::write_case(stability::make_case(seed, kPathFrames), folder / "case");
+        const Outcome outcome = stability::run_case(folder / "case");
+        EXPECT_FALSE(outcome.failure) << seed << ": " << outcome.failure->words;
+    }
+}
+
 TEST(RandomCases, SomeSurfacesAreSoftAloneOrBesideOthers) {
     int alone = 0, beside = 0, lumps = 0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {

@@ -182,9 +182,9 @@ private:
     long budget_ = 0;
 };
 
-/// Where hard surfaces are all that is felt, a frame of method adaptive that follows the probe and
-/// touches none ends there, or says why not. (Other methods may spend their steps on what lies on
-/// the way, and so may a cap of a few.)
+/// Where surfaces are all that is felt, none of them soft, a frame of method adaptive that follows
+/// the probe and touches none ends there, or says why not. (Other methods may spend their steps on
+/// what lies on the way, and so may a cap of a few.)
 class Follows final : public Invariant {
 public:
     explicit Follows(const Watched& watched) {
@@ -195,7 +195,7 @@ public:
                                  return palpate::name(effect) == "surface";
                              });
         for (const auto& [name, surface] : scene.surfaces)
-            looks_ = looks_ && !is_soft(scene, surface) && !std::isfinite(surface.strength_n);
+            looks_ = looks_ && !is_soft(scene, surface);
         most_m_ = 1e-6 * scene.loop.tolerance_um;
     }
     const char* name() const override { return "follows"; }
