@@ -200,18 +200,24 @@ private:
 
     bool rests(int frame, const FrameReport& report) {
         const bool moved = !(report.proxy == proxy_);
-        const double way_m = glm::length(report.proxy - proxy_);
-        proxy_ = report.proxy;
+        const Vec3 step = report.proxy - std::exchange(proxy_, report.proxy);
+        const double way_m = glm::length(step);
         if (!hold_ || frame < *hold_) return true;
         still_ = moved ? 0 : still_ + 1;
         // A body that is still on its way pushes, and where no solution is found none is kept.
         constexpr std::uint32_t kSaysWhy = kBodyHeldBack | kBodyMoved | kSolverCap;
-        // What hardly is a movement: a tenth of the tolerance that is usual.
-        constexpr double kCreep_m = 1e-8;
+        // What hardly is a movement; or what goes on the same way, by less than the usual tolerance
+        // or where frames say that they do not come to their end.
+        constexpr double kHardly_m = 1e-9, kCreep_m = 1e-7;
+        const Vec3 step_before = moved ? std::exchange(step_before_, step) : step_before_;
+        const bool unfinished = (report.flags & (kEvaluationCap | kStalled)) != 0;
+        const bool creeps =
+            moved && (way_m < kCreep_m || unfinished) && glm::dot(step, step_before) > 0.0;
         // Damped tissue creeps, and so may what follows a stream: each way is shorter than the one
         // before.
         const bool fades = moved && way_m < std::exchange(way_before_m_, way_m);
-        const bool explained = (report.flags & kSaysWhy) != 0 || way_m < kCreep_m || fades;
+        const bool explained =
+            (report.flags & kSaysWhy) != 0 || way_m < kHardly_m || creeps || fades;
         explained_ = moved && !explained ? 0 : explained_ + 1;
         ++outcome_.checks["rest"];
         if (frame + 1 < first_.frames() || still_ >= kStillEnough) return true;
@@ -242,6 +248,7 @@ private:
     int still_ = 0;     // frames in a row without a bit that moves
     int explained_ = 0; // the same, or it creeps, or a flag says why it moves
     double way_before_m_ = 0.0;
+    Vec3 step_before_{0.0};
     Vec3 proxy_{0.0};
 };
 
