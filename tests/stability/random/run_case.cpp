@@ -206,9 +206,9 @@ private:
         still_ = moved ? 0 : still_ + 1;
         // A body that is still on its way pushes, and where no solution is found none is kept.
         constexpr std::uint32_t kSaysWhy = kBodyHeldBack | kBodyMoved | kSolverCap;
-        // What hardly is a movement; or what goes on the same way, by less than the usual tolerance
-        // or where frames say that they do not come to their end.
-        constexpr double kHardly_m = 1e-9, kCreep_m = 1e-7;
+        // What hardly is a movement; or what goes on the same way, slowly as through a viscous
+        // medium, or where frames say that they do not come to their end.
+        constexpr double kHardly_m = 1e-9, kCreep_m = 1e-5;
         const Vec3 step_before = moved ? std::exchange(step_before_, step) : step_before_;
         const bool unfinished = (report.flags & (kEvaluationCap | kStalled)) != 0;
         const bool creeps =
