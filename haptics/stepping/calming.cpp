@@ -31,10 +31,10 @@ constexpr double kStill = 0.05;
 // So many of them are rest: longer than anything takes to begin that a frame remembers of the one
 // before (FrameLag: 0.9 a frame).
 constexpr int kStillFrames = 32;
-// Under a held probe a proxy may wake, leap so many tolerances, come to rest, and so on for ever:
-// after so many leaps it stays.
-constexpr double kLeap = 100.0;
-constexpr int kMostLeaps = 8;
+// Under a held probe a proxy may rest, go on, rest where it has been, and so on for ever: after so
+// many returns it stays. What comes nearer to its balance by half with each of them has then made
+// 99.6 percent of its way; and what creeps on, as through a viscous medium, does not return.
+constexpr int kMostReturns = 8;
 // Below it nothing is left to damp.
 constexpr double kWeakest = 1e-3; // of the coupling's
 
@@ -49,8 +49,8 @@ void Calming::begin(const FrameContext& frame) noexcept {
     begun_ = true;
     frame_ = frame;
     if (!held_) {
-        still_ = leaps_ = 0;
-        leapt_ = false;
+        still_ = returns_ = 0;
+        first_rest_.reset();
     }
     if (held_ && !was_held) look_anew(frame.start);
     const double kept = 1.0 + probe_step_m_ / kForgets;
@@ -84,12 +84,25 @@ bool Calming::rests(const Vec3& asked) noexcept {
         return false;
     }
     if (++rested_ <= 2) asked_ = asked;
-    if (glm::length(asked - asked_) <= tolerance_m_ || leaps_ >= kMostLeaps) return true;
+    if (glm::length(asked - asked_) <= tolerance_m_ || returns_ >= kMostReturns) return true;
+    wake();
+    return false;
+}
+
+/// The proxy, at the frame's start, has been at rest, and goes on.
+void Calming::wake() noexcept {
     still_ = rested_ = 0;
     damping_ = 0.0;
-    leaps_ += leapt_ ? 1 : 0;
-    leapt_ = false;
-    return false;
+    if (!first_rest_) {
+        first_rest_ = frame_.start;
+        farthest_m_ = 0.0;
+        return;
+    }
+    const double away_m = glm::length(frame_.start - *first_rest_);
+    if (away_m <= farthest_m_ + tolerance_m_)
+        ++returns_;
+    else
+        farthest_m_ = away_m;
 }
 
 void Calming::end(const Vec3& proxy, double walked_m, double slowness) noexcept {
@@ -97,7 +110,6 @@ void Calming::end(const Vec3& proxy, double walked_m, double slowness) noexcept 
     end_ = proxy;
     const bool hardly = slowness * glm::length(step) < kStill * tolerance_m_;
     still_ = hardly ? std::min(still_ + 1, kStillFrames) : 0;
-    leapt_ = leapt_ || (held_ && glm::length(step) > kLeap * tolerance_m_);
     probe_since_m_ += probe_step_m_;
     probe_way_m_ += probe_step_m_;
     if (step == Vec3{0.0}) return;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include <palpate/haptics/effects/effect.h>
 
 namespace palpate {
@@ -16,8 +18,8 @@ namespace palpate {
 /// not seek the balance may end each of its frames a little farther on, wherever chance leads it.
 ///
 /// A proxy that has all but stopped under a held probe keeps its bits from then on, until what is
-/// asked of it there changes; but where it has leapt and stopped again several times, until the
-/// probe moves.
+/// asked of it there changes. It then goes on, and may come to rest elsewhere. Where it has come
+/// back to where it has been several times, it stays until the probe moves.
 class Calming {
 public:
     /// `tolerance_m`: what the loop may leave of a way, m, > 0.                         [setup]
@@ -46,7 +48,7 @@ public:
     bool stopped() const noexcept;
     /// Whether the proxy is at rest, and the frame over, though its first evaluation asks for
     /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
-    /// within the tolerance; or it has leapt too often.                                  [loop]
+    /// within the tolerance; or it has come back too often.                               [loop]
     bool rests(const Vec3& asked) noexcept;
     /// The frame ends with the proxy at `proxy`, m, scene frame, after a walk of `walked_m` (m, >=
     /// 0; 0 where the frame has found its balance; taken note of while held() alone); `slowness` >=
@@ -55,6 +57,7 @@ public:
 
 private:
     bool turned_back(const Vec3& step) const noexcept;
+    void wake() noexcept;
     void look_anew(const Vec3& proxy) noexcept;
 
     double tolerance_m_;
@@ -71,8 +74,11 @@ private:
     int in_vain_ = 0;             // held frames in a row that walked and got nowhere
     int rested_ = 0;              // frames of the rest
     Vec3 asked_{0.0};             // in its second frame, when all is as the first has left it
-    bool leapt_ = false;          // held, since it was at rest
-    int leaps_ = 0;               // held, with a rest after each
+
+    // Since the probe is held.
+    std::optional<Vec3> first_rest_; // where the proxy rested first, and went on
+    double farthest_m_ = 0.0;        // how far from there it has rested since
+    int returns_ = 0;                // how often it has rested no farther away, and went on
 
     // Since the last turn back.
     Vec3 from_{0.0};

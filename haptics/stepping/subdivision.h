@@ -305,6 +305,7 @@ private:
     bool keeps_its_place() noexcept;
     LoopSurface& leader() noexcept;
     bool one_surface_leads() noexcept;
+    bool is_held_anew() const noexcept;
     bool rests_firmly(const Vec3& proxy) noexcept;
     /// The probe, shifted by forces and springs.
     Vec3 pull() const noexcept { return primitives_.pull(frame_.probe, frame_.stiffness); }

@@ -263,7 +263,7 @@ Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
     for (; budget_.legs_left > 0; --budget_.legs_left) {
         const SlideLeg leg = leader().sliding()->slide(proxy, pull);
         if (leg.end == SlideLeg::End::rests) {
-            stepping_.arrive();
+            if (!is_held_anew()) stepping_.arrive();
             return proxy;
         }
         if (leg.end == SlideLeg::End::stuck) {
@@ -292,6 +292,17 @@ Vec3 Subdivision::slide_along(Vec3 proxy, const Vec3& pull) noexcept {
     // No legs are left. A method with shares goes on with its next share; else the frame ends here.
     if (stepping_.seeks_balance() || stepping_.steps_left() == 0) result_.flags |= kEvaluationCap;
     return proxy;
+}
+
+/// Whether the leading surface holds the proxy with other planes than it offered, all of which let
+/// it go: in a frame's first evaluation a corner offers the facets that the last frame's pull was
+/// behind. Then they are gathered, if an evaluation is left.
+bool Subdivision::is_held_anew() const noexcept {
+    return budget_.evaluations == 1 && stepping_.steps_left() > 0 &&
+           result_.residual_m > stepping_.tolerance_m() &&
+           std::all_of(
+               solution_.planes.begin(), solution_.planes.end(),
+               [](const PlaneOutcome& plane) { return plane.state == MultiplierState::released; });
 }
 
 /// Whether the frame is over without another evaluation. It is if the leading surface held the

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -52,7 +53,7 @@ TEST(RandomCases, EveryInvariantHolds) {
     }
     for (const char* name :
          {"finite", "limits", "coupling", "flags", "work", "certificate", "crossing", "side",
-          "energy", "same bits", "rest", "smooth", "second hand", "follows"})
+          "leash", "energy", "code", "same bits", "rest", "smooth", "second hand", "follows"})
         EXPECT_GT(checks[name], 0) << name << " had nothing to look at";
     EXPECT_GT(touched, kFrames / 4) << "it is about contact";
     EXPECT_TRUE(flags & kEvaluationCap) << "hard enough that frames do not end";
@@ -61,7 +62,8 @@ TEST(RandomCases, EveryInvariantHolds) {
 // As long as the generator makes the same of a seed; what was wrong has a test of its own, too.
 TEST(RandomCases, SeedsThatHaveFailedHold) {
     const test::TemporaryFolder folder;
-    for (const std::uint64_t seed : {40001330, 40001847, 50004283, 60003290, 60003903, 60007592}) {
+    for (const std::uint64_t seed :
+         {40001330, 40001847, 50004283, 60003290, 60003903, 60007592, 85002158, 86000089}) {
         stability::write_case(stability::make_case(seed, kPathFrames), folder / "case");
         const Outcome outcome = stability::run_case(folder / "case");
         EXPECT_FALSE(outcome.failure) << seed << ": " << outcome.failure->words;
@@ -240,6 +242,50 @@ TEST(RandomCasesControl, FarAwayAProxyMayDipBehindItsFacetByATolerance) {
     EXPECT_FALSE(dipped(0.8e-9, 0.0).failure);
     EXPECT_TRUE(dipped(1e-9, 0.0).failure) << "farther than that";
     EXPECT_TRUE(dipped(0.8e-9, -1e-9).failure) << "in two steps";
+}
+
+// Behind the mesh that guards a level, farther away than the leash.
+TEST(RandomCasesControl, AProxyThatHasLeftItsGuardIsNoticed) {
+    const test::TemporaryFolder folder;
+    RandomCase of = one_body(false);
+    of.meshes["ball.ply"] = std::make_shared<const TriangleMesh>(test::icosphere(0.01, 4));
+    for (SceneTable& table : of.tables)
+        if (table.header == "[surface.body]")
+            for (const auto& [key, value] : {std::pair{"contact", "\"guarded\""},
+                                             {"mesh", "\"ball.ply\""},
+                                             {"mesh_unit", "\"m\""},
+                                             {"mesh_frame", "\"LPS\""},
+                                             {"leash_mm", "0.5"}})
+                table.keys.emplace_back(key, value);
+    stability::write_case(of, folder / "case");
+    const auto behind = [&](double depth_m) { // no chord says so
+        RunOptions options;
+        options.spoil_first = [=](FrameReport& report, std::vector<Vec3>&) {
+            if (report.frame == 88) report.proxy *= (0.01 - depth_m) / glm::length(report.proxy);
+        };
+        return stability::run_case(folder / "case", options);
+    };
+    const Outcome good = behind(0.3e-3);
+    ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
+    EXPECT_GT(good.checks.at("leash"), 0);
+    const Outcome bad = behind(0.7e-3);
+    ASSERT_TRUE(bad.failure);
+    EXPECT_EQ(bad.failure->invariant, "leash") << bad.failure->words;
+}
+
+// A frame of a method that counts its steps makes all of them.
+TEST(RandomCasesControl, ACapThatNothingExplainsIsNoticed) {
+    const test::TemporaryFolder folder;
+    RandomCase of = one_body(true);
+    of.tables.push_back({"[loop]", {{"method", "\"fixed\""}, {"sub_steps", "16"}}, 5});
+    stability::write_case(of, folder / "case");
+    ASSERT_FALSE(stability::run_case(folder / "case").failure);
+    const Outcome bad = stability::run_case(
+        folder / "case", in_one_frame([](FrameReport& report, std::vector<Vec3>&) {
+            report.flags |= kEvaluationCap;
+        }));
+    ASSERT_TRUE(bad.failure);
+    EXPECT_EQ(bad.failure->invariant, "work");
 }
 
 // The law of the spring, where nothing else is added to it.

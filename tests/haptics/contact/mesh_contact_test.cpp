@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/contact/mesh_contact.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -153,6 +155,37 @@ TEST(MeshContact, ForcesShiftTheProbe) {
             test::brute_closest_point(mesh, probe + force / ContactLoop::kStiffness)->position;
         ASSERT_LE(glm::length(loop.proxy() - expected), kExact);
     }
+}
+
+// In a corner the facets that held the proxy against one pull are not those that hold it against
+// the next: what stands off the probe is held by something, and the frame says so.
+TEST(MeshContact, InACornerWhatHoldsAgainstTheNextPullIsReported) {
+    TriangleMesh corner; // six facets, as valleys and ridges
+    for (const Vec3& mm : {Vec3{1.6, 6.9, 7.0},
+                           {0.0, 12.1, 19.6},
+                           {-3.4, 14.8, 15.0},
+                           {0.0, 10.7, 6.6},
+                           {6.3, 16.4, 10.2},
+                           {9.1, 12.6, 14.7},
+                           {4.6, 7.6, 15.1}})
+        corner.vertices.push_back(1e-3 * mm);
+    const std::array<std::uint32_t, 6> round{1, 2, 3, 4, 5, 6};
+    for (std::size_t i = 0; i < round.size(); ++i)
+        corner.triangles.push_back({0, round[i], round[(i + 1) % round.size()]});
+    std::mt19937_64 random(1);
+    int held = 0;
+    for (const bool reversed : {false, true}) {
+        ContactLoop loop({}, one_mesh(certified(reversed ? test::reversed(corner) : corner)));
+        loop.start({0.0046, 0.011, 0.0096});
+        for (int i = 0; i < 20000; ++i) {
+            const Vec3 probe = corner.vertices[0] + 0.02 * random_direction(random);
+            const SubdivisionResult frame = loop.move(probe);
+            if (frame.flags != 0 || glm::length(loop.proxy() - probe) < 1e-6) continue;
+            ++held;
+            ASSERT_GT(frame.contacts, 0u) << "in frame " << i;
+        }
+    }
+    EXPECT_GT(held, 500);
 }
 
 // On the plate's top, off its edge, down its side, under it: the closest point of where the probe

@@ -147,7 +147,7 @@ public:
 /// Evaluations: what the method makes, one for each edge of a mesh up to 64, and new approaches:
 /// a surface may open and begin to slip once in a frame. And what solvers spend: the budget of a
 /// frame, and its last evaluation beyond it; methods that count their steps make all of these, each
-/// with the fewest passes.
+/// with the fewest passes. A frame says that it was cut short only where it was.
 class Work final : public Invariant {
 public:
     explicit Work(const Scene& scene) {
@@ -168,6 +168,13 @@ public:
         if (seen.report.evaluations > static_cast<std::uint32_t>(most_))
             return fmt::format("{} evaluations, at most {}", seen.report.evaluations, most_);
         if (is_soft_) return std::nullopt; // each front has a budget of its own
+        // A method that counts its steps ends before its last one only where it has gone round more
+        // corners than a frame may; each of its steps may be one more.
+        const std::uint32_t corners = Subdivision::kMostLegs + seen.report.evaluations / 2;
+        if (counts_steps_ && (seen.report.flags & kEvaluationCap) &&
+            seen.report.sub_steps < corners)
+            return fmt::format("evaluation_cap after {} evaluations and {} sub-steps",
+                               seen.report.evaluations, seen.report.sub_steps);
         constexpr long kPasses = CoulombFriction::kLeastPasses + 16; // 16: to end a step
         constexpr long kLast =
             Subdivision::kWorkOfEvaluation + kPasses * static_cast<long>(PrimitiveSet::kCapacity);

@@ -225,6 +225,55 @@ private:
     std::optional<double> winds_;
 };
 
+/// A closed mesh that guards a level: who has been in front of it, farther away than the leash, is
+/// never so far behind it (contact.md 4). Looked at as Side does.
+class Leashed final : public Invariant {
+public:
+    explicit Leashed(const HardSurface& hard)
+        : surface_(*hard.surface), index_(hard.index), on_surface_(hard.place),
+          mesh_(surface_.mesh.scene->mesh()), field_(surface_.baked.field->make_sampler()),
+          free_(LevelScale::of(*surface_.baked.field, surface_.level).free),
+          leash_m_(surface_.leash_m + 2.0 * tolerance_m(mesh_)) {}
+    const char* name() const override { return "leash"; }
+
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        constexpr int kEvery = 8; // frames: it looks at all triangles
+        if (seen.begins_trial) winds_.reset();
+        const auto on_surface = on_surface_.of(seen.report);
+        if (seen.frame % kEvery != 0 || !on_surface) return std::nullopt;
+        const Vec3 proxy = in_body(seen.poses[index_], *on_surface);
+        if (!is_off(proxy)) return std::nullopt;
+        const double winds = test::winding_number(mesh_, proxy);
+        if (!winds_) {
+            if (field_->value(proxy) - surface_.level.level < -2.0 * free_) winds_ = winds;
+            return std::nullopt;
+        }
+        ++checks_;
+        if (std::abs(winds - *winds_) < 0.5) return std::nullopt;
+        return fmt::format("the mesh of {} wound {:.3f} times round the proxy, and now, farther "
+                           "away than the leash, {:.3f}",
+                           surface_.name, *winds_, winds);
+    }
+
+private:
+    bool is_off(const Vec3& proxy) const {
+        return std::all_of(mesh_.triangles.begin(), mesh_.triangles.end(), [&](const auto& t) {
+            const Vec3 q = closest_point_on_triangle(proxy, mesh_.vertices[t[0]],
+                                                     mesh_.vertices[t[1]], mesh_.vertices[t[2]]);
+            return glm::length(q - proxy) > leash_m_;
+        });
+    }
+
+    const SceneSurface& surface_;
+    std::size_t index_;
+    PlaceOn on_surface_;
+    const TriangleMesh& mesh_;
+    std::shared_ptr<FieldSampler> field_;
+    double free_;
+    double leash_m_;
+    std::optional<double> winds_;
+};
+
 /// A frame never takes the proxy farther from the probe, where one hard mesh is all that is felt
 /// (mesh_contact.md 1): the spring's energy does not rise.
 class Nearer final : public Invariant {
@@ -253,7 +302,10 @@ private:
 void add_mesh_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to) {
     const bool pure = is_pure(watched);
     for (const HardSurface& hard : hard_surfaces(watched)) {
-        if (!hard.surface->is_felt_by_mesh()) continue;
+        const SceneSurface& surface = *hard.surface;
+        if (surface.contact == ContactKind::guarded && is_closed(surface.mesh.scene->mesh()))
+            to.push_back(std::make_unique<Leashed>(hard));
+        if (!surface.is_felt_by_mesh()) continue;
         to.push_back(std::make_unique<Crossing>(hard));
         if (is_closed(hard.surface->mesh.scene->mesh()))
             to.push_back(std::make_unique<Side>(hard, pure));

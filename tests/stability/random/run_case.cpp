@@ -16,6 +16,7 @@
 #endif
 
 #include "tests/stability/random/path_maker.h"
+#include "tests/stability/random/spoiled_scene.h"
 #include "tests/stability/random/watched_loop.h"
 
 #include "tests/support/same_reports.h"
@@ -24,12 +25,16 @@
 namespace palpate::stability {
 namespace {
 
-std::shared_ptr<const Scene> scene_of(const std::filesystem::path& folder) {
+SceneResources resources_of_scenes() {
     SceneResources resources{.files = scene_files()};
 #ifdef PALPATE_WITH_CGAL
     resources.extract = extract_isosurface;
 #endif
-    return std::make_shared<const Scene>(read_scene(folder / "scene.toml"), resources);
+    return resources;
+}
+
+std::shared_ptr<const Scene> scene_of(const std::filesystem::path& folder) {
+    return std::make_shared<const Scene>(read_scene(folder / "scene.toml"), resources_of_scenes());
 }
 
 /// The first frame from which on the probe is held, where it is held long enough at the end.
@@ -86,6 +91,12 @@ public:
     }
 
     void run() {
+        ++outcome_.checks["code"];
+        if (const auto taken =
+                spoiled_value_that_is_taken(scene_->description(), resources_of_scenes())) {
+            fail("code", 0, "made in code, the scene is taken with " + *taken);
+            return;
+        }
         for (int frame = 0; frame < first_.frames(); ++frame) {
             make_events(frame);
             if (!go(frame)) break;

@@ -47,6 +47,7 @@ struct RunOptions {
 ///   same bits  the twin, which is told the first loop's decisions, has another clock and makes the
 ///              detours, says the same to the last bit; where a second hand is in the scene, the
 ///              twin is alone in a scene of its own
+///   code       made again in code, with a value that no scene may have, the scene is refused
 ///   rest       a probe that is held for kHeldFrames at the end comes to rest and then keeps its
 ///              bits; or flags say in each frame why not, or it goes by less than 0.1 nm a frame,
 ///              or by less in each frame than in the one before: Outcome::restless
