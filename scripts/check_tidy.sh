@@ -27,26 +27,36 @@ mkdir -p "$cache"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# SOURCE <tab> FLAGS of each source of ours, once: those of the library or of the command that clang-tidy needs.
+# SOURCE <tab> FLAGS of each source of ours, once: those of the library or of the command that clang-tidy needs. What says how code is
+# made, or of which library a source is, changes nothing that is found. Where libraries are, each source is told of all: so sources of
+# several of ours go into one bundle.
 python3 - "$build/compile_commands.json" "$root" >"$work/flags" <<'EOF'
 import json, os, re, shlex, sys
 database, root = sys.argv[1:]
 ours = re.compile(r"(geometry|volume|haptics|drivers|engine|c)/")
-flags = {}
+of_libraries = re.compile(r"-D(FMT|TOML|BOOST|CGAL)_")
+flags, libraries = {}, {}
 for entry in json.load(open(database)):
     source = os.path.relpath(entry["file"], root)
-    words = shlex.split(entry["command"])
-    if not ours.match(source) or not words[words.index("-o") + 1].startswith("CMakeFiles/palpate"):
-        continue
-    kept, skip = [], False
-    for word in words[1:]:
-        if skip or word in ("-o", "-c", "-include"):
-            skip = not skip
-        elif not word.startswith(("-W", "-O", "-M")):
+    words = iter(shlex.split(entry["command"])[1:])
+    kept, output = [], ""
+    for word in words:
+        if word == "-o":
+            output = next(words)
+        elif word in ("-c", "-include"):
+            next(words)
+        elif word == "-isystem":
+            kept.append(word + next(words))
+        elif not word.startswith(("-W", "-O", "-M", "-f", "-m")) and not word.endswith("_EXPORTS"):
             kept.append(word)
-    flags.setdefault(source, " ".join(map(shlex.quote, kept)))
+    if not ours.match(source) or not output.startswith("CMakeFiles/palpate"):
+        continue
+    if source.endswith(".cpp"):
+        libraries.update((word, 0) for word in kept if word.startswith("-isystem") or of_libraries.match(word))
+    flags.setdefault(source, [word for word in kept if word not in libraries])
 for source in sorted(flags):
-    print(source, flags[source], sep="\t")
+    common = libraries if source.endswith(".cpp") else ()
+    print(source, " ".join(map(shlex.quote, [*common, *(word for word in flags[source] if word not in libraries)])), sep="\t")
 EOF
 if [ ! -s "$work/flags" ]; then
     echo "check_tidy.sh: $build: compiles no source of $root" >&2

@@ -162,7 +162,8 @@ private:
 
 /// With a held probe the spring's energy does not rise, where one level without edges is all that
 /// is felt: the proxy is never farther from the probe than it was, but for its way out of the
-/// certificate's band and up to where the level begins to be followed.
+/// certificate's band and up to where the level begins to be followed. A frame that says that it
+/// was cut short may have gone too far.
 class HeldNearer final : public Invariant {
 public:
     explicit HeldNearer(const LevelSettings& level)
@@ -172,7 +173,8 @@ public:
         constexpr double kNowhere = std::numeric_limits<double>::infinity();
         const bool held = seen.state.position == probe_;
         probe_ = seen.state.position;
-        if (!held || seen.begins_trial || (seen.report.flags & kProbeNotFinite)) {
+        if (!held || seen.begins_trial ||
+            (seen.report.flags & (kProbeNotFinite | kEvaluationCap))) {
             nearest_m_ = kNowhere;
             return std::nullopt;
         }
