@@ -50,8 +50,12 @@ public:
         tolerance_ = internal::kAbsoluteGap + internal::kRelativeGap * scale_;
     }
 
-    bool solve() noexcept {
-        const int cap = 40 * static_cast<int>(faces_.size()) + 60;
+    /// Whether it came to the solution: planes that contradict each other may take more steps than
+    /// `pass_cap` and what ends one allow.
+    bool solve(int pass_cap) noexcept {
+        const int suffice = 40 * static_cast<int>(faces_.size()) + 60;
+        const int cap = std::min(pass_cap, suffice - internal::kPassesBeyondCap) +
+                        internal::kPassesBeyondCap;
         const int bland_after = 20 * static_cast<int>(faces_.size()) + 30;
         for (int step = 0; step < cap; ++step) {
             ++steps_;
@@ -303,9 +307,10 @@ private:
 
 /// Several planes; `reach_m` as in DualProblem.
 void add_several_planes(std::span<const PlanePrimitive> planes, const Vec3& target,
-                        double stiffness, double reach_m, ProxySolution& solution) noexcept {
+                        double stiffness, double reach_m, int pass_cap,
+                        ProxySolution& solution) noexcept {
     DualProblem problem(planes, target, stiffness, reach_m);
-    solution.status = problem.solve() ? SolveStatus::exact : SolveStatus::capped;
+    solution.status = problem.solve(pass_cap) ? SolveStatus::exact : SolveStatus::capped;
     solution.work += problem.steps() * static_cast<int>(planes.size());
     solution.residual_m = problem.residual();
     solution.error_bound_m = problem.error_bound();
@@ -317,7 +322,8 @@ void add_several_planes(std::span<const PlanePrimitive> planes, const Vec3& targ
 /// As many planes as there are, and lines that do not count beside them but for their anchors: how
 /// much hard planes hold that contradict each other is a matter of the whole problem's scale.
 void add_planes(std::span<const PlanePrimitive> planes, std::span<const LinePrimitive> lines,
-                const Vec3& target, double stiffness, ProxySolution& solution) noexcept {
+                const Vec3& target, double stiffness, int pass_cap,
+                ProxySolution& solution) noexcept {
     if (planes.empty()) return;
     if (planes.size() == 1)
         return internal::add_one_plane(planes.front(), target, stiffness, solution);
@@ -325,7 +331,7 @@ void add_planes(std::span<const PlanePrimitive> planes, std::span<const LinePrim
     for (const LinePrimitive& line : lines)
         if (internal::is_usable(line.anchor, glm::length(line.axis), line.strength_n / stiffness))
             reach_m = std::max(reach_m, glm::length(line.anchor - target));
-    add_several_planes(planes, target, stiffness, reach_m, solution);
+    add_several_planes(planes, target, stiffness, reach_m, pass_cap, solution);
 }
 
 /// Whether all planes are across an axis.
@@ -347,7 +353,7 @@ void internal::solve_unshared(const PrimitiveSet& primitives, const Vec3& probe,
     if (!primitives.has_tethers()) {
         solution.restart(primitives, target);
         solution.work = static_cast<int>(planes.size());
-        add_planes(planes, lines, target, stiffness, solution);
+        add_planes(planes, lines, target, stiffness, pass_cap, solution);
         return;
     }
     const bool one_point = points.size() == 1 && lines.empty() && planes.empty();
@@ -362,7 +368,7 @@ void internal::solve_unshared(const PrimitiveSet& primitives, const Vec3& probe,
     solution.restart(primitives, target);
     solution.work = static_cast<int>(primitives.count());
     if (one_point) internal::add_one_point(points[0], target, stiffness, solution);
-    add_planes(planes, lines, target, stiffness, solution);
+    add_planes(planes, lines, target, stiffness, pass_cap, solution);
     if (!lines.empty()) internal::add_one_line(lines[0], target, stiffness, solution);
 }
 

@@ -89,9 +89,9 @@ inline constexpr int kLoopPasses = 64;
 /// share a strength have s max(0, max over them of -n.(x - p)) together. Primitives that are not
 /// finite, without direction or without strength are ignored. Infinite strengths are solved as 64 k
 /// times the problem's scale (the furthest anchor's distance from PrimitiveSet::pull; k with the
-/// springs): an infeasible hard set becomes a defined compromise. No allocation. Bounded: planes
-/// alone by 40 n + 60 steps, which suffice; with lines or points by `pass_cap` passes and up to 16
-/// to end a step, after which the solution is the best one so far and its status says so. Planes
+/// springs): an infeasible hard set becomes a defined compromise. No allocation. Bounded by
+/// `pass_cap` passes over the primitives and up to 16 to end a step, planes alone by 40 n + 60,
+/// too, which suffice. Then the solution is the best one so far, and its status says so. Planes
 /// that share a strength are solved again and again: altogether by what `pass_cap` passes look at.
 void solve_proxy(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
                  ProxySolution& solution) noexcept;

@@ -84,9 +84,13 @@ bool Calming::rests(const Vec3& asked) noexcept {
         return false;
     }
     if (++rested_ <= 2) asked_ = asked;
-    if (glm::length(asked - asked_) <= tolerance_m_ || returns_ >= kMostReturns) return true;
+    if (glm::length(asked - asked_) <= tolerance_m_ || has_come_back_too_often()) return true;
     wake();
     return false;
+}
+
+bool Calming::has_come_back_too_often() const noexcept {
+    return stopped() && returns_ >= kMostReturns;
 }
 
 /// The proxy, at the frame's start, has been at rest, and goes on.

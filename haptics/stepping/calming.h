@@ -50,6 +50,8 @@ public:
     /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
     /// within the tolerance; or it has come back too often.                               [loop]
     bool rests(const Vec3& asked) noexcept;
+    /// Whether it stays for that, whatever is asked, until the probe moves.             [loop]
+    bool has_come_back_too_often() const noexcept;
     /// The frame ends with the proxy at `proxy`, m, scene frame, after a walk of `walked_m` (m, >=
     /// 0; 0 where the frame has found its balance; taken note of while held() alone); `slowness` >=
     /// 1: how many times shorter its media made its way. [loop]

@@ -359,9 +359,10 @@ bool Subdivision::open_a_membrane() noexcept {
     return false;
 }
 
-/// Whether what friction held has begun to slide: the frame goes on with less of it.
+/// Whether what friction held has begun to slide: the frame goes on with less of it. What is to
+/// stay does not begin to.
 bool Subdivision::let_friction_slip() noexcept {
-    return !has_given_up() && friction_.breaks_away();
+    return !has_given_up() && !calming_.has_come_back_too_often() && friction_.breaks_away();
 }
 
 void Subdivision::note_open() noexcept {

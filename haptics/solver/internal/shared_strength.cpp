@@ -25,19 +25,19 @@ constexpr double kMostStrengths = 16.0;
 constexpr int kLeastPasses = 4;
 
 /// Planes [first, end) that share a strength.
-struct Run {
+struct PlaneRun {
     std::size_t first = 0;
     std::size_t end = 0;
     double strength_n = 0.0;
 };
 
-using Runs = FixedVector<Run, PrimitiveSet::kCapacity>;
+using PlaneRuns = FixedVector<PlaneRun, PrimitiveSet::kCapacity>;
 
-Runs runs_of(const PrimitiveSet& primitives) noexcept {
-    Runs runs;
+PlaneRuns runs_of(const PrimitiveSet& primitives) noexcept {
+    PlaneRuns runs;
     const auto planes = primitives.planes();
     for (std::size_t i = 0; i < planes.size();) {
-        Run run{i, i + 1, planes[i].strength_n};
+        PlaneRun run{i, i + 1, planes[i].strength_n};
         for (; run.end < planes.size() && planes[run.end].shares; ++run.end)
             run.strength_n = std::max(run.strength_n, planes[run.end].strength_n);
         if (run.end - run.first > 1 && std::isfinite(run.strength_n)) runs.push_back(run);
@@ -46,14 +46,14 @@ Runs runs_of(const PrimitiveSet& primitives) noexcept {
     return runs;
 }
 
-double borne_n(const Run& run, const ProxySolution& solution) noexcept {
+double borne_n(const PlaneRun& run, const ProxySolution& solution) noexcept {
     double sum_n = 0.0;
     for (std::size_t i = run.first; i < run.end; ++i)
         sum_n += solution.planes[i].multiplier_n;
     return sum_n;
 }
 
-bool bears_too_much(const Run& run, const ProxySolution& solution) noexcept {
+bool bears_too_much(const PlaneRun& run, const ProxySolution& solution) noexcept {
     return borne_n(run, solution) > (1.0 + kAgree) * run.strength_n;
 }
 
@@ -73,7 +73,7 @@ public:
     }
 
     /// Finds the depth of a run, and what it bears there.
-    void settle(const Run& run, ProxySolution& solution) noexcept {
+    void settle(const PlaneRun& run, ProxySolution& solution) noexcept {
         set(run, 0.0, 0.0);
         solve(high_);
         double low_m = 0.0, high_m = depth_m(run, high_.proxy);
@@ -107,8 +107,8 @@ public:
     /// For runs that have not been settled together: each plane has the part of the strength that
     /// it bears of the run's load. No run bears more than its strength then, though the parts may
     /// not be the best ones.
-    void divide(const Runs& runs, ProxySolution& solution) noexcept {
-        for (const Run& run : runs) {
+    void divide(const PlaneRuns& runs, ProxySolution& solution) noexcept {
+        for (const PlaneRun& run : runs) {
             const double sum_n = borne_n(run, solution);
             for (std::size_t i = run.first; i < run.end; ++i) {
                 PlanePrimitive plane = given_.planes()[i];
@@ -124,13 +124,13 @@ public:
     }
 
     /// What the solution says of itself, once every run is settled.
-    void report(const Runs& runs, ProxySolution& solution) const noexcept {
+    void report(const PlaneRuns& runs, ProxySolution& solution) const noexcept {
         solution.work = work_;
         solution.passes = passes_;
         solution.residual_m = std::max(solution.residual_m, residual_m_);
         if (residual_m_ > kAgree * glm::length(solution.proxy - probe_))
             solution.status = SolveStatus::capped;
-        for (const Run& run : runs)
+        for (const PlaneRun& run : runs)
             for (std::size_t i = run.first; i < run.end; ++i)
                 if (std::isinf(sunk_.planes()[i].strength_n) &&
                     solution.planes[i].state == MultiplierState::active)
@@ -143,13 +143,20 @@ public:
     }
 
 private:
+    /// Of the cap: of planes alone, as may_solve() counts them.
+    int passes_left() const noexcept {
+        if (given_.has_tethers()) return passes_left_;
+        const auto count = static_cast<std::int64_t>(given_.count());
+        return static_cast<int>((most_work_ - work_) / count);
+    }
+
     void solve(ProxySolution& solution) noexcept {
-        solve_unshared(sunk_, probe_, coupling_, std::max(passes_left_, kLeastPasses), solution);
+        solve_unshared(sunk_, probe_, coupling_, std::max(passes_left(), kLeastPasses), solution);
         passes_left_ -= solution.passes;
         count(solution);
     }
 
-    void set(const Run& run, double depth_m, double strength_n) noexcept {
+    void set(const PlaneRun& run, double depth_m, double strength_n) noexcept {
         for (std::size_t i = run.first; i < run.end; ++i) {
             PlanePrimitive plane = given_.planes()[i];
             plane.anchor -= depth_m * plane.normal;
@@ -157,16 +164,16 @@ private:
             sunk_.set_plane(i, plane);
         }
     }
-    void sink(const Run& run, double depth_m) noexcept {
+    void sink(const PlaneRun& run, double depth_m) noexcept {
         set(run, depth_m, std::numeric_limits<double>::infinity());
     }
     /// It does not yield after all, now that others have.
-    void give_back(const Run& run, ProxySolution& solution) noexcept {
+    void give_back(const PlaneRun& run, ProxySolution& solution) noexcept {
         set(run, 0.0, run.strength_n);
         solve(solution);
     }
 
-    double depth_m(const Run& run, const Vec3& point) const noexcept {
+    double depth_m(const PlaneRun& run, const Vec3& point) const noexcept {
         double deepest_m = 0.0;
         for (std::size_t i = run.first; i < run.end; ++i) {
             const PlanePrimitive& plane = given_.planes()[i];
@@ -178,7 +185,7 @@ private:
 
     /// Between the two last depths, which are next to each other: that share of both solutions in
     /// which the run bears its strength.
-    void mix(const Run& run, ProxySolution& solution) const noexcept {
+    void mix(const PlaneRun& run, ProxySolution& solution) const noexcept {
         const double low_n = borne_n(run, low_), high_n = borne_n(run, high_);
         const double t = std::clamp((low_n - run.strength_n) / (low_n - high_n), 0.0, 1.0);
         const auto between = [t](const auto& a, const auto& b) { return (1.0 - t) * a + t * b; };
@@ -213,10 +220,10 @@ private:
 void solve_shared(const PrimitiveSet& primitives, const Vec3& probe, double coupling, int pass_cap,
                   ProxySolution& solution) noexcept {
     solve_unshared(primitives, probe, coupling, pass_cap, solution);
-    const Runs runs = runs_of(primitives);
+    const PlaneRuns runs = runs_of(primitives);
     const auto any_too_much = [&] {
         return std::any_of(runs.begin(), runs.end(),
-                           [&](const Run& run) { return bears_too_much(run, solution); });
+                           [&](const PlaneRun& run) { return bears_too_much(run, solution); });
     };
     if (!any_too_much()) return;
     Sharing sharing(primitives, probe, coupling, pass_cap);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include <palpate/haptics/solver/internal/solver_limits.h>
+
 namespace palpate::internal {
 namespace {
 
@@ -20,7 +22,6 @@ constexpr double kRounding = 4e-16;
 constexpr double kNearRounding = 100.0;
 // A search along a step ends where its slope has fallen to this share.
 constexpr double kFlat = 0.1;
-constexpr int kMostSearchPasses = 16;
 // A stage that takes more passes goes to and fro over a hinge's narrow range; as a rule one takes
 // fewer than ten.
 constexpr int kLongStage = 40;
@@ -222,7 +223,7 @@ void SmoothedProblem::search_along(const Vec3& step) noexcept {
     const Shares bends = bends_along(step);
     std::size_t first = 0;
     std::size_t last = bends.size();
-    for (int pass = 0; pass < kMostSearchPasses; ++pass) {
+    for (int pass = 0; pass < kPassesBeyondCap; ++pass) {
         const bool between = first < last;
         const std::size_t middle = (first + last) / 2;
         const double secant = low + (high - low) * slope_low / (slope_low - slope_high);

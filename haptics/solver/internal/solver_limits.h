@@ -18,6 +18,8 @@ inline constexpr double kRelativeGap = 4e-14; // of scale
 inline constexpr double kHardMultiplier = 64.0;
 // Rounding of a term of the duality gap, of the lengths that go into it: 8 ulp for 8 operations.
 inline constexpr double kGapRounding = 1e-15;
+// So many passes more than it may take, a solver makes to end a step that it has begun.
+inline constexpr int kPassesBeyondCap = 16;
 
 /// Whether a primitive is felt at all: finite, with a direction, with a strength. `bound`: s in N,
 /// or s / k in m where what follows divides by that: the smallest s have none.           [loop]

@@ -119,6 +119,44 @@ TEST(ProxySolverHard, ContradictingPlanesHoldByTheScaleOfTheWholeProblem) {
     }
 }
 
+// Seen with three meshes in one place (a random scene, less what is not needed): two planes there
+// lean against each other by their last bits, and rounding changes which of them wants to move, for
+// ever. It was 501 steps of 11 looks, whatever the frame had left; the solution is exact long
+// since.
+TEST(ProxySolverHard, PlanesThatContradictEachOtherTakeNoMoreThanTheCap) {
+    constexpr int kToEndAStep = 16;
+    const Vec3 corner{0.0023382703922481501, -0.0013427387752832001, -0.0009};
+    PrimitiveSet set;
+    set.add({{0.00234, -0.00134, -0.0009}, {0.9342, -0.35682, 0}, kInfinite});
+    set.add({{0.00234, -0.00134, -0.0009}, {0.9342, -0.35682209, 0}, kInfinite});
+    set.add({corner, {0.93417235896271578, -0.3568220897730896, 0}, kInfinite});
+    set.add({corner, {0.93417235896271578, -0.3568220897730896, 0}, kInfinite});
+    set.add({{0.001, -0.001, -0.0006}, {0, 0, 1}, kInfinite});
+    set.add({{0.0004022570094196, -0.0008076341071573, -0.003},
+             {0.70710678118654746, 0.70710678118654746, -0.0},
+             kInfinite});
+    set.add({{-0.0010187691213569699, -0.0039252924914279386, -0.003662999295955253},
+             {1, 0, 0},
+             kInfinite});
+    set.add({{0.001, -0.002, -0.001}, {-0.61453540051509314, 0.78554, 0.0726422001817}, kInfinite});
+    set.add({{0.0018, -0.0007, -0.0007}, {-0.98037020133633002, 0.0961, -0.17216}, kInfinite});
+    set.add(
+        {{0.0018, -0.0007, -0.0007}, {-1, 0.096099186338112999, -0.17216043307595821}, kInfinite});
+    set.add({{0.002, -0.0009, -0.0007},
+             {-0.955371860011765, 0.24313966961723671, -0.16777},
+             kInfinite});
+    const auto planes = static_cast<int>(set.count());
+    const ProxySolution at_length = solve_proxy(set, Vec3{0.0}, kStiffness, 1000);
+    EXPECT_GT(at_length.work, 400 * planes) << "hard enough";
+    const test::ExactProblem exact(set, Vec3{0.0}, kStiffness);
+    for (const int cap : {1, kLoopPasses}) {
+        const ProxySolution solution = solve_proxy(set, Vec3{0.0}, kStiffness, cap);
+        EXPECT_LE(solution.work, (cap + kToEndAStep + 1) * planes); // and one look before the first
+        EXPECT_EQ(solution.status, SolveStatus::capped);
+        EXPECT_LE(exact.worth(solution).residual_m, 1e-12L * exact.scale());
+    }
+}
+
 // From nothing to everything: not one strength may bring a number that is none.
 TEST(ProxySolverHard, EveryStrengthIsAnswered) {
     const double least = std::numeric_limits<double>::denorm_min();
