@@ -66,7 +66,7 @@ mkdir -p "$copy"
     done
 
 mapfile -t executables < <(printf '%s\n' "${tests[@]%% *}" | sort -u)
-(cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF >/dev/null) || fail "$copy cannot be configured"
+(cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF -DPALPATE_BUNDLES=OFF >/dev/null) || fail "$copy cannot be configured"
 cmake --build "$build" --parallel "$jobs" --target "${executables[@]}" >"$build/log" 2>&1 || fail "the sources do not build: $build/log"
 
 # Names of the tests of guard $1 that fail; "..." where they end in another way.

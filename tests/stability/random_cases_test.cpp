@@ -62,8 +62,8 @@ TEST(RandomCases, EveryInvariantHolds) {
 // As long as the generator makes the same of a seed; what was wrong has a test of its own, too.
 TEST(RandomCases, SeedsThatHaveFailedHold) {
     const test::TemporaryFolder folder;
-    for (const std::uint64_t seed :
-         {40001330, 40001847, 50004283, 60003290, 60003903, 60007592, 85002158, 86000089}) {
+    for (const std::uint64_t seed : {40001330, 40001847, 50004283, 60003290, 60003903, 60007592,
+                                     85002158, 86000089, 91001388, 92020924}) {
         stability::write_case(stability::make_case(seed, kPathFrames), folder / "case");
         const Outcome outcome = stability::run_case(folder / "case");
         EXPECT_FALSE(outcome.failure) << seed << ": " << outcome.failure->words;
@@ -90,6 +90,30 @@ TEST(RandomCases, SomeSurfacesAreSoftAloneOrBesideOthers) {
     EXPECT_GT(alone, 20);
     EXPECT_GT(beside, 10);
     EXPECT_GT(lumps, 3);
+}
+
+TEST(RandomCases, SomeBallsHaveHolesThatTheirMeshGuards) {
+    int guarded = 0;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        const RandomCase made = stability::make_case(seed, kPathFrames);
+        const auto file = made.volumes.find("sieve.nrrd");
+        if (file == made.volumes.end()) continue;
+        ++guarded;
+        const VoxelVolume& volume = *file->second.volume;
+        const TriangleMesh& mesh = *made.meshes.at("sieve.ply");
+        int walls = 0, holes = 0; // voxels next to the mesh
+        for (std::size_t i = 0; i < volume.voxels(); ++i) {
+            const auto n = static_cast<std::size_t>(volume.size[0]);
+            const Vec3 p = volume.index_to_scene.point(Vec3(i % n, i / n % n, i / n / n));
+            const double within =
+                glm::length(mesh.vertices[0] - made.place) - glm::length(p - made.place);
+            if (within < 0.0 || within > 0.05 * made.size_m) continue;
+            ++(volume.values[i] > 0.0f ? walls : holes);
+        }
+        EXPECT_GT(walls, 0) << seed;
+        EXPECT_GT(holes, 0) << seed;
+    }
+    EXPECT_GT(guarded, 2);
 }
 
 // The same seed is the same case: a failure is found again.

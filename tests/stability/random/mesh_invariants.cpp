@@ -226,7 +226,8 @@ private:
 };
 
 /// A closed mesh that guards a level: who has been in front of it, farther away than the leash, is
-/// never so far behind it (contact.md 4). Looked at as Side does.
+/// never so far behind it (contact.md 4): the mesh never winds once more round the proxy. Who
+/// begins behind may come out: where voxels have holes nothing holds him. Looked at as Side does.
 class Leashed final : public Invariant {
 public:
     explicit Leashed(const HardSurface& hard)
@@ -249,7 +250,10 @@ public:
             return std::nullopt;
         }
         ++checks_;
-        if (std::abs(winds - *winds_) < 0.5) return std::nullopt;
+        if (winds < *winds_ + 0.5) {
+            winds_ = std::min(winds, *winds_);
+            return std::nullopt;
+        }
         return fmt::format("the mesh of {} wound {:.3f} times round the proxy, and now, farther "
                            "away than the leash, {:.3f}",
                            surface_.name, *winds_, winds);

@@ -164,6 +164,7 @@ RandomCase make_case(std::uint64_t seed, int frames, const LabelVolume* atlas) {
     RandomCase made = SceneMaker(random, atlas).make();
     made.seed = seed;
     soften(made);
+    guard_a_sieve(made);
     step_finely(made);
     make_path(made, random, frames);
     add_second_hand(made);

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -162,6 +165,24 @@ VoxelFile random_lumps(Random& random, double size_m, const Vec3& place) {
                        return glm::length(q - second) < 0.5 * wide ? 3.0 : 1.0;
                    }),
             true};
+}
+
+VoxelFile random_sieve(Random& random, double radius_m, double size_m, const Vec3& place) {
+    const int n = 16 + pick(random, 9);
+    const AffineTransform frame = frame_about(random, n, size_m, place);
+    const double wall_m = between(random, 0.5, 3.0) * 2.4 * size_m / n;
+    std::vector<std::pair<Vec3, double>> holes; // direction, cosine of half the angle
+    for (int i = 1 + pick(random, 4); i > 0; --i)
+        holes.emplace_back(glm::normalize(any_vector(random, 1.0)),
+                           std::cos(between(random, 0.2, 0.7)));
+    return {filled(frame, n,
+                   [&](const Vec3& p) {
+                       const double r = glm::length(p - place);
+                       for (const auto& [axis, cosine] : holes)
+                           if (glm::dot(axis, p - place) > cosine * r) return -size_m;
+                       return std::min(radius_m - r, wall_m - (radius_m - r));
+                   }),
+            false};
 }
 
 std::shared_ptr<const VectorVolume> random_vectors(Random& random, double size_m,

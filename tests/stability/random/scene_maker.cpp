@@ -375,6 +375,35 @@ void soften(RandomCase& made) {
     if (is_adaptive && test::chance(random, 0.6)) soften_beside(made, random);
 }
 
+void guard_a_sieve(RandomCase& made) {
+    constexpr std::uint64_t kOwnDraws = 0x51e7d;
+    test::Random random(made.seed ^ kOwnDraws << 32);
+    if (!test::chance(random, 0.03)) return;
+    const double radius_m = made.size_m * test::between(random, 0.5, 0.9);
+    std::erase_if(made.tables, [](const SceneTable& table) {
+        return is_surface(table) || (table.is_effect() && !table.value("surface").empty());
+    });
+    int id = 0;
+    for (const SceneTable& table : made.tables)
+        id = std::max(id, table.id);
+    made.volumes["sieve.nrrd"] = random_sieve(random, radius_m, made.size_m, made.place);
+    made.meshes["sieve.ply"] =
+        std::make_shared<const TriangleMesh>(test::icosphere(radius_m, 3, made.place));
+    const double leash_mm = std::min(10.0, 1e3 * made.size_m * test::between(random, 0.05, 0.2));
+    made.tables.push_back({"[volume.sieve]", {{"file", "\"sieve.nrrd\""}}, id + 1});
+    made.tables.push_back({"[surface.sieve]",
+                           {{"volume", "\"sieve\""},
+                            {"iso_value", "0"},
+                            {"mesh", "\"sieve.ply\""},
+                            {"mesh_unit", "\"m\""},
+                            {"mesh_frame", "\"LPS\""},
+                            {"contact", "\"guarded\""},
+                            {"leash_mm", fmt::format("{}", leash_mm)}},
+                           id + 2});
+    made.tables.push_back(
+        {"[[effect]]", {{"type", "\"surface\""}, {"surface", "\"sieve\""}}, id + 3});
+}
+
 void step_finely(RandomCase& made) {
     constexpr std::uint64_t kOwnDraws = 0x57e9;
     test::Random random(made.seed ^ kOwnDraws << 32);
