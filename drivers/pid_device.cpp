@@ -32,7 +32,7 @@ struct Force {
 };
 
 /// One of the two effects.
-struct Effect {
+struct PidEffect {
     std::uint8_t number = 0;
     std::vector<std::uint8_t> force; ///< the report that sets its magnitude
     std::vector<std::uint8_t> start; ///< and the one that starts it
@@ -91,7 +91,7 @@ public:
     std::size_t compose(std::span<std::uint8_t> report) noexcept override;
 
 private:
-    Effect load_effect(HidPort& port, PidAxis axis) const;
+    PidEffect load_effect(HidPort& port, PidAxis axis) const;
     double magnitude(PidAxis axis, double now_s) const noexcept;
 
     const PidSettings settings_;
@@ -107,8 +107,8 @@ private:
     std::atomic<double> heard_s_{kNever}; ///< the same, when the servo may have it
 
     // The writer's.
-    std::array<Effect, 2> effects_; ///< x and y of the stick
-    std::size_t next_ = 0;          ///< they take turns
+    std::array<PidEffect, 2> effects_; ///< x and y of the stick
+    std::size_t next_ = 0;             ///< they take turns
     Force force_;
 
     // The servo's.
@@ -147,7 +147,7 @@ std::string PidDevice::Stick::find() {
                              "devices --why` says what is there");
 }
 
-Effect PidDevice::Stick::load_effect(HidPort& port, PidAxis axis) const {
+PidEffect PidDevice::Stick::load_effect(HidPort& port, PidAxis axis) const {
     // Asking and its answer belong together: nothing else asks meanwhile.
     std::vector<std::uint8_t> answer = reports_->block_load_request();
     if (!port.send_feature(reports_->create_constant_force()) || !port.get_feature(answer))
@@ -158,7 +158,7 @@ Effect PidDevice::Stick::load_effect(HidPort& port, PidAxis axis) const {
                                                "that fills it, or plug it in again");
     if (load.status == internal::PidLoadStatus::failed)
         throw std::runtime_error(port.path() + ": refuses constant forces; update its firmware");
-    Effect effect;
+    PidEffect effect;
     effect.number = load.effect;
     effect.force = reports_->constant_force(load.effect, 0.0);
     effect.start = reports_->operation(load.effect, internal::PidOperation::start);
@@ -190,7 +190,7 @@ void PidDevice::Stick::connected(HidPort& port) {
 }
 
 void PidDevice::Stick::release(HidPort& port) noexcept {
-    for (Effect& effect : effects_) {
+    for (PidEffect& effect : effects_) {
         if (effect.number == 0) continue;
         reports_->set_magnitude(effect.force, 0.0);
         port.write(effect.force);
@@ -229,7 +229,7 @@ double PidDevice::Stick::magnitude(PidAxis axis, double now_s) const noexcept {
 std::size_t PidDevice::Stick::compose(std::span<std::uint8_t> report) noexcept {
     forces_.take(force_);
     const double now_s = internal::hid_time_s();
-    Effect& effect = effects_[next_];
+    PidEffect& effect = effects_[next_];
     const PidAxis axis = next_ == 0 ? PidAxis::x : PidAxis::y;
     next_ = 1 - next_;
     const bool restart = now_s - effect.started_s > kRestartS;

@@ -24,11 +24,12 @@ namespace {
 constexpr std::size_t kMostOptions = 64;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-using Clock = std::chrono::steady_clock;
+using PluginClock = std::chrono::steady_clock;
 using internal::steady_s;
 
-Clock::duration duration_of(double seconds) {
-    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+PluginClock::duration duration_of(double seconds) {
+    return std::chrono::duration_cast<PluginClock::duration>(
+        std::chrono::duration<double>(seconds));
 }
 
 Vec3 vec_of(const double (&values)[3]) noexcept { return {values[0], values[1], values[2]}; }
@@ -252,12 +253,12 @@ std::string PluginDevice::Runner::opened() {
 }
 
 void PluginDevice::Runner::exchange_frames() {
-    const Clock::duration period = duration_of(1.0 / properties_.rate_hz);
-    Clock::time_point due = Clock::now();
+    const PluginClock::duration period = duration_of(1.0 / properties_.rate_hz);
+    PluginClock::time_point due = PluginClock::now();
     while (!interrupted_.load(std::memory_order_relaxed)) {
         read_once();
         write_once();
-        due = std::max(due + period, Clock::now());
+        due = std::max(due + period, PluginClock::now());
         std::this_thread::sleep_until(due);
     }
 }

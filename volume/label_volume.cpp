@@ -17,7 +17,7 @@ namespace {
 constexpr double kMm3PerM3 = 1e9;
 
 /// Voxels of a label that follow one another along i: both ends, in voxels.
-struct Run {
+struct VoxelRun {
     std::int32_t value = 0;
     int begin = 0;
     int last = 0;
@@ -35,7 +35,7 @@ void for_each_run(const LabelVolume& volume, std::size_t layer, const Visit& vis
                 int end = begin + 1;
                 while (end < volume.size[0] && row[end] == row[begin])
                     ++end;
-                if (row[begin] != 0) visit(Run{row[begin], begin, end - 1, j, k});
+                if (row[begin] != 0) visit(VoxelRun{row[begin], begin, end - 1, j, k});
                 begin = end;
             }
 }
@@ -105,7 +105,7 @@ std::vector<LabelExtent> label_extents(const LabelVolume& volume) {
     const LabelIndex index(volume.labels);
     std::vector<LabelExtent> extents(volume.labels.size());
     for (std::size_t layer = 0; layer < volume.layers.size(); ++layer)
-        for_each_run(volume, layer, [&](const Run& run) {
+        for_each_run(volume, layer, [&](const VoxelRun& run) {
             const std::size_t label = index.find(layer, run.value);
             if (label == extents.size()) return;
             LabelExtent& extent = extents[label];
@@ -129,7 +129,7 @@ struct IndexBox {
     std::array<int, 3> upper{};
     bool empty = true;
 
-    void add(const Run& run) {
+    void add(const VoxelRun& run) {
         const std::array<int, 3> begin{run.begin, run.j, run.k};
         const std::array<int, 3> last{run.last, run.j, run.k};
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -151,7 +151,7 @@ void for_each_chosen_run(const LabelVolume& volume, std::span<const std::size_t>
     for (std::size_t layer = 0; layer < volume.layers.size(); ++layer)
         if (std::any_of(wanted.begin(), wanted.end(),
                         [layer](const Label& label) { return label.layer == layer; }))
-            for_each_run(volume, layer, [&](const Run& run) {
+            for_each_run(volume, layer, [&](const VoxelRun& run) {
                 if (index.find(layer, run.value) < wanted.size()) visit(run);
             });
 }
@@ -172,7 +172,7 @@ VoxelVolume label_occupancy(const LabelVolume& volume, std::span<const std::size
                             int margin) {
     require_chosen(volume, chosen);
     IndexBox box;
-    for_each_chosen_run(volume, chosen, [&](const Run& run) { box.add(run); });
+    for_each_chosen_run(volume, chosen, [&](const VoxelRun& run) { box.add(run); });
     if (box.empty) throw std::invalid_argument("label_occupancy: the chosen labels have no voxels");
 
     VoxelVolume occupancy;
@@ -189,7 +189,7 @@ VoxelVolume label_occupancy(const LabelVolume& volume, std::span<const std::size
     occupancy.index_to_scene = {volume.index_to_scene.linear, volume.index_to_scene.point(corner)};
     occupancy.source_type = volume.source_type;
     occupancy.values.assign(occupancy.voxels(), 0.0F);
-    for_each_chosen_run(volume, chosen, [&](const Run& run) {
+    for_each_chosen_run(volume, chosen, [&](const VoxelRun& run) {
         const std::size_t first =
             occupancy.index(run.begin - box.lower[0] + margin, run.j - box.lower[1] + margin,
                             run.k - box.lower[2] + margin);

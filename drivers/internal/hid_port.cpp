@@ -22,7 +22,7 @@ namespace palpate::internal {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 /// hidapi keeps one error text for all that open, close and enumerate, without a lock of its own.
 std::mutex& hidapi_mutex() {
@@ -188,7 +188,7 @@ HidPort::~HidPort() = default;
 
 HidRead HidPort::read(std::span<std::uint8_t> buffer, std::size_t& size,
                       std::chrono::milliseconds wait) noexcept {
-    const auto until = Clock::now() + wait;
+    const auto until = SteadyClock::now() + wait;
     for (;;) {
         errno = 0;
         const int length = hid_read_timeout(reading_->device, buffer.data(), buffer.size(),
@@ -200,9 +200,9 @@ HidRead HidPort::read(std::span<std::uint8_t> buffer, std::size_t& size,
         if (length == 0) return HidRead::nothing;
         // A signal during the wait is no loss of the device, though hidapi reports both alike.
         if (errno != EINTR) return HidRead::gone;
-        wait =
-            std::max(std::chrono::milliseconds(0),
-                     std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()));
+        wait = std::max(
+            std::chrono::milliseconds(0),
+            std::chrono::duration_cast<std::chrono::milliseconds>(until - SteadyClock::now()));
     }
 }
 

@@ -9,12 +9,12 @@
 namespace palpate::command {
 namespace {
 
-volatile std::sig_atomic_t asked = 0; // the signal
+volatile std::sig_atomic_t asked_signal = 0; // the signal
 
 volatile std::sig_atomic_t only_asks = 0; // SignalsOnlyAsk
 
 extern "C" void remember(int signal) {
-    asked = signal;
+    asked_signal = signal;
     const std::string_view words =
         only_asks ? "\npalpate: stopping\n" : "\npalpate: stopping; once more to stop at once\n";
     [[maybe_unused]] const auto written = write(STDERR_FILENO, words.data(), words.size());
@@ -41,7 +41,7 @@ SignalsOnlyAsk::SignalsOnlyAsk() {
 
 SignalsOnlyAsk::~SignalsOnlyAsk() {
     only_asks = 0;
-    if (asked == 0) {
+    if (asked_signal == 0) {
         stop_on_signals();
         return;
     }
@@ -49,13 +49,13 @@ SignalsOnlyAsk::~SignalsOnlyAsk() {
         std::signal(signal, SIG_DFL);
 }
 
-bool stop_wanted() noexcept { return asked != 0; }
+bool stop_wanted() noexcept { return asked_signal != 0; }
 
 void outlive_readers() { std::signal(SIGPIPE, SIG_IGN); }
 
 void end_by_signal() {
-    if (asked == 0) return;
-    const int signal = asked;
+    if (asked_signal == 0) return;
+    const int signal = asked_signal;
     std::signal(signal, SIG_DFL);
     std::raise(signal);
 }

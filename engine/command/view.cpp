@@ -28,9 +28,9 @@ ViewOptions with_recording(ViewOptions options) {
 }
 
 /// What is shown, as bits.
-enum Shown : unsigned { kScene = 1, kData = 2, kPage = 4, kPictures = 8 };
+enum ShownAs : unsigned { kScene = 1, kData = 2, kPage = 4, kPictures = 8 };
 
-constexpr const char* words_for(Shown shown) {
+constexpr const char* words_for(ShownAs shown) {
     switch (shown) {
     case kScene:
         return "a scene";
@@ -44,7 +44,7 @@ constexpr const char* words_for(Shown shown) {
 }
 
 /// Refuses an option that would change nothing.                                          [setup]
-void check_used(const ViewOptions& options, Shown shown) {
+void check_used(const ViewOptions& options, ShownAs shown) {
     struct Use {
         std::string_view option;
         unsigned of; // what it is for

@@ -27,13 +27,13 @@ using Kind = StarterData::Kind;
 
 /// The box around all voxels, m, scene frame.
 Box bounds_of(const VoxelVolume& volume) {
-    constexpr double kBorder = 0.5; // voxels: from a voxel's centre
+    constexpr double kHalfVoxel = 0.5; // voxels: from a voxel's centre
     Box box;
     for (unsigned corner = 0; corner < 8; ++corner) {
-        Vec3 index(-kBorder);
+        Vec3 index(-kHalfVoxel);
         for (int axis = 0; axis < 3; ++axis)
             if ((corner >> axis & 1U) != 0)
-                index[axis] = volume.size[static_cast<std::size_t>(axis)] - kBorder;
+                index[axis] = volume.size[static_cast<std::size_t>(axis)] - kHalfVoxel;
         box.add(volume.index_to_scene.point(index));
     }
     return box;

@@ -64,7 +64,7 @@ std::string topic_part(std::string_view hand, std::set<std::string>& taken) {
 }
 
 /// Times of a hand's frames as ROS has them: they never go back.
-class Clock {
+class FrameClock {
 public:
     /// Of the next frame, ns.
     std::uint64_t at(const FrameReport& frame) {
@@ -104,7 +104,7 @@ public:
         proxy_ = channel(pose, "/proxy");
         force_ = channel(wrench, "/force");
         times_ns_.reserve(hand.frames.size());
-        Clock clock;
+        FrameClock clock;
         for (const FrameReport& frame : hand.frames)
             times_ns_.push_back(clock.at(frame));
     }

@@ -19,9 +19,9 @@ constexpr double kNudge = 1e-6; // m
 constexpr int kMostSlides = 8;  // of a virtual proxy, per frame
 
 /// A level with what the baselines ask of it.
-class Level {
+class FieldLevel {
 public:
-    Level(std::shared_ptr<const ScalarField> field, double level)
+    FieldLevel(std::shared_ptr<const ScalarField> field, double level)
         : field_(std::move(field)), sampler_(field_->make_sampler()), level_(level) {}
 
     /// Towards free space, unit; zero where there is no gradient.
@@ -57,7 +57,7 @@ private:
 
 class Penalty final : public Baseline {
 public:
-    explicit Penalty(Level level) : level_(std::move(level)) {}
+    explicit Penalty(FieldLevel level) : level_(std::move(level)) {}
     void restart(const Vec3&) noexcept override {}
     Step move(const Vec3& probe) noexcept override {
         if (!level_.is_behind(probe)) return {probe, false};
@@ -66,14 +66,14 @@ public:
     std::uint64_t samples() const noexcept override { return level_.samples(); }
 
 private:
-    Level level_;
+    FieldLevel level_;
 };
 
 /// What slides on the level itself: free flight until it is met, then a frame's slide as long as
 /// the probe is behind.
 class Sliding : public Baseline {
 public:
-    explicit Sliding(Level level) : level_(std::move(level)) {}
+    explicit Sliding(FieldLevel level) : level_(std::move(level)) {}
     void restart(const Vec3& probe) noexcept final {
         proxy_ = probe;
         touches_ = false;
@@ -98,7 +98,7 @@ private:
     bool touches_ = false;
 
 protected:
-    Level level_;
+    FieldLevel level_;
 };
 
 Vec3 along_plane(const Vec3& way, const Vec3& normal) noexcept {
@@ -143,7 +143,7 @@ private:
 
 class VirtualProxy final : public Baseline {
 public:
-    explicit VirtualProxy(Level offset) : offset_(std::move(offset)) {}
+    explicit VirtualProxy(FieldLevel offset) : offset_(std::move(offset)) {}
     void restart(const Vec3& probe) noexcept override { proxy_ = probe; }
     Step move(const Vec3& probe) noexcept override {
         Vec3 goal = probe;
@@ -162,7 +162,7 @@ public:
     std::uint64_t samples() const noexcept override { return offset_.samples(); }
 
 private:
-    Level offset_; // of the ball's centre
+    FieldLevel offset_; // of the ball's centre
     Vec3 proxy_{0.0};
 };
 
@@ -265,15 +265,15 @@ std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const
     require("baseline: radius_m", radius_m, kPositive);
     switch (kind) {
     case BaselineKind::penalty:
-        return std::make_unique<Penalty>(Level(std::move(field), level));
+        return std::make_unique<Penalty>(FieldLevel(std::move(field), level));
     case BaselineKind::god_object:
-        return std::make_unique<GodObject>(Level(std::move(field), level));
+        return std::make_unique<GodObject>(FieldLevel(std::move(field), level));
     case BaselineKind::virtual_proxy: {
         const double offset = level - radius_m * field->typical_slope(level);
-        return std::make_unique<VirtualProxy>(Level(std::move(field), offset));
+        return std::make_unique<VirtualProxy>(FieldLevel(std::move(field), offset));
     }
     case BaselineKind::linear:
-        return std::make_unique<Linear>(Level(std::move(field), level));
+        return std::make_unique<Linear>(FieldLevel(std::move(field), level));
     case BaselineKind::primitives:
         return std::make_unique<Primitives>(std::move(field), level, 1);
     case BaselineKind::subdivided:
@@ -281,7 +281,7 @@ std::unique_ptr<Baseline> make_baseline(BaselineKind kind, std::shared_ptr<const
     case BaselineKind::local_tetrahedra:
         return internal::make_local_tetrahedra(std::move(field), level);
     case BaselineKind::ikits:
-        return std::make_unique<Ikits>(Level(std::move(field), level));
+        return std::make_unique<Ikits>(FieldLevel(std::move(field), level));
     case BaselineKind::finger_proxy:
         break;
     }

@@ -22,7 +22,7 @@ constexpr double kKernelError = 1e-4;
 int largest_kernel_width(double sigma) { return 2 * static_cast<int>(std::ceil(6.0 * sigma)) + 33; }
 
 // Labels and voxel counts of a volume, far beyond what memory holds.
-using Label = std::uint32_t;
+using ComponentLabel = std::uint32_t;
 
 void require_filled(const VoxelVolume& volume, const char* who) {
     const auto [i, j, k] = volume.size;
@@ -49,28 +49,28 @@ typename itk::Image<Pixel, 3>::Pointer image_on(const VoxelVolume& volume, Pixel
 }
 
 /// 0 outside the material, else the number of its component, from 1 in no particular order.
-std::vector<Label> label_components(const VoxelVolume& volume, double level) {
+std::vector<ComponentLabel> label_components(const VoxelVolume& volume, double level) {
     std::vector<unsigned char> material(volume.voxels());
     std::transform(volume.values.begin(), volume.values.end(), material.begin(),
                    [level](float value) -> unsigned char { return value >= level ? 1 : 0; });
-    using Filter =
-        itk::ConnectedComponentImageFilter<itk::Image<unsigned char, 3>, itk::Image<Label, 3>>;
+    using Filter = itk::ConnectedComponentImageFilter<itk::Image<unsigned char, 3>,
+                                                      itk::Image<ComponentLabel, 3>>;
     const auto filter = Filter::New();
     filter->SetInput(image_on(volume, material.data()));
     filter->FullyConnectedOn();
     filter->Update();
-    const Label* const labels = filter->GetOutput()->GetBufferPointer();
+    const ComponentLabel* const labels = filter->GetOutput()->GetBufferPointer();
     return {labels, labels + volume.voxels()};
 }
 
 struct Component {
     std::size_t voxels = 0;
     std::size_t first = 0; ///< index of its first voxel, i fastest
-    Label label = 0;
+    ComponentLabel label = 0;
 };
 
 /// Largest first; of equals the one that comes first in the volume, so that the order is unique.
-std::vector<Component> sorted_components(const std::vector<Label>& labels) {
+std::vector<Component> sorted_components(const std::vector<ComponentLabel>& labels) {
     std::vector<Component> components;
     for (std::size_t voxel = 0; voxel < labels.size(); ++voxel) {
         if (labels[voxel] == 0) continue;
@@ -254,7 +254,7 @@ std::vector<VolumeComponent> remove_components(VoxelVolume& volume, double level
         throw std::invalid_argument("remove_components: count must be >= 1, volume_mm3 >= 0");
     const float removed = value_of_removed(level, margin);
 
-    const std::vector<Label> labels = label_components(volume, level);
+    const std::vector<ComponentLabel> labels = label_components(volume, level);
     const std::vector<Component> components = sorted_components(labels);
     const double voxel_mm3 = 1e9 * std::abs(glm::determinant(volume.index_to_scene.linear));
 

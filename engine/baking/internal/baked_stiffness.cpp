@@ -35,9 +35,9 @@ constexpr double kBeside_m = 1e-3; // so far beside the level a front has its ma
 constexpr double kGainStep = 1.0 / (1 << 21);
 
 /// A mesh of the level, and the mean normal around a place of it.
-class Surface {
+class StiffSurface {
 public:
-    Surface(const BakedSurface& baked, double contact_radius_m)
+    StiffSurface(const BakedSurface& baked, double contact_radius_m)
         : contact_m_(contact_radius_m),
           scene_(std::make_shared<TriangleMesh>(baked.grid->preview(baked.level))) {
         const TriangleMesh& mesh = scene_.mesh();
@@ -112,7 +112,8 @@ StiffnessMap::Lattice lattice_around(Box box, double spacing_m) {
 }
 
 /// Nodes that a place of the surface sees.
-std::vector<std::uint8_t> seen_nodes(const Surface& surface, const StiffnessMap::Lattice& lattice) {
+std::vector<std::uint8_t> seen_nodes(const StiffSurface& surface,
+                                     const StiffnessMap::Lattice& lattice) {
     std::vector<std::uint8_t> seen(lattice.nodes(), 0);
     const double around = kSeen + kBeside_m / lattice.spacing_m;
     for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
@@ -142,7 +143,7 @@ float rounded_gain(double gain) {
     return static_cast<float>(kGainStep * std::round(gain / kGainStep));
 }
 
-std::vector<float> gains_of(Surface& surface, const InclusionSum& sum,
+std::vector<float> gains_of(StiffSurface& surface, const InclusionSum& sum,
                             const StiffnessMap::Lattice& lattice) {
     const std::vector<std::uint8_t> seen = seen_nodes(surface, lattice);
     const double reach_m =
@@ -162,7 +163,7 @@ std::vector<float> gains_of(Surface& surface, const InclusionSum& sum,
 }
 
 /// What the surface's triangles see of a map.
-void measure(const Surface& surface, const StiffnessMap& map, BakedStiffness& into) {
+void measure(const StiffSurface& surface, const StiffnessMap& map, BakedStiffness& into) {
     into.stiffest = into.softest = 1.0;
     into.steepest_per_m = 0.0;
     for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
@@ -230,7 +231,7 @@ double steepest_allowed_per_m(const SceneDescription& scene) {
 BakedStiffness map_stiffness(const BakedSurface& baked, const LabelVolume& volume,
                              std::span<const Inclusion> inclusions, double contact_radius_m,
                              double steepest_per_m) {
-    Surface surface(baked, contact_radius_m);
+    StiffSurface surface(baked, contact_radius_m);
     BakedStiffness result;
     result.asked_radius_m = result.contact_radius_m = contact_radius_m;
     for (double a = contact_radius_m; a <= kWidestOfAsked * contact_radius_m;

@@ -55,15 +55,15 @@ private:
 
 /// HDF5 prints its error stack to stderr unless told not to; the setting is the program's, so it is
 /// put back.
-class Silence {
+class SilentHdf5 {
 public:
-    Silence() noexcept {
+    SilentHdf5() noexcept {
         H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     }
-    ~Silence() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
-    Silence(const Silence&) = delete;
-    Silence& operator=(const Silence&) = delete;
+    ~SilentHdf5() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+    SilentHdf5(const SilentHdf5&) = delete;
+    SilentHdf5& operator=(const SilentHdf5&) = delete;
 
 private:
     H5E_auto2_t print_ = nullptr;
@@ -137,7 +137,7 @@ bool is_sealed_recording(const std::filesystem::path& file) {
 }
 
 struct RecordingWriter::State {
-    Silence silence;
+    SilentHdf5 silence;
     std::filesystem::path path;
     Handle file{-1, H5Fclose};
 
@@ -252,7 +252,7 @@ std::string RecordingWriter::bytes() const {
 }
 
 struct RecordingReader::State {
-    Silence silence;
+    SilentHdf5 silence;
     std::filesystem::path path;
     Handle file{-1, H5Fclose};
 

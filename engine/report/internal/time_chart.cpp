@@ -27,30 +27,30 @@ struct Plot {
 };
 
 /// Smallest and largest number of the frames in one column; empty when smallest > largest.
-struct Range {
+struct ValueRange {
     double smallest = 1.0;
     double largest = 0.0;
     bool empty() const noexcept { return smallest > largest; }
 };
 
-std::vector<Range> ranges_of(const FrameQuantity& quantity, std::span<const FrameReport> frames,
-                             const Plot& plot) {
+std::vector<ValueRange> ranges_of(const FrameQuantity& quantity,
+                                  std::span<const FrameReport> frames, const Plot& plot) {
     const std::size_t columns = std::min(plot.columns(), frames.size());
-    std::vector<Range> ranges(columns);
+    std::vector<ValueRange> ranges(columns);
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const double value = quantity.of(frames[i]);
         if (!std::isfinite(value)) continue;
-        Range& range = ranges[i * columns / frames.size()];
+        ValueRange& range = ranges[i * columns / frames.size()];
         range = range.empty()
-                    ? Range{value, value}
-                    : Range{std::min(range.smallest, value), std::max(range.largest, value)};
+                    ? ValueRange{value, value}
+                    : ValueRange{std::min(range.smallest, value), std::max(range.largest, value)};
     }
     return ranges;
 }
 
 /// A closed band from the largest numbers there to the smallest ones back; a new one after columns
 /// without numbers.
-std::string band(const std::vector<Range>& ranges, double top, const Plot& plot) {
+std::string band(const std::vector<ValueRange>& ranges, double top, const Plot& plot) {
     const auto point = [&](std::size_t column, double value) {
         const double x = Plot::kLeft + plot.width * (static_cast<double>(column) + 0.5) /
                                            static_cast<double>(ranges.size());

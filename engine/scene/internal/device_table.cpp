@@ -214,8 +214,8 @@ void read_tool(const TomlTable& table, const std::string& address, DeviceDescrip
     device.kind = Kind::igtl;
     device.address = address;
     check_address_of(table, device);
-    constexpr std::array<std::string_view, 1> kKeys{"type"};
-    allow_only(table, kKeys, "with type = \"igtl:...\"", device);
+    constexpr std::array<std::string_view, 1> kToolKeys{"type"};
+    allow_only(table, kToolKeys, "with type = \"igtl:...\"", device);
 }
 
 /// All but the name.

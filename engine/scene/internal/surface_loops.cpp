@@ -37,9 +37,9 @@ double through_triangle(const Vec3& a, double of_a, const Vec3& b, double of_b, 
 }
 
 /// A mesh whose equal positions are one vertex, with the facets about each of them.
-class Surface {
+class LoopedMesh {
 public:
-    explicit Surface(const TriangleMesh& mesh) : topology_(mesh) {
+    explicit LoopedMesh(const TriangleMesh& mesh) : topology_(mesh) {
         std::uint32_t count = 0;
         for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
             for (const std::uint32_t vertex : topology_.facet(f).vertex)
@@ -127,7 +127,7 @@ private:
 /// The loops of one component at one distance.
 class LoopTracer {
 public:
-    LoopTracer(const Surface& surface, const std::vector<double>& distance)
+    LoopTracer(const LoopedMesh& surface, const std::vector<double>& distance)
         : surface_(surface), distance_(distance), visited_(surface.topology().facet_count(), -1) {}
 
     void trace(const std::vector<std::uint32_t>& facets, double at_m, std::size_t component,
@@ -196,7 +196,7 @@ private:
         }
     }
 
-    const Surface& surface_;
+    const LoopedMesh& surface_;
     const std::vector<double>& distance_;
     std::vector<int> visited_; // facet -> level of the loop through it that was last found
     double at_m_ = 0.0;
@@ -212,7 +212,7 @@ struct Component {
 };
 
 /// The components, the largest first, with the distances from their tips.
-std::vector<Component> components_of(Surface& surface, std::vector<double>& distance) {
+std::vector<Component> components_of(LoopedMesh& surface, std::vector<double>& distance) {
     std::vector<Component> components;
     std::vector<std::size_t> component_of(surface.vertices(), 0);
     distance.assign(surface.vertices(), kFar);
@@ -244,7 +244,7 @@ std::vector<Component> components_of(Surface& surface, std::vector<double>& dist
 } // namespace
 
 std::vector<SurfaceLoop> surface_loops(const TriangleMesh& mesh, double spacing_m) {
-    Surface surface(mesh);
+    LoopedMesh surface(mesh);
     std::vector<double> distance;
     const std::vector<Component> components = components_of(surface, distance);
     LoopTracer tracer(surface, distance);
@@ -262,7 +262,7 @@ std::vector<SurfaceLoop> surface_loops(const TriangleMesh& mesh, double spacing_
 }
 
 std::vector<double> surface_distances(const TriangleMesh& mesh, std::size_t from) {
-    Surface surface(mesh);
+    LoopedMesh surface(mesh);
     std::vector<double> distance(surface.vertices(), kFar);
     // Vertices may have other names where equal positions are one.
     const Vec3& begin = mesh.vertices[from];

@@ -236,15 +236,15 @@ void warn_of_intensities(const MetaHeader& header, std::vector<std::string>& war
 }
 
 /// A file of voxels, where they begin, and how many bytes there are from there on.
-struct DataFile {
+struct MetaDataFile {
     std::filesystem::path path;
     std::uint64_t start = 0;
     std::uint64_t stored = 0;
 };
 
-std::vector<DataFile> data_files(const MetaHeader& header) {
+std::vector<MetaDataFile> data_files(const MetaHeader& header) {
     const std::string_view name = header.value({"ElementDataFile"});
-    std::vector<DataFile> files;
+    std::vector<MetaDataFile> files;
     if (name == "LOCAL" || name == "Local" || name == "local")
         files.push_back({header.file, header.end, 0});
     else if (name.find('%') != std::string_view::npos)
@@ -257,7 +257,7 @@ std::vector<DataFile> data_files(const MetaHeader& header) {
         files.push_back({header.file.parent_path() / name, 0, 0});
     if (files.empty() || files.size() > kMaxDataFiles)
         header.fail("names no data file, or more than any volume has");
-    for (DataFile& data : files) {
+    for (MetaDataFile& data : files) {
         std::error_code error;
         const bool regular = std::filesystem::is_regular_file(data.path, error);
         const std::uintmax_t size = std::filesystem::file_size(data.path, error);
@@ -270,7 +270,7 @@ std::vector<DataFile> data_files(const MetaHeader& header) {
     return files;
 }
 
-void find_plain_voxels(const MetaHeader& header, std::uint64_t expected, DataFile& data) {
+void find_plain_voxels(const MetaHeader& header, std::uint64_t expected, MetaDataFile& data) {
     const std::int64_t leading =
         header.whole_number("HeaderSize", -1, std::numeric_limits<std::int32_t>::max(), 0);
     if (leading > 0 && data.start > 0)
@@ -288,7 +288,7 @@ void find_plain_voxels(const MetaHeader& header, std::uint64_t expected, DataFil
                                           "the header");
 }
 
-void find_compressed_voxels(const MetaHeader& header, std::uint64_t expected, DataFile& data) {
+void find_compressed_voxels(const MetaHeader& header, std::uint64_t expected, MetaDataFile& data) {
     const auto stated = static_cast<std::uint64_t>(
         header.whole_number("CompressedDataSize", 0, std::int64_t{1} << 52, 0)); // 0: not stated
     if (stated > data.stored)
@@ -299,14 +299,14 @@ void find_compressed_voxels(const MetaHeader& header, std::uint64_t expected, Da
 }
 
 /// The files, each with an equal share of the numbers; all are checked before memory is asked for.
-std::vector<DataFile> find_voxels(const MetaHeader& header, bool compressed, std::size_t numbers,
-                                  std::size_t bytes_each) {
-    std::vector<DataFile> files = data_files(header);
+std::vector<MetaDataFile> find_voxels(const MetaHeader& header, bool compressed,
+                                      std::size_t numbers, std::size_t bytes_each) {
+    std::vector<MetaDataFile> files = data_files(header);
     if (numbers % files.size() != 0)
         header.fail("lists " + std::to_string(files.size()) +
                     " data files, which cannot hold equal shares of its voxels");
     const std::uint64_t expected = numbers / files.size() * bytes_each;
-    for (DataFile& data : files) {
+    for (MetaDataFile& data : files) {
         if (compressed)
             find_compressed_voxels(header, expected, data);
         else
@@ -315,8 +315,8 @@ std::vector<DataFile> find_voxels(const MetaHeader& header, bool compressed, std
     return files;
 }
 
-void read_data(const DataFile& data, bool compressed, const VoxelCoding& coding, std::size_t share,
-               VoxelSink& sink) {
+void read_data(const MetaDataFile& data, bool compressed, const VoxelCoding& coding,
+               std::size_t share, VoxelSink& sink) {
     InputBytes input(data.path, data.start,
                      compressed ? InputBytes::Packing::zlib : InputBytes::Packing::plain);
     read_voxels(input, coding, share, sink);
@@ -358,13 +358,13 @@ ComponentImage read_meta_image(const std::filesystem::path& file, ImagePart part
                                static_cast<std::size_t>(image.size[2]);
     const auto components = static_cast<std::size_t>(image.components);
     const bool compressed = header.flag({"CompressedData"});
-    const std::vector<DataFile> files =
+    const std::vector<MetaDataFile> files =
         find_voxels(header, compressed, voxels * components, coding.type.bytes);
     if (part == ImagePart::header) return image;
     if (part == ImagePart::scalar) require_scalar(file, image);
 
     VoxelSink sink(file, voxels, components, VoxelSink::Components::first);
-    for (const DataFile& data : files)
+    for (const MetaDataFile& data : files)
         read_data(data, compressed, coding, voxels * components / files.size(), sink);
     image.values = std::move(sink).values();
     return image;

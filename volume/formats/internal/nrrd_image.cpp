@@ -155,13 +155,13 @@ std::optional<std::vector<std::string>> numbered_files(const std::filesystem::pa
 }
 
 /// A file, or a part of one, that holds its share of the voxels.
-struct DataFile {
+struct NrrdDataFile {
     std::filesystem::path path;
     std::uint64_t start = 0;  ///< bytes before the data
     std::uint64_t stored = 0; ///< bytes of the whole file
 };
 
-std::vector<DataFile> find_data(const std::filesystem::path& file, const NrrdText& text) {
+std::vector<NrrdDataFile> find_data(const std::filesystem::path& file, const NrrdText& text) {
     std::vector<std::string> names;
     if (!text.detached()) {
         names.push_back(file.filename().string());
@@ -172,9 +172,9 @@ std::vector<DataFile> find_data(const std::filesystem::path& file, const NrrdTex
         names = numbered_files(file, description).value_or(std::vector<std::string>{description});
     }
     if (names.empty()) throw import_error(file, "lists no data files; add them to its header");
-    std::vector<DataFile> data;
+    std::vector<NrrdDataFile> data;
     for (const std::string& name : names) {
-        DataFile& part = data.emplace_back();
+        NrrdDataFile& part = data.emplace_back();
         part.path = file.parent_path() / name;
         std::error_code error;
         part.stored = std::filesystem::file_size(part.path, error);
@@ -187,7 +187,7 @@ std::vector<DataFile> find_data(const std::filesystem::path& file, const NrrdTex
 }
 
 /// Moves the start of the data behind so many lines.
-void skip_lines(DataFile& data, std::int64_t lines) {
+void skip_lines(NrrdDataFile& data, std::int64_t lines) {
     if (lines == 0) return;
     std::ifstream input(data.path, std::ios::binary);
     input.seekg(static_cast<std::streamoff>(data.start));
@@ -202,7 +202,7 @@ void skip_lines(DataFile& data, std::int64_t lines) {
 
 /// Moves the start of raw data to the voxels, whose bytes must reach to the end exactly: where they
 /// do not, the stated size is wrong and the image would be sheared.
-void find_raw_voxels(DataFile& data, std::int64_t byte_skip, std::uint64_t expected) {
+void find_raw_voxels(NrrdDataFile& data, std::int64_t byte_skip, std::uint64_t expected) {
     const std::uint64_t leading = byte_skip > 0 ? static_cast<std::uint64_t>(byte_skip) : 0;
     data.start = std::min(data.start + std::min(leading, data.stored), data.stored);
     const std::uint64_t available = data.stored - data.start;
@@ -217,8 +217,8 @@ void find_raw_voxels(DataFile& data, std::int64_t byte_skip, std::uint64_t expec
 }
 
 /// Before memory is asked for: finds where each file's voxels begin and that they can be there.
-void find_voxels(const Storage& storage, std::size_t share, std::vector<DataFile>& data) {
-    for (DataFile& part : data) {
+void find_voxels(const Storage& storage, std::size_t share, std::vector<NrrdDataFile>& data) {
+    for (NrrdDataFile& part : data) {
         skip_lines(part, storage.line_skip);
         const std::uint64_t bytes = share * storage.coding.type.bytes;
         const std::uint64_t stored = part.stored - part.start;
@@ -231,7 +231,8 @@ void find_voxels(const Storage& storage, std::size_t share, std::vector<DataFile
     }
 }
 
-void read_text(const DataFile& data, const Storage& storage, std::size_t share, VoxelSink& sink) {
+void read_text(const NrrdDataFile& data, const Storage& storage, std::size_t share,
+               VoxelSink& sink) {
     std::ifstream input(data.path, std::ios::binary);
     input.seekg(static_cast<std::streamoff>(data.start) + storage.byte_skip);
     std::string word;
@@ -251,7 +252,8 @@ void read_text(const DataFile& data, const Storage& storage, std::size_t share, 
                                       "the header");
 }
 
-void read_data(const DataFile& data, const Storage& storage, std::size_t share, VoxelSink& sink) {
+void read_data(const NrrdDataFile& data, const Storage& storage, std::size_t share,
+               VoxelSink& sink) {
     if (storage.encoding == Encoding::text) return read_text(data, storage, share, sink);
     const bool raw = storage.encoding == Encoding::raw;
     InputBytes input(data.path, data.start,
@@ -269,7 +271,7 @@ ComponentImage read_nrrd_image(const std::filesystem::path& file, ImagePart part
     NrrdText text = read_nrrd_text(file);
     NrrdAxes axes = read_nrrd_axes(file, text);
     const Storage storage = parse_storage(file, text, axes.warnings);
-    std::vector<DataFile> data = find_data(file, text);
+    std::vector<NrrdDataFile> data = find_data(file, text);
 
     const std::size_t voxels = static_cast<std::size_t>(axes.size[0]) *
                                static_cast<std::size_t>(axes.size[1]) *
@@ -295,7 +297,7 @@ ComponentImage read_nrrd_image(const std::filesystem::path& file, ImagePart part
     if (part == ImagePart::scalar) require_scalar(file, image);
 
     VoxelSink sink(file, voxels, axes.components, axes.order);
-    for (const DataFile& file_with_share : data)
+    for (const NrrdDataFile& file_with_share : data)
         read_data(file_with_share, storage, share, sink);
     image.values = std::move(sink).values();
     return image;
