@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# The sanitizers' builds compile several sources as one that includes them: two thirds of the time, as much of it goes into headers
-# of libraries. Where such a build says that a name is there twice, scripts/bundles.awk has missed that name, and
+# With PALPATE_BUNDLES several sources are compiled as one that includes them, as much of the time goes into headers of libraries.
+# Where such a build says that a name is there twice, scripts/bundles.awk has missed that name, and
 # two sources have it in an unnamed namespace: give one of them another.
 
-# palpate_bundle(SOURCES target): replaces the sources in the list SOURCES by bundles of theirs. What has definitions or
-# dependencies of its own stays alone.
+# palpate_bundle(SOURCES target): replaces the sources in the list SOURCES by bundles of theirs, each of one top-level folder. What
+# has definitions or dependencies of its own stays alone.
 function(palpate_bundle list target)
   set(result "")
   set(sources "")
@@ -20,7 +20,8 @@ function(palpate_bundle list target)
     endif()
     file(RELATIVE_PATH file ${PROJECT_SOURCE_DIR} ${file})
     list(APPEND sources ${file})
-    string(APPEND kinds "${file}\t${options}\n")
+    string(REGEX REPLACE "/.*" "" top ${file})
+    string(APPEND kinds "${file}\t${options}${top}\n")
   endforeach()
   set(folder ${PROJECT_BINARY_DIR}/bundles/${target})
   file(CONFIGURE OUTPUT ${folder}/kinds CONTENT "${kinds}" @ONLY)
@@ -42,15 +43,17 @@ function(palpate_bundle list target)
     if(number GREATER count)
       set(count ${number})
       set(text_${number} "")
+      string(REGEX REPLACE "/.*" "" top ${source})
+      set(folder_${number} ${folder}/${top})
       get_source_file_property(options ${PROJECT_SOURCE_DIR}/${source} COMPILE_OPTIONS)
       set(options_${number} "${options}")
     endif()
     # From the bundle's folder, so that ccache has it in any checkout.
-    file(RELATIVE_PATH file ${folder} ${PROJECT_SOURCE_DIR}/${source})
+    file(RELATIVE_PATH file ${folder_${number}} ${PROJECT_SOURCE_DIR}/${source})
     string(APPEND text_${number} "#include \"${file}\"\n")
   endforeach()
   foreach(number RANGE 1 ${count})
-    set(bundle ${folder}/${number}.cpp)
+    set(bundle ${folder_${number}}/${number}.cpp)
     file(CONFIGURE OUTPUT ${bundle} CONTENT "${text_${number}}" @ONLY)
     set(options -Wno-subobject-linkage)  # what a source has in its unnamed namespace is "of an included file" now
     if(options_${number})

@@ -35,9 +35,17 @@ import json, os, re, shlex, sys
 database, root = sys.argv[1:]
 ours = re.compile(r"(geometry|volume|haptics|drivers|engine|c)/")
 of_libraries = re.compile(r"-D(FMT|TOML|BOOST|CGAL)_")
+
+def sources_of(file):
+    """A source; of a bundle (cmake/bundles.cmake) all that it includes."""
+    folder = os.path.dirname(file)
+    if "/bundles/" not in file:
+        return [file]
+    return [os.path.join(folder, line.split('"')[1]) for line in open(file) if line.startswith("#include")]
+
 flags, libraries = {}, {}
-for entry in json.load(open(database)):
-    source = os.path.relpath(entry["file"], root)
+entries = [(os.path.relpath(source, root), entry) for entry in json.load(open(database)) for source in sources_of(entry["file"])]
+for source, entry in entries:
     words = iter(shlex.split(entry["command"])[1:])
     kept, output = [], ""
     for word in words:
@@ -132,14 +140,23 @@ if [ "$open" -eq 0 ]; then
 fi
 mapfile -t headers < <(grep '\.h$' "$work/files")
 mapfile -t open_sources < <(cut -f1 "$work/open")
-awk -v most=16 -f "$(dirname "$script")/bundles.awk" "$work/flags" "${headers[@]}" "${open_sources[@]}" |
+awk -v most=24 -f "$(dirname "$script")/bundles.awk" "$work/flags" "${headers[@]}" "${open_sources[@]}" |
     awk -F'\t' -v OFS='\t' -v work="$work" '
     FILENAME ~ /\/open$/ { key[$1] = $2; next }
     FILENAME ~ /\/flags$/ { flags[$1] = $2; next }
     { print $1, $2, key[$2], flags[$2] ($3 ~ /itk/ ? " -include " work "/itk.h" : "") }
     ' "$work/open" "$work/flags" - | sort -s -n -k1,1 >"$work/bundles"
-bundles=$(tail -n 1 "$work/bundles" | cut -f1)
-echo "check_tidy.sh: $open of $(wc -l <"$work/keys") sources in $bundles bundles"
+# What takes longest begins first: CGAL's templates.
+mapfile -t sources < <(cut -f2 "$work/bundles")
+mapfile -t with_cgal < <(grep -l '^#include <CGAL/' "${sources[@]}" || true)
+printf '%s\n' "${with_cgal[@]}" | awk -F'\t' '
+    NR == FNR { slow[$1] = 1; next }
+    { if ($2 in slow) first[$1] = 1; there[$1] = 1; last = $1 }
+    END {
+        for (b = 1; b <= last; ++b) if (b in first) print b
+        for (b = 1; b <= last; ++b) if (b in there && !(b in first)) print b
+    }' - "$work/bundles" >"$work/order"
+echo "check_tidy.sh: $open of $(wc -l <"$work/keys") sources in $(wc -l <"$work/order") bundles"
 
 # look FILE [OPTION...]: clang-tidy at one source with the bundle's flags; what it finds, and its status.
 look() {
@@ -179,4 +196,4 @@ check_bundle() {
 }
 export root build work cache
 export -f look check_sources check_bundle
-seq "$bundles" | xargs -P "$(nproc)" -I{} bash -c 'check_bundle {}' || exit 1
+xargs -a "$work/order" -P "$(nproc)" -I{} bash -c 'check_bundle {}' || exit 1

@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The same bits from every compiler and at every level of optimisation: compiles what computes a frame once for each COMPILER:LEVEL,
-# links it with the rest of build/release, and compares with the golden hashes (tests/stability/same_bits.txt). Ends with 1 where a
+# links it with the rest of a release build, and compares with the golden hashes (tests/stability/same_bits.txt). Ends with 1 where a
 # hash differs.
 #   scripts/same_bits.sh                              # g++ and clang++ at -O0, -O1, -O2 and -O3
 #   scripts/same_bits.sh g++:-O0 clang++:-O2          # these two alone
 # What computes: geometry, haptics, volume/fields, engine/loop and engine/truth, but for geometry/formats. The rest reads and writes.
-# Needs a release build; then a COMPILER:LEVEL takes two to six processor minutes. Folders: build/same_bits/COMPILER-LEVEL.
+# That release build, of each source alone, is in build/same_bits/release. After it a COMPILER:LEVEL takes two to six processor
+# minutes. Folders: build/same_bits/COMPILER-LEVEL.
 set -euo pipefail
 cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.."
-case ${1:-} in -h | --help) sed -n '3,9p' "$0"; exit 0 ;; esac
+case ${1:-} in -h | --help) sed -n '3,10p' "$0"; exit 0 ;; esac
 fail() { printf 'same_bits.sh: %s\n' "$*" >&2; exit 2; }
 builds=("$@")
 [ $# -gt 0 ] || builds=({g++,clang++}:{-O0,-O1,-O2,-O3})
@@ -17,11 +18,11 @@ for build in "${builds[@]}"; do
     [[ $build =~ ^(.*/)?(g|clang)[+][+](-[0-9]+)?:-O[0-3]$ ]] || fail "\"$build\" is no COMPILER:LEVEL, as g++:-O2 or clang++-14:-O0"
     command -v "${build%%:*}" >/dev/null || fail "there is no ${build%%:*}: install it, or name others"
 done
-release=build/release root=$PWD
+release=build/same_bits/release root=$PWD
 rooms='geometry/|haptics/|volume/fields/|engine/loop/|engine/truth/'
 mkdir -p build/same_bits
-{ cmake --preset release && cmake --build "$release" --target same_bits; } >build/same_bits/release.log 2>&1 ||
-    fail "build/release was not built: build/same_bits/release.log"
+{ cmake --preset release -B "$release" -DPALPATE_BUNDLES=OFF -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF && cmake --build "$release" --target same_bits; } >build/same_bits/release.log 2>&1 ||
+    fail "$release was not built: build/same_bits/release.log"
 cd "$release"
 ninja -t commands libpalpate.so >commands.same_bits
 
@@ -31,7 +32,7 @@ command_of() {
         s| -MD -MT [^ ]* -MF [^ ]*||; s| -o [^ ]* -c | -o $4 -c |"
 }
 mapfile -t sources < <(sed -nE "s#.* -c $root/(($rooms).*)#\1#p" commands.same_bits)
-[ ${#sources[@]} -gt 50 ] || fail "build/release has only ${#sources[@]} sources that compute"
+[ ${#sources[@]} -gt 50 ] || fail "$release has only ${#sources[@]} sources that compute"
 
 # Compiles all of them, and links them in front of the rest: of two copies of an inline function the linker takes the first.
 build_library() {
