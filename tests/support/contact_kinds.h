@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <palpate/haptics/contact/guarded_contact.h>
 #include <palpate/volume/fields/analytic_fields.h>
@@ -35,6 +37,22 @@ std::shared_ptr<const ScalarField> voxels_of(const Distance& inside_m, double ha
     return std::make_shared<GridField>(sampled({n, n, n}, frame, inside_m), -1.0F);
 }
 
+/// A ball's voxels and its mesh, made once: a test has many contacts with each.
+inline std::shared_ptr<const ScalarField> ball_voxels(double radius_m) {
+    static std::map<double, std::shared_ptr<const ScalarField>> made;
+    std::shared_ptr<const ScalarField>& voxels = made[radius_m];
+    if (!voxels)
+        voxels = voxels_of([&](const Vec3& p) { return radius_m - glm::length(p); },
+                           radius_m + 4e-3, 0.5e-3);
+    return voxels;
+}
+inline std::shared_ptr<const CertifiedMesh> ball_mesh(double radius_m, int levels) {
+    static std::map<std::pair<double, int>, std::shared_ptr<const CertifiedMesh>> made;
+    std::shared_ptr<const CertifiedMesh>& mesh = made[{radius_m, levels}];
+    if (!mesh) mesh = certified(icosphere(radius_m, levels));
+    return mesh;
+}
+
 /// What a ball's radius is made of: 327 680 triangles are within 0.9 um of 60 mm, voxels of 0.5 mm
 /// within 1.3.
 inline std::unique_ptr<SurfaceContact> ball(Kind kind, double radius_m, double strength_n,
@@ -42,24 +60,20 @@ inline std::unique_ptr<SurfaceContact> ball(Kind kind, double radius_m, double s
     LevelSettings level;
     level.strength_n = strength_n;
     level.yielding = yielding;
-    const auto grid = [&] {
-        return voxels_of([&](const Vec3& p) { return radius_m - glm::length(p); }, radius_m + 4e-3,
-                         0.5e-3);
-    };
     MeshContactSettings settings{strength_n};
     settings.yielding = yielding;
     switch (kind) {
     case Kind::formula:
         return std::make_unique<VolumeContact>(make_solid_sphere(radius_m), level);
     case Kind::volume:
-        return std::make_unique<VolumeContact>(grid(), level);
+        return std::make_unique<VolumeContact>(ball_voxels(radius_m), level);
     case Kind::mesh:
-        return std::make_unique<MeshContact>(certified(icosphere(radius_m, mesh_levels)), settings);
+        return std::make_unique<MeshContact>(ball_mesh(radius_m, mesh_levels), settings);
     case Kind::guarded:
         break;
     }
-    return std::make_unique<GuardedContact>(grid(), level,
-                                            certified(icosphere(radius_m, mesh_levels)), 1e-3);
+    return std::make_unique<GuardedContact>(ball_voxels(radius_m), level,
+                                            ball_mesh(radius_m, mesh_levels), 1e-3);
 }
 
 } // namespace palpate::test

@@ -89,17 +89,17 @@ TEST(LoopState, FramesAfterARestoreAreThoseAfterTheSave) {
         HapticLoop loop(scene, clock, description, test::fibres());
         HapticLoop another(scene, clock, description, test::fibres());
         std::mt19937_64 random(3);
-        for (int i = 0; i < 1500; ++i) {
+        for (int i = 0; i < 900; ++i) {
             test::switch_at_random(loop, i, random);
             const FrameReport report = loop.frame(hand(i));
             if (i % 300 != 170) continue; // 20 frames after gains were set: they are on their way
             ASSERT_TRUE(report.flags & kLiveGain);
             const LoopState state = loop.save();
-            const auto first = frames(loop, i + 1, i + 100);
+            const auto first = frames(loop, i + 1, i + 60);
             loop.restore(state);
-            EXPECT_EQ(difference(frames(loop, i + 1, i + 100), first), "");
+            EXPECT_EQ(difference(frames(loop, i + 1, i + 60), first), "");
             another.restore(state);
-            EXPECT_EQ(difference(frames(another, i + 1, i + 100), first), "");
+            EXPECT_EQ(difference(frames(another, i + 1, i + 60), first), "");
             loop.restore(state);
         }
     }
