@@ -202,8 +202,6 @@ const std::vector<CornerStroke> kStrokesWithFriction{
      207},
 };
 
-const SceneResources kReadsFiles{.files = scene_files()};
-
 class LabelBorders : public testing::Test {
 protected:
     void SetUp() override {
@@ -212,11 +210,12 @@ protected:
         if (folder == nullptr || !std::filesystem::exists(file_))
             GTEST_SKIP() << "PALPATE_REAL_DATA names no folder with aal.nii.gz (mricron-data)";
         volume_ = read_label_volume(file_);
+        // Labels are baked once, and kept beside the data: tests are processes of their own.
+        resources_.files = scene_files(ResultCache(file_.parent_path() / "cache"));
     }
 
     std::shared_ptr<const Scene> scene(const std::vector<std::string>& labels,
                                        ContactKind contact = ContactKind::volume,
-                                       const SceneResources& resources = kReadsFiles,
                                        double friction = 0.0) const {
         SceneDescription scene;
         scene.volumes["atlas"].file = file_;
@@ -230,7 +229,7 @@ protected:
                 scene.effects.push_back(
                     effects::Friction{.surface = "of_" + label, .static_mu = friction});
         }
-        return std::make_shared<const Scene>(scene, resources);
+        return std::make_shared<const Scene>(scene, resources_);
     }
 
     /// The longest run of stalled frames in random strokes.
@@ -266,6 +265,7 @@ protected:
 
     std::filesystem::path file_;
     LabelVolume volume_;
+    SceneResources resources_;
     test::ScriptedClock clock_{10.0};
 };
 
@@ -282,13 +282,11 @@ TEST_F(LabelBorders, StrokesOverDeepStructuresNeverStallForMoreThanFiveFrames) {
 // on different sides, the one or the other is farther by far; meshes also have the grooves that
 // fields do not have, and the proxy stays in them.
 TEST_F(LabelBorders, TheProxyIsAsFarFromTheProbeAsMeshesHoldIt) {
-    SceneResources resources;
-    resources.files = scene_files(ResultCache(file_.parent_path() / "cache"));
-    resources.extract = extract_isosurface;
-    const std::shared_ptr<const Scene> level = scene(kDeep, ContactKind::volume, resources);
+    resources_.extract = extract_isosurface;
+    const std::shared_ptr<const Scene> level = scene(kDeep);
     test::ScriptedClock clock(10.0);
     HapticLoop by_level(level, clock);
-    HapticLoop by_mesh(scene(kDeep, ContactKind::mesh, resources), clock);
+    HapticLoop by_mesh(scene(kDeep, ContactKind::mesh), clock);
     Strokes random(*level, volume_);
     std::vector<double> farther_m; // of frames in contact: by the level than by the mesh
     DeviceState state;
@@ -400,10 +398,10 @@ TEST_F(LabelBorders, StrokesWithFrictionGoOnToo) {
     const int strokes = static_cast<int>(kStrokesWithFriction.size());
     const auto borders = scene({"Olfactory_R", "Insula_R", "Amygdala_R", "Temporal_Pole_Sup_R",
                                 "Temporal_Pole_Sup_L", "Temporal_Pole_Mid_L"},
-                               ContactKind::volume, kReadsFiles, 0.05);
+                               ContactKind::volume, 0.05);
     EXPECT_LE(longest_stall(borders, SteppingMethod::adaptive, strokes, path), 5);
     for (const double friction : {0.05, 0.5}) {
-        const auto deep = scene(kDeep, ContactKind::volume, kReadsFiles, friction);
+        const auto deep = scene(kDeep, ContactKind::volume, friction);
         EXPECT_LE(longest_stall(deep, SteppingMethod::adaptive, 100), 5) << friction;
         EXPECT_LE(longest_stall(deep, SteppingMethod::paper, 50), 5) << friction;
     }

@@ -8,6 +8,10 @@
 #include <random>
 #include <string>
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 
 #include <palpate/engine/baking/baking.h>
@@ -38,8 +42,23 @@ std::filesystem::path real_data(const std::string& name) {
 constexpr double kLeash = 1e-3;         // m: five facet distances
 constexpr std::uint64_t kEventGap = 20; // frames: what is less apart is one event
 
+/// The only process that makes a surface: the others wait until it is in the cache.
+class Turn {
+public:
+    Turn() : file_(open(real_data("cache.lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666)) {
+        flock(file_, LOCK_EX);
+    }
+    ~Turn() { close(file_); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+private:
+    int file_;
+};
+
 /// A surface baked and meshed once, and kept beside the data: tests are processes of their own.
 SceneSurface surface_of(const std::string& file, double iso_value, double smooth_voxels = 0.7) {
+    const Turn turn;
     SceneDescription description;
     description.volumes["scan"].file = real_data(file);
     SurfaceDescription& surface = description.surfaces["surface"];

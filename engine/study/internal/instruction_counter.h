@@ -47,7 +47,7 @@ public:
     /// Between all start() and stop() so far; nothing where the kernel does not count.
     std::optional<std::uint64_t> counted() const {
         std::uint64_t count = 0;
-        if (file_ < 0 || read(file_, &count, sizeof count) != sizeof count) return std::nullopt;
+        if (file_ < 0 || ::read(file_, &count, sizeof count) != sizeof count) return std::nullopt;
         return count;
     }
 
