@@ -232,7 +232,7 @@ private:
         explained_ = moved && !explained ? 0 : explained_ + 1;
         ++outcome_.checks["rest"];
         if (frame + 1 < first_.frames() || still_ >= kStillEnough) return true;
-        if (explained_ >= kStillEnough) {
+        if (explained_ >= kStillEnough || ((report.flags & kCalmed) != 0 && rests_later(frame))) {
             outcome_.restless = true;
             return true;
         }
@@ -240,6 +240,22 @@ private:
              fmt::format("held for {} frames, the proxy moved {} frames ago", frame - *hold_ + 1,
                          still_));
         return false;
+    }
+
+    /// What is calmed may rest, go on and come back up to eight times, each time as long as a
+    /// medium makes it.
+    bool rests_later(int frame) {
+        constexpr int kMostFrames = 20'000;
+        DeviceState state = first_.state(frame);
+        const double period_s = state.time_s - first_.state(frame - 1).time_s;
+        Vec3 proxy = proxy_;
+        int still = 0;
+        for (int i = 0; i < kMostFrames && still < kStillEnough; ++i) {
+            state.time_s += period_s;
+            const Vec3 before = std::exchange(proxy, twin_->frame(state).proxy);
+            still = proxy == before ? still + 1 : 0;
+        }
+        return still >= kStillEnough;
     }
 
     const RunOptions& options_;
