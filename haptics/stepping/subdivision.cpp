@@ -54,7 +54,8 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     for (Effect* effect : effects)
         effects_.emplace_back(*effect);
     needs_.calming = frames_may_contradict() || surfaces_.size() > 1 || !friction_.none();
-    needs_.one_field = surfaces_.size() == 1 && surfaces_.front().contact().of_field();
+    needs_.one_alone = surfaces_.size() == 1 &&
+                       (surfaces_.front().contact().of_field() || surfaces_.front().has_softness());
     needs_.others = needs_.layers || !effects_.empty();
     needs_.nothing = surfaces_.empty() && effects_.empty();
     needs_.only_slides = surfaces_.size() == 1 && effects_.empty() && friction_.none() &&
@@ -140,7 +141,7 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     }
     path_.begin(frame_.start);
     follow_gains();
-    if (needs_.calming || (needs_.one_field && calming_.stays(frame_.probe))) begin_calming();
+    if (needs_.calming || (needs_.one_alone && calming_.stays(frame_.probe))) begin_calming();
     for (LoopEffect& effect : effects_)
         effect.begin(frame_);
     friction_.begin();
@@ -162,7 +163,7 @@ void Subdivision::begin_calming() noexcept {
             calming_.restart();
             calming_.begin(frame_);
         }
-    } else if (needs_.one_field) {
+    } else if (needs_.one_alone) {
         if (calming_.stays(frame_.probe)) calming_.begin(frame_);
     }
     frame_.held = calming_.held();

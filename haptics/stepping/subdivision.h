@@ -241,7 +241,8 @@ private:
         bool others = false;      // there are effects, or layers
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
-        bool one_field = false;   // one surface, of a volume: noise may have no balance at all
+        bool one_alone = false;   // one surface, of a volume, as noise may have no balance at all;
+                                  // or soft, as few evaluations may pass by it again and again
         bool nothing = false;     // there are neither surfaces nor effects
         bool only_slides = false; // one surface, which can lead the proxy, without friction,
                                   // magnet or body, and no effect

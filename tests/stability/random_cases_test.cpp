@@ -63,7 +63,7 @@ TEST(RandomCases, EveryInvariantHolds) {
 TEST(RandomCases, SeedsThatHaveFailedHold) {
     const test::TemporaryFolder folder;
     for (const std::uint64_t seed : {40001330, 40001847, 50004283, 60003290, 60003903, 60007592,
-                                     85002158, 86000089, 91001388, 92020924}) {
+                                     85002158, 86000089, 91001388, 92020924, 94001924}) {
         stability::write_case(stability::make_case(seed, kPathFrames), folder / "case");
         const Outcome outcome = stability::run_case(folder / "case");
         EXPECT_FALSE(outcome.failure) << seed << ": " << outcome.failure->words;
