@@ -269,33 +269,60 @@ TEST(RandomCasesControl, FarAwayAProxyMayDipBehindItsFacetByATolerance) {
     EXPECT_TRUE(dipped(0.8e-9, -1e-9).failure) << "in two steps";
 }
 
-// Behind the mesh that guards a level, farther away than the leash.
-TEST(RandomCasesControl, AProxyThatHasLeftItsGuardIsNoticed) {
+// Behind the mesh that guards a level, farther away than the leash; or behind that of contact
+// `direct`, farther away than a twentieth of the ball's radius. Both are 0.5 mm.
+TEST(RandomCasesControl, AProxyThatHasLeftItsMeshIsNoticed) {
     const test::TemporaryFolder folder;
-    RandomCase of = one_body(false);
-    of.meshes["ball.ply"] = std::make_shared<const TriangleMesh>(test::icosphere(0.01, 4));
-    for (SceneTable& table : of.tables)
-        if (table.header == "[surface.body]")
-            for (const auto& [key, value] : {std::pair{"contact", "\"guarded\""},
-                                             {"mesh", "\"ball.ply\""},
-                                             {"mesh_unit", "\"m\""},
-                                             {"mesh_frame", "\"LPS\""},
-                                             {"leash_mm", "0.5"}})
-                table.keys.emplace_back(key, value);
-    stability::write_case(of, folder / "case");
-    const auto behind = [&](double depth_m) { // no chord says so
-        RunOptions options;
-        options.spoil_first = [=](FrameReport& report, std::vector<Vec3>&) {
-            if (report.frame == 88) report.proxy *= (0.01 - depth_m) / glm::length(report.proxy);
+    for (const auto& [contact, invariant] : {std::pair{"guarded", "leash"}, {"direct", "direct"}}) {
+        SCOPED_TRACE(contact);
+        RandomCase of = one_body(false);
+        of.meshes["ball.ply"] = std::make_shared<const TriangleMesh>(test::icosphere(0.01, 4));
+        for (SceneTable& table : of.tables) {
+            if (table.header != "[surface.body]") continue;
+            table.keys.insert(table.keys.end(), {{"contact", "\"" + std::string(contact) + "\""},
+                                                 {"mesh", "\"ball.ply\""},
+                                                 {"mesh_unit", "\"m\""},
+                                                 {"mesh_frame", "\"LPS\""}});
+            if (invariant == std::string("leash")) table.keys.emplace_back("leash_mm", "0.5");
+        }
+        stability::write_case(of, folder / "case");
+        const auto behind = [&](double depth_m) { // no chord says so
+            RunOptions options;
+            options.spoil_first = [=](FrameReport& report, std::vector<Vec3>&) {
+                if (report.frame == 88)
+                    report.proxy *= (0.01 - depth_m) / glm::length(report.proxy);
+            };
+            return stability::run_case(folder / "case", options);
         };
-        return stability::run_case(folder / "case", options);
+        const Outcome good = behind(0.3e-3);
+        ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
+        EXPECT_GT(good.checks.at(invariant), 0);
+        const Outcome bad = behind(0.7e-3);
+        ASSERT_TRUE(bad.failure);
+        EXPECT_EQ(bad.failure->invariant, invariant) << bad.failure->words;
+    }
+}
+
+// Labels that touch, and are felt alike, do not stop the proxy for long.
+TEST(RandomCasesControl, LabelsThatStopTheProxyAreNoticed) {
+    const test::TemporaryFolder folder;
+    Outcome good;
+    for (std::uint64_t seed = 0; seed < 400 && good.checks["goes on"] == 0; ++seed) {
+        const RandomCase made = stability::make_case(seed, kPathFrames);
+        if (made.volumes.count("joined.nrrd") == 0) continue;
+        stability::write_case(made, folder / "case");
+        good = stability::run_case(folder / "case");
+        ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
+    }
+    ASSERT_GT(good.checks["goes on"], 0) << "no such scene";
+    RunOptions options;
+    options.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
+        if (report.frame >= 50) report.flags |= kStalled;
     };
-    const Outcome good = behind(0.3e-3);
-    ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
-    EXPECT_GT(good.checks.at("leash"), 0);
-    const Outcome bad = behind(0.7e-3);
+    const Outcome bad = stability::run_case(folder / "case", options);
     ASSERT_TRUE(bad.failure);
-    EXPECT_EQ(bad.failure->invariant, "leash") << bad.failure->words;
+    EXPECT_EQ(bad.failure->invariant, "goes on") << bad.failure->words;
+    EXPECT_EQ(bad.failure->frame, 55) << "the sixth";
 }
 
 // A frame of a method that counts its steps makes all of them.

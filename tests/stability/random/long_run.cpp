@@ -33,7 +33,7 @@ namespace {
 constexpr std::array kInvariants{"finite",      "limits",   "coupling",  "flags",  "work",
                                  "certificate", "crossing", "side",      "leash",  "energy",
                                  "code",        "rest",     "same bits", "smooth", "press",
-                                 "second hand", "follows"};
+                                 "second hand", "follows",  "direct", "goes on"};
 
 constexpr double kClockOverProcessor = 10.0; // on a busy machine
 constexpr int kCannotGoOn = 2;               // how a worker ends that has said why

@@ -225,17 +225,24 @@ private:
     std::optional<double> winds_;
 };
 
-/// A closed mesh that guards a level: who has been in front of it, farther away than the leash, is
-/// never so far behind it (contact.md 4): the mesh never winds once more round the proxy. Who
-/// begins behind may come out: where voxels have holes nothing holds him. Looked at as Side does.
-class Leashed final : public Invariant {
+// Of half a ball's extent: facets are within 1 % of the level, and a chord that is not certified may
+// end behind it.
+constexpr double kDirectReach = 0.05;
+
+/// Who has been in front of a closed mesh, farther away than a reach, is never so far behind it: the
+/// mesh never winds once more round the proxy. Who begins behind may come out. Looked at as Side
+/// does. The reach is the leash where the mesh guards a level (contact.md 4): where voxels have
+/// holes nothing holds who begins behind. Of contact `direct` it is a share of the body's size: that
+/// has no certificate (contact.md 3.4), but follows a ball's level once it has met a facet, or
+/// passed it.
+class NeverBehind final : public Invariant {
 public:
-    explicit Leashed(const HardSurface& hard)
-        : surface_(*hard.surface), index_(hard.index), on_surface_(hard.place),
+    NeverBehind(const char* name, const HardSurface& hard, double reach_m)
+        : name_(name), surface_(*hard.surface), index_(hard.index), on_surface_(hard.place),
           mesh_(surface_.mesh.scene->mesh()), field_(surface_.baked.field->make_sampler()),
           free_(LevelScale::of(*surface_.baked.field, surface_.level).free),
-          leash_m_(surface_.leash_m + 2.0 * tolerance_m(mesh_)) {}
-    const char* name() const override { return "leash"; }
+          reach_m_(reach_m + 2.0 * tolerance_m(mesh_)) {}
+    const char* name() const override { return name_; }
 
     std::optional<std::string> check(const SeenFrame& seen) override {
         constexpr int kEvery = 8; // frames: it looks at all triangles
@@ -255,8 +262,8 @@ public:
             return std::nullopt;
         }
         return fmt::format("the mesh of {} wound {:.3f} times round the proxy, and now, farther "
-                           "away than the leash, {:.3f}",
-                           surface_.name, *winds_, winds);
+                           "away than {} m, {:.3f}",
+                           surface_.name, *winds_, reach_m_, winds);
     }
 
 private:
@@ -264,17 +271,18 @@ private:
         return std::all_of(mesh_.triangles.begin(), mesh_.triangles.end(), [&](const auto& t) {
             const Vec3 q = closest_point_on_triangle(proxy, mesh_.vertices[t[0]],
                                                      mesh_.vertices[t[1]], mesh_.vertices[t[2]]);
-            return glm::length(q - proxy) > leash_m_;
+            return glm::length(q - proxy) > reach_m_;
         });
     }
 
+    const char* name_;
     const SceneSurface& surface_;
     std::size_t index_;
     PlaceOn on_surface_;
     const TriangleMesh& mesh_;
     std::shared_ptr<FieldSampler> field_;
     double free_;
-    double leash_m_;
+    double reach_m_;
     std::optional<double> winds_;
 };
 
@@ -307,8 +315,12 @@ void add_mesh_invariants(const Watched& watched, std::vector<std::unique_ptr<Inv
     const bool pure = is_pure(watched);
     for (const HardSurface& hard : hard_surfaces(watched)) {
         const SceneSurface& surface = *hard.surface;
-        if (surface.contact == ContactKind::guarded && is_closed(surface.mesh.scene->mesh()))
-            to.push_back(std::make_unique<Leashed>(hard));
+        const bool closed = surface.mesh.scene && is_closed(surface.mesh.scene->mesh());
+        if (surface.contact == ContactKind::guarded && closed)
+            to.push_back(std::make_unique<NeverBehind>("leash", hard, surface.leash_m));
+        if (surface.contact == ContactKind::direct && closed)
+            to.push_back(std::make_unique<NeverBehind>(
+                "direct", hard, kDirectReach * half_extent(surface.mesh.scene->mesh())));
         if (!surface.is_felt_by_mesh()) continue;
         to.push_back(std::make_unique<Crossing>(hard));
         if (is_closed(hard.surface->mesh.scene->mesh()))

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/stability/random/scene_changes.h"
 #include "tests/stability/random/scene_maker.h"
 
 namespace palpate::stability {
@@ -165,6 +166,7 @@ RandomCase make_case(std::uint64_t seed, int frames, const LabelVolume* atlas) {
     made.seed = seed;
     soften(made);
     guard_a_sieve(made);
+    join_labels(made);
     step_finely(made);
     make_path(made, random, frames);
     add_second_hand(made);

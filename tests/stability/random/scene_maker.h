@@ -78,15 +78,4 @@ private:
     int named_ = 0, ids_ = 0;
 };
 
-/// Of some seeds: surfaces become soft, alone or beside others, and what is not composed with that
-/// is left out; or there is one surface in their place that has lumps beneath. By draws of its own,
-/// so that all other cases stay as they are.
-void soften(RandomCase& made);
-/// Of some seeds: the first surface is a hollow ball with holes in its voxels, guarded by a mesh
-/// that has none, and there is no other. By draws of its own, too.
-void guard_a_sieve(RandomCase& made);
-/// Of some seeds with method `fixed`: up to as many sub-steps as a scene may ask for. By draws of
-/// its own, too.
-void step_finely(RandomCase& made);
-
 } // namespace palpate::stability
