@@ -21,9 +21,12 @@ constexpr double kStuck = 1e-10; // m
 constexpr double kShortestShare = 1.0 / 16.0;
 // After one evaluation that did not move the proxy, a new plane may help. After two in a row,
 // other ways are tried (Subdivision::kTriesOfOneWay). Adaptive steps: the planes' own step, then
-// out of all bands, or along the exact slopes. Shares: out of all bands, or a step with curvature.
-// After these nothing will change any more: the frame is stalled.
-constexpr int tries_before_lift(bool seeks_balance) noexcept { return seeks_balance ? 3 : 2; }
+// out of all bands, or along the exact slopes. Shares: out of all bands, or a step with curvature,
+// then along the exact slopes. After these nothing will change any more: the frame is stalled.
+constexpr int kTriesBeforeSlopes = 3;
+constexpr int tries_before_lift(bool seeks_balance) noexcept {
+    return seeks_balance ? kTriesBeforeSlopes : kTriesBeforeSlopes - 1;
+}
 
 // From so many evaluations on the tip of soft layers is damped no more while its steps lead on.
 constexpr std::uint32_t kEvaluationsToLengthen = 8;
@@ -78,17 +81,22 @@ Vec3 trusted(const Vec3& step, std::span<const LoopSurface> surfaces) noexcept {
     return length > trust_m ? trust_m / length * step : step;
 }
 
-/// Where `pull` leads along all levels, by their exact slopes, as deep behind them as the proxy is.
+/// Where `pull` leads along all levels, by their exact slopes: up to them, where the way along pays
+/// for that, so that no chord has to go along the edge of a certificate; else as deep behind them
+/// as the proxy is.
 Vec3 along_slopes(const Vec3& proxy, const Vec3& pull, const ContactSet& contacts,
                   std::span<const LoopSurface> surfaces, double stiffness) noexcept {
-    PrimitiveSet planes;
+    PrimitiveSet levels, planes;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         if (contacts[c].surface == ContactSet::kNoSurface || surfaces[contacts[c].surface].yields())
             continue;
         PlanePrimitive plane = across_slope(contacts[c], proxy);
+        levels.add(plane);
         plane.anchor = proxy;
         planes.add(plane);
     }
+    const Vec3 up = proxy + trusted(solve_proxy(levels, pull, stiffness).proxy - proxy, surfaces);
+    if (glm::length(up - pull) < glm::length(proxy - pull)) return up;
     return proxy + trusted(solve_proxy(planes, pull, stiffness).proxy - proxy, surfaces);
 }
 
@@ -148,12 +156,12 @@ Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {
 std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
     // Planes and curvature cannot lead on where the exact slopes differ too much from them. Then
     // lift the proxy out of all bands first, at whatever depth it is. Where no energy is left for
-    // that, steps that seek the balance follow the slopes.
-    if (path_.tries_in_vain() >= tries_before_lift(stepping_.seeks_balance())) {
-        const std::optional<Vec3> out = out_of_bands(proxy, contacts_, surfaces_, frame_);
-        if (out || !stepping_.seeks_balance()) return out;
+    // that, follow the slopes.
+    const int tries = path_.tries_in_vain();
+    if (tries == tries_before_lift(stepping_.seeks_balance()))
+        if (const auto out = out_of_bands(proxy, contacts_, surfaces_, frame_)) return out;
+    if (tries >= kTriesBeforeSlopes)
         return along_slopes(proxy, pull(), contacts_, surfaces_, frame_.stiffness);
-    }
     const bool only_try =
         !stepping_.seeks_balance() && stepping_.steps_left() == 0 && budget_.evaluations == 1;
     std::optional<Vec3> out_of_one;
@@ -316,8 +324,7 @@ bool Subdivision::rests_firmly(const Vec3& proxy) noexcept {
 
 Vec3 Subdivision::record_move(const Vec3& proxy) noexcept {
     path_.record_move(proxy);
-    if (path_.tries_in_vain() > tries_before_lift(stepping_.seeks_balance()))
-        result_.flags |= kStalled;
+    if (path_.tries_in_vain() > kTriesBeforeSlopes) result_.flags |= kStalled;
     return proxy;
 }
 

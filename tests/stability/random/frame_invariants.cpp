@@ -226,43 +226,6 @@ private:
     Vec3 probe_{0.0};
 };
 
-/// Where hard labels of one volume are all that is felt, in the same way, the proxy slides along
-/// their borders and over them: it is not stopped for longer than a few frames. Not with method
-/// single, which has no second evaluation to look round an obstacle with (docs/paper.md).
-class GoesOn final : public Invariant {
-public:
-    explicit GoesOn(const Watched& watched) {
-        const SceneDescription& scene = watched.scene.description();
-        looks_ = !scene.surfaces.empty() && scene.loop.method != SteppingMethod::single &&
-                 std::all_of(watched.events.begin(), watched.events.end(),
-                             [](const FileEvent& event) {
-                                 return event.event.kind == CaseEvent::Kind::detour;
-                             }) &&
-                 std::all_of(scene.effects.begin(), scene.effects.end(),
-                             [](const EffectDescription& effect) {
-                                 return palpate::name(effect) == "surface";
-                             });
-        for (const auto& [name, surface] : scene.surfaces)
-            looks_ = looks_ && surface.volume == scene.surfaces.begin()->second.volume &&
-                     !surface.labels.empty() && surface.contact == ContactKind::volume &&
-                     !std::isfinite(surface.strength_n) && !is_soft(scene, surface) &&
-                     surface.keep.kind == ComponentPolicy::Kind::all && !surface.smooth_voxels;
-    }
-    const char* name() const override { return "goes on"; }
-    std::optional<std::string> check(const SeenFrame& seen) override {
-        if (!looks_) return std::nullopt;
-        ++checks_;
-        stalled_ = (seen.report.flags & kStalled) != 0 ? stalled_ + 1 : 0;
-        if (stalled_ <= kMostStalled) return std::nullopt;
-        return fmt::format("stalled in {} frames in a row", stalled_);
-    }
-
-private:
-    static constexpr int kMostStalled = 5; // in a row, as TouchingLabels.* has it
-    bool looks_ = false;
-    int stalled_ = 0;
-};
-
 } // namespace
 
 std::vector<HardSurface> hard_surfaces(const Watched& watched) {
@@ -296,7 +259,6 @@ void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<In
     to.push_back(std::make_unique<Flags>());
     to.push_back(std::make_unique<Work>(watched.scene));
     to.push_back(std::make_unique<Follows>(watched));
-    to.push_back(std::make_unique<GoesOn>(watched));
 }
 
 } // namespace palpate::stability

@@ -67,6 +67,7 @@ inline Vec3 in_body(const RigidPose& pose, const Vec3& p) {
 void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
 void add_certificates(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
 void add_press_invariant(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
+void add_label_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
 void add_mesh_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
 
 } // namespace palpate::stability

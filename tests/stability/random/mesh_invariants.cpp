@@ -225,16 +225,16 @@ private:
     std::optional<double> winds_;
 };
 
-// Of half a ball's extent: facets are within 1 % of the level, and a chord that is not certified may
-// end behind it.
+// Of half a ball's extent: facets are within 1 % of the level, and a chord that is not certified
+// may end behind it.
 constexpr double kDirectReach = 0.05;
 
-/// Who has been in front of a closed mesh, farther away than a reach, is never so far behind it: the
-/// mesh never winds once more round the proxy. Who begins behind may come out. Looked at as Side
-/// does. The reach is the leash where the mesh guards a level (contact.md 4): where voxels have
-/// holes nothing holds who begins behind. Of contact `direct` it is a share of the body's size: that
-/// has no certificate (contact.md 3.4), but follows a ball's level once it has met a facet, or
-/// passed it.
+/// Who has been in front of a closed mesh, farther away than a reach, is never so far behind it:
+/// the mesh never winds once more round the proxy. Who begins behind may come out. Looked at as
+/// Side does. The reach is the leash where the mesh guards a level (contact.md 4): where voxels
+/// have holes nothing holds who begins behind. Of contact `direct` it is a share of the body's
+/// size: that has no certificate (contact.md 3.4), but follows a ball's level once it has met a
+/// facet, or passed it.
 class NeverBehind final : public Invariant {
 public:
     NeverBehind(const char* name, const HardSurface& hard, double reach_m)

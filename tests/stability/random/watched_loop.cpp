@@ -27,6 +27,7 @@ WatchedLoop::WatchedLoop(std::shared_ptr<const Scene> scene, const std::vector<F
       clock_(clock_us), loop_(scene_, clock_), watched_{*scene_, events},
       poses_(scene_->surfaces().size()) {
     add_frame_invariants(watched_, invariants_);
+    add_label_invariants(watched_, invariants_);
     add_certificates(watched_, invariants_);
     add_mesh_invariants(watched_, invariants_);
     add_press_invariant(watched_, invariants_);
