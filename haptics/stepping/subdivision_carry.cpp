@@ -81,22 +81,17 @@ Vec3 trusted(const Vec3& step, std::span<const LoopSurface> surfaces) noexcept {
     return length > trust_m ? trust_m / length * step : step;
 }
 
-/// Where `pull` leads along all levels, by their exact slopes: up to them, where the way along pays
-/// for that, so that no chord has to go along the edge of a certificate; else as deep behind them
-/// as the proxy is.
+/// Where `pull` leads along all levels, by their exact slopes, as deep behind them as the proxy is.
 Vec3 along_slopes(const Vec3& proxy, const Vec3& pull, const ContactSet& contacts,
                   std::span<const LoopSurface> surfaces, double stiffness) noexcept {
-    PrimitiveSet levels, planes;
+    PrimitiveSet planes;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         if (contacts[c].surface == ContactSet::kNoSurface || surfaces[contacts[c].surface].yields())
             continue;
         PlanePrimitive plane = across_slope(contacts[c], proxy);
-        levels.add(plane);
         plane.anchor = proxy;
         planes.add(plane);
     }
-    const Vec3 up = proxy + trusted(solve_proxy(levels, pull, stiffness).proxy - proxy, surfaces);
-    if (glm::length(up - pull) < glm::length(proxy - pull)) return up;
     return proxy + trusted(solve_proxy(planes, pull, stiffness).proxy - proxy, surfaces);
 }
 

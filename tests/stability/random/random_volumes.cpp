@@ -167,14 +167,15 @@ VoxelFile random_lumps(Random& random, double size_m, const Vec3& place) {
             true};
 }
 
-VoxelFile random_sieve(Random& random, double radius_m, double size_m, const Vec3& place) {
+VoxelFile random_sieve(Random& random, double radius_m, double widest_m, double size_m,
+                       const Vec3& place) {
     const int n = 16 + pick(random, 9);
     const AffineTransform frame = frame_about(random, n, size_m, place);
     const double wall_m = between(random, 0.5, 3.0) * 2.4 * size_m / n;
     std::vector<std::pair<Vec3, double>> holes; // direction, cosine of half the angle
     for (int i = 1 + pick(random, 4); i > 0; --i)
         holes.emplace_back(glm::normalize(any_vector(random, 1.0)),
-                           std::cos(between(random, 0.2, 0.7)));
+                           std::cos(between(random, 0.5, 1.0) * widest_m / radius_m));
     return {filled(frame, n,
                    [&](const Vec3& p) {
                        const double r = glm::length(p - place);

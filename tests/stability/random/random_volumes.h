@@ -34,8 +34,10 @@ VoxelFile labels_of(const LabelVolume& atlas, test::Random& random, double size_
 /// A ball of voxels, label 1, with two balls in it, labels 2 and 3; one may stick out of the other.
 VoxelFile random_lumps(test::Random& random, double size_m, const Vec3& place);
 /// A hollow ball of `radius_m`, its wall thinner than voxels or of a few, with round holes: values
-/// are m behind the wall's surface, in a hole -`size_m`. No mesh of the ball has these holes.
-VoxelFile random_sieve(test::Random& random, double radius_m, double size_m, const Vec3& place);
+/// are m behind the wall's surface, in a hole -`size_m`. From the middle of a hole to its edge are at
+/// most `widest_m`. No mesh of the ball has these holes.
+VoxelFile random_sieve(test::Random& random, double radius_m, double widest_m, double size_m,
+                       const Vec3& place);
 /// Vectors in order or in none, or symmetric tensors.
 std::shared_ptr<const VectorVolume> random_vectors(test::Random& random, double size_m,
                                                    const Vec3& place);

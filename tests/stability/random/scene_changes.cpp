@@ -132,10 +132,11 @@ void guard_a_sieve(RandomCase& made) {
         return is_surface(table) || (table.is_effect() && !table.value("surface").empty());
     });
     const int id = free_id(made);
-    made.volumes["sieve.nrrd"] = random_sieve(random, radius_m, made.size_m, made.place);
+    const double leash_mm = std::min(10.0, 1e3 * made.size_m * test::between(random, 0.1, 0.4));
+    made.volumes["sieve.nrrd"] =
+        random_sieve(random, radius_m, 1e-3 * leash_mm, made.size_m, made.place);
     made.meshes["sieve.ply"] =
         std::make_shared<const TriangleMesh>(test::icosphere(radius_m, 3, made.place));
-    const double leash_mm = std::min(10.0, 1e3 * made.size_m * test::between(random, 0.05, 0.2));
     made.tables.push_back({"[volume.sieve]", {{"file", "\"sieve.nrrd\""}}, id});
     made.tables.push_back({"[surface.sieve]",
                            {{"volume", "\"sieve\""},
