@@ -85,6 +85,7 @@ TEST(LoopState, FramesAfterARestoreAreThoseAfterTheSave) {
         SCOPED_TRACE(static_cast<int>(method));
         LoopDescription description;
         description.method = method;
+        description.budget_us = 30.0 * kClockStep_us; // method paper: 30 sub-steps
         test::ScriptedClock clock(kClockStep_us);
         HapticLoop loop(scene, clock, description, test::fibres());
         HapticLoop another(scene, clock, description, test::fibres());
