@@ -233,8 +233,8 @@ constexpr double kDirectReach = 0.05;
 /// the mesh never winds once more round the proxy. Who begins behind may come out. Looked at as
 /// Side does. The reach is the leash where the mesh guards a level (contact.md 4): where voxels
 /// have holes nothing holds who begins behind. Of contact `direct` it is a share of the body's
-/// size: that has no certificate (contact.md 3.4), but follows a ball's level once it has met a
-/// facet, or passed it.
+/// size. It has no certificate (contact.md 3.4); but where it is alone, it follows a ball's level
+/// once it has met a facet, or passed it.
 class NeverBehind final : public Invariant {
 public:
     NeverBehind(const char* name, const HardSurface& hard, double reach_m)
@@ -318,7 +318,8 @@ void add_mesh_invariants(const Watched& watched, std::vector<std::unique_ptr<Inv
         const bool closed = surface.mesh.scene && is_closed(surface.mesh.scene->mesh());
         if (surface.contact == ContactKind::guarded && closed)
             to.push_back(std::make_unique<NeverBehind>("leash", hard, surface.leash_m));
-        if (surface.contact == ContactKind::direct && closed)
+        if (surface.contact == ContactKind::direct && closed &&
+            watched.scene.surfaces().size() == 1)
             to.push_back(std::make_unique<NeverBehind>(
                 "direct", hard, kDirectReach * half_extent(surface.mesh.scene->mesh())));
         if (!surface.is_felt_by_mesh()) continue;
