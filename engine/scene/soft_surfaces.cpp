@@ -11,6 +11,7 @@
 #include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {
 namespace {
@@ -162,6 +163,15 @@ void check_effect(const SceneDescription& scene, std::size_t effect_index, Stepp
     if (surface.moves) refuse("it cannot move (moves = true)", "remove moves");
     if (method != SteppingMethod::adaptive)
         refuse(fmt::format("the method cannot be {}", name(method)), "take method = \"adaptive\"");
+    const auto soft = static_cast<std::size_t>(
+        std::count_if(scene.effects.begin(), scene.effects.end(), [&](const auto& other) {
+            return makes_surface_felt(other) &&
+                   is_soft(scene, scene.surfaces.at(surface_of(other)));
+        }));
+    if (soft > Subdivision::kMostLayers)
+        refuse(fmt::format("at most {} such surfaces can be felt, and there are {}",
+                           Subdivision::kMostLayers, soft),
+               "leave some of them out");
 }
 
 } // namespace

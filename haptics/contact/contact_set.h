@@ -17,6 +17,9 @@ struct ContactPlane {
     double gradient_length = 0.0; ///< length of the continuous gradient, U/m, > 0
     Mat3 depth_hessian{0.0};      ///< of the depth D = (f - c0) / |g|, 1/m; zero: taken as flat
     std::size_t surface = 0;      ///< whose it is, in canonical order: ContactSet::begin()
+
+    /// Whether it is all that is known there: a facet, and no level or leash that bends.  [any]
+    bool is_flat() const noexcept { return slope == Vec3{0.0} && depth_hessian == Mat3(0.0); }
 };
 
 /// The planes of one evaluation, in canonical order: surface by surface.
@@ -65,7 +68,7 @@ public:
     /// Whether there are planes, and all of them are facets.                             [loop]
     bool facets_only() const noexcept {
         for (const ContactPlane& contact : contacts_)
-            if (contact.slope != Vec3{0.0}) return false;
+            if (!contact.is_flat()) return false;
         return !contacts_.empty();
     }
     /// Whether there are planes, all of one surface, and no magnet's.                     [loop]

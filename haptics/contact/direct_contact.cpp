@@ -16,9 +16,6 @@ constexpr double kAnyDistance =
 // the two flanks of a crease, are not.
 constexpr double kSamePatch = 0.5;
 
-// Parallel to nothing that meshes have many facets along.
-const Vec3 kAnyDirection{0.362, 0.541, -0.759};
-
 double depth_m(const ContactPlane& contact) noexcept {
     return -contact.level_gap / contact.gradient_length;
 }
@@ -28,20 +25,16 @@ double depth_m(const ContactPlane& contact) noexcept {
 DirectContact::DirectContact(std::shared_ptr<const SurfaceScene> surface,
                              std::shared_ptr<const ScalarField> field,
                              const LevelSettings& settings)
-    : surface_(required("direct contact: surface", std::move(surface))),
+    : surface_(required("direct contact: surface", std::move(surface))), way_out_(*surface_),
       field_(required("direct contact: field", std::move(field))), settings_(settings),
       strength_n_(settings.strength_n), scale_(LevelScale::of(*field_, settings)),
-      patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()) {
-    Box bounds;
-    for (const Vec3& vertex : surface_->mesh().vertices)
-        bounds.add(vertex);
-    way_out_ = glm::length(bounds.extent()) * glm::normalize(kAnyDirection);
-}
+      patch_cosine_(field_->patch_cosine()), sampler_(field_->make_sampler()) {}
 
 /// Behind a facet, but not behind the level, no ray would find what the proxy is at.
 bool DirectContact::restart(const Vec3& proxy) noexcept {
     bundle_.clear();
     met_.clear();
+    felt_ = false;
     const FieldSample here = sampler_->sample(proxy);
     const bool in_front = here.valid && here.value <= settings_.level + scale_.free;
     engaged_ =
@@ -50,11 +43,9 @@ bool DirectContact::restart(const Vec3& proxy) noexcept {
     return false;
 }
 
-/// Whether the first facet in one direction shows the proxy its back.
 bool DirectContact::behind_a_facet(const Vec3& proxy) noexcept {
     ++rays_;
-    const std::optional<SurfaceHit> hit = surface_->first_hit(proxy, proxy + way_out_);
-    return hit && glm::dot(hit->normal, way_out_) > 0.0;
+    return way_out_.meets_a_back(proxy);
 }
 
 /// Once off, it is found again where a ray hits a facet's front: not from inside.
@@ -63,7 +54,7 @@ void DirectContact::set_gain(const Gain& gain) noexcept {
     if (!gain.off()) return;
     bundle_.clear();
     met_.clear();
-    engaged_ = false;
+    engaged_ = felt_ = false;
 }
 
 void DirectContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept {
@@ -131,12 +122,15 @@ bool DirectContact::is_offered(const ContactPlane& contact, const SurfaceHit& hi
     return false;
 }
 
-std::any DirectContact::save_state() const { return State{strength_n_, engaged_, bundle_, met_}; }
+std::any DirectContact::save_state() const {
+    return State{strength_n_, engaged_, felt_, bundle_, met_};
+}
 
 void DirectContact::restore_state(const std::any& state) {
     const auto& from = std::any_cast<const State&>(state);
     strength_n_ = from.strength_n;
     engaged_ = from.engaged;
+    felt_ = from.felt;
     bundle_ = from.bundle;
     met_ = from.met;
 }
@@ -145,6 +139,7 @@ bool DirectContact::go_on_from(const SurfaceContact& before) noexcept {
     const auto* from = dynamic_cast<const DirectContact*>(&before);
     if (!from) return false;
     engaged_ = from->engaged_;
+    felt_ = from->felt_;
     bundle_ = from->bundle_;
     met_ = from->met_;
     return true;

@@ -5,6 +5,7 @@
 
 #include <palpate/geometry/surface_scene.h>
 #include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/haptics/contact/way_out.h>
 
 namespace palpate {
 
@@ -30,10 +31,10 @@ public:
     void keep_active(const ProxySolution& solution, std::size_t first) noexcept override;
     Chord carry(const Vec3& from, const Vec3& to) noexcept override;
     double trust_m() const noexcept override { return scale_.trust_m; }
-    void commit(const Vec3&, bool, bool) noexcept override {}
+    void commit(const Vec3&, bool, bool felt) noexcept override { felt_ = felt; }
     SurfaceState state() const noexcept override {
         if (strength_n_ == 0.0) return SurfaceState::inside;
-        return engaged_ ? SurfaceState::in_contact : SurfaceState::free;
+        return felt_ ? SurfaceState::in_contact : SurfaceState::free;
     }
     QueryCount queries() const noexcept override;
     std::any save_state() const override;
@@ -45,6 +46,7 @@ private:
     struct State {
         double strength_n = 0.0;
         bool engaged = false;
+        bool felt = false;
         PlaneBundle bundle;
         PlaneBundle met;
     };
@@ -53,15 +55,16 @@ private:
     bool is_offered(const ContactPlane& contact, const SurfaceHit& hit) const noexcept;
 
     std::shared_ptr<const SurfaceScene> surface_;
+    WayOut way_out_;
     std::shared_ptr<const ScalarField> field_;
     LevelSettings settings_;
     double strength_n_; // with the gain
     LevelScale scale_;
     double patch_cosine_;
     std::unique_ptr<FieldSampler> sampler_;
-    Vec3 way_out_{0.0}; // longer than the mesh
 
     bool engaged_ = false; // the level is followed: near it, or behind a facet
+    bool felt_ = false;    // in the last frame
     PlaneBundle bundle_;
     PlaneBundle met_; // by chords since the last offer(), which takes them into bundle_
     std::uint32_t offered_ = 0;

@@ -18,9 +18,6 @@ constexpr double kHeldShare = 0.8;
 // Pieces of way that the guard goes for one piece of the proxy's.
 constexpr int kGuardLegs = 256;
 
-// Parallel to nothing that meshes have many facets along.
-const Vec3 kAnyDirection{0.362, 0.541, -0.759};
-
 // Of the leash: how high the guard tries to go round what keeps it.
 constexpr std::array<double, 3> kWayHeights{0.25, 0.5, 1.0};
 
@@ -42,13 +39,9 @@ GuardedContact::GuardedContact(std::shared_ptr<const ScalarField> field,
                                const LevelSettings& settings,
                                std::shared_ptr<const CertifiedMesh> mesh, double leash_m,
                                const TextureSettings& texture)
-    : mesh_(required("guarded contact: mesh", std::move(mesh))), walk_(*mesh_),
-      volume_(std::move(field), settings, texture),
+    : mesh_(required("guarded contact: mesh", std::move(mesh))), way_out_(mesh_->scene()),
+      walk_(*mesh_), volume_(std::move(field), settings, texture),
       guard_contact_(std::in_place, mesh_, guard_settings()), leash_m_(leash_m) {
-    Box bounds;
-    for (const Vec3& vertex : mesh_->scene().mesh().vertices)
-        bounds.add(vertex);
-    way_out_ = glm::length(bounds.extent()) * glm::normalize(kAnyDirection);
     require("guarded contact: leash_m", leash_m, kPositive);
 }
 
@@ -81,11 +74,9 @@ bool GuardedContact::post_guard(const Vec3& proxy) noexcept {
     return true;
 }
 
-/// Whether the first facet in one direction shows the proxy its back.
 bool GuardedContact::deep_inside(const Vec3& proxy) noexcept {
     ++searches_;
-    const auto hit = mesh_->scene().first_hit(proxy, proxy + way_out_);
-    return hit && glm::dot(hit->normal, way_out_) > 0.0;
+    return way_out_.meets_a_back(proxy);
 }
 
 /// The guard goes along to where the proxy is, as near as the mesh lets it.

@@ -8,6 +8,7 @@
 #include <palpate/haptics/contact/mesh_contact.h>
 #include <palpate/haptics/contact/mesh_walk.h>
 #include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/haptics/contact/way_out.h>
 
 namespace palpate {
 
@@ -90,11 +91,11 @@ private:
     double leash_share(const Vec3& from, const Vec3& to) noexcept;
 
     std::shared_ptr<const CertifiedMesh> mesh_;
+    WayOut way_out_;
     MeshWalk walk_;
     VolumeContact volume_;
     std::optional<MeshContact> guard_contact_; // always there: optional to be set anew
     double leash_m_;
-    Vec3 way_out_{0.0}; // m: longer than the mesh
 
     bool on_duty_ = false;
     bool regrouped_ = false; // tried in this frame

@@ -5,8 +5,6 @@
 
 #include <limits>
 
-#include <palpate/geometry/range.h>
-
 namespace palpate {
 namespace {
 

@@ -15,7 +15,7 @@ PlanePrimitive placed(const PlanePrimitive& plane, const RigidMap& map) noexcept
 /// What is felt in the body's frame becomes what the scene has.
 void place(ContactPlane& contact, const RigidMap& map) noexcept {
     contact.plane = placed(contact.plane, map);
-    if (contact.slope == Vec3{0.0}) return; // a facet: it is flat
+    if (contact.is_flat()) return; // a facet
     contact.slope = map.direction(contact.slope);
     contact.depth_hessian = map.rotation() * contact.depth_hessian * glm::transpose(map.rotation());
 }

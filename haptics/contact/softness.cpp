@@ -37,9 +37,10 @@ void Softness::check(std::string_view what) const {
         const std::string of_knot = name + ": knot " + std::to_string(i + 1) + ": ";
         require(of_knot + "press_m", knots[i].press_m, kPositive);
         require(of_knot + "force_n", knots[i].force_n, kNotNegative);
-        if (!(knots[i].press_m > before.press_m))
-            throw std::invalid_argument(of_knot + "press_m is not above the knot's before; give "
-                                                  "depths that rise");
+        if (!(knots[i].press_m - before.press_m >= kLeastRise_m))
+            throw std::invalid_argument(of_knot +
+                                        "press_m is not above the knot's before by 1 nm or "
+                                        "more; give depths that rise");
         if (knots[i].force_n < before.force_n)
             throw std::invalid_argument(of_knot + "force_n is below the knot's before; give forces "
                                                   "that do not fall");

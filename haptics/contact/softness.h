@@ -18,8 +18,11 @@ struct Softness {
         double force_n = 0.0; ///< what the hand then feels, N, >= 0
     };
     static constexpr std::size_t kCapacity = 16; ///< knots at most
+    /// From one knot to the next are at least so many m: nearer, their slope is rounding.
+    static constexpr double kLeastRise_m = 1e-9;
 
-    std::array<Knot, kCapacity> knots{}; ///< the first `count`: press_m rises, force_n never falls
+    std::array<Knot, kCapacity> knots{}; ///< the first `count`: press_m rises by
+                                         ///< kLeastRise_m, force_n never falls
     std::size_t count = 0;               ///< 0: hard
     double damping = 0.0; ///< b: of the tissue beside its spring (Kelvin-Voigt), N s/m, >= 0
 

@@ -108,18 +108,20 @@ public:
 
     /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
     void add_force(const Vec3& force) noexcept {
-        if (!usable(force, Vec3{0.0}, 0.0)) return;
-        force_ += gain_.value * force;
+        const Vec3 sum = force_ + gain_.value * force;
+        if (!can_be_summed(sum, 0.0)) return;
+        force_ = sum;
         draws_ = true;
     }
 
     /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
     /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. [loop]
     void add_spring(const Vec3& anchor, double stiffness_n_per_m) noexcept {
-        if (!usable(anchor, Vec3{stiffness_n_per_m}, 0.0)) return;
-        const double scaled = gain_.value * stiffness_n_per_m;
-        spring_ += scaled;
-        spring_moment_ += scaled * anchor;
+        const double scaled = gain_.value * stiffness_n_per_m, sum = spring_ + scaled;
+        const Vec3 moment = spring_moment_ + scaled * anchor;
+        if (!can_be_summed(moment, stiffness_n_per_m >= 0.0 ? sum : stiffness_n_per_m)) return;
+        spring_ = sum;
+        spring_moment_ = moment;
         draws_ = true;
     }
 
@@ -185,8 +187,8 @@ public:
     /// Whether there are planes that share a strength, and may yield.                     [loop]
     bool shares_strengths() const noexcept { return shares_strengths_; }
     bool overflowed() const noexcept { return overflowed_; } ///< more came than fits  [loop]
-    /// Whether everything that was added was finite (strengths: or infinite), and no strength below
-    /// 0.                                                                                [loop]
+    /// Whether everything that was added was finite (strengths: or infinite), no strength or spring
+    /// below 0, and no force or spring, nor their sum, above 1e100.                      [loop]
     bool all_finite() const noexcept { return all_finite_; }
     /// Planes, lines and points together.                                                 [loop]
     std::size_t count() const noexcept { return planes_.size() + lines_.size() + points_.size(); }
@@ -203,6 +205,15 @@ private:
         const bool good = finite && strength_n >= 0.0;
         all_finite_ = all_finite_ && good;
         return good;
+    }
+    /// Whether forces and moments, N, or a spring, N/m, are so small that no sum of them, times a
+    /// place or over a stiffness, overflows. What is no number is not.
+    bool can_be_summed(const Vec3& force, double spring) noexcept {
+        constexpr double kMost = 1e100;
+        const bool small = std::abs(force.x) < kMost && std::abs(force.y) < kMost &&
+                           std::abs(force.z) < kMost && spring >= 0.0 && spring < kMost;
+        all_finite_ = all_finite_ && small;
+        return small;
     }
     bool has_room() noexcept {
         const bool room = count() < kCapacity;

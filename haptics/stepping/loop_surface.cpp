@@ -96,12 +96,13 @@ void LoopSurface::restore_state(const State& state) {
     touched_normal_ = state.touched_normal;
 }
 
-bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept {
+bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
+                             double tissue_m) noexcept {
     if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
     const bool inside = restart(proxy);
     if (!contact_->go_on_from(*before.contact_)) return inside;
     bank_ = before.bank_;
-    if (soft_ && before.soft_) soft_->tissue_m = before.soft_->tissue_m;
+    if (soft_) soft_->tissue_m = tissue_m;
     pushes_back_ = before.pushes_back_;
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;

@@ -79,7 +79,11 @@ public:
     /// Takes the place of `before`, of the same surface in another loop, with gains of its own;
     /// true where the proxy is inside. Of what it cannot go on from it is as after restart().
     /// [loop]
-    bool go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept;
+    bool go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept {
+        return go_on_from(before, proxy, before.soft_ ? before.soft_->tissue_m : 0.0);
+    }
+    /// The same of one whose tissue was pressed in by `tissue_m`, m, >= 0, with a damper. [loop]
+    bool go_on_from(const LoopSurface& before, const Vec3& proxy, double tissue_m) noexcept;
     /// A new trial: the proxy is set to a new place. True when that is inside.            [loop]
     bool restart(const Vec3& proxy) noexcept;
 

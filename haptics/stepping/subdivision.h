@@ -42,8 +42,9 @@ struct SubdivisionResult {
 };
 
 /// The contacts of one frame. There is room for all: no solution has more planes than a
-/// PrimitiveSet, and no more surfaces end than pushed in the frame before.
-using TouchList = FixedVector<Touch, 2 * PrimitiveSet::kCapacity>;
+/// PrimitiveSet, no more surfaces end than pushed in the frame before, and of soft surfaces beside
+/// others, each of which is one, there are at most Subdivision::kMostLayers.
+using TouchList = FixedVector<Touch, 3 * PrimitiveSet::kCapacity>;
 
 /// Cuts the movement of the proxy in one frame into sub-steps (section 4.1 of the paper;
 /// composition.md 2.2). Each sub-step gathers primitives at the proxy (6), solves for the
@@ -69,6 +70,8 @@ public:
     /// The most legs (SlideLeg: straight pieces of way along a surface) in one frame, besides one
     /// for each share.
     static constexpr int kMostLegs = 1024;
+    /// The most soft surfaces that are felt beside others.
+    static constexpr std::size_t kMostLayers = PrimitiveSet::kCapacity;
 
     /// Surfaces and effects must be in an order that does not depend on how the scene is written
     /// (composition.md 2.4). `finish` is that of each surface; those that it lacks are plain. All
@@ -87,7 +90,7 @@ public:
     void observe(SubStepObserver* observer) noexcept { observer_ = observer; }
     SubStepObserver* observer() const noexcept { return observer_; } ///< who is told      [setup]
 
-    /// Gain of a part of a surface, or of an effect, by their index; 0 switches off.
+    /// Gain of a part of a surface, or of an effect, by their index, which exists; 0 switches off.
     /// Any thread may call GainRamp::set() while the loop runs; its other functions are the loop's.
     /// A trial begins with the gains that were set last. [any]
     GainRamp& gain(std::size_t surface, SurfacePart part) noexcept {
@@ -134,9 +137,11 @@ public:
         std::span<const std::size_t> effects;  ///< for each effect
     };
     /// Takes the place of `before`, with the proxy where that left it: what goes on is as it was
-    /// there, all else as at a new trial. Returns FrameFlag bits.                        [loop]
+    /// there, all else as at a new trial. Of what was soft beside others and is not so any more,
+    /// the front is where the proxy belongs: `proxy` becomes that, where every certificate lets it
+    /// go there. Returns FrameFlag bits.                                                  [loop]
     std::uint32_t go_on_from(const Subdivision& before, const Heritage& heritage,
-                             const Vec3& proxy) noexcept;
+                             Vec3& proxy) noexcept;
 
     /// One frame's movement of the proxy from frame.start.                              [loop]
     SubdivisionResult advance(const FrameContext& frame) noexcept;
@@ -221,14 +226,19 @@ private:
         std::unique_ptr<Subdivision> front; // over the surface alone, as if it were hard
         Softness softness;
         PressLaw law;
-        double tissue_m = 0.0; // d of the tissue at the last frame's end, with a damper
-        bool pushed_before = false;
+        // Of the last frame's end.
+        double tissue_m = 0.0; // d of the tissue, with a damper
+        bool pushes = false;
+        Vec3 touched_at{0.0}; // where the tip was when it pushed last, m
+        Vec3 touched_normal{0.0};
+        bool pushed_before = false; // the same of the frame before
         // Of the last evaluation.
         Vec3 y{0.0};                // where the front is, m
         Vec3 normal{0.0};           // from the tip to there
         double indentation_m = 0.0; // d
         double force_n = 0.0;
         double slope_n_per_m = 0.0; // of the force over d
+        std::uint32_t flags = 0;    // of the front's last advance()
     };
 
     /// What the surfaces and effects call for. The rest is not computed.
@@ -256,6 +266,11 @@ private:
     void make_layers(const SteppingSettings& settings, const std::vector<SurfaceContact*>& contacts,
                      const std::vector<SurfaceFinish>& finish, Clock& clock,
                      const std::vector<Effect*>& effects);
+    void require_alike(const State& state) const;
+    const Layer* was_layer(const Subdivision& before, const Heritage& heritage,
+                           std::size_t i) const noexcept;
+    bool goes_to(const Subdivision& before, const Heritage& heritage, const Vec3& proxy,
+                 const Vec3& to) noexcept;
     const Layer* layer_of(std::size_t surface) const noexcept {
         for (const Layer& layer : layers_)
             if (layer.surface == surface) return &layer;
@@ -361,7 +376,9 @@ struct Subdivision::State::OfLayer {
     State front;           ///< of the Subdivision that leads it
     Vec3 y{0.0};           ///< where it is, m
     double tissue_m = 0.0; ///< d with a damper, m
-    double force_n = 0.0;  ///< of the last frame
+    bool pushes = false;   ///< in the last frame
+    Vec3 touched_at{0.0};  ///< where the tip was when it pushed last, m
+    Vec3 touched_normal{0.0};
 };
 
 } // namespace palpate

@@ -144,6 +144,10 @@ void Subdivision::make_layers(const SteppingSettings& settings,
         hard.softness = {};
         Layer layer;
         layer.surface = i;
+        if (layers_.size() == kMostLayers)
+            throw std::invalid_argument(
+                "more than " + std::to_string(kMostLayers) +
+                " surfaces are soft, and not all that is felt; make some of them hard");
         layer.softness = finish[i].softness;
         layer.front = std::make_unique<Subdivision>(
             settings, std::vector{contacts[i]}, std::vector<Effect*>{}, clock, std::vector{hard});
@@ -159,7 +163,7 @@ void Subdivision::press_layers(const Vec3& tip) noexcept {
     if (budget_.evaluations == 0) {
         layer_flags_ = 0;
         for (Layer& layer : layers_)
-            layer.pushed_before = layer.force_n > 0.0;
+            layer.pushed_before = layer.pushes;
     }
     layers_press_ = false;
     tissue_ = Mat3(0.0);
@@ -192,6 +196,7 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
         const SubdivisionResult front = layer.front->advance(follows);
         budget_.work_left -= static_cast<int>(front.work);
         layer_flags_ |= front.flags;
+        layer.flags = front.flags;
         if (is_a_place(front.proxy)) layer.y = front.proxy;
         follows.period_s = 0.0;
         if (!(front.flags & kEvaluationCap)) break;
@@ -244,6 +249,11 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
     pressed_ = {0.0, 0.0, tip};
     for (Layer& layer : layers_) {
         const bool pushes = layer.force_n > 0.0;
+        layer.pushes = pushes;
+        if (pushes) {
+            layer.touched_at = tip;
+            layer.touched_normal = layer.normal;
+        }
         result_.felt |= bit_of(layer.surface, pushes);
         result_.contacts += pushes ? 1 : 0;
         if (layer.front->result_.open & 1U) result_.open |= bit_of(layer.surface, true);
@@ -258,6 +268,8 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
                     static_cast<std::uint32_t>(layer.surface)};
     }
     result_.flags |= layer_flags_ & (kLiveGain | kForceNotFinite);
+    for (const Layer& layer : layers_) // where its front has not come to its end
+        result_.flags |= layer.flags & (kEvaluationCap | kStalled | kSolverCap | kCalmed);
 }
 
 Touch Subdivision::touch_of(const Layer& layer) const noexcept {
@@ -265,11 +277,14 @@ Touch Subdivision::touch_of(const Layer& layer) const noexcept {
     touch.surface = static_cast<std::uint32_t>(layer.surface);
     touch.point = layer.y;
     touch.normal = layer.normal;
-    const bool pushes = layer.force_n > 0.0;
-    touch.force = (pushes ? layer.force_n : 0.0) * layer.normal;
-    touch.phase = !pushes               ? Touch::Phase::ended
-                  : layer.pushed_before ? Touch::Phase::goes_on
-                                        : Touch::Phase::began;
+    if (!layer.pushes) {
+        touch.phase = Touch::Phase::ended;
+        touch.point = layer.touched_at;
+        touch.normal = layer.touched_normal;
+        return touch;
+    }
+    touch.phase = layer.pushed_before ? Touch::Phase::goes_on : Touch::Phase::began;
+    touch.force = layer.force_n * layer.normal;
     return touch;
 }
 

@@ -33,7 +33,8 @@ Subdivision::State Subdivision::save_state() const {
     State state{{}, {},         friction_.save_state(), calming_, stepping_.save_state(), pressed_,
                 {}, primitives_};
     for (const Layer& layer : layers_)
-        state.layers.push_back({layer.front->save_state(), layer.y, layer.tissue_m, layer.force_n});
+        state.layers.push_back({layer.front->save_state(), layer.y, layer.tissue_m, layer.pushes,
+                                layer.touched_at, layer.touched_normal});
     for (const LoopSurface& surface : surfaces_)
         state.surfaces.push_back(surface.save_state());
     for (const LoopEffect& effect : effects_)
@@ -41,7 +42,8 @@ Subdivision::State Subdivision::save_state() const {
     return state;
 }
 
-void Subdivision::restore_state(const State& state) {
+/// Throws where the state is of another number or kind of surfaces or effects.
+void Subdivision::require_alike(const State& state) const {
     require_same_kinds("surface", surfaces_, state.surfaces);
     require_same_kinds("effect", effects_, state.effects);
     if (state.layers.size() != layers_.size())
@@ -49,6 +51,12 @@ void Subdivision::restore_state(const State& state) {
             "restore: the state has " + std::to_string(state.layers.size()) +
             " soft surfaces beside others, the loop " + std::to_string(layers_.size()) +
             "; restore it into a loop that was made alike");
+    for (std::size_t i = 0; i < layers_.size(); ++i)
+        layers_[i].front->require_alike(state.layers[i].front);
+}
+
+void Subdivision::restore_state(const State& state) {
+    require_alike(state);
     for (std::size_t i = 0; i < effects_.size(); ++i)
         effects_[i].restore_state(state.effects[i]);
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
@@ -61,7 +69,9 @@ void Subdivision::restore_state(const State& state) {
         layers_[i].front->restore_state(state.layers[i].front);
         layers_[i].y = state.layers[i].y;
         layers_[i].tissue_m = state.layers[i].tissue_m;
-        layers_[i].force_n = state.layers[i].force_n;
+        layers_[i].pushes = state.layers[i].pushes;
+        layers_[i].touched_at = state.layers[i].touched_at;
+        layers_[i].touched_normal = state.layers[i].touched_normal;
     }
     primitives_ = state.primitives;
     path_.clear();
@@ -74,7 +84,8 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     for (Layer& layer : layers_) {
         flags |= layer.front->restart(proxy);
         layer.y = proxy;
-        layer.tissue_m = layer.indentation_m = layer.force_n = 0.0;
+        layer.tissue_m = layer.indentation_m = layer.force_n =
+            0.0; // `pushes` stays: its end is told
     }
     for (LoopSurface& surface : surfaces_)
         if (surface.restart(proxy)) flags |= kInsideAtStart;
@@ -87,27 +98,70 @@ std::uint32_t Subdivision::restart(const Vec3& proxy) noexcept {
     return flags;
 }
 
+/// The layer of `before` that the i-th surface was, and is not any more; null where it was none.
+const Subdivision::Layer* Subdivision::was_layer(const Subdivision& before,
+                                                 const Heritage& heritage,
+                                                 std::size_t i) const noexcept {
+    const std::size_t from = heritage.surfaces[i];
+    return from == Heritage::kNew || layer_of(i) ? nullptr : before.layer_of(from);
+}
+
+/// Goes to `to` where every surface that has gone on lets the proxy; whether it did.
+bool Subdivision::goes_to(const Subdivision& before, const Heritage& heritage, const Vec3& proxy,
+                          const Vec3& to) noexcept {
+    const auto goes_on = [&](std::size_t i) {
+        return heritage.surfaces[i] != Heritage::kNew && !was_layer(before, heritage, i);
+    };
+    for (std::size_t i = 0; i < surfaces_.size(); ++i)
+        if (goes_on(i) && surfaces_[i].contact().carry(proxy, to).fraction < 1.0) return false;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i)
+        if (goes_on(i)) surfaces_[i].contact().commit(to, false, false);
+    return true;
+}
+
 std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage& heritage,
-                                      const Vec3& proxy) noexcept {
+                                      Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
-    pressed_ = {0.0, 0.0, proxy};
     for (Layer& layer : layers_) {
         const std::size_t from = heritage.surfaces[layer.surface];
-        const Layer* was = from == Heritage::kNew ? nullptr : before.layer_of(from);
+        const bool is_new = from == Heritage::kNew;
+        const Layer* was = is_new ? nullptr : before.layer_of(from);
         const Subdivision& source = was ? *was->front : before;
         const std::size_t its = was ? 0 : from;
         layer.y = was ? was->y : proxy;
         layer.tissue_m = was ? was->tissue_m : 0.0;
+        layer.pushes = was ? was->pushes : !is_new && before.surfaces_[from].pushes_back();
+        if (was || !is_new) {
+            layer.touched_at = was ? was->touched_at : before.surfaces_[from].touched_at();
+            layer.touched_normal =
+                was ? was->touched_normal : before.surfaces_[from].touched_normal();
+        }
         layer.indentation_m = layer.force_n = 0.0;
         flags |= layer.front->go_on_from(source, {std::span(&its, 1), {}}, layer.y);
     }
+    // Of what was a layer, and is hard or alone now, the outermost front is where the proxy is now.
+    const Layer* outermost = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        const std::size_t from = heritage.surfaces[i];
-        const bool inside = from == Heritage::kNew
-                                ? surfaces_[i].restart(proxy)
-                                : surfaces_[i].go_on_from(before.surfaces_[from], proxy);
+        const Layer* was = was_layer(before, heritage, i);
+        if (was && (!outermost || was->indentation_m > outermost->indentation_m)) outermost = was;
+        if (!was && heritage.surfaces[i] != Heritage::kNew &&
+            surfaces_[i].go_on_from(before.surfaces_[heritage.surfaces[i]], proxy))
+            flags |= kInsideAtStart;
+    }
+    if (outermost && goes_to(before, heritage, proxy, outermost->y))
+        proxy = outermost->y;
+    else
+        outermost = nullptr;
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        const Layer* was = was_layer(before, heritage, i);
+        if (!was && heritage.surfaces[i] != Heritage::kNew) continue;
+        const bool inside =
+            was && was == outermost
+                ? surfaces_[i].go_on_from(was->front->surfaces_.front(), proxy, was->tissue_m)
+                : surfaces_[i].restart(proxy);
         if (inside) flags |= kInsideAtStart;
     }
+    pressed_ = {0.0, 0.0, proxy};
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         const std::size_t from = heritage.effects[i];
         if (from == Heritage::kNew)

@@ -26,7 +26,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
     const Vec3& proxy = front(result_.proxy);
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (const Layer* layer = layer_of(i)) {
-            if (layer->force_n > 0.0 || layer->pushed_before) touches.push_back(touch_of(*layer));
+            if (layer->pushes || layer->pushed_before) touches.push_back(touch_of(*layer));
             continue;
         }
         const LoopSurface& surface = surfaces_[i];

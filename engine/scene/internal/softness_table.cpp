@@ -30,11 +30,12 @@ Softness read_pairs(const TomlTable& table) {
                        "give [mm, N]");
         const Softness::Knot knot{1e-3 * table.number_in((*numbers)[0], label + "[0]", kPressMm),
                                   table.number_in((*numbers)[1], label + "[1]", kPressN)};
-        if (!(knot.press_m > before.press_m))
-            table.fail(line_of(pair),
-                       fmt::format("{}[0] = {} {} is not above the depth before it, {}", label,
-                                   1e3 * knot.press_m, table.where(), 1e3 * before.press_m),
-                       "give depths in mm that rise");
+        if (!(knot.press_m - before.press_m >= Softness::kLeastRise_m))
+            table.fail(
+                line_of(pair),
+                fmt::format("{}[0] = {} {} is not above the depth before it, {}, by 1 nm or more",
+                            label, 1e3 * knot.press_m, table.where(), 1e3 * before.press_m),
+                "give depths in mm that rise");
         if (knot.force_n < before.force_n)
             table.fail(line_of(pair),
                        fmt::format("{}[1] = {} {} is below the force before it, {}", label,

@@ -171,6 +171,76 @@ std::shared_ptr<const Scene> skin_over_bone(const std::string& more = "") {
                     "bone.toml"));
 }
 
+/// The same skin and bone, as a scene in which each may be hard, soft or not there.
+std::shared_ptr<const Scene> layers(const std::string& skin_keys, bool with_skin, bool with_bone) {
+    std::string text = "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n";
+    if (with_skin) text += "[surface.skin]\nvolume = \"v\"\n" + skin_keys;
+    if (with_bone) text += "[surface.bone]\nvolume = \"v\"\niso_value = 0.01\n";
+    for (const auto& [name, is_there] : {std::pair{"skin", with_skin}, {"bone", with_bone}})
+        if (is_there)
+            text += std::string("[[effect]]\ntype = \"surface\"\nsurface = \"") + name + "\"\n";
+    return std::make_shared<const Scene>(parse_scene(text, "layers.toml"));
+}
+
+// The tip is in the tissue, far behind the skin: what holds the proxy from now on does so at the
+// front, and not where the tip happens to be.
+TEST(SoftLoop, AnotherSceneGoesOnFromTheFrontOfALayer) {
+    const std::string soft_keys = "stiffness_n_per_mm = 0.1\n";
+    constexpr double kSkin = 100.0, kDepth = 5e-3;
+    struct Case {
+        std::shared_ptr<const Scene> after;
+        double force_n;
+    };
+    for (const auto& [after, force_n] :
+         {Case{layers(soft_keys, true, false), kSkin * kDepth}, // alone
+          Case{layers("", true, false), kCoupling * kDepth},    // hard, and alone
+          Case{layers("", true, true), kCoupling * kDepth},     // hard, over the bone
+          Case{layers(soft_keys, true, true), kSkin * kDepth},
+          Case{layers("", false, true), 0.0}}) {
+        test::ScriptedClock clock;
+        HapticLoop loop(layers(soft_keys, true, true), clock);
+        DeviceState state;
+        for (const double depth : {-1e-3, kDepth, kDepth}) {
+            state.position = {0, 0, kRadius - depth};
+            loop.frame(state);
+        }
+        loop.adopt(after);
+        const FrameReport frame = loop.frame(state);
+        EXPECT_FALSE(frame.flags & kInsideAtStart) << force_n;
+        EXPECT_NEAR(frame.force.z, force_n, 1e-4) << after->surfaces().size();
+        const bool still_touched = force_n > 0.0;
+        ASSERT_EQ(loop.touches().size(), still_touched ? 1u : 0u);
+        if (still_touched) EXPECT_EQ(loop.touches()[0].phase, Touch::Phase::goes_on);
+        EXPECT_NEAR(loop.frame(state).force.z, force_n, 1e-4);
+    }
+}
+
+// A new bone, between the tip and the front: it is passed by nobody, and the skin is not felt until
+// the hand has left it.
+TEST(SoftLoop, WhereTheWayToTheFrontIsBarredTheTipStays) {
+    const auto skin_and_lid = [](const std::string& keys) {
+        return std::make_shared<const Scene>(
+            parse_scene("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n"
+                        "[surface.skin]\nvolume = \"v\"\n" +
+                            keys +
+                            "[surface.cavity]\nvolume = \"c\"\n"
+                            "[volume.c]\nanalytic = \"sphere_cavity\"\nradius_mm = 48\n"
+                            "[[effect]]\ntype = \"surface\"\nsurface = [\"skin\", \"cavity\"]\n",
+                        "lid.toml"));
+    };
+    test::ScriptedClock clock;
+    HapticLoop loop(skin_and_lid("stiffness_n_per_mm = 0.1\n"), clock);
+    DeviceState state;
+    // Begun in the cavity, and within the skin: that is not felt. Out of it through nothing.
+    for (const double height : {45e-3, 46e-3, 47e-3}) {
+        state.position = {0, 0, height};
+        loop.frame(state);
+    }
+    loop.adopt(skin_and_lid(""));
+    const FrameReport frame = loop.frame(state);
+    EXPECT_LE(glm::length(frame.proxy), 48e-3 + 1e-6) << "the cavity holds";
+}
+
 TEST(SoftLoop, BoneIsFeltThroughSkinAndNeverPassed) {
     test::ScriptedClock clock;
     HapticLoop loop(skin_over_bone(), clock);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <palpate/engine/baking/scene_files.h>
@@ -169,6 +170,34 @@ void expect_yielding_by_place(const std::string& text) {
 TEST(LocalStrength, ASurfaceYieldsByPlace) {
     expect_yielding_by_place(
         plate("strength_volume = \"ground\"\nstrength_n = [[0, 0.2], [0.03, 1.0]]\n"));
+}
+
+// Where its strength is less than anybody feels, a hand goes through; elsewhere it holds. The
+// guide, a line along the hand's way, holds nothing: with it the solver is that of mixed
+// primitives.
+TEST(LocalStrength, ASurfaceIsPassedWhereItsStrengthIsNothing) {
+    for (const double x_mm : {0.0, 28.0}) {
+        double most_n = 0.0, last_m = 0.0;
+        frames(
+            plate("strength_volume = \"ground\"\nstrength_n = [[0.005, 1e-307], [0.015, 1.0]]\n") +
+                fmt::format("[[effect]]\ntype = \"guide\"\nstrength_n = 0.001\n"
+                            "points_mm = [[{0}, 0, -50], [{0}, 20, 50]]\n",
+                            x_mm),
+            [&](int i) {
+                return Vec3{1e-3 * x_mm, 0, 11e-3 - 0.02e-3 * i};
+            },
+            150, // to 2 mm behind it
+            [&](const FrameReport& frame, const Vec3&) {
+                most_n = std::max(most_n, glm::length(frame.force));
+                last_m = frame.proxy.z - frame.probe.z;
+            });
+        if (x_mm == 0.0) {
+            EXPECT_NEAR(last_m, 2e-3, 0.1e-3) << "it holds there";
+        } else {
+            EXPECT_LE(most_n, 0.001 + kTolerance_n);
+            EXPECT_LE(last_m, 0.001 / 500.0 + 1e-7);
+        }
+    }
 }
 
 TEST(LocalStrength, AMaterialsFunctionIsOfItsSurfacesVolume) {

@@ -40,7 +40,8 @@ TEST_F(SceneFileMessage, FunctionsOfTheValueAreChecked) {
         {"\"strong\"", "strength_n in [[effect]] is a string"},
         {"nan",
          "strength_n = nan in [[effect]] is not a number; give a number in [0, 1000000] or inf"},
-        {"-1", "strength_n = -1 in [[effect]] is out of range; give a number in [0, 1000000] or inf"},
+        {"-1",
+         "strength_n = -1 in [[effect]] is out of range; give a number in [0, 1000000] or inf"},
     };
     for (const auto& [value, what] : wrong) {
         const std::string message = complaint(begin + value + "\n");

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -82,7 +83,7 @@ TEST_F(SoftnessTable, MistakesAreRefusedWithLineValueAndRemedy) {
               "in one way how soft it is");
     EXPECT_EQ(complaint(felt("stiffness_mm_n = [[4, 0.2], [4, 1.0]]\n")),
               "scene.toml:6: stiffness_mm_n[1][0] = 4 in [surface.skin] is not above the depth "
-              "before it, 4; give depths in mm that rise");
+              "before it, 4, by 1 nm or more; give depths in mm that rise");
     EXPECT_EQ(complaint(felt("stiffness_mm_n = [[4, 0.2], [5, 0.1]]\n")),
               "scene.toml:6: stiffness_mm_n[1][1] = 0.1 in [surface.skin] is below the force "
               "before it, 0.2; give forces in N that do not fall");
@@ -148,6 +149,23 @@ TEST_F(SoftnessTable, BesideOthersASoftSurfaceIsPlain) {
           "type = \"texture\"\nsurface = \"skin\"\nheight_mm = 0.1\nwavelength_mm = 3\n",
           "type = \"constant_force\"\nforce_n = [0, 0, 1]\n"})
         EXPECT_EQ(complaint(felt(soft, "[[effect]]\n" + std::string(effect))), "") << effect;
+}
+
+// Each has a front of its own, and there is room for the touches of so many.
+TEST_F(SoftnessTable, MoreSoftSurfacesThanCanBeFeltBesideEachOtherAreRefused) {
+    const auto many = [](int count) {
+        std::string text = "[volume.ball]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n";
+        for (int i = 0; i < count; ++i)
+            text += fmt::format("[surface.s{0}]\nvolume = \"ball\"\niso_value = {1}\n"
+                                "stiffness_n_per_mm = 0.01\n"
+                                "[[effect]]\ntype = \"surface\"\nsurface = \"s{0}\"\n",
+                                i, 1e-5 * i);
+        return text;
+    };
+    EXPECT_EQ(complaint(many(32)), "");
+    EXPECT_THAT(complaint(many(33)),
+                HasSubstr("is soft, and not all that is felt: then at most 32 such surfaces can be "
+                          "felt, and there are 33; leave some of them out"));
 }
 
 // What is made in code is checked for the same reasons.

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/haptics/contact/moving_contact.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/contact_kinds.h"
@@ -162,6 +163,31 @@ TEST(GuardedContact, AHeldProbeOnTheLeashMovesNoBit) {
 // Where the guard stands at a vertex, the leash holds the proxy on a ball about it, at an edge on a
 // cylinder. Seen: with flat planes and a probe farther away than the leash is long, frames went to
 // and fro between two of them up to their cap.
+/// From the middle of a hollow cube towards and past its corners and edges, where a leash from one
+/// of them holds the proxy: on a ball about it. The cube is turned by `turn`.
+void expect_a_ball_about_each_corner(ContactLoop& loop, const Mat3& turn, double half_m) {
+    for (const Vec3& direction :
+         {Vec3{1, 1, 1}, Vec3{1, 0.9, 0.7}, Vec3{1, 0.8, 0.02}, Vec3{0.7, 1, -0.3}}) {
+        loop.start(Vec3{0.0});
+        for (int i = 1; i <= 200; ++i) {
+            const Vec3 probe = (i / 200.0) * 0.015 * direction;
+            const SubdivisionResult result = loop.move(turn * probe);
+            const Vec3 proxy = glm::transpose(turn) * loop.proxy();
+            const Vec3 foot = glm::clamp(probe, Vec3{-half_m}, Vec3{half_m});
+            const double away = glm::length(probe - foot);
+            if (away < kLeash) continue; // it may not have come to the leash yet
+            ASSERT_FALSE(result.flags & kEvaluationCap) << i << " " << direction.y;
+            // The energy bank may let it hang a little lower than the leash's plane.
+            const double held = glm::length(proxy - foot);
+            ASSERT_GE(held, 0.8 * kLeash - 1e-7);
+            ASSERT_LE(held, kLeash + 1e-7);
+            // What is left of the way is an adaptive frame's tolerance.
+            const Vec3 exact = foot + (held / away) * (probe - foot);
+            ASSERT_LE(glm::length(proxy - exact), 1e-7) << i << " " << direction.y;
+        }
+    }
+}
+
 TEST(GuardedContact, TheLeashFromACornerIsABall) {
     constexpr double kHalf = 0.01;
     TriangleMesh cavity = test::box_mesh(Vec3{-kHalf}, Vec3{kHalf});
@@ -170,26 +196,15 @@ TEST(GuardedContact, TheLeashFromACornerIsABall) {
     // A field that holds nothing there: a ball far away.
     const auto field = test::voxels_of(
         [](const Vec3& p) { return 0.004 - glm::length(p - Vec3{0.03}); }, 0.04, 1e-3);
-    for (const Vec3& direction :
-         {Vec3{1, 1, 1}, Vec3{1, 0.9, 0.7}, Vec3{1, 0.8, 0.02}, Vec3{0.7, 1, -0.3}}) {
-        ContactLoop loop({}, guarded(field, cavity));
-        loop.start(Vec3{0.0});
-        for (int i = 1; i <= 200; ++i) {
-            const Vec3 probe = (i / 200.0) * 0.015 * direction;
-            const SubdivisionResult result = loop.move(probe);
-            const Vec3 foot = glm::clamp(probe, Vec3{-kHalf}, Vec3{kHalf});
-            const double away = glm::length(probe - foot);
-            if (away < kLeash) continue; // it may not have come to the leash yet
-            ASSERT_FALSE(result.flags & kEvaluationCap) << i << " " << direction.y;
-            // The energy bank may let it hang a little lower than the leash's plane.
-            const double held = glm::length(loop.proxy() - foot);
-            ASSERT_GE(held, 0.8 * kLeash - 1e-7);
-            ASSERT_LE(held, kLeash + 1e-7);
-            // What is left of the way is an adaptive frame's tolerance.
-            const Vec3 exact = foot + (held / away) * (probe - foot);
-            ASSERT_LE(glm::length(loop.proxy() - exact), 1e-7) << i << " " << direction.y;
-        }
-    }
+    ContactLoop still({}, guarded(field, cavity));
+    expect_a_ball_about_each_corner(still, Mat3(1.0), kHalf);
+    // Of a body that is turned, too.
+    std::vector<std::unique_ptr<SurfaceContact>> moving;
+    moving.push_back(std::make_unique<MovingContact>(std::move(guarded(field, cavity).front())));
+    ContactLoop turned({}, std::move(moving));
+    const Quaternion turn = glm::angleAxis(1.1, glm::normalize(Vec3{1.0, -2.0, 0.5}));
+    turned.subdivision().surface(0).moving()->set_pose({Vec3{0.0}, turn});
+    expect_a_ball_about_each_corner(turned, glm::mat3_cast(turn), kHalf);
 }
 
 /// Checks every sub-step in which the leash has a say.

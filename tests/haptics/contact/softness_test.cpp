@@ -202,6 +202,7 @@ TEST(Softness, WhatIsNoLawIsRefusedByName) {
     EXPECT_EQ(why(table({{1e-3, 0.0}, {2e-3, 0.5}, {3e-3, 0.5}})), "");
     EXPECT_NE(why(table({{1e-3, 0.0}})).find("no knot has a force above 0"), std::string::npos);
     EXPECT_NE(why(table({{2e-3, 0.1}, {2e-3, 0.2}})).find("knot 2: press_m"), std::string::npos);
+    EXPECT_NE(why(table({{1e-18, 1.0}})).find("knot 1: press_m"), std::string::npos);
     EXPECT_NE(why(table({{1e-3, 0.3}, {2e-3, 0.2}})).find("knot 2: force_n"), std::string::npos);
     EXPECT_NE(why(Softness::linear(std::numeric_limits<double>::infinity())).find("force_n = inf"),
               std::string::npos);
@@ -209,6 +210,20 @@ TEST(Softness, WhatIsNoLawIsRefusedByName) {
     Softness damped = Softness::linear(100.0);
     damped.damping = -1.0;
     EXPECT_NE(why(damped).find("damping = -1"), std::string::npos);
+}
+
+// A piece as stiff as the coupling is 0.2 mm wide here, and the next one a nanometre: rounding must
+// not take its width.
+TEST(PressLaw, KnotsThatLieCloseTogetherHaveASlope) {
+    const Softness steep = table({{1e-9, 0.1}, {2e-9, 0.2}, {2e-3, 0.3}});
+    steep.check("softness");
+    const PressLaw law(steep, kK);
+    ASSERT_FALSE(law.is_hard());
+    for (int i = 0; i <= 100; ++i) {
+        EXPECT_TRUE(std::isfinite(law.force_n(2e-5 * i))) << i;
+        EXPECT_LE(law.slope(2e-5 * i), kK * (1.0 + kRounding)) << i;
+    }
+    EXPECT_NEAR(law.force_n(0.2 / kK), 0.2, kRounding);
 }
 
 // Trapezoids of a law of straight pieces err only where a piece ends within one.

@@ -97,6 +97,31 @@ TEST(PrimitiveSet, WhatIsAddedIsScaled) {
     EXPECT_EQ(set.total_stiffness(500.0), 550.0);
 }
 
+// Each is finite; their sum, or what follows from it, would not be.
+TEST(PrimitiveSet, ForcesAndSpringsThatWouldOverflowCountAsNothing) {
+    const Vec3 probe{0, 0, -2e-3};
+    const auto expect_held = [&](const PrimitiveSet& set) {
+        EXPECT_FALSE(set.all_finite());
+        const ProxySolution solution = solve_proxy(set, probe, ContactLoop::kStiffness);
+        EXPECT_EQ(solution.proxy, Vec3{0.0});
+        EXPECT_EQ(solution.planes[0].state, MultiplierState::active) << "it is hard";
+    };
+    for (const double force_n : {-1.5e308, 1.5e308, -1e200}) {
+        PrimitiveSet set;
+        set.add({Vec3{0.0}, {0, 0, 1}, kHard});
+        set.add_force({0, 0, force_n});
+        set.add_force({0, 0, force_n});
+        expect_held(set);
+    }
+    for (const auto& [anchor_m, stiffness] :
+         {std::pair{0.0, -1000.0}, {1e10, 1e300}, {0.0, std::nan("")}}) {
+        PrimitiveSet set;
+        set.add({Vec3{0.0}, {0, 0, 1}, kHard});
+        set.add_spring({0, 0, anchor_m}, stiffness);
+        expect_held(set);
+    }
+}
+
 // ---- surfaces ----------------------------------------------------------------------------------
 
 /// A ball that is felt, and the probe above its north pole.

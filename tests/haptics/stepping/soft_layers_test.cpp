@@ -495,5 +495,92 @@ TEST(SoftLayers, WhatWouldActOnTheFrontIsRefused) {
     EXPECT_NE(why(finish, SteppingMethod::adaptive).find("it cannot draw"), std::string::npos);
 }
 
+TEST(SoftLayers, ATouchThatEndsIsWhereTheTipWas) {
+    ContactLoop loop(precise(), surfaces(ball(50e-3), ball(60e-3)), {}, 0.0, {{}, soft(100.0)});
+    TouchList touches;
+    const auto expect_end = [&](const Vec3& tip) {
+        loop.subdivision().find_touches(touches);
+        ASSERT_EQ(touches.size(), 1u);
+        EXPECT_EQ(touches[0].surface, 1u);
+        EXPECT_EQ(touches[0].phase, Touch::Phase::ended);
+        EXPECT_EQ(touches[0].point, tip);
+        EXPECT_NEAR(touches[0].normal.x, 1.0, 1e-12);
+        EXPECT_EQ(touches[0].force, Vec3{0.0});
+    };
+    loop.start({61e-3, 0, 0});
+    loop.move({57e-3, 0, 0});
+    loop.move({57e-3, 0, 0});
+    Vec3 tip = loop.proxy();
+    loop.move({70e-3, 10e-3, 0}); // out, in one frame
+    expect_end(tip);
+    // A new trial elsewhere ends what the last one touched, once.
+    loop.move({61e-3, 0, 0});
+    loop.move({57e-3, 0, 0});
+    tip = loop.proxy();
+    loop.start({0, 70e-3, 0});
+    loop.move({0, 70e-3, 0});
+    expect_end(tip);
+    loop.move({0, 70e-3, 0});
+    loop.subdivision().find_touches(touches);
+    EXPECT_TRUE(touches.empty());
+}
+
+// There is room for what each of them is told, and for all planes.
+TEST(SoftLayers, AsManyAsThereMayBeAreTouched) {
+    constexpr std::size_t kMost = Subdivision::kMostLayers;
+    const auto layers = [](std::size_t count) {
+        Surfaces all;
+        for (std::size_t i = 0; i < count; ++i)
+            all.push_back(ball(60e-3 - 1e-5 * static_cast<double>(i)));
+        return all;
+    };
+    ContactLoop loop({}, layers(kMost), {}, 0.0, std::vector<SurfaceFinish>(kMost, soft(1.0)));
+    loop.start({61e-3, 0, 0});
+    for (const double x : {55e-3, 70e-3}) { // all of them push, and all of them end
+        loop.move({x, 0, 0});
+        TouchList touches;
+        loop.subdivision().find_touches(touches);
+        EXPECT_EQ(touches.size(), kMost);
+    }
+    try {
+        ContactLoop more({}, layers(kMost + 1), {}, 0.0,
+                         std::vector<SurfaceFinish>(kMost + 1, soft(1.0)));
+        FAIL() << "there is no room for their touches";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("more than 32 surfaces are soft"),
+                  std::string::npos);
+    }
+}
+
+TEST(SoftLayers, AStateOfAnotherContactIsRefusedAndChangesNothing) {
+    constexpr double kHard = std::numeric_limits<double>::infinity();
+    const auto make = [](std::unique_ptr<SurfaceContact> skin) {
+        LevelSettings weak;
+        weak.strength_n = 0.5;
+        auto bone = std::make_unique<VolumeContact>(
+            std::shared_ptr<const ScalarField>(make_solid_sphere(50e-3)), weak);
+        auto loop = std::make_unique<ContactLoop>(SteppingSettings{},
+                                                  surfaces(std::move(bone), std::move(skin)),
+                                                  std::vector<std::unique_ptr<Effect>>{}, 0.0,
+                                                  std::vector<SurfaceFinish>{{}, soft(100.0)});
+        loop->start({61e-3, 0, 0});
+        return loop;
+    };
+    const auto mesh = [] { return test::ball(Kind::mesh, 60e-3, kHard, Yielding::holds, 4); };
+    const auto other = make(ball(60e-3)), one = make(mesh()), twin = make(mesh());
+    other->subdivision().gain(0, SurfacePart::strength).set(0.1); // its bone is to be weak
+    for (const double x : {58e-3, 55e-3}) {
+        other->move({x, 0, 0});
+        one->move({x, 1e-3, 0});
+        twin->move({x, 1e-3, 0});
+    }
+    EXPECT_THROW(one->subdivision().restore_state(other->subdivision().save_state()),
+                 std::invalid_argument);
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 probe{55e-3 - 1e-4 * i, 1e-3, 1e-5 * i};
+        EXPECT_EQ(one->move(probe).proxy, twin->move(probe).proxy) << i;
+    }
+}
+
 } // namespace
 } // namespace palpate
