@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: scripts/mutants.sh [--check] [--with "EXECUTABLE FILTER"] [WORDS]...
-# Who notices when a guard is broken? Breaks each guard of scripts/mutants.txt once, in a copy of the sources, builds the library,
-# and runs the nearest tests; or those of --with, the same ones for all guards: does a net notice that was not made for them?
+# Who notices when a safeguard is broken? Breaks each safeguard of scripts/mutants.txt once, in a copy of the sources, builds the library,
+# and runs the nearest tests; or those of --with, the same ones for all safeguards: does a net notice that was not made for them?
 # Random scenes are such a net: --with "palpate_stability --first --seed 0-1000000 --frames 400000".
-# With WORDS only the guards with these words, or with one of several. Prints a table in Markdown. Exits with 1 where a guard is
-# missed by the tests, with 2 where something is wrong with the list or the build. Takes about half a minute a guard on two cores,
+# With WORDS only the safeguards with these words, or with one of several. Prints a table in Markdown. Exits with 1 where a safeguard is
+# missed by the tests, with 2 where something is wrong with the list or the build. Takes about half a minute a safeguard on two cores,
 # and what a release build takes before that; build/mutants keeps the copy, so that the next time is quicker.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
@@ -28,11 +28,11 @@ while [ $# -gt 0 ]; do
 done
 [ ${#wanted[@]} -gt 0 ] || wanted=("")
 jobs=$(nproc)
-most_seconds=300 # for the tests of a guard: what hangs is noticed
+most_seconds=300 # for the tests of a safeguard: what hangs is noticed
 
 fail() { printf 'mutants.sh: %s\n' "$*" >&2; exit 2; }
 
-# Whether a guard for purpose $1 is one of those that are wanted.
+# Whether a safeguard for purpose $1 is one of those that are wanted.
 is_wanted() {
     local words
     for words in "${wanted[@]}"; do
@@ -51,7 +51,7 @@ while IFS= read -r purpose; do
     purposes+=("$purpose") files+=("$file") lines+=("$line") instead+=("$other") tests+=("${with:-$test}")
 done <"$root/scripts/mutants.txt"
 for words in "${wanted[@]}"; do
-    case "$(printf '%s\n' "${purposes[@]}")" in *"$words"*) ;; *) fail "no guard has the words \"$words\"" ;; esac
+    case "$(printf '%s\n' "${purposes[@]}")" in *"$words"*) ;; *) fail "no safeguard has the words \"$words\"" ;; esac
 done
 [ -z "$only_check" ] || exit 0
 
@@ -69,7 +69,7 @@ mapfile -t executables < <(printf '%s\n' "${tests[@]%% *}" | sort -u)
 (cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF -DPALPATE_BUNDLES=OFF >/dev/null) || fail "$copy cannot be configured"
 cmake --build "$build" --parallel "$jobs" --target "${executables[@]}" >"$build/log" 2>&1 || fail "the sources do not build: $build/log"
 
-# Names of the tests of guard $1 that fail; "..." where they end in another way.
+# Names of the tests of safeguard $1 that fail; "..." where they end in another way.
 failed_tests() {
     local executable=${tests[$1]%% *} filter=${tests[$1]#* } status=0
     if [ "$executable" = palpate_stability ]; then # the invariant that fails, and where
@@ -101,7 +101,7 @@ for i in "${!files[@]}"; do
 done
 
 survivors=0
-echo "| guard | file | noticed by |"
+echo "| safeguard | file | noticed by |"
 echo "|---|---|---|"
 for i in "${!files[@]}"; do
     cp "$copy/${files[i]}" "$copy/sound"
@@ -116,5 +116,5 @@ for i in "${!files[@]}"; do
     [ -n "$noticed" ] || { noticed="**nobody**"; survivors=$((survivors + 1)); }
     echo "| ${purposes[i]} | ${files[i]} | $noticed |"
 done
-printf '%s guards, %s not noticed\n' "${#files[@]}" "$survivors" >&2
+printf '%s safeguards, %s not noticed\n' "${#files[@]}" "$survivors" >&2
 [ $survivors -eq 0 ]
