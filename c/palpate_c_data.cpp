@@ -309,9 +309,10 @@ palpate_code palpate_data_add_scalar_field(palpate_data* data, const char* name,
         require_fresh(data->data.volumes, name);
         const auto given = known(field, kFirstScalarField, "palpate_scalar_field");
         const auto user = std::make_shared<Borrowed>(given.user, given.release);
-        auto made =
-            scalars_of(given, volume_named(name, "scalar_field"), user, data->failures[name]);
+        palpate::FailureCount failures;
+        auto made = scalars_of(given, volume_named(name, "scalar_field"), user, failures);
         data->data.volumes[name].scalar_field = std::move(made);
+        data->failures[name] = std::move(failures);
         user->keep();
     });
 }
@@ -324,9 +325,10 @@ palpate_code palpate_data_add_vector_field(palpate_data* data, const char* name,
         require_fresh(data->data.volumes, name);
         const auto given = known(field, kFirstVectorField, "palpate_vector_field");
         const auto user = std::make_shared<Borrowed>(given.user, given.release);
-        auto made =
-            vectors_of(given, volume_named(name, "vector_field"), user, data->failures[name]);
+        palpate::FailureCount failures;
+        auto made = vectors_of(given, volume_named(name, "vector_field"), user, failures);
         data->data.volumes[name].vector_field = std::move(made);
+        data->failures[name] = std::move(failures);
         user->keep();
     });
 }

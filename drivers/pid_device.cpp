@@ -89,6 +89,8 @@ public:
     void received(std::span<const std::uint8_t> report, double time_s) noexcept override;
     void caught_up() noexcept override;
     std::size_t compose(std::span<std::uint8_t> report) noexcept override;
+    /// Whether its effects were taken out of the stick. While no thread runs.           [setup]
+    bool is_released() const noexcept { return is_released_; }
 
 private:
     PidEffect load_effect(HidPort& port, PidAxis axis) const;
@@ -108,6 +110,7 @@ private:
 
     // The writer's.
     std::array<PidEffect, 2> effects_; ///< x and y of the stick
+    bool is_released_ = false;         ///< since connected()
     std::size_t next_ = 0;             ///< they take turns
     Force force_;
 
@@ -175,6 +178,7 @@ void PidDevice::Stick::connected(HidPort& port) {
     path_ = port.path();
     reports_.emplace(internal::read_hid_descriptor(port.report_descriptor(), path_), path_);
     effects_ = {};
+    is_released_ = false;
     for (const auto& report :
          {reports_->control(PidControl::reset), reports_->control(PidControl::stop_all),
           reports_->control(PidControl::enable_actuators), reports_->full_gain()})
@@ -190,6 +194,7 @@ void PidDevice::Stick::connected(HidPort& port) {
 }
 
 void PidDevice::Stick::release(HidPort& port) noexcept {
+    is_released_ = true;
     for (PidEffect& effect : effects_) {
         if (effect.number == 0) continue;
         reports_->set_magnitude(effect.force, 0.0);
@@ -232,6 +237,7 @@ std::size_t PidDevice::Stick::compose(std::span<std::uint8_t> report) noexcept {
     PidEffect& effect = effects_[next_];
     const PidAxis axis = next_ == 0 ? PidAxis::x : PidAxis::y;
     next_ = 1 - next_;
+    if (effect.number == 0) return 0; // released: it is not there any more
     const bool restart = now_s - effect.started_s > kRestartS;
     if (restart) effect.started_s = now_s;
     if (!restart) reports_->set_magnitude(effect.force, magnitude(axis, now_s));
@@ -255,7 +261,13 @@ PidDevice::~PidDevice() = default;
 
 DeviceProperties PidDevice::properties() const { return stick_->properties(); }
 void PidDevice::open() { stick_->stream().open(); }
-void PidDevice::start() { stick_->stream().start(); }
+void PidDevice::start() {
+    if (stick_->is_released()) { // by stop(): its effects are loaded anew
+        stick_->stream().close();
+        stick_->stream().open();
+    }
+    stick_->stream().start();
+}
 void PidDevice::stop() noexcept { stick_->stream().stop(); }
 void PidDevice::close() noexcept { stick_->stream().close(); }
 

@@ -34,6 +34,8 @@ PluginClock::duration duration_of(double seconds) {
 
 Vec3 vec_of(const double (&values)[3]) noexcept { return {values[0], values[1], values[2]}; }
 
+constexpr const char* kForceMayBeHeld =
+    ", so that nobody knows whether a force is held: switch the device off";
 constexpr int kThrew = -1000; // counts as PALPATE_PLUGIN_FAILED
 
 /// No exception of a plug-in gets further than this.
@@ -200,11 +202,13 @@ void PluginDevice::Runner::run() {
 
 /// Empty, or why it could not be.
 std::string PluginDevice::Runner::carried_out(Wish wish) {
+    std::string failure;
     switch (wish) {
     case Wish::open:
         return opened();
     case Wish::start:
         last_time_s_ = -kInfinite;
+        mailbox_.forget_force(); // it was not meant for what is felt from now on
         if (const int result = result_of([&] { return plugin_.start(device_); });
             result != PALPATE_PLUGIN_OK)
             return failed("start", result);
@@ -213,14 +217,14 @@ std::string PluginDevice::Runner::carried_out(Wish wish) {
     case Wish::close:
         if (device_ == nullptr) return "";
         if (const int result = result_of([&] { return plugin_.stop(device_); });
-            result != PALPATE_PLUGIN_OK && wish == Wish::stop)
-            return failed("stop", result);
-        if (wish == Wish::stop) return "";
+            result != PALPATE_PLUGIN_OK)
+            failure = failed("stop", result);
+        if (wish == Wish::stop) return failure;
         result_of([&] {
             plugin_.close(std::exchange(device_, nullptr));
             return 0;
         });
-        return "";
+        return failure;
     case Wish::none:
         break;
     }
@@ -341,6 +345,7 @@ void PluginDevice::let_go(const char* unreturned) {
 
 void PluginDevice::open() {
     close();
+    failed_to_stop_ = false;
     PluginAddress address = address_;
     address.path = std::filesystem::absolute(address_.path).string();
     runner_ = std::make_shared<Runner>(internal::load_plugin(address.path), address);
@@ -366,13 +371,16 @@ void PluginDevice::start() {
 
 void PluginDevice::stop() noexcept {
     std::string failure;
-    if (runner_ && !runner_->ask(Runner::Wish::stop, patience_.stop_s, failure)) let_go("stop");
+    if (!runner_) return;
+    if (!runner_->ask(Runner::Wish::stop, patience_.stop_s, failure)) return let_go("stop");
+    if (!failure.empty()) failed_to_stop_ = true;
 }
 
 void PluginDevice::close() noexcept {
     std::string failure;
     if (!runner_) return;
     const bool returns = runner_->ask(Runner::Wish::close, patience_.close_s, failure);
+    if (!failure.empty()) failed_to_stop_ = true;
     let_go(returns ? nullptr : "close");
 }
 
@@ -401,10 +409,10 @@ std::string PluginDevice::complaint() const {
     tell(counted.faulty, "states with numbers out of range");
     tell(counted.not_later, "states not later than the one before");
     tell(counted.slow_calls, "calls that took longer than it says");
+    if (failed_to_stop_)
+        text += (text.empty() ? "" : ", ") + std::string("stop failed") + kForceMayBeHeld;
     if (!unreturned_.empty())
-        text +=
-            (text.empty() ? "" : ", ") + unreturned_ +
-            " did not return, so that nobody knows whether a force is held: switch the device off";
+        text += (text.empty() ? "" : ", ") + unreturned_ + " did not return" + kForceMayBeHeld;
     if (text.empty()) return "";
     const std::string reason = runner_ ? runner_->first_reason() : first_reason_;
     return address_.path + ": " + text + (reason.empty() ? "" : "; the first: " + reason) +

@@ -98,6 +98,7 @@ private:
     PluginCounts counts_;            ///< until close()
     std::string first_reason_;       ///< until close()
     std::string unreturned_;         ///< the function that does not return; empty: all did
+    bool failed_to_stop_ = false;    ///< the last stop that was asked for
 };
 
 } // namespace palpate

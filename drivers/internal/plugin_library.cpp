@@ -204,7 +204,12 @@ DeviceProperties device_properties(const palpate_plugin_properties& said) {
 }
 
 std::string reason_of(const palpate_device_plugin& plugin, void* device) {
-    const char* given = plugin.reason(device);
+    const char* given = nullptr;
+    try {
+        given = plugin.reason(device);
+    } catch (...) { // as from any other of its functions
+        return "the plug-in's reason() throws";
+    }
     if (given == nullptr || *given == '\0') return "the plug-in gives no reason";
     std::string reason(given, std::find(given, given + kLongestReason, '\0'));
     std::replace_if(

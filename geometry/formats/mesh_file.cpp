@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstring>
 #include <fstream>
@@ -193,7 +194,8 @@ void write_ply(const TriangleMesh& mesh, const std::filesystem::path& file,
                const std::vector<std::string>& comments) {
     const std::string header = ply_header(mesh, comments);
     std::filesystem::path unfinished = file;
-    unfinished += ".part" + std::to_string(::getpid());
+    static std::atomic<unsigned> count{0}; // two threads may write at the same time
+    unfinished += ".part" + std::to_string(::getpid()) + "-" + std::to_string(count++);
     const auto fail = [&](const std::string& what) {
         std::error_code ignored;
         std::filesystem::remove(unfinished, ignored);

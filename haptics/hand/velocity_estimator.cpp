@@ -41,8 +41,12 @@ struct Door {
 
 const Vec3& VelocityEstimator::update(double time_s, const Vec3& position) noexcept {
     if (!std::isfinite(time_s) || !is_finite(position)) return without_news();
-    if (count_ > 0 && !(time_s > newest(0).time_s)) return without_news();
-    repeats_ = 0;
+    if (count_ > 0 && !(time_s > newest(0).time_s)) {
+        older_ = time_s < newest(0).time_s ? older_ + 1 : 0;
+        if (older_ <= kMostRepeats) return without_news();
+        restart();
+    }
+    repeats_ = older_ = 0;
     samples_[next_] = {time_s, position};
     next_ = (next_ + 1) % kCapacity;
     count_ = std::min(count_ + 1, kCapacity);
@@ -61,7 +65,7 @@ const Vec3& VelocityEstimator::without_news() noexcept {
 }
 
 void VelocityEstimator::restart() noexcept {
-    repeats_ = 0;
+    repeats_ = older_ = 0;
     next_ = 0;
     count_ = 0;
     velocity_ = Vec3{0.0};

@@ -37,7 +37,8 @@ public:
 
     /// A sample at its own time, s, m; returns the velocity, m/s. One that is not newer than the
     /// last, or not finite, changes nothing, until there have been more than kMostRepeats: a device
-    /// that reports changes alone says by that that it rests.                            [loop]
+    /// that reports changes alone says by that that it rests. After so many that are older than the
+    /// newest its clock has been set back, or the newest was wrong: then it begins anew.  [loop]
     const Vec3& update(double time_s, const Vec3& position) noexcept;
 
     /// Forgets every sample: what comes next is somewhere else.                          [loop]
@@ -62,6 +63,7 @@ private:
     std::size_t next_ = 0;
     std::size_t count_ = 0;
     int repeats_ = 0; // since the newest sample
+    int older_ = 0;   // in a row
     Vec3 velocity_{0.0};
 };
 

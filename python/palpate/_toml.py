@@ -102,7 +102,7 @@ def without_lines(message: str, text: str) -> str:
     """
 
     def place(found: re.Match[str]) -> str:
-        before = text.splitlines()[: int(found[1])]
+        before = text.split("\n")[: int(found[1])]  # as the reader of TOML counts lines
         headers = [line for line in before if line.startswith("[")]
         if not headers or not headers[-1].startswith("[["):
             return "dict: "

@@ -77,7 +77,7 @@ def _unit(given: Any, i: int, folder: Path) -> _Unit:
     if isinstance(scene, Mapping):
         unit.update(scene=_toml.scene_text(scene), file=str(folder / "dict"))
     elif isinstance(scene, (str, os.PathLike)):
-        unit.update(scene=None, file=str(folder / scene))
+        unit.update(scene=None, file=str(folder / _name(f"{place}: scene", scene)))
     else:
         raise refuse(f"scene is of type {type(scene).__name__}", "give a file's name or a dict")
     if given.get("path") is not None:
@@ -86,8 +86,16 @@ def _unit(given: Any, i: int, folder: Path) -> _Unit:
                 f"path is of type {type(given['path']).__name__}",
                 "give the name of a file with t_s,x_m,y_m,z_m, or None for the scene's own",
             )
-        unit["path"] = str(folder / given["path"])
+        unit["path"] = str(folder / _name(f"{place}: path", given["path"]))
     return unit
+
+
+def _name(what: str, file: PathLike) -> str:
+    """A file's name that can be one. Raises ArgumentError."""
+    try:
+        return os.fsdecode(file_name(what, file))
+    except FileError as error:
+        raise ArgumentError(str(error)) from None
 
 
 def _units(units: Iterable[Mapping[str, Any]] | PathLike) -> list[_Unit]:
@@ -354,7 +362,12 @@ def _merged(units: list[_Unit], folder: Path) -> Studies:
     missing = []
     for i, unit in enumerate(units):
         kept = _read(folder / _file_name(unit))
-        if kept is None or kept.get("unit") != unit:
+        if (
+            kept is None
+            or kept.get("unit") != unit
+            or kept.get("key") != _key(unit, _scene_text(unit))
+            or not isinstance(kept.get("csv"), str)
+        ):
             missing.append(i)
         else:
             results.append(Study(kept["csv"]))

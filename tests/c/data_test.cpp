@@ -211,6 +211,25 @@ TEST(DataInC, AFunctionIsFeltAsTheFormulaIs) {
     EXPECT_EQ(palpate_data_failures(data.get(), "own"), 0u);
 }
 
+// What is refused leaves nothing: neither a field nor its count.
+TEST(DataInC, AFunctionThatIsRefusedLeavesNoFailures) {
+    palpate_scalar_field given{};
+    given.size = sizeof given;
+    given.steepest_per_m = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        given.lower_m[axis] = -0.01;
+        given.upper_m[axis] = 0.01;
+    }
+    given.feature_size_m = 1e-3;
+    given.sample = [](const double*, double* value, double*, void*) {
+        *value = std::nan("");
+        return 1;
+    };
+    const test::DataPtr data = test::no_data();
+    ASSERT_NE(palpate_data_add_scalar_field(data.get(), "own", &given, nullptr), PALPATE_OK);
+    EXPECT_EQ(palpate_data_failures(data.get(), "own"), 0u);
+}
+
 TEST(DataInC, AVectorFunctionReachesTheEffects) {
     Ball ball;
     const palpate_vector_field given = vector_field_of(ball);

@@ -155,6 +155,20 @@ TEST_P(PidSticks, Case5StopTakesForceEffectsAndActuatorsAway) {
     rig.device.close();
 }
 
+TEST_P(PidSticks, StoppedItStartsAgainWithItsEffects) {
+    Rig rig(GetParam());
+    rig.run();
+    EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return rig.force_is(0.5, 0.5); }));
+    rig.device.stop();
+    rig.device.start();
+    EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return rig.force_is(0.5, 0.5); }));
+    rig.device.stop();
+    rig.node.at_rest([&] {
+        EXPECT_TRUE(rig.stick.effects.empty());
+        EXPECT_FALSE(rig.stick.actuators);
+    });
+}
+
 TEST_P(PidSticks, Case5DestroyedItHoldsNoForce) {
     PidFirmware stick(GetParam());
     HidNode node(kPath, stick);
@@ -221,9 +235,8 @@ TEST_P(PidSticks, Case9AForceOfBeforeIsNotPlayedByWhatIsPluggedInAfterwards) {
     rig.node.plug_in();
     for (const int right : {32767, -32767, 32767, -32767}) { // each is told, and answered
         rig.node.at_rest([&] { rig.stick.axes = {right, 0}; });
-        EXPECT_TRUE(test::comes_true([&] {
-            return rig.device.read(rig.state) && rig.state.position.y * right > 0.0;
-        }));
+        EXPECT_TRUE(test::comes_true(
+            [&] { return rig.device.read(rig.state) && rig.state.position.y * right > 0.0; }));
     }
     EXPECT_EQ(rig.node.at_rest([&] { return rig.stick.largest_force; }), 0.0);
 }

@@ -167,6 +167,18 @@ TEST(PluginDevice, AStopOrCloseThatDoesNotReturnIsLeftToItself) {
     }
 }
 
+TEST(PluginDevice, AStopThatFailsIsTold) {
+    PluginDevice device(with("STOP_FAILS"));
+    device.open();
+    device.start();
+    EXPECT_EQ(device.complaint(), "");
+    device.stop();
+    EXPECT_PART(device.complaint(), "stop failed, so that nobody knows whether a force is held: "
+                                    "switch the device off");
+    device.close();
+    EXPECT_PART(device.complaint(), "stop failed");
+}
+
 TEST(PluginDevice, CallsThatTakeLongerThanItSaysBringNoState) {
     Rig rig("SLOW_READ");
     ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().slow_calls > 10; }));
@@ -229,6 +241,9 @@ TEST(PluginDevice, WhatIsWrongWithTheDeviceIsSaidInItsOwnWords) {
 TEST(PluginDevice, AnExceptionOfAPluginIsAFailure) {
     EXPECT_PART(refusal({kFolder + "/throwing_device.so", {}}),
                 "throwing_device.so: open: an exception leaves it; catch it there");
+    // Also one of the function that is asked for the reason of another's failure.
+    EXPECT_PART(refusal({kFolder + "/throwing_device.so", {{"only", "properties"}}}),
+                "throwing_device.so: properties: the plug-in's reason() throws");
 }
 
 TEST(PluginDevice, AnAddressIsAFileAndItsOptions) {

@@ -74,6 +74,12 @@ class Errors(unittest.TestCase):
                 line = self.line_of(palpate.SceneError, lambda s=scene: palpate.Scene(s), *parts)
                 self.assertTrue(line.startswith("dict: "), line)
 
+    def test_lines_of_a_dict_are_counted_as_the_reader_counts_them(self):
+        scene = changed(("effect", 1), "static", -1)
+        scene["effect"][0]["a\u2028[[b"] = "c\u2028[[d"
+        with self.assertRaisesRegex(palpate.SceneError, r"^dict: effect\[[01]\]: "):
+            palpate.Scene(scene)
+
     def test_a_dict_without_end_is_refused(self):
         endless = {}
         endless["a"] = endless

@@ -115,7 +115,10 @@ class Many(unittest.TestCase):
             palpate.study_unit(units, 0, out=folder / "out")
             (first,) = results_of(folder / "out")
             before = first.read_bytes()
+            palpate.merge_studies(units, out=folder / "out")
             write_path(folder / "path.csv", 0.99 * strokes(FRAMES), rate_hz=4000.0)
+            with self.assertRaisesRegex(palpate.Error, "no result of 1 of 1 units"):
+                palpate.merge_studies(units, out=folder / "out")
             palpate.study_unit(units, 0, out=folder / "out")
             self.assertNotEqual(first.read_bytes(), before)
 
@@ -182,6 +185,9 @@ class Many(unittest.TestCase):
             ([{**good, "pth": "x"}], "unknown key 'pth'", "path"),
             ([{**good, "scene": 3}], "scene is of type int"),
             ([{**good, "path": [[0, 0, 0]]}], "path is of type list"),
+            ([good, {**good, "scan": "c", "path": "a\0b.csv"}], "units[1]: path = ", "none"),
+            ([{**good, "path": "\ud800.csv"}], "units[0]: path = "),
+            ([{**good, "scene": "a\0.toml"}], "units[0]: scene = "),
             ([{**good, "every": 0}], "every = 0"),
             ([{**good, "baselines": 1}], "baselines = 1"),
         ):

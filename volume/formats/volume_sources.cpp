@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 // No header comes near; the rest of an attached file is voxels.
-constexpr std::size_t kMostHeaderLines = 10000;
+constexpr std::size_t kMostHeaderLines = 200000; // a reader takes 100,000 files
 
 /// Lower case, without blanks: "Data File" and "datafile" are one.
 std::string key_of(const std::string& text) {
@@ -53,6 +53,7 @@ std::vector<std::string> named_files(const std::filesystem::path& header, const 
         if (format.ends_with_a_blank && trimmed(line).empty()) break;
         const auto at = line.find(format.separator);
         if (at == std::string::npos || key_of(line.substr(0, at)) != format.key) continue;
+        if (line.compare(at, 2, ":=") == 0) continue; // a remark of an NRRD header
         const std::string value(trimmed(std::string_view(line).substr(at + 1)));
         if (value.find('%') != std::string::npos) return {kPattern};
         if (!format.ends_with_a_blank && key_of(value) == "local") break;

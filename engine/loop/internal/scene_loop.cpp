@@ -275,8 +275,9 @@ Vec3 SceneLoop::release(std::uint32_t& flags) noexcept {
 }
 
 Vec3 SceneLoop::velocity(const DeviceState& device) noexcept {
-    return estimates_velocity_ ? velocity_estimator_.update(device.time_s, device.position)
-                               : device.velocity;
+    if (!estimates_velocity_) return device.velocity;
+    if (started_ && device.trial != trial_) velocity_estimator_.restart(); // elsewhere, at any time
+    return velocity_estimator_.update(device.time_s, device.position);
 }
 
 Vec3 SceneLoop::wanted_force(const DeviceState& device, const Vec3& velocity,

@@ -23,16 +23,17 @@
     X(OPEN_HANGS)                                                                                  \
     X(NEEDS_FILE)                                                                                  \
     X(RATE_NAN)                                                                                    \
-    X(PROPERTIES_CHANGE) X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START)        \
-        X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS)          \
-            X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY)                \
-                X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) \
-                    X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN)        \
-                        X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES)     \
-                            X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE)         \
-                                X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE)     \
-                                    X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)                \
-                                        X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE) X(CHAOS)
+    X(PROPERTIES_CHANGE)                                                                           \
+    X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS)              \
+        X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM)          \
+            X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS)              \
+                X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK)    \
+                    X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED)           \
+                        X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) X(NO_RESTART)  \
+                            X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE)      \
+                                X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) X(LEAKS_THREAD)      \
+                                    X(LEAKS_MEMORY) X(HANG_IN_READ) X(HANG_IN_STOP) X(TELLS_FORCE) \
+                                        X(GARBAGE) X(CHAOS) X(STOP_FAILS)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
@@ -338,6 +339,10 @@ static int plugin_stop(void* opened) {
     ++device->stops;
     device->is_started = 0;
     if (!HAS(FORCE_AFTER_STOP)) memset(device->held, 0, sizeof device->held);
+    if (HAS(STOP_FAILS)) {
+        device->reason = "the port is gone";
+        return PALPATE_PLUGIN_FAILED;
+    }
     return PALPATE_PLUGIN_OK;
 }
 

@@ -144,6 +144,17 @@ TEST(VelocityEstimator, StaleAndUnusableSamplesChangeNothing) {
     EXPECT_NEAR(estimator.velocity().x, 0.1, 2.0 * kStep / (kWindow - kPeriod));
 }
 
+// A time of the far future, once; or a clock that begins anew: neither is rest for ever.
+TEST(VelocityEstimator, AfterAClockThatWasSetBackItGoesOn) {
+    for (const double wrong_s : {1e9, 600.0}) {
+        VelocityEstimator estimator({kStep, kWindow});
+        estimator.update(wrong_s, {0, 0, 0});
+        for (int i = 0; i < 100; ++i)
+            estimator.update(kPeriod * i, {1e-4 * i, 0, 0});
+        EXPECT_NEAR(estimator.velocity().x, 0.1, 2.0 * kStep / (kWindow - kPeriod)) << wrong_s;
+    }
+}
+
 TEST(VelocityEstimator, ADeviceThatSaysNothingNewRests) {
     VelocityEstimator estimator({kStep, kWindow});
     for (int i = 0; i < 50; ++i)

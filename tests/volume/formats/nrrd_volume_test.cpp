@@ -146,6 +146,14 @@ TEST(NrrdVolume, RefusesDataOfTheWrongLength) {
     EXPECT_REFUSED(folder / "d.nhdr", "60 bytes of voxels where 48 belong");
     make_file(folder / "s.nhdr", nrrd_text(kLpsGeometry, "byte skip: 70\ndata file: d.raw\n"));
     EXPECT_REFUSED(folder / "s.nhdr", "truncated");
+    for (const char* numbers : {"0 -9223372036854775808 -1", "-9223372036854775808 0 1",
+                                "0 1 -9223372036854775808", "1 9223372036854775807 1"}) {
+        make_file(folder / "n.nhdr",
+                  nrrd_text(kLpsGeometry, std::string("data file: d%d.raw ") + numbers + "\n"));
+        EXPECT_REFUSED(folder / "n.nhdr", "unusable pattern");
+    }
+    make_file(folder / "t.nhdr", nrrd_text(kLpsGeometry, "data file: s.raw\ndata file: d.raw\n"));
+    EXPECT_REFUSED(folder / "t.nhdr", "states \"data file\" twice; remove one of both lines");
     make_file(folder / "m.nhdr", nrrd_text(kLpsGeometry, "data file: missing.raw\n"));
     EXPECT_REFUSED(folder / "m.nhdr", "missing.raw");
     make_file(folder / "l.nhdr",

@@ -28,7 +28,6 @@ bool is_free(const std::vector<std::int32_t>& layer, std::span<const VoxelRun> r
 
 LabelLayers::LabelLayers(std::filesystem::path file, const LabelVolume& grid)
     : file_(std::move(file)), volume_(grid) {
-    require_memory(file_, static_cast<double>(voxels_of(volume_.size)));
     volume_.layers.clear();
     volume_.labels.clear();
     free_layer({});
@@ -37,6 +36,9 @@ LabelLayers::LabelLayers(std::filesystem::path file, const LabelVolume& grid)
 LabelLayers::Layer& LabelLayers::free_layer(std::span<const VoxelRun> runs) {
     for (Layer& layer : layers_)
         if (is_free(layer, runs)) return layer;
+    // A system may promise more memory than it has, and end the process that uses it.
+    require_memory(file_, static_cast<double>(voxels_of(volume_.size)) *
+                              static_cast<double>(layers_.size() + 1));
     try {
         return layers_.emplace_back(voxels_of(volume_.size));
     } catch (const std::bad_alloc&) {

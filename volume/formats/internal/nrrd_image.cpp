@@ -123,6 +123,9 @@ Storage parse_storage(const std::filesystem::path& file, const NrrdText& text,
     return storage;
 }
 
+/// std::abs(number) < most, also of the least number, which has no absolute value.
+bool is_within(std::int64_t number, std::int64_t most) { return number > -most && number < most; }
+
 /// The files of "slice%03d.raw 1 20 1"; nothing where the description is no such pattern.
 std::optional<std::vector<std::string>> numbered_files(const std::filesystem::path& file,
                                                        const std::string& description) {
@@ -137,9 +140,8 @@ std::optional<std::vector<std::string>> numbered_files(const std::filesystem::pa
     const std::string width = words[0].substr(from + 1, to - from - 1); // "", "4" or "04"
     const auto digits = width.empty() ? std::optional<std::int64_t>(0) : nrrd_integer(width);
     const bool in_range = digits && *digits >= 0 && *digits < 20 && *step != 0 &&
-                          std::abs(*first) < kMaxDataFiles * 100 &&
-                          std::abs(*last) < kMaxDataFiles * 100 && *step > -kMaxDataFiles &&
-                          *step < kMaxDataFiles;
+                          is_within(*first, kMaxDataFiles * 100) &&
+                          is_within(*last, kMaxDataFiles * 100) && is_within(*step, kMaxDataFiles);
     if (!in_range || (*last - *first) / *step < 0 || (*last - *first) / *step >= kMaxDataFiles)
         throw import_error(file, "names its data files by an unusable pattern, \"" +
                                      short_text(description) + "\"; correct \"data file\"");

@@ -35,7 +35,7 @@ std::string unescaped(const std::string& text) {
     return result;
 }
 
-void add_line(NrrdText& text, const std::string& line) {
+void add_line(const std::filesystem::path& file, NrrdText& text, const std::string& line) {
     const auto colon = line.find(':');
     if (line.front() == '#' || colon == std::string::npos) return; // a comment, or nothing we know
     if (line.compare(colon, 2, ":=") == 0) {
@@ -44,7 +44,11 @@ void add_line(NrrdText& text, const std::string& line) {
     }
     std::string name = lower_case(line.substr(0, colon));
     std::erase(name, ' ');
-    text.fields[name] = trimmed(std::string_view(line).substr(colon + 1));
+    const auto [field, is_new] =
+        text.fields.try_emplace(name, trimmed(std::string_view(line).substr(colon + 1)));
+    if (!is_new)
+        throw import_error(file, "states \"" + short_text(line.substr(0, colon)) +
+                                     "\" twice; remove one of both lines");
 }
 
 bool announces_list(const NrrdText& text) {
@@ -82,7 +86,7 @@ NrrdText read_nrrd_text(const std::filesystem::path& file) {
         } else if (line.empty()) {
             ended = true;
         } else if (!first) {
-            add_line(text, line);
+            add_line(file, text, line);
         }
         first = false;
     }

@@ -62,12 +62,14 @@ using SegmentKeys = std::map<std::string, std::string>;
 /// By the number in "Segment12_Name".
 std::map<std::int64_t, SegmentKeys> segment_keys(const ComponentImage& image) {
     constexpr std::string_view kPrefix = "Segment";
+    constexpr std::int64_t kMostSegments = 1'000'000'000; // other keys are no segment's
     std::map<std::int64_t, SegmentKeys> segments;
     for (const auto& [key, value] : image.key_values) {
         const auto end = key.find('_');
         if (!key.starts_with(kPrefix) || end == std::string::npos) continue;
         const auto number = integer(key.substr(kPrefix.size(), end - kPrefix.size()));
-        if (number && *number >= 0) segments[*number][key.substr(end + 1)] = value;
+        if (number && *number >= 0 && *number < kMostSegments)
+            segments[*number][key.substr(end + 1)] = value;
     }
     return segments;
 }
