@@ -238,7 +238,7 @@ private:
         double indentation_m = 0.0; // d
         double force_n = 0.0;
         double slope_n_per_m = 0.0; // of the force over d
-        std::uint32_t flags = 0;    // of the front's last advance()
+        std::uint32_t flags = 0;    // of the front, in this frame
     };
 
     /// What the surfaces and effects call for. The rest is not computed.
@@ -360,10 +360,9 @@ private:
     std::vector<Layer> layers_;
     std::vector<std::unique_ptr<SurfaceContact>> stand_ins_; // for the contacts of layers
     bool layers_press_ = false;                              // in this evaluation
-    Mat3 tissue_{0.0};              // by how much their forces fall with the tip's step, N/m
-    std::uint32_t layer_flags_ = 0; // of their fronts in this frame
-    Vec3 aside_n_{0.0};             // of the last frame: towards where the surface is softer
-    double softened_ = 1.0;         // forces of the last frame: so much of those of a hard surface
+    Mat3 tissue_{0.0};      // by how much their forces fall with the tip's step, N/m
+    Vec3 aside_n_{0.0};     // of the last frame: towards where the surface is softer
+    double softened_ = 1.0; // forces of the last frame: so much of those of a hard surface
 
     Needs needs_;
     int work_of_a_frame_ = 0; // grows with the evaluations of the method

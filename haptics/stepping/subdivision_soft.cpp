@@ -27,6 +27,9 @@ constexpr double kFocus = 1e-6;
 // than that, it goes by jumps, from dent to dent: followed to the letter, the force along the
 // surface was several times the force into it, for a frame.
 constexpr double kLeastFollow = 0.5;
+// Flags of a front that a frame has: from any of its evaluations, and from the last.
+constexpr std::uint32_t kOnceInAFrame = kLiveGain | kForceNotFinite;
+constexpr std::uint32_t kAtItsEnd = kEvaluationCap | kStalled | kSolverCap | kCalmed;
 // Squared sine of the angle between two planes; below, they are one plane.
 constexpr double kNoEdge = 1e-6;
 
@@ -161,9 +164,10 @@ void Subdivision::make_layers(const SteppingSettings& settings,
 /// they are constant: how they fall is curvature (curvature_step()).
 void Subdivision::press_layers(const Vec3& tip) noexcept {
     if (budget_.evaluations == 0) {
-        layer_flags_ = 0;
-        for (Layer& layer : layers_)
+        for (Layer& layer : layers_) {
             layer.pushed_before = layer.pushes;
+            layer.flags = 0;
+        }
     }
     layers_press_ = false;
     tissue_ = Mat3(0.0);
@@ -195,8 +199,7 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
         follows.start = layer.y;
         const SubdivisionResult front = layer.front->advance(follows);
         budget_.work_left -= static_cast<int>(front.work);
-        layer_flags_ |= front.flags;
-        layer.flags = front.flags;
+        layer.flags = (layer.flags & kOnceInAFrame) | front.flags;
         if (is_a_place(front.proxy)) layer.y = front.proxy;
         follows.period_s = 0.0;
         if (!(front.flags & kEvaluationCap)) break;
@@ -250,6 +253,7 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
     for (Layer& layer : layers_) {
         const bool pushes = layer.force_n > 0.0;
         layer.pushes = pushes;
+        result_.flags |= layer.flags & (kOnceInAFrame | kAtItsEnd);
         if (pushes) {
             layer.touched_at = tip;
             layer.touched_normal = layer.normal;
@@ -267,9 +271,6 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
         pressed_ = {layer.indentation_m, 1.0 / (1.0 / slope + 1.0 / frame_.stiffness), layer.y,
                     static_cast<std::uint32_t>(layer.surface)};
     }
-    result_.flags |= layer_flags_ & (kLiveGain | kForceNotFinite);
-    for (const Layer& layer : layers_) // where its front has not come to its end
-        result_.flags |= layer.flags & (kEvaluationCap | kStalled | kSolverCap | kCalmed);
 }
 
 Touch Subdivision::touch_of(const Layer& layer) const noexcept {

@@ -28,11 +28,12 @@ inline SurfaceFinish soft(const std::vector<Softness::Knot>& knots) {
     return finish;
 }
 
-/// Frames that go on until a step is below 1e-12 m.
-inline SteppingSettings precise(SteppingMethod method = SteppingMethod::adaptive) {
+/// Frames that go on until a step is below `tolerance_m`.
+inline SteppingSettings precise(SteppingMethod method = SteppingMethod::adaptive,
+                                double tolerance_m = 1e-12) {
     SteppingSettings settings;
     settings.method = method;
-    settings.tolerance_m = 1e-12;
+    settings.tolerance_m = tolerance_m;
     settings.evaluation_cap = 60;
     return settings;
 }

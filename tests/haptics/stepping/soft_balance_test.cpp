@@ -16,8 +16,8 @@
 #include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/contact_kinds.h"
-#include "tests/support/contact_loop.h"
 #include "tests/support/half_space.h"
+#include "tests/support/soft_layers.h"
 
 namespace palpate {
 namespace {
@@ -25,24 +25,13 @@ namespace {
 using test::ContactLoop;
 using test::HalfSpace;
 using test::Plane;
+using test::precise_layers;
+using test::soft;
 
 constexpr double kK = ContactLoop::kStiffness;
 constexpr double kTolerance_m = 1e-10;
 
-SurfaceFinish soft(double stiffness_n_per_m) {
-    SurfaceFinish finish;
-    finish.softness = Softness::linear(stiffness_n_per_m);
-    return finish;
-}
-
 double tissue_of(double stiffness_n_per_m) { return 1.0 / (1.0 / stiffness_n_per_m - 1.0 / kK); }
-
-SteppingSettings precise() {
-    SteppingSettings settings;
-    settings.tolerance_m = kTolerance_m;
-    settings.evaluation_cap = 60;
-    return settings;
-}
 
 Vec3 any(std::mt19937& random) {
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -103,7 +92,7 @@ TEST(SoftBalance, OfRandomPlanesAllForcesAreInBalance) {
             surfaces.push_back(std::make_unique<VolumeContact>(
                 std::make_shared<HalfSpace>(planes.back()), LevelSettings{}));
         }
-        ContactLoop loop(precise(), std::move(surfaces), {}, 0.0, finish);
+        ContactLoop loop(precise_layers(), std::move(surfaces), {}, 0.0, finish);
         loop.start({0, 0, 60e-3});
         const Vec3 probe = 8e-3 * any(random) - Vec3{0, 0, 6e-3};
         SubdivisionResult last;
@@ -142,7 +131,7 @@ TEST(SoftBalance, LayersInOnePlaceShareTheForceByTheirStiffness) {
     for (int i = 0; i < 3; ++i)
         surfaces.push_back(std::make_unique<VolumeContact>(
             std::shared_ptr<const ScalarField>(make_slab(20e-3)), LevelSettings{}));
-    ContactLoop loop(precise(), std::move(surfaces), {}, 0.0,
+    ContactLoop loop(precise_layers(), std::move(surfaces), {}, 0.0,
                      {soft(stiffness[0]), soft(stiffness[1]), soft(stiffness[2])});
     loop.start({0, 0, 11e-3});
     for (int i = 0; i <= 60; ++i)
@@ -172,8 +161,8 @@ TEST(SoftBalance, OnMeshesTheEliminatedTipIsTheSolvedOneInMostFrames) {
     };
     std::vector<std::unique_ptr<Effect>> effects;
     effects.push_back(std::make_unique<Idle>());
-    ContactLoop eliminated(precise(), mesh(), {}, 0.0, {soft(150.0)});
-    ContactLoop solved(precise(), mesh(), std::move(effects), 0.0, {soft(150.0)});
+    ContactLoop eliminated(precise_layers(), mesh(), {}, 0.0, {soft(150.0)});
+    ContactLoop solved(precise_layers(), mesh(), std::move(effects), 0.0, {soft(150.0)});
     std::mt19937 random(23);
     Vec3 probe{31e-3, 0, 0};
     eliminated.start(probe);

@@ -22,45 +22,21 @@
 #include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/contact_kinds.h"
-#include "tests/support/contact_loop.h"
+#include "tests/support/soft_layers.h"
 
 namespace palpate {
 namespace {
 
+using test::ball;
 using test::ContactLoop;
+using test::force;
 using test::Kind;
+using test::precise_layers;
+using test::soft;
+using test::Surfaces;
+using test::surfaces;
 
 constexpr double kK = ContactLoop::kStiffness;
-
-SurfaceFinish soft(double stiffness_n_per_m, double damping = 0.0) {
-    SurfaceFinish finish;
-    finish.softness = Softness::linear(stiffness_n_per_m);
-    finish.softness.damping = damping;
-    return finish;
-}
-
-SteppingSettings precise() {
-    SteppingSettings settings;
-    settings.tolerance_m = 1e-10;
-    settings.evaluation_cap = 60;
-    return settings;
-}
-
-std::unique_ptr<SurfaceContact> ball(double radius_m) {
-    return std::make_unique<VolumeContact>(
-        std::shared_ptr<const ScalarField>(make_solid_sphere(radius_m)), LevelSettings{});
-}
-
-using Surfaces = std::vector<std::unique_ptr<SurfaceContact>>;
-
-template <class... Contacts>
-Surfaces surfaces(Contacts... contacts) {
-    Surfaces all;
-    (all.push_back(std::move(contacts)), ...);
-    return all;
-}
-
-Vec3 force(const ContactLoop& loop, const Vec3& probe) { return kK * (loop.proxy() - probe); }
 
 /// Does nothing, and does not say that it only pushes: the tip is then solved, not eliminated.
 class Idle final : public Effect {
@@ -101,7 +77,7 @@ void expect_strength_left(Softness softness) {
     SurfaceFinish skin;
     skin.softness = softness;
     const PressLaw law(softness, kK);
-    ContactLoop loop(precise(), surfaces(ball(30e-3), ball(60e-3)), {}, 0.0, {{}, skin});
+    ContactLoop loop(precise_layers(), surfaces(ball(30e-3), ball(60e-3)), {}, 0.0, {{}, skin});
     loop.start({61e-3, 0, 0});
     loop.subdivision().gain(1, SurfacePart::strength).set(kGain);
     for (int i = 0; i < 60; ++i)
@@ -154,7 +130,7 @@ TEST(SoftLayers, AGainLeavesTheStrengthThatTheHandFeels) {
 TEST(SoftLayers, SkinOverBoneIsFeltAsTheClosedFormSays) {
     for (const double stiffness : {50.0, 100.0, 200.0, 450.0})
         for (const double step : {2e-4, 2e-3}) {
-            const Tally tally = skin_over_bone(stiffness, step, 16e-3, precise());
+            const Tally tally = skin_over_bone(stiffness, step, 16e-3, precise_layers());
             EXPECT_LE(tally.worst_n, 1e-10) << stiffness << ' ' << step;
             EXPECT_LE(tally.deepest_m, 1e-15); // rounding
             const Tally usual = skin_over_bone(stiffness, step, 16e-3, {});
@@ -186,8 +162,10 @@ TEST(SoftLayers, OneThatIsAloneIsTheSameEliminatedOrSolved) {
         const auto field = [] {
             return std::shared_ptr<const ScalarField>(make_bumpy_cavity(30e-3, 0.3e-3, 12e-3));
         };
-        ContactLoop eliminated(precise(), test::one_surface(field()), {}, 0.0, {soft(stiffness)});
-        ContactLoop solved(precise(), test::one_surface(field()), idle(), 0.0, {soft(stiffness)});
+        ContactLoop eliminated(precise_layers(), test::one_surface(field()), {}, 0.0,
+                               {soft(stiffness)});
+        ContactLoop solved(precise_layers(), test::one_surface(field()), idle(), 0.0,
+                           {soft(stiffness)});
         Vec3 probe{25e-3, 0, 0};
         eliminated.start(probe);
         solved.start(probe);
@@ -212,7 +190,7 @@ TEST(SoftLayers, SeveralLayersOverBone) {
     // Behind a coupling of 500 N/m; in series: the tip is where all forces balance.
     const double radii[3] = {60e-3, 58e-3, 50e-3}, stiffnesses[3] = {50.0, 150.0, 250.0};
     Surfaces all = surfaces(ball(60e-3), ball(58e-3), ball(50e-3), ball(45e-3));
-    ContactLoop loop(precise(), std::move(all), {}, 0.0,
+    ContactLoop loop(precise_layers(), std::move(all), {}, 0.0,
                      {soft(stiffnesses[0]), soft(stiffnesses[1]), soft(stiffnesses[2]), {}});
     loop.start({61e-3, 0, 0});
     for (int i = 0; i < 300; ++i) {
@@ -285,7 +263,7 @@ TEST(SoftLayers, WorkOverClosedWaysIsThatOfTheZeroOrderHold) {
     for (int refined = 0; refined < 2; ++refined) {
         const int frames = 1500 << (2 * refined);
         Surfaces both = surfaces(ball(50e-3), ball(60e-3));
-        ContactLoop loop(precise(), std::move(both), {}, 0.0, {{}, soft(150.0)});
+        ContactLoop loop(precise_layers(), std::move(both), {}, 0.0, {{}, soft(150.0)});
         const auto place = [&](int i) {
             const double s = 2.0 * std::numbers::pi * i / frames;
             const double d = 9e-3 + 8e-3 * std::sin(2.0 * s); // onto bone and off it
@@ -338,7 +316,8 @@ TEST(SoftLayers, AMediumBrakesTheTip) {
     constexpr double kDamping = 2.0, kSpring = kDamping / 1e-3;
     std::vector<std::unique_ptr<Effect>> effects;
     effects.push_back(std::make_unique<Viscosity>(kDamping));
-    ContactLoop loop(precise(), surfaces(plate(kTop)), std::move(effects), 0.0, {soft(kStiffness)});
+    ContactLoop loop(precise_layers(), surfaces(plate(kTop)), std::move(effects), 0.0,
+                     {soft(kStiffness)});
     Vec3 tip{0, 0, kTop + 1e-3};
     loop.start(tip);
     for (int i = 0; i < 200; ++i) {
@@ -357,7 +336,8 @@ TEST(SoftLayers, AGuideHoldsTheTipUpToItsStrength) {
     const Vec3 point{0, 0, kTop - 4e-3};
     std::vector<std::unique_ptr<Effect>> effects;
     effects.push_back(std::make_unique<PointGuide>(point, GuideSettings{0.6, 5e-3}));
-    ContactLoop loop(precise(), surfaces(plate(kTop)), std::move(effects), 0.0, {soft(kStiffness)});
+    ContactLoop loop(precise_layers(), surfaces(plate(kTop)), std::move(effects), 0.0,
+                     {soft(kStiffness)});
     loop.start({0, 0, kTop + 1e-4});
     int held = 0, slipped = 0;
     for (int i = 0; i < 120; ++i) {
@@ -384,7 +364,8 @@ TEST(SoftLayers, AWorkspaceEndsInTheTissue) {
     std::vector<std::unique_ptr<Effect>> effects;
     effects.push_back(std::make_unique<WorkspaceSphere>(Vec3{0, 0, 2.0 * kTop}, kTop + 2e-3,
                                                         std::numeric_limits<double>::infinity()));
-    ContactLoop loop(precise(), surfaces(plate(kTop)), std::move(effects), 0.0, {soft(kStiffness)});
+    ContactLoop loop(precise_layers(), surfaces(plate(kTop)), std::move(effects), 0.0,
+                     {soft(kStiffness)});
     loop.start({0, 0, kTop + 1e-3});
     for (int i = 0; i < 100; ++i) {
         const Vec3 probe{0, 0, kTop - 1e-4 * i};
@@ -398,7 +379,8 @@ TEST(SoftLayers, FrictionOfBoneGoesByWhatPressesOnBone) {
     constexpr double kMu = 0.3, kBone = 5e-3, kDepth = 8e-3;
     SurfaceFinish rough;
     rough.friction = {kMu, kMu};
-    ContactLoop loop(precise(), surfaces(plate(kBone), plate(kTop)), {}, 0.0, {rough, soft(40.0)});
+    ContactLoop loop(precise_layers(), surfaces(plate(kBone), plate(kTop)), {}, 0.0,
+                     {rough, soft(40.0)});
     constexpr double kSkin = 1.0 / (1.0 / 40.0 - 1.0 / kK);
     loop.start({0, 0, kTop + 1e-3});
     for (int i = 1; i <= 10; ++i)
@@ -410,175 +392,6 @@ TEST(SoftLayers, FrictionOfBoneGoesByWhatPressesOnBone) {
         const Vec3 f = force(loop, probe);
         EXPECT_NEAR(loop.proxy().z, kBone, 1e-10);
         EXPECT_NEAR(-f.x, std::min(kK * 2e-5 * i, kMu * on_bone_n), 1e-7) << i;
-    }
-}
-
-TEST(SoftLayers, TouchesBalanceTheCoupling) {
-    ContactLoop loop(precise(), surfaces(ball(50e-3), ball(60e-3)), {}, 0.0, {{}, soft(100.0)});
-    loop.start({61e-3, 0, 0});
-    TouchList touches;
-    int both = 0;
-    for (int i = 0; i < 300; ++i) {
-        const double angle = 2e-3 * i;
-        const Vec3 probe =
-            (60e-3 - 8e-3 - 8e-3 * std::sin(0.05 * i)) * Vec3{std::cos(angle), std::sin(angle), 0};
-        const SubdivisionResult result = loop.move(probe);
-        loop.subdivision().find_touches(touches);
-        Vec3 sum{0.0};
-        for (const Touch& touch : touches)
-            sum += touch.force;
-        both += result.felt == 3 ? 1 : 0;
-        EXPECT_LE(glm::length(sum - force(loop, probe)), 1e-6) << i;
-        EXPECT_NEAR(glm::length(loop.subdivision().place_on(1, loop.proxy())), 60e-3, 1e-9);
-    }
-    EXPECT_GT(both, 50);
-}
-
-TEST(SoftLayers, StatesAreValues) {
-    const auto make = [] {
-        return std::make_unique<ContactLoop>(SteppingSettings{}, surfaces(ball(50e-3), ball(60e-3)),
-                                             std::vector<std::unique_ptr<Effect>>{}, 0.0,
-                                             std::vector<SurfaceFinish>{{}, soft(100.0, 8.0)});
-    };
-    const auto one = make(), other = make();
-    const auto place = [](int i) {
-        return (56e-3 + 8e-3 * std::cos(0.02 * i)) *
-               Vec3{std::cos(1e-3 * i), std::sin(1e-3 * i), 0.1};
-    };
-    one->start(place(0));
-    other->start(place(0));
-    for (int i = 0; i < 200; ++i)
-        one->move(place(i));
-    const Subdivision::State state = one->subdivision().save_state();
-    Vec3 start = one->proxy();
-    std::vector<Vec3> first;
-    for (int i = 200; i < 600; ++i) {
-        one->move(place(i));
-        first.push_back(one->proxy());
-    }
-    other->subdivision().restore_state(state);
-    TouchList touches;
-    for (int i = 200; i < 600; ++i) {
-        start = other->subdivision().advance({place(i), start, kK, 1e-3}).proxy;
-        ASSERT_EQ(start, first[static_cast<std::size_t>(i - 200)]) << i;
-        if (i > 200) continue;
-        other->subdivision().find_touches(touches);
-        ASSERT_FALSE(touches.empty());
-        for (const Touch& touch : touches)
-            EXPECT_EQ(touch.phase, Touch::Phase::goes_on) << touch.surface;
-    }
-}
-
-TEST(SoftLayers, WhatWouldActOnTheFrontIsRefused) {
-    test::ScriptedClock clock(0.0);
-    const auto skin = ball(60e-3), bone = ball(50e-3);
-    const auto why = [&](const SurfaceFinish& finish, SteppingMethod method) -> std::string {
-        SteppingSettings settings;
-        settings.method = method;
-        try {
-            Subdivision(settings, {bone.get(), skin.get()}, {}, clock, {{}, finish});
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return {};
-    };
-    EXPECT_EQ(why(soft(100.0), SteppingMethod::adaptive), "");
-    EXPECT_NE(why(soft(100.0), SteppingMethod::fixed).find("method"), std::string::npos);
-    SurfaceFinish finish = soft(100.0);
-    finish.friction = {0.3, 0.3};
-    EXPECT_NE(why(finish, SteppingMethod::adaptive).find("it cannot rub"), std::string::npos);
-    finish = soft(100.0);
-    finish.strength_n = 2.0;
-    EXPECT_NE(why(finish, SteppingMethod::adaptive).find("it cannot yield"), std::string::npos);
-    finish = soft(100.0);
-    finish.magnet = {0.5, 1e-3};
-    EXPECT_NE(why(finish, SteppingMethod::adaptive).find("it cannot draw"), std::string::npos);
-}
-
-TEST(SoftLayers, ATouchThatEndsIsWhereTheTipWas) {
-    ContactLoop loop(precise(), surfaces(ball(50e-3), ball(60e-3)), {}, 0.0, {{}, soft(100.0)});
-    TouchList touches;
-    const auto expect_end = [&](const Vec3& tip) {
-        loop.subdivision().find_touches(touches);
-        ASSERT_EQ(touches.size(), 1u);
-        EXPECT_EQ(touches[0].surface, 1u);
-        EXPECT_EQ(touches[0].phase, Touch::Phase::ended);
-        EXPECT_EQ(touches[0].point, tip);
-        EXPECT_NEAR(touches[0].normal.x, 1.0, 1e-12);
-        EXPECT_EQ(touches[0].force, Vec3{0.0});
-    };
-    loop.start({61e-3, 0, 0});
-    loop.move({57e-3, 0, 0});
-    loop.move({57e-3, 0, 0});
-    Vec3 tip = loop.proxy();
-    loop.move({70e-3, 10e-3, 0}); // out, in one frame
-    expect_end(tip);
-    // A new trial elsewhere ends what the last one touched, once.
-    loop.move({61e-3, 0, 0});
-    loop.move({57e-3, 0, 0});
-    tip = loop.proxy();
-    loop.start({0, 70e-3, 0});
-    loop.move({0, 70e-3, 0});
-    expect_end(tip);
-    loop.move({0, 70e-3, 0});
-    loop.subdivision().find_touches(touches);
-    EXPECT_TRUE(touches.empty());
-}
-
-// There is room for what each of them is told, and for all planes.
-TEST(SoftLayers, AsManyAsThereMayBeAreTouched) {
-    constexpr std::size_t kMost = Subdivision::kMostLayers;
-    const auto layers = [](std::size_t count) {
-        Surfaces all;
-        for (std::size_t i = 0; i < count; ++i)
-            all.push_back(ball(60e-3 - 1e-5 * static_cast<double>(i)));
-        return all;
-    };
-    ContactLoop loop({}, layers(kMost), {}, 0.0, std::vector<SurfaceFinish>(kMost, soft(1.0)));
-    loop.start({61e-3, 0, 0});
-    for (const double x : {55e-3, 70e-3}) { // all of them push, and all of them end
-        loop.move({x, 0, 0});
-        TouchList touches;
-        loop.subdivision().find_touches(touches);
-        EXPECT_EQ(touches.size(), kMost);
-    }
-    try {
-        ContactLoop more({}, layers(kMost + 1), {}, 0.0,
-                         std::vector<SurfaceFinish>(kMost + 1, soft(1.0)));
-        FAIL() << "there is no room for their touches";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("more than 32 surfaces are soft"),
-                  std::string::npos);
-    }
-}
-
-TEST(SoftLayers, AStateOfAnotherContactIsRefusedAndChangesNothing) {
-    constexpr double kHard = std::numeric_limits<double>::infinity();
-    const auto make = [](std::unique_ptr<SurfaceContact> skin) {
-        LevelSettings weak;
-        weak.strength_n = 0.5;
-        auto bone = std::make_unique<VolumeContact>(
-            std::shared_ptr<const ScalarField>(make_solid_sphere(50e-3)), weak);
-        auto loop = std::make_unique<ContactLoop>(SteppingSettings{},
-                                                  surfaces(std::move(bone), std::move(skin)),
-                                                  std::vector<std::unique_ptr<Effect>>{}, 0.0,
-                                                  std::vector<SurfaceFinish>{{}, soft(100.0)});
-        loop->start({61e-3, 0, 0});
-        return loop;
-    };
-    const auto mesh = [] { return test::ball(Kind::mesh, 60e-3, kHard, Yielding::holds, 4); };
-    const auto other = make(ball(60e-3)), one = make(mesh()), twin = make(mesh());
-    other->subdivision().gain(0, SurfacePart::strength).set(0.1); // its bone is to be weak
-    for (const double x : {58e-3, 55e-3}) {
-        other->move({x, 0, 0});
-        one->move({x, 1e-3, 0});
-        twin->move({x, 1e-3, 0});
-    }
-    EXPECT_THROW(one->subdivision().restore_state(other->subdivision().save_state()),
-                 std::invalid_argument);
-    for (int i = 0; i < 100; ++i) {
-        const Vec3 probe{55e-3 - 1e-4 * i, 1e-3, 1e-5 * i};
-        EXPECT_EQ(one->move(probe).proxy, twin->move(probe).proxy) << i;
     }
 }
 

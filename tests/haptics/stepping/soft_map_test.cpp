@@ -16,14 +16,17 @@
 #include <palpate/haptics/contact/mesh_contact.h>
 #include <palpate/volume/fields/analytic_fields.h>
 
-#include "tests/support/contact_loop.h"
 #include "tests/support/mesh_fuzz.h"
+#include "tests/support/soft_loop.h"
 #include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
 
 using test::ContactLoop;
+using test::force;
+using test::precise;
+using test::soft;
 
 constexpr double kK = ContactLoop::kStiffness;
 constexpr double kRadius = 50e-3;    // m
@@ -44,20 +47,6 @@ std::shared_ptr<const StiffnessMap> flank(double stiffer) {
     return std::make_shared<StiffnessMap>(lattice, gains);
 }
 
-SurfaceFinish soft(double stiffness_n_per_m, double damping = 0.0) {
-    SurfaceFinish finish;
-    finish.softness = Softness::linear(stiffness_n_per_m);
-    finish.softness.damping = damping;
-    return finish;
-}
-
-SteppingSettings precise() {
-    SteppingSettings settings;
-    settings.tolerance_m = 1e-12;
-    settings.evaluation_cap = 60;
-    return settings;
-}
-
 /// A ball (sign 1) or a cavity (-1), its surface over the flank at x = 0, z = kRadius.
 ContactLoop on(double sign, SurfaceFinish finish, std::shared_ptr<const StiffnessMap> map) {
     finish.stiffness = std::move(map);
@@ -73,8 +62,6 @@ ContactLoop on(double sign, SurfaceFinish finish, std::shared_ptr<const Stiffnes
 Vec3 place(double sign, double angle, double deep) {
     return (kRadius - sign * deep) * Vec3{std::sin(angle), 0.0, std::cos(angle)};
 }
-
-Vec3 force(const ContactLoop& loop, const Vec3& probe) { return kK * (loop.proxy() - probe); }
 
 /// Work on the hand, J, over a closed way.
 struct Work {
