@@ -218,6 +218,7 @@ void inspect_triangles(const TriangleMesh& mesh, MeshReport& report) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Corners corner = corners(mesh, t);
         if (is_degenerate(corner.a, corner.b, corner.c)) ++report.degenerate;
+        report.collapsed += is_collapsed(mesh.triangles[t]) ? 1 : 0;
         report.smallest_angle_deg = std::min(report.smallest_angle_deg, smallest_angle(corner));
     }
 }

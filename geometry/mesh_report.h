@@ -26,6 +26,7 @@ struct MeshReport {
     std::size_t vertices = 0;   ///< as the mesh has them, unused ones too
     std::size_t triangles = 0;  ///< as the mesh has them, degenerate ones too
     std::size_t degenerate = 0; ///< |cross product| <= 1e-9 times the longest edge squared
+    std::size_t collapsed = 0;  ///< with fewer than three different vertices: they have no edges
     std::size_t duplicates = 0; ///< triangles with the three vertices of an earlier one, either way
     std::size_t unused_vertices = 0;     ///< of no triangle
     std::size_t coincident_vertices = 0; ///< used ones at exactly the position of an earlier one
@@ -42,7 +43,7 @@ struct MeshReport {
     std::vector<MeshComponent> components; ///< largest area first
 
     /// There is something, and it has no border.                                        [any]
-    bool closed() const noexcept { return triangles > 0 && border_edges == 0; }
+    bool closed() const noexcept { return triangles > collapsed && border_edges == 0; }
     /// Whether every place of it is one of a surface.                                       [any]
     bool manifold() const noexcept { return non_manifold_edges == 0 && non_manifold_vertices == 0; }
 };

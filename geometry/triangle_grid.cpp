@@ -17,6 +17,13 @@ bool any_cube(const Vec3& lower, const Vec3& upper, double side, const Visit& vi
     return false;
 }
 
+constexpr double kMostCubes = 4096.0; // of one triangle
+
+bool is_large(const Box& box, double side) {
+    const Vec3 cubes = box.extent() / side + 1.0;
+    return cubes.x * cubes.y * cubes.z > kMostCubes;
+}
+
 } // namespace
 
 TriangleGrid::TriangleGrid(const TriangleMesh& mesh, double side) : mesh_(mesh), side_(side) {
@@ -24,6 +31,10 @@ TriangleGrid::TriangleGrid(const TriangleMesh& mesh, double side) : mesh_(mesh),
         Box box;
         for (const std::uint32_t vertex : mesh.triangles[t])
             box.add(mesh.vertices[vertex]);
+        if (is_large(box, side)) {
+            large_.push_back(t);
+            continue;
+        }
         any_cube(box.lower, box.upper, side, [&](const internal::Cube& cube) {
             triangles_in_[cube].push_back(t);
             return false;
@@ -32,16 +43,18 @@ TriangleGrid::TriangleGrid(const TriangleMesh& mesh, double side) : mesh_(mesh),
 }
 
 bool TriangleGrid::has_facing(const Vec3& p, const Vec3& direction, double radius) const {
-    return any_cube(p - radius, p + radius, side_, [&](const internal::Cube& cube) {
-        return cube_has_facing(cube, p, direction, radius);
-    });
+    const bool is_of_cubes =
+        any_cube(p - radius, p + radius, side_, [&](const internal::Cube& cube) {
+            const auto found = triangles_in_.find(cube);
+            return found != triangles_in_.end() &&
+                   has_facing_among(found->second, p, direction, radius);
+        });
+    return is_of_cubes || has_facing_among(large_, p, direction, radius);
 }
 
-bool TriangleGrid::cube_has_facing(const internal::Cube& cube, const Vec3& p, const Vec3& direction,
-                                   double radius) const {
-    const auto found = triangles_in_.find(cube);
-    if (found == triangles_in_.end()) return false;
-    return std::any_of(found->second.begin(), found->second.end(), [&](std::uint32_t t) {
+bool TriangleGrid::has_facing_among(const std::vector<std::uint32_t>& triangles, const Vec3& p,
+                                    const Vec3& direction, double radius) const {
+    return std::any_of(triangles.begin(), triangles.end(), [&](std::uint32_t t) {
         const Vec3& a = mesh_.vertices[mesh_.triangles[t][0]];
         const Vec3& b = mesh_.vertices[mesh_.triangles[t][1]];
         const Vec3& c = mesh_.vertices[mesh_.triangles[t][2]];

@@ -21,7 +21,9 @@ struct Cube {
 struct CubeHash {
     std::size_t operator()(const Cube& c) const noexcept {
         // Teschner et al. 2003, Optimized Spatial Hashing: three large primes.
-        return static_cast<std::size_t>(c.x * 73856093 ^ c.y * 19349663 ^ c.z * 83492791);
+        return static_cast<std::size_t>(static_cast<std::uint64_t>(c.x) * 73856093 ^
+                                        static_cast<std::uint64_t>(c.y) * 19349663 ^
+                                        static_cast<std::uint64_t>(c.z) * 83492791);
     }
 };
 
@@ -43,11 +45,12 @@ public:
     bool has_facing(const Vec3& p, const Vec3& direction, double radius) const;
 
 private:
-    bool cube_has_facing(const internal::Cube& cube, const Vec3& p, const Vec3& direction,
-                         double radius) const;
+    bool has_facing_among(const std::vector<std::uint32_t>& triangles, const Vec3& p,
+                          const Vec3& direction, double radius) const;
 
     const TriangleMesh& mesh_;
     double side_;
+    std::vector<std::uint32_t> large_; // of too many cubes
     std::unordered_map<internal::Cube, std::vector<std::uint32_t>, internal::CubeHash>
         triangles_in_;
 };

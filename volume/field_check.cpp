@@ -15,10 +15,11 @@
 namespace palpate {
 namespace {
 
-constexpr int kPoints = 9;         // of the lattice, along each axis
-constexpr double kBeyond = 0.05;   // of the bounds, on each side: a hand gets there, too
-constexpr double kAgree = 1e-9;    // of the values' range: sample() and value() may round otherwise
-constexpr double kStep = 1e-4;     // of the feature size: of a difference quotient
+constexpr int kPoints = 9;       // of the lattice, along each axis
+constexpr double kBeyond = 0.05; // of the bounds, on each side: a hand gets there, too
+constexpr double kAgree = 1e-9;  // of the values' range: sample() and value() may round otherwise
+constexpr double kStep = 1e-4;   // of the feature size: of a difference quotient
+constexpr double kLongestStep = 256.0; // times that: a fortieth of the feature size
 constexpr double kSameSlope = 0.1; // a curved field's quotient differs by far less, a unit by more
 
 std::string in_words(const Vec3& point) {
@@ -85,20 +86,33 @@ public:
                                 " m; let them be the same");
     }
 
+    Vec3 quotient_at(const Vec3& point, double step_m) const {
+        Vec3 quotient(0.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3 step(0.0);
+            step[axis] = step_m;
+            quotient[axis] =
+                (sampler_->value(point + step) - sampler_->value(point - step)) / (2.0 * step_m);
+        }
+        return quotient;
+    }
+
     void require_slope() {
         std::size_t looked_at = 0, wrong = 0, example = 0;
         for (std::size_t i = 0; i < points_.size(); ++i) {
             if (!samples_[i].valid) continue;
-            Vec3 quotient(0.0);
-            for (int axis = 0; axis < 3; ++axis) {
-                Vec3 step(0.0);
-                step[axis] = step_m_;
-                quotient[axis] =
-                    (sampler_->value(points_[i] + step) - sampler_->value(points_[i] - step)) /
-                    (2.0 * step_m_);
+            // As short a step as rounding lets be: a fine field needs a longer share of its size.
+            double step_m = step_m_;
+            const auto is_lost = [&](const Vec3& quotient) {
+                return 2.0 * glm::length(quotient) * step_m <= 1e3 * rounding_;
+            };
+            Vec3 quotient = quotient_at(points_[i], step_m);
+            while (is_lost(quotient) && step_m < kLongestStep * step_m_) {
+                step_m *= 4.0;
+                quotient = quotient_at(points_[i], step_m);
             }
+            if (is_lost(quotient)) continue; // flat
             const double length = glm::length(quotient);
-            if (2.0 * length * step_m_ <= 1e3 * rounding_) continue; // flat, or lost in rounding
             ++looked_at;
             if (glm::length(samples_[i].slope - quotient) <= kSameSlope * length) continue;
             ++wrong;

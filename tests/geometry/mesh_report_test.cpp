@@ -26,6 +26,17 @@ TEST(Inspect, EmptyMeshHasNothingAndIsNotClosed) {
     EXPECT_TRUE(report.components.empty());
 }
 
+// It has no edge, and thus no border.
+TEST(Inspect, AFaceThatIsALineIsNotClosed) {
+    TriangleMesh mesh;
+    mesh.vertices = {Vec3(0.0), Vec3(0.1)};
+    mesh.triangles = {{0, 0, 1}};
+    const MeshReport report = inspect(mesh);
+    EXPECT_EQ(report.collapsed, 1u);
+    EXPECT_EQ(report.border_edges, 0u);
+    EXPECT_FALSE(report.closed());
+}
+
 TEST(Inspect, BoxHasItsAreaVolumeAndAngle) {
     const MeshReport report = inspect(test::box_mesh({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}));
     EXPECT_TRUE(report.closed());

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+
+#include <palpate/geometry/triangle_grid.h>
 
 #include "tests/support/test_meshes.h"
 
@@ -115,6 +118,64 @@ TEST(MissingComponents, OfAnEmptyMeshAreAll) {
     EXPECT_EQ(missing_components(test::icosphere(0.05, 2), {}, 1, 2e-3).size(), 1u);
     EXPECT_TRUE(missing_components({}, test::icosphere(0.05, 2), 1, 2e-3).empty());
     EXPECT_THROW(missing_components({}, {}, 1, -1.0), std::invalid_argument);
+}
+
+// Some 1e7 cubes of 1 mm are in the box of each triangle of such an icosahedron.
+TEST(MissingComponents, LargeTrianglesAreMatchedWithinASmallTolerance) {
+    const TriangleMesh mesh = test::icosphere(0.3, 0);
+    EXPECT_TRUE(missing_components(mesh, mesh, 20, 1e-3).empty());
+    const TriangleMesh aside = test::moved(mesh, Vec3(0.02, 0.0, 0.0));
+    EXPECT_EQ(missing_components(mesh, aside, 20, 1e-3).size(), 1u);
+}
+
+/// What a TriangleGrid is asked, of all triangles one by one.
+bool any_facing(const TriangleMesh& mesh, const Vec3& p, const Vec3& direction, double radius) {
+    return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+        const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        return glm::dot(glm::cross(b - a, c - a), direction) > 0.0 &&
+               squared_length(closest_point_on_triangle(p, a, b, c) - p) <= radius * radius;
+    });
+}
+
+// The last triangle is that of a file in mm taken for one in metres: 3e16 cubes of its box.
+TEST(TriangleGrid, OfSmallAndLargeTrianglesAnswersAsAllOfThemOneByOne) {
+    constexpr double kSide = 1e-3;
+    TriangleMesh mesh = test::icosphere(0.02, 2);
+    const auto small = static_cast<std::uint32_t>(mesh.triangles.size());
+    for (const double length : {0.3, 300.0}) {
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (const Vec3& corner : {Vec3(0.1, 0.0, -0.2), Vec3(1.1, 0.2, 0.8), Vec3(0.3, 1.0, 0.5)})
+            mesh.vertices.push_back(length * corner);
+        mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    const TriangleGrid grid(mesh, kSide);
+
+    SCOPED_TRACE("seed 23");
+    std::mt19937_64 random(23);
+    std::uniform_real_distribution<double> share(0.0, 1.0), sign(-1.0, 1.0);
+    std::uniform_int_distribution<std::uint32_t> any_small(0, small - 1);
+    const auto vector = [&] {
+        const double x = sign(random), y = sign(random), z = sign(random);
+        return Vec3(x, y, z);
+    };
+    int found_near_small = 0, found_near_large = 0;
+    constexpr int kQueries = 3000;
+    for (int n = 0; n < kQueries; ++n) {
+        const bool is_small = n % 3 == 0; // else one of the two large ones
+        const auto& t = mesh.triangles[is_small ? any_small(random) : small + n % 3 - 1];
+        const double u = share(random), v = (1.0 - u) * share(random);
+        const Vec3 on =
+            (1.0 - u - v) * mesh.vertices[t[0]] + u * mesh.vertices[t[1]] + v * mesh.vertices[t[2]];
+        const Vec3 p = on + 2.0 * kSide * vector(), direction = vector();
+        const double radius = kSide * share(random);
+        const bool expected = any_facing(mesh, p, direction, radius);
+        ASSERT_EQ(grid.has_facing(p, direction, radius), expected) << "query " << n;
+        (is_small ? found_near_small : found_near_large) += expected ? 1 : 0;
+    }
+    // Some of each answer: distances are up to 2 mm, radii up to 1 mm, half of them face away.
+    EXPECT_GT(found_near_small, 100);
+    EXPECT_GT(found_near_large, 100);
+    EXPECT_LT(found_near_small + found_near_large, kQueries / 2);
 }
 
 } // namespace

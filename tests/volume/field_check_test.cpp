@@ -21,11 +21,11 @@ namespace {
 
 using Spoil = test::HostBall::Spoil;
 
-std::string complaint(const std::function<void(Spoil&)>& change) {
+std::string complaint(const std::function<void(Spoil&)>& change, double radius_m = 0.02) {
     Spoil spoil;
     change(spoil);
     try {
-        require_field("field", test::HostBall(0.02, spoil));
+        require_field("field", test::HostBall(radius_m, spoil));
     } catch (const std::invalid_argument& error) {
         return error.what();
     }
@@ -63,6 +63,23 @@ TEST(FieldCheck, NamesThePromiseThatIsBroken) {
     begins(complaint([](Spoil& s) { s.has_bounds = false; }), "field.bounds() has no volume");
     begins(complaint([](Spoil& s) { s.feature_size_m = -1.0; }),
            "field.feature_size_m() = -1 is out of range");
+}
+
+// Details of 0.3 mm in a field of 0.1 m: over a step that is short for them, the value changes by
+// no more than what counts as rounding of the values' range, as if the field were flat.
+TEST(FieldCheck, LooksAtTheSlopesOfAFieldThatIsFineForItsSize) {
+    const auto said_of_factor = [](double slope_factor) {
+        return complaint(
+            [&](Spoil& s) {
+                s.feature_size_m = 0.3e-3;
+                s.slope_factor = slope_factor;
+            },
+            0.05);
+    };
+    EXPECT_EQ(said_of_factor(1.0), "");
+    for (const double factor : {1e-3, -1.0})
+        EXPECT_TRUE(said_of_factor(factor).starts_with("field.sample() has a slope of "))
+            << factor << ": " << said_of_factor(factor);
 }
 
 TEST(FieldCheck, RefusesVectorsThatAreNotFinite) {

@@ -357,6 +357,17 @@ TEST(LooksLikeLabels, TellsLabelMapsFromImages) {
     EXPECT_FALSE(looks_like_labels(VoxelVolume{}));
 }
 
+// Of neighbours there are none to be equal: spots of noise, as far as anybody can tell.
+TEST(LooksLikeLabels, SpotsOfWhichNoneIsBesideAnotherAreNoLabels) {
+    VoxelVolume volume = sampled({9, 9, 9}, AffineTransform{}, [](const Vec3&) { return 0.0; });
+    volume.values[volume.index(2, 2, 2)] = 1.0F;
+    volume.values[volume.index(4, 4, 4)] = 2.0F;
+    volume.values[volume.index(6, 2, 6)] = 1.0F;
+    EXPECT_FALSE(looks_like_labels(volume));
+    volume.values[volume.index(3, 2, 2)] = 1.0F; // a pair of equal ones
+    EXPECT_TRUE(looks_like_labels(volume));
+}
+
 TEST(LooksLikeLabels, LooksAllOverALargeVolume) {
     // 7.7 million voxels: more than are looked at. Only the last tenth of the slices has values.
     const std::array<int, 3> size{320, 240, 100};

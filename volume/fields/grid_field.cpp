@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -362,7 +363,10 @@ void GridField::write_vdb(const std::filesystem::path& file,
     openvdb::MetaMap map;
     for (const auto& [key, text] : metadata)
         map.insertMeta(key, openvdb::StringMetadata(text));
-    const std::filesystem::path partial = file.string() + ".partial" + std::to_string(getpid());
+    static std::atomic<unsigned> written{0}; // two threads may write the same file
+    const std::filesystem::path partial =
+        file.string() + ".partial" + std::to_string(getpid()) + "-" +
+        std::to_string(written.fetch_add(1, std::memory_order_relaxed));
     try {
         write_stream(partial, grid_->vdb, map);
         std::error_code failed;

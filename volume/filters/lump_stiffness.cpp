@@ -19,6 +19,7 @@ constexpr double kCore = 0.75; // of the contact's radius, in the kernel
 // the part adds.
 constexpr double kFar = 0.15;
 constexpr std::size_t kFewPoints = 8;     // are not split
+constexpr double kMostPoints = 2e7;       // of one inclusion, in all: 2 GB
 constexpr double kFinestOfContact = 0.25; // of the contact's radius: longest side of a point's cell
 
 /// The centres of the cells into which a label's voxels are split, and a cell's volume.
@@ -30,17 +31,24 @@ struct Cells {
 Cells cells_of(const LabelVolume& volume, const Inclusion& inclusion, double finest_m) {
     const VoxelVolume occupied = label_occupancy(volume, inclusion.labels, 0);
     const Vec3 spacing = occupied.spacing_m();
+    const auto voxels = std::count(occupied.values.begin(), occupied.values.end(), 1.0F);
     std::array<int, 3> pieces{};
-    for (int axis = 0; axis < 3; ++axis)
-        pieces[static_cast<std::size_t>(axis)] =
-            std::max(1, static_cast<int>(std::ceil(spacing[axis] / finest_m - 1e-9)));
+    double points = static_cast<double>(voxels);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double along = std::max(1.0, std::ceil(spacing[axis] / finest_m - 1e-9));
+        points *= along;
+        if (points > kMostPoints)
+            throw std::invalid_argument(
+                "a lump's " + std::to_string(voxels) +
+                " voxels would be more than 20,000,000 "
+                "pieces for so small a contact; give a larger contact radius, or finer voxels");
+        pieces[static_cast<std::size_t>(axis)] = static_cast<int>(along);
+    }
     const int per_voxel = pieces[0] * pieces[1] * pieces[2];
     Cells cells;
     cells.volume_m3 =
         std::abs(glm::determinant(occupied.index_to_scene.linear)) / static_cast<double>(per_voxel);
-    cells.centres.reserve(
-        static_cast<std::size_t>(per_voxel) *
-        static_cast<std::size_t>(std::count(occupied.values.begin(), occupied.values.end(), 1.0F)));
+    cells.centres.reserve(static_cast<std::size_t>(per_voxel) * static_cast<std::size_t>(voxels));
     const auto within = [](int piece, int of) { return (piece + 0.5) / of - 0.5; };
     for (int k = 0; k < occupied.size[2]; ++k)
         for (int j = 0; j < occupied.size[1]; ++j)

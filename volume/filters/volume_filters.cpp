@@ -17,6 +17,9 @@ namespace {
 // Share of the Gaussian's weight that its truncated kernel may lack; the kernel is normalised.
 constexpr double kKernelError = 1e-4;
 
+// Voxels. ITK weights by exp(-sigma^2) I_n(sigma^2), whose second factor overflows beyond 26.6.
+constexpr double kMostSigma = 25.0;
+
 // The discrete Gaussian's tails hold less than kKernelError beyond 4 sigma (erfc(4/sqrt 2) = 6e-5);
 // its Bessel weights fall more slowly where sigma is below a voxel, hence the constant.
 int largest_kernel_width(double sigma) { return 2 * static_cast<int>(std::ceil(6.0 * sigma)) + 33; }
@@ -160,6 +163,9 @@ VoxelVolume padded(const VoxelVolume& volume, int margin, float background) {
 
 VoxelVolume cropped(const VoxelVolume& volume, const Box& region_m) {
     require_filled(volume, "cropped");
+    if (!is_finite(region_m.lower) || !is_finite(region_m.upper))
+        throw std::invalid_argument("a corner of it is not finite; the volume is from " +
+                                    scene_box_text(volume));
     const AffineTransform scene_to_index = volume.index_to_scene.inverse();
     Box region;
     for (int corner = 0; corner < 8; ++corner)
@@ -232,8 +238,8 @@ void clear_far_from_level(VoxelVolume& volume, double level, float background) {
 
 void smooth(VoxelVolume& volume, double sigma_voxels) {
     require_filled(volume, "smooth");
-    if (!(sigma_voxels >= 0.0) || !std::isfinite(sigma_voxels))
-        throw std::invalid_argument("smooth: sigma_voxels must be finite and >= 0");
+    if (!(sigma_voxels >= 0.0 && sigma_voxels <= kMostSigma))
+        throw std::invalid_argument("smooth: sigma_voxels must be in [0, 25]");
     if (sigma_voxels == 0.0) return;
     using Image = itk::Image<float, 3>;
     const auto filter = itk::DiscreteGaussianImageFilter<Image, Image>::New();

@@ -24,7 +24,7 @@ VoxelVolume cropped(const VoxelVolume& volume, const Box& region_m);
 /// only what a surface needs, its stencils included.                                     [setup]
 void clear_far_from_level(VoxelVolume& volume, double level, float background);
 
-/// Gaussian of standard deviation `sigma_voxels` (>= 0; along each axis in its own spacing; 0 =
+/// Gaussian of standard deviation `sigma_voxels` ([0, 25]; along each axis in its own spacing; 0 =
 /// unchanged). The border's values go on outside. NaN spreads over the kernel, about 4 sigma. Bits
 /// do not depend on the number of threads.  [setup]
 void smooth(VoxelVolume& volume, double sigma_voxels);

@@ -106,9 +106,8 @@ void require_choices_of(const std::filesystem::path& file, Format format,
 
 /// Checks what can be said of any file; returns its format.
 Format checked_format(const std::filesystem::path& file) {
-    const Format format = format_of(file);
-    if (!is_folder(file)) require_file(file);
-    return format;
+    if (!is_folder(file)) require_file(file); // a name that is not there is not asked for a format
+    return format_of(file);
 }
 
 } // namespace

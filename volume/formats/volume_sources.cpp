@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include <palpate/geometry/internal/ordinary_file.h>
+#include <palpate/volume/formats/internal/nrrd_text.h>
 #include <palpate/volume/printable.h>
 
 namespace palpate {
@@ -24,20 +25,19 @@ std::string key_of(const std::string& text) {
     return key;
 }
 
-// Stands for a pattern of names, as "slice%03d.raw 1 20 1".
-constexpr const char* kPattern = "%";
-
 /// How a format's header names the files of its voxels.
 struct Header {
-    char separator = ':';          ///< between key and value
-    std::string_view key;          ///< as of key_of()
-    bool ends_with_a_blank = true; ///< else with its key, which is the last
+    char separator = ':';                              ///< between key and value
+    std::string_view key;                              ///< as of key_of()
+    bool ends_with_a_blank = true;                     ///< else with its key, which is the last
+    bool (*is_list)(std::string_view value) = nullptr; ///< whether names follow, as its reader says
 };
-constexpr Header kNrrd{':', "datafile", true};
-constexpr Header kMetaImage{'=', "elementdatafile", false};
+constexpr Header kNrrd{':', "datafile", true, internal::announces_nrrd_list};
+constexpr Header kMetaImage{'=', "elementdatafile", false,
+                            [](std::string_view value) { return value.starts_with("LIST"); }};
 
-/// Names that follow the key of a header: one, or one a line after LIST; or kPattern. None where
-/// the voxels follow in the same file.
+/// Names that follow the key of a header: one, or one a line after LIST; or a pattern of names, as
+/// "slice%03d.raw 1 20 1". None where the voxels follow in the same file.
 std::vector<std::string> named_files(const std::filesystem::path& header, const Header& format) {
     std::vector<std::string> names;
     internal::refuse_pipe_or_device(header);
@@ -50,26 +50,35 @@ std::vector<std::string> named_files(const std::filesystem::path& header, const 
                 names.emplace_back(name);
             continue;
         }
-        if (format.ends_with_a_blank && trimmed(line).empty()) break;
+        if (format.ends_with_a_blank && (line.empty() || line == "\r")) break;
         const auto at = line.find(format.separator);
         if (at == std::string::npos || key_of(line.substr(0, at)) != format.key) continue;
         if (line.compare(at, 2, ":=") == 0) continue; // a remark of an NRRD header
         const std::string value(trimmed(std::string_view(line).substr(at + 1)));
-        if (value.find('%') != std::string::npos) return {kPattern};
+        if (value.find('%') != std::string::npos) return {value};
         if (!format.ends_with_a_blank && key_of(value) == "local") break;
-        listing = key_of(value).starts_with("list");
+        listing = format.is_list(value);
         if (!listing) return {value};
     }
     return names;
 }
 
-std::vector<std::filesystem::path> files_of_folder(const std::filesystem::path& folder) {
+template <class Iterator>
+std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    for (const auto& entry : Iterator(folder, error))
         if (entry.is_regular_file(error)) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;
+}
+
+std::vector<std::filesystem::path> files_of_folder(const std::filesystem::path& folder) {
+    return files_of<std::filesystem::directory_iterator>(folder);
+}
+
+std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
+    return files_of<std::filesystem::recursive_directory_iterator>(folder);
 }
 
 } // namespace
@@ -82,11 +91,18 @@ std::vector<std::filesystem::path> source_files(const std::filesystem::path& fil
     const std::filesystem::path ending = file.extension();
     if (ending == ".nrrd" || ending == ".nhdr") names = named_files(file, kNrrd);
     if (ending == ".mha" || ending == ".mhd") names = named_files(file, kMetaImage);
-    if (names == std::vector<std::string>{kPattern}) { // rather too many files than one too few
+    if (names.size() == 1 && names.front().find('%') != std::string::npos) {
+        // Rather too many files than one too few.
+        const std::string pattern = names.front();
+        const std::filesystem::path start = pattern.substr(0, pattern.find('%'));
+        const std::filesystem::path folder = start.parent_path();
+        const bool goes_deeper = pattern.find('/', pattern.find('%')) != std::string::npos;
+        const std::filesystem::path whole = std::filesystem::absolute(file).parent_path() / folder;
         names.clear();
-        const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
-        for (const std::filesystem::path& beside : files_of_folder(folder))
-            if (beside.filename() != file.filename()) names.push_back(beside.filename().string());
+        for (const std::filesystem::path& one :
+             goes_deeper ? files_below(whole) : files_of_folder(whole))
+            if (!std::filesystem::equivalent(one, file, error))
+                names.push_back((folder / one.lexically_relative(whole)).string());
     }
     for (const std::string& name : names)
         files.push_back(file.parent_path() / name);

@@ -75,7 +75,8 @@ public:
     bool looks_like_labels() const {
         if (!countable_ || distinct_ < 2) return false;
         if (distinct_ == 2) return true; // a mask, whatever its two values
-        return static_cast<double>(equal_) >= kEqualNeighbours * static_cast<double>(pairs_);
+        return pairs_ > 0 &&
+               static_cast<double>(equal_) >= kEqualNeighbours * static_cast<double>(pairs_);
     }
 
 private:

@@ -52,7 +52,8 @@ std::uint32_t stated_count(std::string_view text) {
 
 /// Many binary files begin with "solid", as text does: then the length decides, or a NUL.
 bool is_binary(std::string_view text) {
-    if (!same_word(text.substr(0, 5), "solid")) return true;
+    const std::size_t word = std::min(text.find_first_not_of(" \t\r\n"), text.size());
+    if (!same_word(text.substr(word, 5), "solid")) return true;
     if (text.size() >= kHeaderBytes + kCountBytes &&
         text.size() == kHeaderBytes + kCountBytes + kTriangleBytes * stated_count(text))
         return true;

@@ -70,6 +70,16 @@ TEST_F(StlFile, TextMayBeInCapitalsInSeveralSolidsAndHaveNormalsThatAreNoNumbers
     EXPECT_EQ(file.mesh.vertices[1], Vec3(0.01, 0.0, 0.0));
 }
 
+TEST_F(StlFile, TextMayBeginWithBlanksAndBlankLines) {
+    const TriangleMesh mesh = test::sheet(60.0, 2);
+    const MeshFile plain = read("a.stl", test::ascii_stl(mesh));
+    for (const char* start : {"\n", "\r\n", " \t\n\n  "}) {
+        const MeshFile file = read("b.stl", start + test::ascii_stl(mesh));
+        EXPECT_EQ(file.mesh.vertices, plain.mesh.vertices);
+        EXPECT_EQ(file.mesh.triangles, plain.mesh.triangles);
+    }
+}
+
 TEST_F(StlFile, CollapsedTrianglesStayAndAreReported) {
     TriangleMesh mesh = test::sheet(60.0, 1);
     mesh.triangles.push_back({0, 1, 1});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/fields/grid_field.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -8,6 +9,8 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 #ifdef PALPATE_SANITIZED
@@ -74,6 +77,30 @@ std::string message_of(const std::function<void()>& action) {
         return error.what();
     }
     return "";
+}
+
+TEST(GridVdb, TwoThreadsMayWriteTheSameName) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path file = folder / "field.vdb";
+    const GridField field(noise({21, 18, 30}, all_frames()[0].frame, 19), kBackground);
+    field.write_vdb(file, some_metadata());
+    std::array<std::string, 2> complaints; // the first of each thread
+    {
+        std::vector<std::jthread> writers;
+        for (std::string& complaint : complaints)
+            writers.emplace_back([&] {
+                for (int n = 0; n < 100 && complaint.empty(); ++n)
+                    complaint = message_of([&] { field.write_vdb(file, some_metadata()); });
+            });
+        for (int n = 0; n < 100; ++n) { // while they write, and it is always a whole file
+            std::map<std::string, std::string> metadata;
+            EXPECT_EQ(message_of([&] { GridField::read_vdb(file, metadata); }), "");
+            EXPECT_EQ(metadata, some_metadata());
+        }
+    }
+    for (const std::string& complaint : complaints)
+        EXPECT_EQ(complaint, "");
+    EXPECT_EQ(test::files_in(folder.path()), 1U) << "something is left beside it";
 }
 
 TEST(GridVdb, FileErrorsNameTheFile) {

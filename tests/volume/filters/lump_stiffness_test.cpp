@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -219,6 +220,19 @@ TEST(InclusionSum, RefusesRatiosAndContactsThatAreNotAboveZero) {
     EXPECT_THROW(sum_of(volume, 2.0, 0.0), std::invalid_argument);
     const std::vector<Inclusion> unknown{{{3}, 2.0}};
     EXPECT_THROW(InclusionSum(volume, unknown, kContact), std::invalid_argument);
+}
+
+// 2000 pieces along each side of a voxel: their number in one voxel would not fit into an int.
+TEST(InclusionSum, RefusesMorePiecesThanMemoryHolds) {
+    const LabelVolume volume = ball_of_voxels({0, 0, 10e-3}, 5e-3, Vec3{5e-3});
+    try {
+        sum_of(volume, 10.0, 1e-5);
+        FAIL() << "accepted";
+    } catch (const std::invalid_argument& error) {
+        const std::string message = error.what();
+        EXPECT_NE(message.find("more than 20,000,000 pieces"), std::string::npos) << message;
+        EXPECT_NE(message.find("; give a larger contact radius"), std::string::npos) << message;
+    }
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <deque>
+#include <limits>
 #include <random>
 #include <stdexcept>
 
@@ -94,6 +95,24 @@ TEST(Cropped, ARegionBesideTheVolumeIsRefusedWithTheVolumesBox) {
         EXPECT_NE(std::string(error.what()).find("0 to 9, 0 to 9, 0 to 9 mm (LPS)"),
                   std::string::npos)
             << error.what();
+    }
+}
+
+TEST(Cropped, ARegionWithoutAnEndIsSaidNotToBeFinite) {
+    const VoxelVolume volume =
+        sampled({10, 10, 10}, {Mat3(kMm), Vec3(0.0)}, [](const Vec3&) { return 1; });
+    const double infinity = std::numeric_limits<double>::infinity();
+    for (const Box& region :
+         {Box{Vec3(-infinity), Vec3(infinity)}, Box{Vec3(-1.0), Vec3(1.0, 1.0, infinity)}}) {
+        try {
+            cropped(volume, region);
+            FAIL() << "accepted";
+        } catch (const std::invalid_argument& error) {
+            const std::string message = error.what();
+            EXPECT_NE(message.find("not finite"), std::string::npos) << message;
+            EXPECT_NE(message.find("0 to 9, 0 to 9, 0 to 9 mm (LPS)"), std::string::npos)
+                << message;
+        }
     }
 }
 
@@ -237,6 +256,15 @@ TEST(Smooth, RefusesWhatIsNoStandardDeviation) {
     EXPECT_THROW(smooth(volume, std::nan("")), std::invalid_argument);
     VoxelVolume empty;
     EXPECT_THROW(smooth(empty, 0.7), std::invalid_argument);
+}
+
+// The kernel's width would not fit into an int.
+TEST(Smooth, RefusesAKernelBeyondAnyUse) {
+    VoxelVolume volume = sampled({3, 3, 3}, AffineTransform{}, [](const Vec3&) { return 1.0; });
+    for (const double sigma : {26.0, 1e9})
+        EXPECT_THROW(smooth(volume, sigma), std::invalid_argument) << sigma;
+    for (const float value : volume.values)
+        EXPECT_EQ(value, 1.0F);
 }
 
 // --- shift of a surface ------------------------------------------------------------------------
@@ -394,6 +422,33 @@ TEST(LevelKeepingPosition, MovesTheLevelOfAFlatEdgeAsTheErrorFunctionSays) {
     // fields alike (f'' falls by a fifth): what is left is a quarter of that.
     EXPECT_NEAR(kept, expected, 0.007);
     EXPECT_GT(std::abs(expected - level), 0.04); // not met by leaving the level alone
+}
+
+// A hundredth of such a range is a step over all of the ball's edge, to levels where it has no
+// surface.
+TEST(LevelKeepingPosition, MetalElsewhereMakesLittleDifference) {
+    const std::array<int, 3> size{48, 40, 40};
+    const VoxelVolume ball = sampled(size, {Mat3(kMm), Vec3(0.0)}, [](const Vec3& p) {
+        const double depth = 12.0 - glm::length(p / kMm - Vec3(18.0)); // voxels
+        return 40.0 + 90.0 * (1.0 + std::erf(depth / 0.8));            // 220 within, 40 around
+    });
+    VoxelVolume with_metal = ball; // 3 x 3 x 3 voxels, 10 voxels beside the ball
+    for (int n = 0; n < 27; ++n)
+        with_metal.values[with_metal.index(40 + n % 3, 18 + n / 3 % 3, 18 + n / 9)] = 20000.0F;
+    const auto kept = [](const VoxelVolume& original, double level, double sigma) {
+        VoxelVolume smoothed = original;
+        smooth(smoothed, sigma);
+        return level_keeping_position(original, level, smoothed);
+    };
+    for (const double level : {80.0, 130.0, 180.0}) // to either side of the ball's edge
+        for (const double sigma : {0.7, 1.0}) {
+            SCOPED_TRACE(testing::Message() << level << ", sigma " << sigma);
+            const KeptLevel metal = kept(with_metal, level, sigma);
+            EXPECT_LE(std::abs(metal.shift.mean_m), 1e-6);
+            // The metal has 54 mm^2 of surface, the ball 1810 mm^2: 3 %, which may seem to move by
+            // two voxels. The ball's edge rises by at most 80 per voxel: 0.03 * 2 * 80.
+            EXPECT_NEAR(metal.level, kept(ball, level, sigma).level, 5.0);
+        }
 }
 
 TEST(LevelKeepingPosition, SaysSoWhenThereIsNone) {

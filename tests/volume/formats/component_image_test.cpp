@@ -356,6 +356,16 @@ TEST(ComponentAxes, NearestRotationOfAShearedMatrixIsItsPolarFactor) {
     EXPECT_EQ(internal::nearest_rotation(Mat3(1.0)), Mat3(1.0));
 }
 
+TEST(ComponentAxes, NearestRotationIsOneWhateverTheLengths) {
+    const Mat3 r = test::oblique_frame(Vec3(1.0), Vec3(0.0)).linear;
+    for (const double length : {1e-20, 1.0, 1e20}) {
+        const Mat3 axes(length * r[0], 2.0 * length * r[1], 3.0 * length * r[2]);
+        const Mat3 found = internal::nearest_rotation(axes);
+        for (int column = 0; column < 3; ++column)
+            EXPECT_LT(glm::length(found[column] - r[column]), 1e-14) << length << " " << column;
+    }
+}
+
 TEST(ComponentAxes, ImageAxesReverseTheFirstOfARightHandedImage) {
     const AffineTransform left = test::oblique_frame(Vec3(0.3, 0.9, 1.7), Vec3(0.0));
     AffineTransform right = left;

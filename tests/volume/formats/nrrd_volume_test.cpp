@@ -130,6 +130,32 @@ TEST(NrrdVolume, ReadsBigEndianDetachedAndSkippedData) {
     EXPECT_EQ(read_volume(folder / "e.nhdr").values[23], 23.0F);
 }
 
+// Seen: its voxels were sought in the lines that follow, as those of a list.
+TEST(NrrdVolume, ReadsADataFileWhoseNameBeginsWithList) {
+    const TemporaryFolder folder;
+    make_file(folder / "list_ct.raw", counting(24));
+    make_file(folder / "a.nhdr", nrrd_text(kLpsGeometry, "data file: list_ct.raw\n"));
+    EXPECT_EQ(read_volume(folder / "a.nhdr").values[23], 23.0F);
+}
+
+TEST(NrrdVolume, ListsAndPatternsNameTheirFilesInOrder) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "slices");
+    for (const char* stem : {"list", "slices/s00"}) {
+        make_file(folder / (stem + std::string("0.raw")), counting(24).substr(0, 24));
+        make_file(folder / (stem + std::string("1.raw")), counting(24).substr(24));
+    }
+    for (const char* description : {"LIST\nlist0.raw\nlist1.raw", "list 2\nlist0.raw\nlist1.raw",
+                                    "list%d.raw 0 1 1", "slices/s%03d.raw 0 1 1"}) {
+        SCOPED_TRACE(description);
+        make_file(folder / "a.nhdr",
+                  nrrd_text(kLpsGeometry, std::string("data file: ") + description + "\n"));
+        const VoxelVolume volume = read_volume(folder / "a.nhdr");
+        for (std::size_t n = 0; n < 24; ++n)
+            EXPECT_EQ(volume.values[n], static_cast<float>(n));
+    }
+}
+
 TEST(NrrdVolume, RefusesDataOfTheWrongLength) {
     const TemporaryFolder folder;
     make_file(folder / "short.nrrd", nrrd_text(kLpsGeometry) + counting(23));

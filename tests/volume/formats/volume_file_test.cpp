@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/volume_file.h>
 
 #include <random>
@@ -116,7 +117,20 @@ TEST(VolumeFile, RefusesWhatCannotBeAVolumeWithOneLine) {
     }
     make_file(folder / "a.png", "x");
     EXPECT_REFUSED(folder / "a.png", ".mha, .mhd, .vdb and folders of DICOM slices are read");
+    make_file(folder / ".nrrd", "x");
     EXPECT_REFUSED(folder / ".nrrd", "not a volume by its name");
+}
+
+// As those with an ending: what is wrong with it is not its name's form.
+TEST(VolumeFile, ANameThatIsNotThereDoesNotExistWhateverItsEnding) {
+    const TemporaryFolder folder;
+    for (const char* name : {"missing", ".nrrd", "missing.png", "no_folder/missing"})
+        EXPECT_REFUSED(folder / name, "does not exist");
+}
+
+TEST(ImportError, KeepsThePathsBlanksAndHasNoControlCharacters) {
+    EXPECT_STREQ(internal::import_error("two  blanks\n\x01.nrrd", "is  gone\n;\x02 get it ").what(),
+                 "two  blanks??.nrrd: is gone ;? get it");
 }
 
 } // namespace

@@ -49,6 +49,46 @@ TEST(SourceFiles, OfAPatternAreAllThatLieBesideTheHeader) {
               (Files{folder / "p.nhdr", folder / "s01.raw", folder / "s02.raw"}));
 }
 
+TEST(SourceFiles, OfAPatternInAnotherFolderAreAllThatLieThere) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "slices");
+    for (const char* name : {"slices/s000.raw", "slices/s001.raw", "beside.raw"})
+        test::make_file(folder / name, "x");
+    test::make_file(folder / "p.nhdr", "NRRD0004\ndata file: slices/s%03d.raw 0 1 1\n");
+    EXPECT_EQ(source_files(folder / "p.nhdr"),
+              (Files{folder / "p.nhdr", folder / "slices/s000.raw", folder / "slices/s001.raw"}));
+}
+
+// The number may be a folder's: then the files lie at any depth.
+TEST(SourceFiles, OfAPatternOfFoldersAreAllThatLieBelow) {
+    const test::TemporaryFolder folder;
+    for (const char* name : {"s0", "s1"}) {
+        std::filesystem::create_directory(folder / name);
+        test::make_file(folder / name / "voxels.raw", "x");
+    }
+    test::make_file(folder / "p.nhdr", "NRRD0004\ndata file: s%d/voxels.raw 0 1 1\n");
+    EXPECT_EQ(source_files(folder / "p.nhdr"),
+              (Files{folder / "p.nhdr", folder / "s0/voxels.raw", folder / "s1/voxels.raw"}));
+}
+
+// A list is the word alone, as its reader has it: a name may begin with it.
+TEST(SourceFiles, OfANameThatBeginsWithListIsTheFileOfThatName) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "a.nhdr", "NRRD0004\ndata file: list_ct.raw\n");
+    EXPECT_EQ(source_files(folder / "a.nhdr"), (Files{folder / "a.nhdr", folder / "list_ct.raw"}));
+    test::make_file(folder / "a.mhd", "NDims = 3\nElementDataFile = list_ct.raw\n");
+    EXPECT_EQ(source_files(folder / "a.mhd"), (Files{folder / "a.mhd", folder / "list_ct.raw"}));
+}
+
+// Only a line with nothing in it ends an NRRD header, as its reader has it.
+TEST(SourceFiles, ALineOfBlanksDoesNotEndAnNrrdHeader) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "a.nhdr", "NRRD0004\n  \t\ndata file: b.raw\n");
+    EXPECT_EQ(source_files(folder / "a.nhdr"), (Files{folder / "a.nhdr", folder / "b.raw"}));
+    test::make_file(folder / "c.nrrd", "NRRD0004\n \n\ndata file: voxels\n");
+    EXPECT_EQ(source_files(folder / "c.nrrd"), Files{folder / "c.nrrd"});
+}
+
 TEST(SourceFiles, OfAFolderAreItsFilesByName) {
     const test::TemporaryFolder folder;
     for (const char* name : {"2.dcm", "1.dcm", "notes.txt"})

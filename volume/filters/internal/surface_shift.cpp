@@ -33,6 +33,7 @@ constexpr std::size_t kFewestSlicesPerShare = 8;
 constexpr double kLevelTolerance = 1e-6; // m, mean shift that counts as none
 constexpr int kMaxLevelSteps = 60;       // every second one halves: the bracket shrinks by 2^30
 constexpr double kFirstStep = 0.01;      // of the range of values
+constexpr int kMostHalvings = 16;        // of that step
 constexpr double kMinFound = 0.5;        // of the points: the mean of fewer is of another surface
 constexpr double kJumpVoxels = 0.01;     // what one vanishing point of a small surface may leave
 
@@ -306,24 +307,37 @@ private:
         double mean_m() const { return shift.mean_m; }
     };
 
-    Sample measure_at(double level) const {
+    /// Nothing where too few of the surface's points are found at that level.
+    std::optional<Sample> sample_at(double level) const {
+        if (!(level > range_[0] && level < range_[1])) return std::nullopt;
         const SurfaceShift shift = measure(points_, smoothed_, level);
         if (static_cast<double>(shift.points) < kMinFound * static_cast<double>(points_.size()))
-            fail();
-        return {{level, shift}};
+            return std::nullopt;
+        return Sample{{level, shift}};
     }
 
-    /// Goes away from `from`, which becomes the last sample of its own sign, in doubling steps.
+    Sample measure_at(double level) const {
+        const std::optional<Sample> sample = sample_at(level);
+        if (!sample) fail();
+        return *sample;
+    }
+
+    /// Goes away from `from`, which becomes the last sample of its own sign, in doubling steps. One
+    /// too far, as metal elsewhere makes the range of values long, is halved.
     Sample find_other_sign(Sample& from) const {
         double step = std::copysign(kFirstStep * (range_[1] - range_[0]), from.mean_m());
-        while (true) {
-            const double level = from.level + step;
-            if (!(level > range_[0] && level < range_[1]) || level == from.level) fail();
-            const Sample next = measure_at(level);
-            if ((next.mean_m() > 0.0) != (from.mean_m() > 0.0)) return next;
-            from = next;
-            step *= 2.0;
+        for (int halvings = 0; halvings < kMostHalvings && from.level + step != from.level;) {
+            const std::optional<Sample> next = sample_at(from.level + step);
+            if (!next) {
+                step *= 0.5;
+                ++halvings;
+                continue;
+            }
+            if ((next->mean_m() > 0.0) != (from.mean_m() > 0.0)) return *next;
+            from = *next;
+            if (halvings == 0) step *= 2.0;
         }
+        fail();
     }
 
     /// Secant steps within the bracket; halving where the last one did not shorten it enough.

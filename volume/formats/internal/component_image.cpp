@@ -2,6 +2,7 @@
 #include <palpate/volume/formats/internal/component_image.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <palpate/geometry/internal/ordinary_file.h>
@@ -12,10 +13,14 @@ namespace palpate::internal {
 
 Mat3 nearest_rotation(const Mat3& matrix) {
     // Newton's iteration for the polar factor: quadratic, and convergent for every regular matrix.
-    // Fifty steps halve away any length that a header can state.
     constexpr int kMostSteps = 50;
     constexpr double kSettled = 1e-15; // rounding of entries up to 1
-    Mat3 rotation = matrix;
+    double longest = 0.0;
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+            longest = std::max(longest, std::abs(matrix[column][row]));
+    const bool is_about_one = longest > 0.25 && longest < 2.0; // the steps do the rest
+    Mat3 rotation = is_about_one ? matrix : matrix / longest;
     for (int step = 0; step < kMostSteps; ++step) {
         const Mat3 next = 0.5 * (rotation + glm::transpose(glm::inverse(rotation)));
         double change = 0.0;

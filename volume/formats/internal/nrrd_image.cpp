@@ -167,7 +167,7 @@ std::vector<NrrdDataFile> find_data(const std::filesystem::path& file, const Nrr
     std::vector<std::string> names;
     if (!text.detached()) {
         names.push_back(file.filename().string());
-    } else if (text.lower_field("datafile").starts_with("list")) {
+    } else if (announces_nrrd_list(text.field("datafile"))) {
         names = text.listed_files;
     } else {
         const std::string description = text.field("datafile");

@@ -51,10 +51,6 @@ void add_line(const std::filesystem::path& file, NrrdText& text, const std::stri
                                      "\" twice; remove one of both lines");
 }
 
-bool announces_list(const NrrdText& text) {
-    return text.lower_field("datafile").compare(0, 4, "list") == 0;
-}
-
 } // namespace
 
 std::string NrrdText::field(const std::string& name) const {
@@ -81,7 +77,7 @@ NrrdText read_nrrd_text(const std::filesystem::path& file) {
         if (text.bytes > kMaxHeaderBytes)
             throw import_error(file, "has a header without an end; check the file");
         if (!line.empty() && line.back() == '\r') line.pop_back();
-        if (announces_list(text)) {
+        if (announces_nrrd_list(text.field("datafile"))) {
             if (!line.empty()) text.listed_files.push_back(line);
         } else if (line.empty()) {
             ended = true;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// The text in front of an NRRD file's data.  teem.sourceforge.net/nrrd/format.html
@@ -25,6 +27,15 @@ struct NrrdText {
     std::string lower_field(const std::string& name) const;
     bool detached() const { return has("datafile"); }
 };
+
+/// Whether a description of "data file" says that names of files follow: "LIST" or "LIST 2", and
+/// not "list_ct.raw".                                                                    [any]
+inline bool announces_nrrd_list(std::string_view description) {
+    const std::string_view word = description.substr(0, description.find_first_of(" \t"));
+    constexpr std::string_view kList = "list";
+    return std::equal(word.begin(), word.end(), kList.begin(), kList.end(),
+                      [](char a, char b) { return (a | ' ') == b; });
+}
 
 /// Reads the text of an attached or detached header. Throws import_error.               [setup]
 NrrdText read_nrrd_text(const std::filesystem::path& file);

@@ -62,8 +62,11 @@ double most_memory() {
 } // namespace
 
 std::runtime_error import_error(const std::filesystem::path& file, const std::string& what) {
-    std::string line;
-    for (const char c : file.string() + ": " + what) {
+    std::string line = file.string();
+    std::replace_if(
+        line.begin(), line.end(),
+        [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, '?');
+    for (const char c : ": " + what) {
         if (!std::isspace(static_cast<unsigned char>(c)))
             line += std::iscntrl(static_cast<unsigned char>(c)) ? '?' : c;
         else if (!line.empty() && line.back() != ' ')
