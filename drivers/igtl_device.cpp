@@ -6,6 +6,8 @@
 #include <charconv>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <stdexcept>
@@ -13,8 +15,10 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/connect.hpp>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
 #include <palpate/drivers/igtl_reader.h>
@@ -68,12 +72,45 @@ IgtlAddress igtl_address(const std::string& text) {
     return address;
 }
 
+/// Who waits for a name to be looked up. A name server may not answer for minutes, and the system's
+/// call cannot be broken off: its thread is nobody's, and what it finds is for who is still there.
+class Lookup {
+public:
+    using Found = std::function<void(error_code, const tcp::resolver::results_type&)>;
+
+    /// Lets a thread look it up; `found` is called in `io`'s thread, unless leave() was called.
+    static void begin(const std::shared_ptr<Lookup>& waits, asio::io_context& io,
+                      const std::string& host, std::uint16_t port, Found found) {
+        {
+            const std::lock_guard lock(waits->mutex_);
+            waits->io_ = &io;
+        }
+        std::thread([waits, host, port, found = std::move(found)] {
+            asio::io_context own;
+            error_code error;
+            const auto result = tcp::resolver(own).resolve(host, std::to_string(port), error);
+            const std::lock_guard lock(waits->mutex_);
+            if (waits->io_ == nullptr) return;
+            asio::post(*waits->io_, [found, error, result] { found(error, result); });
+        }).detach();
+    }
+    void leave() {
+        const std::lock_guard lock(mutex_);
+        io_ = nullptr;
+    }
+
+private:
+    std::mutex mutex_;
+    asio::io_context* io_ = nullptr;
+};
+
 /// A connection that is looked for again and again. All but what is said otherwise is its thread's.
 class IgtlDevice::Client {
 public:
     Client(IgtlAddress address, const Patience& patience, TransformDevice& tool)
         : address_(std::move(address)), patience_(patience), tool_(tool) {}
     ~Client() {
+        lookup_->leave();
         io_.stop();
         if (thread_.joinable()) thread_.join();
     }
@@ -96,7 +133,8 @@ private:
     TransformDevice& tool_;
 
     asio::io_context io_{1};
-    tcp::resolver resolver_{io_};
+    asio::executor_work_guard<asio::io_context::executor_type> stays_{io_.get_executor()};
+    const std::shared_ptr<Lookup> lookup_ = std::make_shared<Lookup>();
     tcp::socket socket_{io_};
     asio::steady_timer timer_{io_};
     std::array<std::uint8_t, 16384> bytes_{};
@@ -137,20 +175,20 @@ void IgtlDevice::Client::tell(bool is_connected, const std::string& why) {
 }
 
 void IgtlDevice::Client::connect() {
-    resolver_.async_resolve(
-        address_.host, std::to_string(address_.port),
-        [this](error_code error, const tcp::resolver::results_type& found) {
-            if (error) return try_again(error.message());
-            asio::async_connect(socket_, found, [this](error_code failure, const tcp::endpoint&) {
-                if (failure) return try_again(failure.message());
-                error_code ignored;
-                socket_.set_option(asio::socket_base::keep_alive(true), ignored);
-                reader_ = IgtlReader();
-                is_there_ = true;
-                tell(true, "");
-                read();
-            });
-        });
+    Lookup::begin(lookup_, io_, address_.host, address_.port,
+                  [this](error_code error, const tcp::resolver::results_type& found) {
+                      if (error) return try_again(error.message());
+                      asio::async_connect(
+                          socket_, found, [this](error_code failure, const tcp::endpoint&) {
+                              if (failure) return try_again(failure.message());
+                              error_code ignored;
+                              socket_.set_option(asio::socket_base::keep_alive(true), ignored);
+                              reader_ = IgtlReader();
+                              is_there_ = true;
+                              tell(true, "");
+                              read();
+                          });
+                  });
 }
 
 void IgtlDevice::Client::try_again(const std::string& why) {

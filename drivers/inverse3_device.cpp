@@ -415,11 +415,14 @@ Inverse3Device::Inverse3Device(Settings settings) {
         if (!is_so) throw std::invalid_argument(what);
     };
     require(settings.rate_hz >= 50.0 && settings.rate_hz <= 4000.0, "rate_hz: in [50, 4000]");
-    require(settings.stale_after_s > 0.0, "stale_after_s: > 0");
-    require(settings.force_hold_s > 0.0, "force_hold_s: > 0");
-    require(settings.lost_after_s > settings.stale_after_s, "lost_after_s: > stale_after_s");
-    require(settings.reconnect_s > 0.0, "reconnect_s: > 0");
-    require(settings.patience_s > 0.0, "patience_s: > 0");
+    constexpr double kMost_s = 3600.0;
+    const auto is_time = [](double seconds) { return seconds > 0.0 && seconds <= kMost_s; };
+    require(is_time(settings.stale_after_s), "stale_after_s: in (0, 3600]");
+    require(is_time(settings.force_hold_s), "force_hold_s: in (0, 3600]");
+    require(is_time(settings.lost_after_s) && settings.lost_after_s > settings.stale_after_s,
+            "lost_after_s: > stale_after_s, up to 3600");
+    require(is_time(settings.reconnect_s), "reconnect_s: in (0, 3600]");
+    require(is_time(settings.patience_s), "patience_s: in (0, 3600]");
     require(settings.address.force_n > 0.0 && settings.address.force_n <= internal::kMostForce_n,
             "force_n: in (0, 10]");
     link_ = std::make_unique<Link>(std::move(settings));

@@ -137,10 +137,14 @@ private:
         if (!judge_descriptor("the layout is found by its first report")) return product.name;
         const std::size_t in = descriptor_->longest_report(HidReportKind::input);
         const std::size_t out = descriptor_->longest_report(HidReportKind::output);
-        if (!wooden_layout(*descriptor_))
-            obstacle("its reports have " + bytes(in) + " in and " + bytes(out) +
-                         " out; 8, 14 and 64 both ways are known",
+        if (!wooden_layout(*descriptor_)) {
+            const bool is_known = in == out && (in == 8 || in == 14 || in == 64);
+            obstacle("its reports have " + bytes(in) + " in and " + bytes(out) + " out; " +
+                         (is_known ? "that is known of one collection, FFAB/0200, whose reports "
+                                     "have no numbers, and here it is otherwise"
+                                   : "8, 14 and 64 both ways are known"),
                      "put one of the public firmwares on the board");
+        }
         return product.name;
     }
 

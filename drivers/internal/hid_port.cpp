@@ -81,10 +81,18 @@ LockFile open_lock_file(const std::string& path) {
     for (const char* folder : {"/run/lock/", "/tmp/"}) {
         const std::string file = folder + name;
         for (const int create : {0, O_CREAT | O_EXCL, 0}) {
-            const int opened = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | create,
-                                      S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
-            if (opened >= 0) return {file, opened};
+            constexpr mode_t kOfAll = S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH;
+            const int opened =
+                ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | create, kOfAll);
+            if (opened < 0) continue;
+            // Whoever comes next has to be able to open it, whatever this user's umask is.
+            if (create != 0) static_cast<void>(::fchmod(opened, kOfAll));
+            return {file, opened};
         }
+        struct stat there {};
+        if (::lstat(file.c_str(), &there) == 0) // in another folder there would be a second lock
+            throw std::runtime_error(path + ": its lock, " + file +
+                                     ", cannot be opened; remove it, or let this user read it");
     }
     throw std::runtime_error(path + ": no lock file can be made for it; let this user write to "
                                     "/run/lock or /tmp");

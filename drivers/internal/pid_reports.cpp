@@ -110,6 +110,19 @@ void PidReports::set(std::vector<std::uint8_t>& report, std::uint16_t usage,
         set_value(*field, report, value);
 }
 
+/// No button starts the effect: a number that none has. It is the null value of the field, outside
+/// of its range, where there is one.
+void PidReports::set_no_button(std::vector<std::uint8_t>& report) const {
+    const HidField* found =
+        descriptor_.find(HidReportKind::output, pid(kTriggerButton), pid(kSetEffect));
+    if (found == nullptr) return;
+    HidField field = *found;
+    const std::int64_t all_ones = (std::int64_t{1} << std::min<std::uint32_t>(field.bits, 62)) - 1;
+    const bool zero_is_null = field.logical_min > 0;
+    field.logical_min = field.logical_max = 0; // not held within its range
+    set_value(field, report, zero_is_null ? 0 : all_ones);
+}
+
 std::vector<std::uint8_t> PidReports::control(PidControl what) const {
     const HidField* field = descriptor_.find(HidReportKind::output, pid(usage_of(what)));
     if (field == nullptr) return {};
@@ -157,7 +170,7 @@ std::vector<std::uint8_t> PidReports::set_effect(std::uint8_t effect, PidAxis ax
     // allows is infinite or at least half a minute; the effect is started again long before that.
     set(report, kDuration, kSetEffect, kLongest);
     set(report, kGain, kSetEffect, kLongest);
-    set(report, kTriggerButton, kSetEffect, kLongest); // the last number of all is no button
+    set_no_button(report);
     set(report, kDirectionEnable, kSetEffect, 1);
 
     const double degrees = axis == PidAxis::x ? kFromLeftDegrees : kFromAheadDegrees;

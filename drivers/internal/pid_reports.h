@@ -69,6 +69,7 @@ private:
     HidField need(HidReportKind kind, std::uint16_t usage, std::uint16_t collection,
                   const char* what) const;
     std::vector<std::uint8_t> blank(const HidField& of) const;
+    void set_no_button(std::vector<std::uint8_t>& report) const;
     void set(std::vector<std::uint8_t>& report, std::uint16_t usage, std::uint16_t collection,
              std::int64_t value) const;
 

@@ -139,11 +139,14 @@ std::string WebSocketClient::Work::connect(const std::string& host, std::uint16_
         stream_->text(true);
         stream_->control_callback(
             [this](beast::websocket::frame_type kind, beast::string_view payload) {
-                if (kind == beast::websocket::frame_type::pong)
-                    has_pong_ = is_pinging_ && payload == std::to_string(pings_);
+                // A server may send others besides.
+                if (kind == beast::websocket::frame_type::pong && is_pinging_ &&
+                    payload == std::to_string(pings_))
+                    has_pong_ = true;
             });
         ++pending_;
-        stream_->async_handshake(host + ":" + std::to_string(port), "/", ends);
+        const std::string name = address.is_v6() ? "[" + host + "]" : host; // RFC 3986, 3.2.2
+        stream_->async_handshake(name + ":" + std::to_string(port), "/", ends);
         failure = step("the handshake", until);
     }
     if (!failure.empty()) drop();

@@ -36,6 +36,7 @@ public:
     struct Settings {
         bool may_push = false;      ///< forces may be as long as the device can hold
         long long frames = 100'000; ///< of the check `endurance`
+        double longest_s = 30.0;    ///< of the check `endurance`
     };
 
     /// `driver` as --device takes it, a plug-in also without "plugin:".
@@ -47,6 +48,7 @@ public:
     const std::string& path() const { return address_.path; }
     bool may_push() const;
     long long frames() const { return settings_.frames; }
+    double longest_s() const { return settings_.longest_s; }
 
     const palpate_device_plugin& plugin();
     /// Opens another one, with an option more where `key` is not empty; null where it refuses, and

@@ -210,11 +210,12 @@ std::uint64_t hash_in_fresh_process(EffectTrial& trial) {
         const bool is_said = write(pipe[1], &hash, sizeof hash) == sizeof hash;
         _exit(is_said ? 0 : 1);
     }
+    close(pipe[1]); // else the end of a child that says nothing would not be seen
     std::uint64_t hash = 0;
-    const bool is_heard = read(pipe[0], &hash, sizeof hash) == sizeof hash;
-    waitpid(child, nullptr, 0);
+    const bool is_heard = child > 0 && read(pipe[0], &hash, sizeof hash) == sizeof hash;
     close(pipe[0]);
-    close(pipe[1]);
+    if (child < 0) throw fail("no process can be begun; close other programs");
+    waitpid(child, nullptr, 0);
     if (!is_heard) throw fail("a process with it ends early; run this check in a debugger");
     return hash;
 }

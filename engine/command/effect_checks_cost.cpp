@@ -124,19 +124,34 @@ Verdict system_calls(EffectTrial& trial) {
     return pass("frames call nothing of the system");
 }
 
-std::size_t threads_now() {
+std::size_t threads_listed() {
     return static_cast<std::size_t>(
         std::distance(std::filesystem::directory_iterator("/proc/self/task"), {}));
+}
+
+/// A thread is listed until a moment after it was joined.
+std::size_t threads_now() {
+    constexpr double kMoment_s = 0.02;
+    std::size_t fewest = threads_listed();
+    for (const double began_s = monotonic_s(); monotonic_s() - began_s < kMoment_s;)
+        fewest = std::min(fewest, threads_listed());
+    return fewest;
+}
+
+/// With blocks that the C library maps alone, as they are large.
+std::size_t allocated_bytes() {
+    const auto info = mallinfo2();
+    return info.uordblks + info.hblkhd;
 }
 
 Verdict memory(EffectTrial& trial) {
     constexpr std::size_t kRuns = 8, kSmall = 256;
     for (int i = 0; i < 2; ++i)
         trial.loop()->frame(state_at(trial, 0));
-    const std::size_t bytes = mallinfo2().uordblks, threads = threads_now();
+    const std::size_t bytes = allocated_bytes(), threads = threads_now();
     for (std::size_t i = 0; i < kRuns; ++i)
         trial.loop()->frame(state_at(trial, 0));
-    const std::size_t bytes_after = mallinfo2().uordblks, threads_after = threads_now();
+    const std::size_t bytes_after = allocated_bytes(), threads_after = threads_now();
     if (threads_after > threads)
         return fail(
             fmt::format("{} threads go on after it was destroyed {} times; end and join them",

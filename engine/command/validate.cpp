@@ -45,7 +45,10 @@ CheckSuite suite_of(const ValidateOptions& options) {
         return suite_of<EffectTrial>(options, options.effect,
                                      std::array{effect_library_checks(), effect_alone_checks(),
                                                 effect_loop_checks(), effect_cost_checks()});
-    return suite_of<DriverTrial>(options, options.driver,
+    constexpr double kShare = 0.75; // of the time for a check: it opens and starts the device, too
+    DriverTrial::Settings driver = options.driver;
+    driver.longest_s = std::min(driver.longest_s, kShare * options.choice.limit_s);
+    return suite_of<DriverTrial>(options, driver,
                                  std::array{library_checks(), life_checks(), state_checks(),
                                             call_checks(), force_checks(), end_checks()});
 }
@@ -105,18 +108,25 @@ void add_validate(CLI::App& app, Action& run) {
     command->add_option("--only", options->choice.only, "these checks, and those that they need");
     CLI::Option* list = command->add_flag("--list", options->list, "say which checks there are");
     command->add_flag("--json", options->choice.json, "as JSON")->excludes(list);
-    command->add_flag(
-        "--forces", options->driver.may_push,
-        "driver: also forces as long as the device can hold: nobody may hold it. A simulated "
-        "device gets them anyway");
+    command
+        ->add_flag(
+            "--forces", options->driver.may_push,
+            "driver: also forces as long as the device can hold: nobody may hold it. A simulated "
+            "device gets them anyway")
+        ->excludes(list);
     command->add_option("--frames", options->driver.frames, "driver: frames of the check endurance")
-        ->check(CLI::Range(1LL, 1'000'000'000LL));
-    command->add_option("--scene", options->effect.scene,
-                        "effect: scene file that it is felt in; default a ball of 30 mm");
-    command->add_option("--path", options->effect.path,
-                        "effect: probe path (CSV) to where it is felt");
+        ->check(CLI::Range(1LL, 1'000'000'000LL))
+        ->excludes(list);
+    command
+        ->add_option("--scene", options->effect.scene,
+                     "effect: scene file that it is felt in; default a ball of 30 mm")
+        ->excludes(list);
+    command
+        ->add_option("--path", options->effect.path, "effect: probe path (CSV) to where it is felt")
+        ->excludes(list);
     command->add_option("--limit-s", options->choice.limit_s, "time for one check")
-        ->check(between(0.1, 3600.0));
+        ->check(between(0.1, 3600.0))
+        ->excludes(list);
     command->add_option("--one", options->one)->group("");
     command->callback([options, &run] { run = [options] { return validate(*options); }; });
 }

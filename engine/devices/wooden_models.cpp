@@ -2,7 +2,6 @@
 #include <palpate/engine/devices/wooden_models.h>
 
 #include <algorithm>
-#include <regex>
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
@@ -15,6 +14,13 @@ namespace palpate {
 namespace {
 
 using nlohmann::json;
+
+/// A value in a message.
+std::string short_words(const json& value) {
+    if (value.is_structured()) return value.is_array() ? "a list" : "a table";
+    constexpr std::size_t kMost = 40;
+    return value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, kMost);
+}
 
 /// Reads keys of one file, leniently where they are missing and strictly where they are there.
 class ModelReader {
@@ -31,7 +37,7 @@ public:
     double number(const std::string& key, double otherwise) const {
         const auto found = document_.find(key);
         if (found == document_.end()) return otherwise;
-        if (!found->is_number()) refuse(key + " must be a number, not " + found->dump());
+        if (!found->is_number()) refuse(key + " must be a number, not " + short_words(*found));
         return found->get<double>();
     }
 
@@ -40,7 +46,7 @@ public:
         if (found == document_.end()) return otherwise;
         if (found->is_boolean()) return found->get<bool>();
         if (found->is_number()) return found->get<double>() != 0.0;
-        refuse(key + " must be true or false, not " + found->dump());
+        refuse(key + " must be true or false, not " + short_words(*found));
     }
 
     /// One of two words.
@@ -49,7 +55,8 @@ public:
         const auto found = document_.find(key);
         if (found == document_.end()) return otherwise;
         if (*found != first && *found != second)
-            refuse(key + " must be \"" + first + "\" or \"" + second + "\", not " + found->dump());
+            refuse(key + " must be \"" + first + "\" or \"" + second + "\", not " +
+                   short_words(*found));
         return *found == second;
     }
 
@@ -87,11 +94,36 @@ WoodenModel reference_defaults() {
     return model;
 }
 
+/// The reference host has written files whose last entry is followed by a comma.
+std::string without_commas_too_many(const std::string& text) {
+    std::string kept;
+    kept.reserve(text.size());
+    std::size_t comma = std::string::npos; // the last one in `kept` that only white space follows
+    bool is_in_text = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char letter = text[i];
+        if (is_in_text) {
+            kept += letter;
+            if (letter == '\\' && i + 1 < text.size())
+                kept += text[++i];
+            else if (letter == '"')
+                is_in_text = false;
+            continue;
+        }
+        if (letter == '}' && comma != std::string::npos) kept[comma] = ' ';
+        if (letter == ',')
+            comma = kept.size();
+        else if (std::string_view(" \t\r\n").find(letter) == std::string_view::npos)
+            comma = std::string::npos;
+        is_in_text = letter == '"';
+        kept += letter;
+    }
+    return kept;
+}
+
 json parse(const std::string& text, const std::filesystem::path& file) {
-    // The reference host has written files whose last entry is followed by a comma.
-    static const std::regex comma_too_many(",(\\s*\\})");
     try {
-        return json::parse(std::regex_replace(text, comma_too_many, "$1"));
+        return json::parse(without_commas_too_many(text));
     } catch (const json::exception&) {
         throw std::runtime_error(file.string() + ": not a device model in JSON; compare it with "
                                                  "one of drivers/models");

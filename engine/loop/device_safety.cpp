@@ -25,7 +25,9 @@ SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
             "coupling lowered from {:.6g} N/m and {:.6g} N s/m to {:.6g} N/m and {:.6g} N s/m: {}",
             wanted.stiffness_n_per_m, wanted.damping_n_s_per_m, coupling.stiffness,
             coupling.damping,
-            coupling.stiffness == device.stiffness_n_per_m
+            coupling.stiffness < wanted.stiffness_n_per_m &&
+                    coupling.damping == wanted.damping_n_s_per_m &&
+                    coupling.stiffness == device.stiffness_n_per_m
                 ? fmt::format("{} is made for no more; write these into [coupling]", device.name)
                 : fmt::format("k T/2 + k_d above the damping of {}, {:.6g} N s/m, would give the "
                               "hand energy; write these into [coupling], or raise rate_hz",

@@ -9,6 +9,12 @@
 
 namespace palpate {
 
+namespace {
+
+constexpr double kMost_n = 1e100; // beyond any limit; its square is finite
+
+} // namespace
+
 ContactVibration::ContactVibration(const ContactVibrationSettings& settings) : settings_(settings) {
     require("vibration: amplitude_n_s_per_m", settings.amplitude_n_s_per_m, kNotNegative);
     require("vibration: frequency_hz", settings.frequency_hz, kPositive);
@@ -51,7 +57,8 @@ void ContactVibration::commit(const FrameOutcome& outcome) noexcept {
     if (!begins || !(distance > 0.0)) return;
     const Vec3 normal = back / distance;
     const double approach = std::max(0.0, -glm::dot(velocity_, normal));
-    strike(settings_.amplitude_n_s_per_m * approach * normal);
+    // No more than what strike() cuts it to anyway, so that no sum overflows.
+    strike(std::min(settings_.amplitude_n_s_per_m * approach, kMost_n) * normal);
 }
 
 void ContactVibration::strike(const Vec3& impact_n) noexcept {

@@ -40,6 +40,10 @@ public:
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
+    /// The line, and a plane where a walk along the curve may be cut.
+    std::size_t most_primitives() const noexcept override {
+        return curve_.pieces() > Polyline::kMostSteps ? 2 : 1;
+    }
     void commit(const FrameOutcome& outcome) noexcept override;
     bool is_active() const noexcept override { return true; }
     QueryCount queries() const noexcept override { return {capture_.samples(), 0, 0}; }

@@ -21,7 +21,7 @@ public:
 
     void restart(const Vec3&) noexcept override { capture_.restart(); }
     void begin(const FrameContext& frame) noexcept override {
-        capture_.strength_at(frame);
+        if (!(capture_.strength_at(frame) > 0.0)) return capture_.let_go(); // it has nobody
         capture_.begin(glm::length(frame.start - point_));
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {

@@ -54,6 +54,7 @@ public:
     /// How far beyond its piece's ends a way from where that begins is, m: < 0 before it, > 0
     /// behind it, 0 on it; rounding of less than kOnPiece is on it.                    [loop]
     double beyond(std::int64_t piece, double along_m) const noexcept;
+    std::size_t pieces() const noexcept { return pieces_.size(); } ///< [any]
     bool exists(std::int64_t piece) const noexcept; ///< always, of a closed one         [loop]
     /// The same piece, counted in the first round.                                     [loop]
     std::int64_t first_round(std::int64_t piece) const noexcept;

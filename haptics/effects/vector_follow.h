@@ -30,6 +30,8 @@ public:
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { end_ = end; }
+    /// The line, and a plane where the way is cut.
+    std::size_t most_primitives() const noexcept override { return 2; }
     QueryCount queries() const noexcept override { return {sampler_->samples(), 0, 0}; }
 
 private:

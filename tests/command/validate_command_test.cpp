@@ -53,22 +53,27 @@ const std::map<std::string, std::string> kFoundBy{
     {"BLOCKS", "blocking"},
     {"ALLOCATES", "allocation"},
     {"HOLDS_LOCK", "locks"},
+    {"HOLDS_RWLOCK", "locks"},
     {"REFUSES_FORCE", "force_taken"},
     {"TOO_STRONG", "force_limit"},
     {"NAN_FORCE", "force_not_finite"},
     {"WRONG_SIGN", "force_sign"},
     {"DELAYED", "passivity"},
     {"FORCE_AFTER_STOP", "zero_at_stop"},
+    {"FORCE_AFTER_STOP_READ_FAILS", "zero_at_stop"},
     {"SECOND_STOP_CRASHES", "stop_twice"},
     {"NO_RESTART", "restart"},
+    {"STUCK_AFTER_STOP", "restart"},
     {"TAKES_SIGNALS", "signals"},
     {"CRASH_LATE", "endurance"},
+    {"DIES_LATE", "endurance"},
     {"CRASH_IN_CLOSE", "close"},
     {"CRASH_UNSTARTED", "close_unstarted"},
     {"NO_REOPEN", "reopen"},
     {"LEAKS_FILE", "descriptors"},
     {"LEAKS_THREAD", "threads"},
     {"LEAKS_MEMORY", "memory"},
+    {"LEAKS_LARGE", "memory"},
 };
 
 /// Faults that are compiled in.
@@ -155,6 +160,14 @@ TEST_F(ValidateCommand, TheSimulatedHandPasses) {
         run({"validate", "driver", "hand", "--json", "--frames", "20000"});
     EXPECT_EQ(result.exit, 0) << result.out << result.err;
     EXPECT_GE(checks(result, "PASS").size(), 30u) << result.out;
+}
+
+TEST_F(ValidateCommand, EnduranceEndsWithinTheTimeForACheck) {
+    const test::CommandResult result =
+        run({"validate", "driver", "hand", "--json", "--only", "endurance", "--frames",
+             "1000000000", "--limit-s", "2"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
 }
 
 TEST_F(ValidateCommand, APathOfAFilePasses) {

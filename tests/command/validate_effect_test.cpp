@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `palpate validate effect` finds each fault of effect_plugins/seeded_effect.cpp by the check that
 // is meant, and none in Palpate's own kinds.
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <set>
@@ -32,6 +33,7 @@ const std::map<std::string, std::string> kFoundBy{
     {"CRASHES_ON_LEAP", "far"},
     {"PERIOD", "rates"},
     {"CLOCK", "same_bits"},
+    {"DIES_IN_ANOTHER_PROCESS", "same_bits"},
     {"STATIC", "independent"},
     {"NO_RESTART", "restart"},
     {"GATHER_MOVES", "gather_keeps"},
@@ -49,8 +51,10 @@ const std::map<std::string, std::string> kFoundBy{
     {"SLOW", "cost"},
     {"ALLOCATES", "allocation"},
     {"LOCKS", "locks"},
+    {"LOCKS_SHARED", "locks"},
     {"SLEEPS", "system_calls"},
     {"LEAKS_MEMORY", "memory"},
+    {"LEAKS_LARGE", "memory"},
     {"LEAKS_THREAD", "memory"},
 };
 
@@ -159,6 +163,51 @@ TEST_F(ValidateEffect, AnEffectThatFindsNoBalanceIsAWarning) {
     EXPECT_EQ(result.exit, 0) << result.out;
     EXPECT_EQ(checks(result, "WARN"), std::vector<std::string>{"converges"}) << result.out;
 }
+
+TEST_F(ValidateEffect, AProcessThatEndsEarlyIsNotWaitedFor) {
+    const test::CommandResult result =
+        run_with("DIES_IN_ANOTHER_PROCESS",
+                 {"validate", "effect", kFolder + "/seeded_effect.so", "--only", "same_bits"});
+    EXPECT_EQ(result.exit, 1);
+    EXPECT_NE(result.out.find("a process with it ends early"), std::string::npos) << result.out;
+}
+
+TEST_F(ValidateEffect, APushThatIsSaidOnceAFrameHasBegunIsSaid) {
+    const test::CommandResult result =
+        run_with("SAYS_AS_IT_PUSHES", {"validate", "effect", kFolder + "/seeded_effect.so",
+                                       "--json", "--only", "unasked"});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    const std::vector<std::string> passed = checks(result, "PASS");
+    EXPECT_EQ(std::count(passed.begin(), passed.end(), "unasked"), 1) << result.out;
+}
+
+/// What a scene does by itself is not the effect's fault.
+class EffectInScene
+    : public ValidateEffect,
+      public testing::WithParamInterface<std::pair<const std::string, std::string>> {};
+
+TEST_P(EffectInScene, PassesTheCheck) {
+    const auto& [check, tables] = GetParam();
+    make("scene.toml", "[volume.ball]\nanalytic = \"solid_sphere\"\nradius_mm = 30\n"
+                       "[surface.ball]\nvolume = \"ball\"\n"
+                       "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n" +
+                           tables);
+    const test::CommandResult result = run({"validate", "effect", kFolder + "/seeded_effect.so",
+                                            "--scene", "scene.toml", "--json", "--only", check});
+    EXPECT_EQ(result.exit, 0) << result.out << result.err;
+    const std::vector<std::string> passed = checks(result, "PASS");
+    EXPECT_EQ(std::count(passed.begin(), passed.end(), check), 1) << result.out;
+}
+
+/// Frames that are shorter than what a method may spend; a force that comes late from one trial to
+/// the next; a push of the scene's own.
+const std::map<std::string, std::string> kScenes{
+    {"methods", "[loop]\nrate_hz = 20000\n"},
+    {"new_trial", "[limits]\nslew_n_per_s = 100\n"},
+    {"unasked", "[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, 0.6]\n"}};
+
+INSTANTIATE_TEST_SUITE_P(Effect, EffectInScene, testing::ValuesIn(kScenes.begin(), kScenes.end()),
+                         [](const auto& scene) { return scene.param.first; });
 
 TEST_F(ValidateEffect, WhatIsAskedWronglyIsSaid) {
     const test::CommandResult kind = run({"validate", "effect", "guid"});

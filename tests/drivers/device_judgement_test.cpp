@@ -77,6 +77,19 @@ TEST(DeviceJudgement, ReportsOfUnknownLengthAreAnObstacleThatTellsTheLengths) {
     EXPECT_TRUE(finding(device, Weight::obstacle, "16 bytes in and 1 byte out; 8, 14 and 64"));
 }
 
+TEST(DeviceJudgement, ReportsOfKnownLengthInAnotherCollectionAreNotBlamedForTheirLength) {
+    test::DescriptorWriter teensy; // its serial emulation comes first
+    teensy.page(0xFFC9).begin(0x04, test::DescriptorWriter::application).end();
+    teensy.page(0xFFAB).begin(0x0200, test::DescriptorWriter::application).range(0, 255);
+    teensy.values(8, 64).usage(1).input().values(8, 64).usage(2).output().end();
+    const AttachedDevice device = judged(attached(0x16C0, 0x0486, kBoardUsage, teensy.bytes()));
+    EXPECT_FALSE(device.usable());
+    EXPECT_TRUE(
+        finding(device, Weight::obstacle,
+                "64 bytes in and 64 bytes out; that is known of one collection, FFAB/0200"));
+    EXPECT_FALSE(finding(device, Weight::obstacle, "8, 14 and 64 both ways are known"));
+}
+
 TEST(DeviceJudgement, EveryCapIsAProbeAndWhatHasNoneIsNot) {
     for (const KnownProduct& product : space_mouse_products()) {
         const AttachedDevice device =

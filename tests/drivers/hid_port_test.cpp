@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The real libhidapi-hidraw on simulated nodes (hid_node.h).
+#include <algorithm>
 #include <atomic>
 #include <csignal>
+#include <filesystem>
 #include <numeric>
+#include <system_error>
 
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
 #include <sys/time.h>
 
 #include <palpate/drivers/internal/hid_port.h>
@@ -207,6 +211,71 @@ TEST(HidPort, Case11SecondPortIsKeptOutUntilTheFirstIsClosed) {
         const std::string other = test::node_path("other");
         HidNode other_node(other, firmware);
         EXPECT_NO_THROW(HidPort{other});
+    }
+    EXPECT_NO_THROW(HidPort{kPath});
+}
+
+const std::filesystem::path kLockFolders[] = {"/run/lock", "/tmp"};
+
+std::string lock_name() {
+    std::string name = "palpate" + kPath + ".lock";
+    std::replace(name.begin(), name.end(), '/', '-');
+    return name;
+}
+
+/// What is in the way of a second port on the device.
+std::vector<std::filesystem::path> locks() {
+    std::vector<std::filesystem::path> found;
+    for (const std::filesystem::path& folder : kLockFolders)
+        if (std::filesystem::exists(std::filesystem::symlink_status(folder / lock_name())))
+            found.push_back(folder / lock_name());
+    return found;
+}
+
+TEST(HidPort, ItsLockCanBeReadByEverybodyWhateverTheUmask) {
+    ScriptedFirmware firmware;
+    HidNode node(kPath, firmware);
+    const mode_t before = ::umask(077);
+    const HidPort port(kPath);
+    ::umask(before);
+    ASSERT_EQ(locks().size(), 1u);
+    using std::filesystem::perms;
+    const perms all = perms::owner_read | perms::group_read | perms::others_read;
+    EXPECT_EQ(std::filesystem::status(locks().front()).permissions() & all, all);
+}
+
+/// A lock's file that nobody can open, root neither: a link, which is not followed.
+class ClosedLock {
+public:
+    ClosedLock() {
+        for (const std::filesystem::path& folder : kLockFolders) {
+            std::error_code failed;
+            file = folder / lock_name();
+            std::filesystem::create_symlink("/dev/null", file, failed);
+            if (!failed) return;
+        }
+        ADD_FAILURE() << "no folder for locks can be written to";
+    }
+    ~ClosedLock() {
+        std::error_code ignored;
+        std::filesystem::remove(file, ignored);
+    }
+    ClosedLock(const ClosedLock&) = delete;
+    ClosedLock& operator=(const ClosedLock&) = delete;
+
+    std::filesystem::path file;
+};
+
+// Whoever holds it would not see a lock elsewhere.
+TEST(HidPort, WhereItsLockCannotBeOpenedThereIsNoSecondOne) {
+    ScriptedFirmware firmware;
+    HidNode node(kPath, firmware);
+    {
+        const ClosedLock lock;
+        EXPECT_EQ(message_of([] { HidPort{kPath}; }),
+                  kPath + ": its lock, " + lock.file.string() +
+                      ", cannot be opened; remove it, or let this user read it");
+        EXPECT_EQ(locks(), std::vector{lock.file});
     }
     EXPECT_NO_THROW(HidPort{kPath});
 }

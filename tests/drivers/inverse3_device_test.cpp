@@ -429,6 +429,7 @@ TEST(Inverse3Device, SettingsThatCannotBeAreRefused) {
     refused([&](auto& s) { s.lost_after_s = 0.01; });
     refused([&](auto& s) { s.reconnect_s = -1.0; });
     refused([&](auto& s) { s.patience_s = 0.0; });
+    refused([&](auto& s) { s.patience_s = 1e10; }); // more than a clock's nanoseconds can count
     refused([&](auto& s) { s.address.force_n = nan; });
     refused([&](auto& s) { s.address.force_n = 11.0; });
 }

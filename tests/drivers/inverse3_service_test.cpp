@@ -15,6 +15,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/drivers/internal/websocket_client.h>
 #include <palpate/drivers/inverse3_device.h>
 
 #include "tests/support/simulated_inverse_service.h"
@@ -86,19 +87,27 @@ TEST(Inverse3Service, AListenerThatSaysNothingHoldsNobodyUp) {
     EXPECT_EQ(asked.answer, InverseService::Answer::stranger);
 }
 
+/// Listens at a free port of an address, and says there which; -1: it cannot.
+int listener_at(sockaddr* here, socklen_t size) {
+    const int listener = ::socket(here->sa_family, SOCK_STREAM, 0);
+    if (listener < 0) return -1;
+    if (::bind(listener, here, size) == 0 && ::listen(listener, 1) == 0 &&
+        ::getsockname(listener, here, &size) == 0)
+        return listener;
+    ::close(listener);
+    return -1;
+}
+
 // Beast never ends a handshake whose answer states a body beyond its limit: the driver waited for
 // it.
 TEST(Inverse3Service, AListenerThatAnswersWithAnEndlessPageHoldsNobodyUp) {
     if (::dlsym(RTLD_DEFAULT, "__asan_init") != nullptr)
         GTEST_SKIP() << "AddressSanitizer ends the process where room for it is asked for";
-    const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in here{};
     here.sin_family = AF_INET;
     here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof here;
-    ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&here), size), 0);
-    ASSERT_EQ(::listen(listener, 1), 0);
-    ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&here), &size), 0);
+    const int listener = listener_at(reinterpret_cast<sockaddr*>(&here), sizeof here);
+    ASSERT_GE(listener, 0);
     int page = -1;
     std::thread answers([&] {
         page = ::accept(listener, nullptr, nullptr);
@@ -113,6 +122,48 @@ TEST(Inverse3Service, AListenerThatAnswersWithAnEndlessPageHoldsNobodyUp) {
     answers.join();
     ::close(page);
     ::close(listener);
+}
+
+// RFC 3986, 3.2.2: without brackets nobody knows where the port begins.
+TEST(Inverse3Service, AnAddressOfVersionSixIsInBracketsInTheRequest) {
+    sockaddr_in6 here{};
+    here.sin6_family = AF_INET6;
+    here.sin6_addr = in6addr_loopback;
+    const int listener = listener_at(reinterpret_cast<sockaddr*>(&here), sizeof here);
+    if (listener < 0) GTEST_SKIP() << "this machine has no address ::1";
+    std::string request;
+    std::thread hears([&] {
+        const int client = ::accept(listener, nullptr, nullptr);
+        std::array<char, 4096> bytes{};
+        while (request.find("\r\n\r\n") == std::string::npos) {
+            const ssize_t count = ::recv(client, bytes.data(), bytes.size(), 0);
+            if (count <= 0) break;
+            request.append(bytes.data(), static_cast<std::size_t>(count));
+        }
+        ::close(client);
+    });
+    Inverse3Address address;
+    address.host = "::1";
+    address.port = ntohs(here.sin6_port);
+    EXPECT_NE(ask_inverse_service(address, 5.0).answer, InverseService::Answer::service);
+    ::shutdown(listener, SHUT_RDWR);
+    hears.join();
+    ::close(listener);
+    EXPECT_PART(request, "\r\nHost: [::1]:" + std::to_string(address.port) + "\r\n");
+}
+
+TEST(Inverse3Service, APongThatNobodyAskedForChangesNothing) {
+    using Event = internal::WebSocketClient::Event;
+    Service service;
+    service.add_pongs();
+    internal::WebSocketClient client;
+    ASSERT_EQ(client.connect("127.0.0.1", service.port(), 20.0), "");
+    ASSERT_EQ(client.wait(internal::in_seconds(20.0)), Event::message) << "the greeting";
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_TRUE(client.ping()) << "the one before was answered";
+        ASSERT_EQ(client.wait(internal::in_seconds(20.0)), Event::pong) << i;
+    }
+    EXPECT_EQ(client.wait(internal::in_seconds(0.05)), Event::quiet) << "none is for nothing";
 }
 
 TEST(Inverse3Service, AServiceIsAskedWhatItHasAndGetsNoForce) {

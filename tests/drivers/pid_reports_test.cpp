@@ -60,6 +60,23 @@ TEST(PidReports, ABoardWithOtherIdsAndWidthsGetsItsOwn) {
                      255,  255, 0x04, 0x78, 0x69, 0, 0, 0, 0, 0, 0}));
 }
 
+// Held within the field's range it would be a button that there is, and the effect would wait for
+// it.
+TEST(PidReports, NoButtonIsANumberOutsideOfTheFieldsRange) {
+    struct Case {
+        std::int32_t first, last;
+        std::uint8_t no_button;
+    };
+    for (const Case& one : {Case{1, 8, 0}, Case{0, 8, 255}}) {
+        palpate::test::PidLayout layout = kAdapterLayout;
+        layout.first_button = one.first;
+        layout.last_button = one.last;
+        EXPECT_EQ(reports(layout).set_effect(1, PidAxis::x),
+                  (Bytes{0x01, 1, 2, 0xFF, 0x7F, 0, 0, 0, 0, 255, one.no_button, 0x04, 135, 0}))
+            << "buttons from " << one.first;
+    }
+}
+
 TEST(PidReports, MagnitudesAreClampedAndNotANumberIsNoForce) {
     const PidReports board = reports(kBoardLayout);
     EXPECT_EQ(board.constant_force(1, 17.0), board.constant_force(1, 1.0));

@@ -87,6 +87,8 @@ struct PidLayout {
     std::int32_t largest_force = 255; ///< of the magnitude
     bool start_delay = false;         ///< Set Effect has one, and directions of 16 bits
     bool control_bits = false;        ///< Device Control as bits, not as a choice
+    std::int32_t first_button = 0;    ///< of Trigger Button, a byte
+    std::int32_t last_button = 255;   ///< of Trigger Button
 };
 
 /// As of adapters that put old sticks on USB: short reports, directions of a byte.
@@ -121,7 +123,7 @@ inline std::vector<std::uint8_t> pid_descriptor(const PidLayout& layout) {
     w.usage(0x50).usage(0x54).usage(0x51).range(0, 32767).values(16, 3).output();
     if (layout.start_delay) w.usage(0xA7).values(16, 1).output();
     byte(0x52, 255).output();
-    byte(0x53, 255).output();
+    w.usage(0x53).range(layout.first_button, layout.last_button).values(8, 1).output();
     w.begin(0x55).page(0x01).usage(0x30).usage(0x31).range(0, 1).values(1, 2).output().end();
     w.page(0x0F).usage(0x56).range(0, 1).values(1, 1).output().values(5, 1).output(W::constant);
     w.begin(0x57).page(0x0A).usage(1).usage(2);

@@ -50,10 +50,11 @@ HeardCommand understood(const std::string& text) {
     return command;
 }
 
+constexpr std::size_t kHead = 2, kMask = 4;
+
 /// How long a client's frame is that begins here (RFC 6455, 5.2; masked, below 64 KiB); 0: not
 /// whole.
 std::size_t frame_length(const std::string& bytes) {
-    constexpr std::size_t kHead = 2, kMask = 4;
     if (bytes.size() < kHead) return 0;
     std::size_t length = static_cast<unsigned char>(bytes[1]) & 0x7Fu, more = 0;
     if (length == 126) {
@@ -63,6 +64,26 @@ std::size_t frame_length(const std::string& bytes) {
     }
     const std::size_t whole = kHead + more + kMask + length;
     return bytes.size() >= whole ? whole : 0;
+}
+
+/// What a client's ping says, whose frame this is: 125 bytes at most.
+std::string said_by_ping(const std::string& frame) {
+    std::string said = frame.substr(kHead + kMask);
+    for (std::size_t i = 0; i < said.size(); ++i)
+        said[i] = static_cast<char>(said[i] ^ frame[kHead + i % kMask]);
+    return said;
+}
+
+/// Of text, of any length below 64 KiB.
+std::string text_frame(const std::string& text) {
+    return std::string{'\x81', '\x7E', static_cast<char>(text.size() / 256),
+                       static_cast<char>(text.size() % 256)} +
+           text;
+}
+
+/// Of 125 bytes at most.
+std::string pong_frame(const std::string& said) {
+    return std::string{'\x8A', static_cast<char>(said.size())} + said;
 }
 
 } // namespace
@@ -99,7 +120,7 @@ private:
     };
     void accept();
     void serve(Connection& connection);
-    void serve_without_pongs(const Connection& connection);
+    void serve_by_hand(const Connection& connection);
     void answer(Connection& connection, const HeardCommand& command);
 
     SimulatedInverseService& service_;
@@ -161,7 +182,7 @@ void SimulatedInverseService::Server::serve(Connection& connection) {
     connection.socket.text(true);
     connection.socket.write(asio::buffer(first), ended);
     ++service_.connections_;
-    if (!service_.answers_pings_.load()) return serve_without_pongs(connection);
+    if (service_.pongs_.load() != Pongs::right) return serve_by_hand(connection);
     for (std::uint64_t number = 0; !ended; ++number) {
         beast::flat_buffer buffer;
         connection.socket.read(buffer, ended);
@@ -174,8 +195,9 @@ void SimulatedInverseService::Server::serve(Connection& connection) {
 }
 
 /// Beast answers pings by itself, so here frames are read and written by hand.
-void SimulatedInverseService::Server::serve_without_pongs(const Connection& connection) {
-    constexpr char kText = 1;
+void SimulatedInverseService::Server::serve_by_hand(const Connection& connection) {
+    constexpr int kText = 1, kPing = 9;
+    const bool has_pongs = service_.pongs_.load() == Pongs::one_too_many;
     std::string bytes;
     std::array<char, 4096> chunk{};
     for (;;) {
@@ -183,14 +205,14 @@ void SimulatedInverseService::Server::serve_without_pongs(const Connection& conn
         if (count <= 0) return;
         bytes.append(chunk.data(), static_cast<std::size_t>(count));
         while (const std::size_t length = frame_length(bytes)) {
-            const bool is_text = (bytes[0] & 0xF) == kText;
+            const std::string heard = bytes.substr(0, length);
             bytes.erase(0, length);
-            if (!is_text) continue;
-            const std::string text = service_.state_message();
-            std::string frame{'\x81', '\x7E', static_cast<char>(text.size() / 256),
-                              static_cast<char>(text.size() % 256)};
-            frame += text;
-            if (::send(connection.number, frame.data(), frame.size(), MSG_NOSIGNAL) < 0) return;
+            std::string answer; // in one piece, so that all of it comes at once
+            if ((heard[0] & 0xF) == kText) answer = text_frame(service_.state_message());
+            if ((heard[0] & 0xF) == kPing && has_pongs)
+                answer = pong_frame(said_by_ping(heard)) + pong_frame("unasked");
+            if (answer.empty()) continue;
+            if (::send(connection.number, answer.data(), answer.size(), MSG_NOSIGNAL) < 0) return;
         }
     }
 }

@@ -54,7 +54,9 @@ public:
     /// The first message of connections from now on; empty: as documented.
     void greet_with(std::string text);
     /// Connections from now on get states and no pongs; what they say is not kept.
-    void answer_no_pings() { answers_pings_.store(false); }
+    void answer_no_pings() { pongs_.store(Pongs::none); }
+    /// The same with pongs, each with one that nobody asked for right behind it.
+    void add_pongs() { pongs_.store(Pongs::one_too_many); }
     /// Ends all connections and does not listen any more.
     void stop();
     /// Listens again, at the same port.
@@ -74,13 +76,14 @@ public:
 
 private:
     class Server;
+    enum class Pongs : std::uint8_t { right, none, one_too_many };
     std::string message(bool is_first) const;
 
     Version version_;
     std::vector<std::string> ids_;
     std::uint16_t port_ = 0;
     std::atomic<int> connections_{0};
-    std::atomic<bool> answers_pings_{true};
+    std::atomic<Pongs> pongs_{Pongs::right};
     std::unique_ptr<Server> server_;
 };
 

@@ -101,6 +101,7 @@ void ServedClient::obey(const IgtlMessage& message) {
 /// What there is not is answered by a message without content.
 void ServedClient::answer_query(const IgtlMessage& query) {
     const std::string what = query.type.substr(4);
+    if (what.empty()) return; // it asks for nothing, and an answer would be of no type
     if (what == "STATUS")
         return say("STATUS", query.device,
                    igtl_status_content({IgtlStatus::kOk, 0, "OK", host_.settings().words}));

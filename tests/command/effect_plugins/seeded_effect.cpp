@@ -7,13 +7,17 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <shared_mutex>
 #include <stdexcept>
 #include <string_view>
 #include <thread>
+
+#include <unistd.h>
 
 #include <palpate/engine/loop/effect_library.h>
 
@@ -27,16 +31,32 @@ using palpate::Vec3;
 const char* const chosen = std::getenv("PALPATE_DEFECT");
 bool has(std::string_view defect) { return chosen != nullptr && chosen == defect; }
 
-constexpr double kRadius_m = 0.04, kStrength_n = 0.3;
+constexpr double kRadius_m = 0.04, kStrength_n = 0.3, kPush_n = 1.0;
 
 int frames_of_all = 0; // what no effect should have
 std::mutex mutex;
+std::shared_mutex shared;
 void* volatile kept = nullptr;
+
+/// As large as the C library maps it alone.
+void leak_large() {
+    constexpr std::size_t kLarge = 1 << 20;
+    void* const large = std::malloc(kLarge);
+    if (large != nullptr) std::memset(large, 1, kLarge);
+    kept = large;
+}
+
+void die_in_another_process() {
+    static const pid_t first = ::getpid();
+    if (::getpid() != first) std::abort();
+}
 
 class Seeded final : public palpate::Effect {
 public:
     Seeded() {
         if (has("LEAKS_MEMORY")) kept = std::malloc(5000);
+        if (has("LEAKS_LARGE")) leak_large();
+        if (has("DIES_IN_ANOTHER_PROCESS")) die_in_another_process();
         if (has("LEAKS_THREAD"))
             std::thread([] { std::this_thread::sleep_for(std::chrono::hours(1)); }).detach();
     }
@@ -61,6 +81,7 @@ public:
             std::free(kept);
         }
         if (has("LOCKS")) const std::lock_guard lock(mutex);
+        if (has("LOCKS_SHARED")) const std::shared_lock lock(shared);
         if (has("SLEEPS")) std::this_thread::sleep_for(std::chrono::microseconds(1));
         if (has("CLOCK"))
             push_n_ =
@@ -70,6 +91,7 @@ public:
         if (has("DRIVES"))
             drive_ = 0.15 * (frame.probe - now_.last_probe) /
                      (glm::distance(frame.probe, now_.last_probe) + 1e-6);
+        if (has("SAYS_AS_IT_PUSHES")) said_n_ = kPush_n;
         now_.last_probe = frame.probe;
         start_ = frame.start;
         ++now_.frames;
@@ -82,7 +104,7 @@ public:
         ++gathered_;
         if (has("GATHER_MOVES")) now_.way_m += 1e-4;
         if (has("FAR")) primitives.add_force(Vec3(std::exp(glm::length(proxy)) * 1e-300));
-        if (has("PUSHES")) primitives.add_force({0.0, 0.0, 1.0});
+        if (has("PUSHES") || has("SAYS_AS_IT_PUSHES")) primitives.add_force({0.0, 0.0, kPush_n});
         if (has("BENDS"))
             primitives.add({proxy + Vec3(gathered_ % 2 == 0 ? 1e-3 : -1e-3, 0.0, 0.0),
                             {gathered_ % 2 == 0 ? 1.0 : -1.0, 0.0, 0.0},
@@ -114,7 +136,9 @@ public:
         if (has("DRIVES")) return drive_;
         return {0.0, 0.0, push_n_};
     }
-    double unasked_force_n() const noexcept override { return has("SAYS_NEGATIVE") ? -1.0 : 0.0; }
+    double unasked_force_n() const noexcept override {
+        return has("SAYS_NEGATIVE") ? -1.0 : said_n_;
+    }
     std::size_t most_primitives() const noexcept override { return has("LONG_AXIS") ? 2 : 1; }
     palpate::QueryCount queries() const noexcept override {
         if (has("COUNTS_IN_BEGIN") && !has_begun_) std::abort();
@@ -155,6 +179,7 @@ private:
     Vec3 start_{0.0}, drive_{0.0};
     Vec3 felt_at_{0.0}; // where it was asked last; no number: there it adds nothing
     double push_n_ = 0.0;
+    double said_n_ = 0.0; // of the frame that has begun; before the first, nothing is pushed
     int gathered_ = 0, restarts_ = 0;
     bool has_begun_ = true; // since the last restart()
 };

@@ -24,16 +24,19 @@
     X(NEEDS_FILE)                                                                                  \
     X(RATE_NAN)                                                                                    \
     X(PROPERTIES_CHANGE)                                                                           \
-    X(SECOND_OPEN_CRASHES) X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS)              \
-        X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM)          \
-            X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS)              \
-                X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK)    \
-                    X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED)           \
-                        X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) X(NO_RESTART)  \
-                            X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE)      \
-                                X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) X(LEAKS_THREAD)      \
-                                    X(LEAKS_MEMORY) X(HANG_IN_READ) X(HANG_IN_STOP) X(TELLS_FORCE) \
-                                        X(GARBAGE) X(CHAOS) X(STOP_FAILS)
+    X(SECOND_OPEN_CRASHES)                                                                         \
+    X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE)          \
+        X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES)         \
+            X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ)             \
+                X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG)  \
+                    X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP)     \
+                        X(SECOND_STOP_CRASHES) X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE)        \
+                            X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN)     \
+                                X(LEAKS_FILE) X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)      \
+                                    X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE) X(CHAOS)             \
+                                        X(STOP_FAILS) X(STUCK_AFTER_STOP) X(DIES_LATE)             \
+                                            X(FORCE_AFTER_STOP_READ_FAILS) X(LEAKS_LARGE)          \
+                                                X(HOLDS_RWLOCK)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
@@ -49,6 +52,7 @@ static int defect_now(void) { return __atomic_load_n(&chosen_defect, __ATOMIC_RE
 #define FORCE_N 8.0
 #define STEP_S 1e-3
 #define HISTORY 64
+#define LARGE (1 << 20)
 
 #ifdef UNDEFINED_SYMBOL
 int a_function_of_a_library_that_is_not_linked(void);
@@ -63,6 +67,7 @@ typedef struct {
     double last_told_s;
     pthread_t thread;
     pthread_mutex_t mutex;
+    pthread_rwlock_t shared;
     volatile int is_ending;
     const char* reason;
 } device_type;
@@ -88,6 +93,17 @@ static void* hold_lock(void* opened) {
         pthread_mutex_lock(&device->mutex);
         sleep_s(20e-3);
         pthread_mutex_unlock(&device->mutex);
+        sleep_s(1e-4);
+    }
+    return NULL;
+}
+
+static void* hold_rwlock(void* opened) {
+    device_type* device = opened;
+    while (!device->is_ending) {
+        pthread_rwlock_wrlock(&device->shared);
+        sleep_s(20e-3);
+        pthread_rwlock_unlock(&device->shared);
         sleep_s(1e-4);
     }
     return NULL;
@@ -137,8 +153,15 @@ static int plugin_open(const palpate_plugin_options* options, void** opened) {
     }
     if (HAS(LEAKS_THREAD)) pthread_create(&device->thread, NULL, go_on, NULL);
     if (HAS(LEAKS_MEMORY)) kept = malloc(20000);
+    if (HAS(LEAKS_LARGE)) { /* as large as the C library maps it alone */
+        void* large = malloc(LARGE);
+        if (large != NULL) memset(large, 1, LARGE);
+        kept = large;
+    }
     pthread_mutex_init(&device->mutex, NULL);
+    pthread_rwlock_init(&device->shared, NULL);
     if (HAS(HOLDS_LOCK)) pthread_create(&device->thread, NULL, hold_lock, device);
+    if (HAS(HOLDS_RWLOCK)) pthread_create(&device->thread, NULL, hold_rwlock, device);
     device->reason = "";
     ++open_count;
     *opened = device;
@@ -149,7 +172,7 @@ static int plugin_properties(void* opened, palpate_plugin_properties* properties
     const device_type* device = opened;
     strcpy(properties->name, "seeded device");
     properties->rate_hz = HAS(RATE_NAN) ? NAN : 1000.0;
-    properties->longest_call_s = HAS(HOLDS_LOCK) ? 0.1 : 1e-3;
+    properties->longest_call_s = HAS(HOLDS_LOCK) || HAS(HOLDS_RWLOCK) ? 0.1 : 1e-3;
     properties->stale_after_s = 0.05;
     properties->force_n = FORCE_N;
     properties->damping_n_s_per_m = HAS(PROPERTIES_CHANGE) && device->was_started ? 3.0 : 2.0;
@@ -192,11 +215,12 @@ static int is_down(const device_type* device) { return fmod(now_s() - device->be
 static void move(device_type* device, double until_s) {
     const double mass = HAS(DELAYED) ? 0.05 : 0.2, damping = HAS(DELAYED) ? 1.0 : 14.0;
     const double spring = HAS(DELAYED) ? 20.0 : 300.0, sign = HAS(WRONG_SIGN) ? -1.0 : 1.0;
+    const int keeps_force = HAS(HOLDS_FOREVER) || HAS(FORCE_AFTER_STOP_READ_FAILS);
     for (int step = 0; device->stepped_s + STEP_S <= until_s && step < 2000; ++step) {
         const double* force = device->told[step % HISTORY];
         device->stepped_s += STEP_S;
         const long now = (long)(device->stepped_s / STEP_S);
-        if (device->stepped_s - device->last_told_s > 0.05 && !HAS(HOLDS_FOREVER))
+        if (device->stepped_s - device->last_told_s > 0.05 && !keeps_force)
             memset(device->held, 0, sizeof device->held);
         memcpy(device->told[now % HISTORY], device->held, sizeof device->held);
         force = device->told[(now - (HAS(DELAYED) ? 8 : 0)) % HISTORY];
@@ -226,6 +250,10 @@ static void misbehave(device_type* device) {
     if (HAS(HOLDS_LOCK)) {
         pthread_mutex_lock(&device->mutex);
         pthread_mutex_unlock(&device->mutex);
+    }
+    if (HAS(HOLDS_RWLOCK)) {
+        pthread_rwlock_rdlock(&device->shared);
+        pthread_rwlock_unlock(&device->shared);
     }
 }
 
@@ -279,12 +307,20 @@ static int chaos(device_type* device, palpate_plugin_state* state) {
 static int plugin_read(void* opened, palpate_plugin_state* state) {
     device_type* device = opened;
     if (HAS(CRASH_BEFORE_START) && !device->was_started) abort();
+    if (HAS(FORCE_AFTER_STOP_READ_FAILS) && !device->is_started && device->stops > 0) {
+        device->reason = "the device is stopped; start it";
+        return PALPATE_PLUGIN_FAILED;
+    }
     memcpy(state->held_force_n, device->held, sizeof device->held);
     if (!device->is_started || HAS(NO_STATE)) return PALPATE_PLUGIN_NOTHING_NEW;
     ++device->reads;
     misbehave(device);
+    if (HAS(DIES_LATE) && device->reads > 5000) {
+        device->reason = "the device is gone; plug it in";
+        return PALPATE_PLUGIN_FAILED;
+    }
     double time_s = now_s();
-    move(device, time_s);
+    if (!(HAS(STUCK_AFTER_STOP) && device->stops > 0)) move(device, time_s);
     memcpy(state->held_force_n, device->held, sizeof device->held);
     if (HAS(SLOW_STATES) && time_s - device->told_s < 15e-3) return PALPATE_PLUGIN_NOTHING_NEW;
     device->told_s = time_s;
@@ -338,7 +374,8 @@ static int plugin_stop(void* opened) {
     if (HAS(HANG_IN_STOP)) go_on(NULL);
     ++device->stops;
     device->is_started = 0;
-    if (!HAS(FORCE_AFTER_STOP)) memset(device->held, 0, sizeof device->held);
+    if (!HAS(FORCE_AFTER_STOP) && !HAS(FORCE_AFTER_STOP_READ_FAILS))
+        memset(device->held, 0, sizeof device->held);
     if (HAS(STOP_FAILS)) {
         device->reason = "the port is gone";
         return PALPATE_PLUGIN_FAILED;
@@ -352,7 +389,7 @@ static void plugin_close(void* opened) {
     if (HAS(HANG_IN_CLOSE) && device->was_started) go_on(NULL);
     if (HAS(CRASH_UNSTARTED) && !device->was_started) abort();
     device->is_ending = 1;
-    if (HAS(HOLDS_LOCK)) pthread_join(device->thread, NULL);
+    if (HAS(HOLDS_LOCK) || HAS(HOLDS_RWLOCK)) pthread_join(device->thread, NULL);
     if (device->file >= 0 && !HAS(LEAKS_FILE)) close(device->file);
     ++close_count;
     free(device);

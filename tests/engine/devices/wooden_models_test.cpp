@@ -59,6 +59,17 @@ TEST(WoodenModels, AFileOfTheReferenceHostIsReadWithItsCommaTooMany) {
     EXPECT_EQ(model.joint_sign, (std::array<double, 6>{1, 1, -1, 1, 1, 1}));
 }
 
+TEST(WoodenModels, ACommaTooManyMayBeFarFromTheEnd) {
+    const std::string spaces(60'000, ' ');
+    EXPECT_EQ(parsed("{\"length_body_c\": 0.111," + spaces + "}").body_length_m[2], 0.111);
+    EXPECT_NE(message_of("{\"length_body_c\": 0.111," + spaces), "") << "nothing closes it";
+}
+
+TEST(WoodenModels, ACommaWithinATextIsNotTooMany) {
+    EXPECT_EQ(parsed(R"({"name": "a,}"})").name, "a,}");
+    EXPECT_EQ(parsed(R"({"name": "\",}"})").name, "\",}") << "behind a quote of the text's own";
+}
+
 TEST(WoodenModels, VariantThreeIsThePolhemAndZeroesItself) {
     for (const char* variant : {"3", "\"3\"", "\"polhem\"", "\"Polhem v3\""}) {
         const WoodenModel model = parsed(std::string(R"({"variant": )") + variant + R"(,
@@ -70,6 +81,17 @@ TEST(WoodenModels, VariantThreeIsThePolhemAndZeroesItself) {
         EXPECT_EQ(model.zeroing, WoodenZeroing::device);
         EXPECT_EQ(model.count_direction, (std::array<double, 6>{1, 1, 1, 1, 1, 1}));
     }
+}
+
+TEST(WoodenModels, WhatIsNestedDeeplyIsRefusedInAFewWords) {
+    constexpr std::size_t kDepth = 100'000;
+    const std::string list = std::string(kDepth, '[') + std::string(kDepth, ']');
+    EXPECT_EQ(message_of("{\"length_body_a\": " + list + "}"),
+              "arm.json: length_body_a must be a number, not a list");
+    EXPECT_EQ(message_of("{\"zeroing\": " + list + "}"),
+              "arm.json: zeroing must be \"host\" or \"device\", not a list");
+    EXPECT_EQ(message_of("{\"motor_and_body_aligned_a\": {\"a\": " + list + "}}"),
+              "arm.json: motor_and_body_aligned_a must be true or false, not a table");
 }
 
 TEST(WoodenModels, MessagesNameFileAndKey) {

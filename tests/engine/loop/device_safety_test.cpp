@@ -74,6 +74,18 @@ TEST(SafeCoupling, IsNoStifferThanTheDeviceIsMadeFor) {
     EXPECT_NE(safe.warning, "");
 }
 
+// 1000 N/m is what the device is made for, and stays; the damping is lowered for another reason.
+TEST(SafeCoupling, ADampingThatIsLoweredIsNotSaidToBeTheStiffness) {
+    DeviceProperties device = motors(2.0);
+    device.stiffness_n_per_m = 1000.0;
+    const SafeCoupling safe = safe_coupling({1000.0, 5.0}, 1000.0, device);
+    EXPECT_EQ(safe.coupling.stiffness, 1000.0);
+    EXPECT_EQ(safe.coupling.damping, 1.0);
+    EXPECT_EQ(safe.warning.find("is made for no more"), std::string::npos) << safe.warning;
+    EXPECT_NE(safe.warning.find("the damping of a device, 2 N s/m"), std::string::npos)
+        << safe.warning;
+}
+
 TEST(SafetySettings, TakeTheSmallerForce) {
     const LimitsDescription limits{5.0, 1500.0};
     DeviceProperties weak = motors(0.3);

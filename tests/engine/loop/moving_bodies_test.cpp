@@ -21,7 +21,7 @@ namespace {
 
 using Standing = SurfaceStatus::Standing;
 
-constexpr double kStiffness = 500.0;               // N/m, the default
+constexpr double kStiffness = 500.0;                // N/m, the default
 constexpr double kForceError = kStiffness * 0.1e-6; // a frame ends within 0.1 um of the balance
 
 std::string ball_text(const std::string& moves, const std::string& more = "") {

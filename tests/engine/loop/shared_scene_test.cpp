@@ -28,17 +28,17 @@ constexpr int kFrames = 4000;
 /// stays; and effects with a state.
 std::shared_ptr<const Scene> balls(double radius_mm) {
     const std::string radius = std::to_string(radius_mm);
-    SceneDescription scene = parse_scene(
-        "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = " + radius +
-            "\n[surface.moves]\nvolume = \"v\"\nmoves = true\nstrength_n = 3\n"
-            "[surface.stays]\nvolume = \"v\"\ncontact = \"volume\"\n"
-            "[[effect]]\ntype = \"surface\"\nsurface = \"moves\"\n"
-            "[[effect]]\ntype = \"surface\"\nsurface = \"stays\"\n"
-            "[[effect]]\ntype = \"friction\"\nsurface = \"stays\"\nstatic = 0.4\n"
-            "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 1\n"
-            "[limits]\nforce_n = " +
-            std::to_string(kLimit_n) + "\n",
-        "balls.toml");
+    SceneDescription scene =
+        parse_scene("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = " + radius +
+                        "\n[surface.moves]\nvolume = \"v\"\nmoves = true\nstrength_n = 3\n"
+                        "[surface.stays]\nvolume = \"v\"\ncontact = \"volume\"\n"
+                        "[[effect]]\ntype = \"surface\"\nsurface = \"moves\"\n"
+                        "[[effect]]\ntype = \"surface\"\nsurface = \"stays\"\n"
+                        "[[effect]]\ntype = \"friction\"\nsurface = \"stays\"\nstatic = 0.4\n"
+                        "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 1\n"
+                        "[limits]\nforce_n = " +
+                        std::to_string(kLimit_n) + "\n",
+                    "balls.toml");
     scene.surfaces.at("moves").contact = ContactKind::guarded;
     scene.surfaces.at("moves").triangle_mesh =
         std::make_shared<const TriangleMesh>(test::icosphere(1e-3 * radius_mm, 3));

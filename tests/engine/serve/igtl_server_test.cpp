@@ -157,6 +157,19 @@ TEST(IgtlServer, SendsTheNewestFrameAndEachOnce) {
     EXPECT_EQ(server.counts().faulty, 0u);
 }
 
+TEST(IgtlServer, AQueryForNothingIsNotAnswered) {
+    IgtlServer server(any_port(), {}, {});
+    Client client(server);
+    client.send(message("GET_", IgtlVersion::two));
+    client.send(message("GET_STATUS", IgtlVersion::two, {}, "done"));
+    for (;;) {
+        const auto found = client.next();
+        ASSERT_TRUE(found) << "a message that cannot be read, or the end";
+        EXPECT_NE(found->type, "");
+        if (found->type == "STATUS" && found->device == "done") break;
+    }
+}
+
 TEST(IgtlServer, AClientThatDoesNotReadIsDropped) {
     IgtlServerSettings settings = any_port();
     settings.taking_s = 0.3;

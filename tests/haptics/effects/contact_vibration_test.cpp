@@ -124,6 +124,24 @@ TEST(ContactVibration, ForceAndEnergyAreBounded) {
     }
 }
 
+// 1e307 N s/m times 20 m/s is no number any more.
+TEST(ContactVibration, AnImpactBeyondAllNumbersRingsAtTheLimit) {
+    ContactVibrationSettings settings = kBone;
+    settings.amplitude_n_s_per_m = 1e307;
+    ContactVibration vibration(settings);
+    vibration.restart({0, 0, 0});
+    frame(vibration, {0, 0, 0}, 0);
+    const Vec3 step{0, 0, -0.02};
+    double largest = 0.0;
+    for (int i = 1; i <= 20; ++i) {
+        const Vec3 force = frame(vibration, 1.0 * i * step, i % 4 == 0 ? 0 : 1);
+        ASSERT_TRUE(is_finite(force)) << i;
+        ASSERT_LE(glm::length(force), settings.most_n * (1.0 + 1e-12)) << i;
+        largest = std::max(largest, glm::length(force));
+    }
+    EXPECT_GT(largest, 0.5 * settings.most_n);
+}
+
 TEST(ContactVibration, ANewTrialIsSilent) {
     ContactVibration vibration(kBone);
     vibration.restart({0, 0, 0});

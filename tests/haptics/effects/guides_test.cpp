@@ -132,6 +132,29 @@ TEST(Guides, DoNotChatterAtTheirThreshold) {
     }
 }
 
+// A guide of no strength has nobody: where it has one again, it captures as from afar.
+TEST(Guides, WithoutStrengthTheyCaptureNothing) {
+    constexpr double kCapture = 4e-3;
+    TransferFunction strength; // 0 up to 3.5 mm from z = 0, 0.5 N from 3.6 mm on
+    strength.count = 2;
+    strength.nodes[0] = {-1e-4, 0.5};
+    strength.nodes[1] = {0.0, 0.0};
+    const GuideSettings settings{1.0, kCapture, {make_slab(7e-3), strength}};
+    const Vec3 weak{0, 0, 3e-3}, within{0, 0, 3.8e-3};
+    const Vec3 between{0, 0, 4.5e-3}; // further than it snaps on, nearer than it lets go
+    for (int kind = 0; kind < 2; ++kind) {
+        std::unique_ptr<Effect> magnet = std::make_unique<PointGuide>(Vec3{0.0}, settings);
+        if (kind == 1)
+            magnet = std::make_unique<CurveGuide>(make_line({0, 0, 0}, {1, 0, 0}), settings);
+        ContactLoop loop(stepping(SteppingMethod::adaptive), {}, effects(std::move(magnet)));
+        loop.start(weak);
+        for (const Vec3& probe : {weak, between, between, between})
+            EXPECT_EQ(loop.move(probe).contacts, 0u) << kind;
+        loop.move(within);
+        EXPECT_EQ(loop.move(within).contacts, 1u) << "there it has a strength";
+    }
+}
+
 TEST(Guides, ANewTrialForgetsTheHold) {
     ContactLoop loop(stepping(SteppingMethod::adaptive), {},
                      effects(guide(make_line({0, 0, 0}, {1, 0, 0}), kInfinite, 1e-3)));
@@ -360,6 +383,25 @@ TEST(CurveGuide, AJumpIsWalkedByFrames) {
     }
     EXPECT_EQ(frames, 8) << "30 000 pieces, 4096 a frame";
     EXPECT_LE(glm::length(loop.proxy() - points.back()), 1e-15);
+}
+
+// Where a walk is cut there is a plane beside the line; the loop has room for what is promised.
+TEST(CurveGuide, AddsNoMoreThanItPromises) {
+    std::vector<Vec3> points;
+    for (int i = 0; i < 30'000; ++i)
+        points.push_back({1e-5 * i, 1e-3 * std::sin(1e-3 * i), 0});
+    CurveGuide effect(polyline(points), GuideSettings{1.0, kInfinite});
+    effect.restart(points.front());
+    effect.begin({points.back(), points.front()});
+    std::size_t most = 0;
+    for (int evaluation = 0; evaluation < 4; ++evaluation) {
+        PrimitiveSet primitives;
+        effect.gather(points.front(), primitives);
+        effect.solved(points.back());
+        most = std::max(most, primitives.count());
+    }
+    EXPECT_EQ(most, 2u) << "the way is cut";
+    EXPECT_EQ(effect.most_primitives(), 2u);
 }
 
 // Every pull along a curve of sharp bends of all angles: the frames end without a flag, and a held

@@ -209,6 +209,29 @@ TEST(VectorFollow, AJumpIsFollowedAlongTheStreamline) {
     EXPECT_GT(loop.proxy().z, 0.1);
 }
 
+// Where a way is cut there is a plane beside the line; the loop has room for what is promised.
+TEST(VectorFollow, AddsNoMoreThanItPromises) {
+    for (FollowGuide guide :
+         {FollowGuide::tangent, FollowGuide::midpoint, FollowGuide::streamline}) {
+        VectorFollow effect(make_helix(kRadius, kTau * kRise), TransferFunction::constant(1.0),
+                            guide);
+        EXPECT_EQ(effect.most_primitives(), 2u);
+        std::size_t most = 0;
+        for (int frame = 0; frame < 40; ++frame) {
+            const Vec3 start = on_helix(kRadius, 0.3 * frame);
+            const Vec3 probe = start + Vec3{0, 0, frame % 2 == 0 ? 1.0 : -1.0};
+            effect.begin({probe, start});
+            for (const Vec3& proxy : {start, probe, 0.5 * (start + probe)}) {
+                PrimitiveSet primitives;
+                effect.gather(proxy, primitives);
+                effect.solved(proxy);
+                most = std::max(most, primitives.count());
+            }
+        }
+        EXPECT_EQ(most, guide == FollowGuide::tangent ? 1u : 2u) << "a leap is cut";
+    }
+}
+
 TEST(VectorFollow, NothingIsFeltWithoutDataOrStrength) {
     const auto nowhere =
         std::make_shared<FormulaVectorField>([](const Vec3&) { return VectorSample{}; });
