@@ -342,6 +342,10 @@ def main():
     if options.case and any(top <= 0 or radius <= 0 or ratio <= 0 or top + 2 * radius > min(thick, 20)
                             for top, radius, ratio, thick in options.case):
         sys.exit("fe_lump.py: --case: the lump is to lie in the upper 20 mm of the slab, all above 0")
+    for *_, thick in options.case or []:
+        if thick <= 20 and abs(thick / options.cell - round(thick / options.cell)) > 1e-9:
+            sys.exit(f"fe_lump.py: --case: a slab of {thick:g} mm is no multiple of cells of {options.cell:g} mm; "
+                     "take another thickness, or --cell")
     began = time.monotonic()
     if options.beside:
         print_beside(options.case or [(5.0, 5.0, 10.0, thick) for thick in THICKNESSES_MM], options.beside,

@@ -41,12 +41,25 @@ std::string region_text(const std::optional<Box>& region_mm) {
     return text;
 }
 
-/// Hash of what a volume is read from and of how it is read; the names of files do not matter.
+/// A line of each file that a volume is read from: its hash. Slices of a folder are in any order.
+/// Of a header's several files the names count too: with their contents swapped they are another
+/// volume.
+void add_hashes(const std::filesystem::path& file, std::vector<std::string>& hashes) {
+    const std::vector<std::filesystem::path> files = source_files(file, {});
+    const bool named = files.size() > 2 && !std::filesystem::is_directory(file);
+    for (const std::filesystem::path& source : files) {
+        std::string name;
+        if (named) name = " " + source.lexically_relative(file.parent_path()).generic_string();
+        if (std::filesystem::exists(source)) hashes.push_back(sha256_of_file(source) + name);
+    }
+}
+
+/// Hash of what a volume is read from and of how it is read; where a file lies does not matter.
 std::string source_key(const VolumeDescription& volume) {
     if (is_in_memory(volume)) return sha256_of_data(volume);
     std::vector<std::string> hashes;
-    for (const std::filesystem::path& file : source_files(volume.file, volume.selection))
-        if (std::filesystem::exists(file)) hashes.push_back(sha256_of_file(file));
+    add_hashes(volume.file, hashes);
+    if (!volume.selection.reference.empty()) add_hashes(volume.selection.reference, hashes);
     std::sort(hashes.begin(), hashes.end());
     std::string text = fmt::format("{} {} {} {}\n", volume.selection.series, volume.selection.grid,
                                    static_cast<int>(volume.selection.slices),

@@ -67,17 +67,21 @@ void add_devices(CLI::App& app, Action& run) {
         "--why", options->why, "what is in the way of each device, and what to do about it");
     CLI::Option* json =
         command->add_flag("--json", options->json, "as JSON, with every finding")->excludes(why);
-    command->add_option("--plugin", options->plugins,
-                        "files of device plug-ins, which are loaded, beside those that "
-                        "PALPATE_DEVICE_PLUGINS names with colons between them");
-    command->add_option("--inverse-service", options->inverse_service,
-                        "HOST or HOST:PORT of the Inverse Service to ask for an Inverse3, as "
-                        "numbers (default: 127.0.0.1:10001)");
+    CLI::Option* plugins =
+        command->add_option("--plugin", options->plugins,
+                            "files of device plug-ins, which are loaded, beside those that "
+                            "PALPATE_DEVICE_PLUGINS names with colons between them");
+    CLI::Option* service =
+        command->add_option("--inverse-service", options->inverse_service,
+                            "HOST or HOST:PORT of the Inverse Service to ask for an Inverse3, as "
+                            "numbers (default: 127.0.0.1:10001)");
     command
         ->add_flag("--udev-rules", options->rules,
                    "print the rules that let you use the devices without being root")
         ->excludes(json)
-        ->excludes(why);
+        ->excludes(why)
+        ->excludes(plugins)
+        ->excludes(service);
     command->callback([options, &run] { run = [options] { return devices(*options); }; });
 }
 

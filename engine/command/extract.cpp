@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/baking/in_words.h>
@@ -12,6 +13,7 @@
 #include <palpate/engine/command/volume_options.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/surface_mesh.h>
+#include <palpate/engine/text/plain_text.h>
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/mesh_sharpness.h>
 #include <palpate/geometry/surface_seeds.h>
@@ -162,9 +164,13 @@ int extract(const ExtractOptions& options) {
     const IsosurfaceSettings settings = mesh_settings(scene.surfaces.at("surface"), baked);
     const BakedMesh mesh = meshed(baked, settings, options.method, with);
     const std::string what =
-        baked.labels.empty() ? "isosurface" : fmt::format("label {}, isosurface", baked.labels[0]);
-    write_ply(*mesh.mesh, file,
-              {fmt::format("{} {:.17g} of {}", what, baked.level, options.volume.file)});
+        baked.labels.empty()
+            ? "isosurface"
+            : fmt::format("{} {}, isosurface", baked.labels.size() == 1 ? "label" : "labels",
+                          fmt::join(baked.labels, ", "));
+    write_ply(
+        *mesh.mesh, file,
+        {fmt::format("{} {:.17g} of {}", what, baked.level, plain_text(options.volume.file))});
     describe_mesh(baked, *mesh.mesh);
     compare_components(baked, *mesh.mesh, settings.facet_size_m);
     print(fmt::format("{}{}: millimetres, LPS", options.mesh,

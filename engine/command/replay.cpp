@@ -69,6 +69,8 @@ bool is_same(const Recording& recording, const Trace& again) {
 }
 
 int replay(const std::string& named, const std::string& out, bool check, Replace replace) {
+    if (out.empty() && replace == Replace::any)
+        throw UsageError("--force: is of the files in --out; add it, or leave --force out");
     const std::filesystem::path file = named_recording(named);
     const std::vector<Recording> hands = read_recordings(file);
     std::size_t frames = 0;

@@ -3,7 +3,8 @@
 #include <array>
 #include <limits>
 #include <memory>
-#include <stdexcept>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,7 +27,7 @@ struct StudyOptions {
     std::size_t frames = 0;
     int every = 1;
     int repetitions = 0; // 0: not given
-    double voxel_mm = 1.0;
+    std::optional<double> voxel_mm;
     std::vector<std::string> sweeps;
     SceneOverrides overrides; // which hand
     bool quick = false;
@@ -38,6 +39,17 @@ constexpr std::array<const char*, 9> kStudyFiles{"study.csv", "drift.csv",  "err
                                                  "costs.csv", "prices.csv", "sweeps.csv",
                                                  "front.svg", "study.json", "index.html"};
 
+/// A word as a shell takes it for itself.
+std::string for_a_shell(const std::string& word) {
+    constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                   "_-./+:=@%,";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+    std::string quoted = "'";
+    for (const char letter : word)
+        quoted += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+    return quoted + "'";
+}
+
 /// The command that gives these numbers again, as far as clocks do.
 std::string command_of(const StudyOptions& options) {
     const std::string frames =
@@ -47,9 +59,11 @@ std::string command_of(const StudyOptions& options) {
     for (const std::string& word : options.sweeps)
         sweeps += " --sweep " + word;
     const std::string hand = options.overrides.hand ? " --hand " + *options.overrides.hand : "";
-    return fmt::format("palpate study {}{}{}{} --repeat {} --voxel-mm {:g}{}{}", options.scene,
-                       hand, frames, every, options.repetitions, options.voxel_mm, sweeps,
-                       options.real_time ? " --real-time" : "");
+    const std::string voxels =
+        options.voxel_mm ? fmt::format(" --voxel-mm {:g}", *options.voxel_mm) : "";
+    return fmt::format("palpate study {}{}{}{} --repeat {}{}{}{}{}", for_a_shell(options.scene),
+                       hand, frames, every, options.repetitions, options.quick ? " --quick" : "",
+                       voxels, sweeps, options.real_time ? " --real-time" : "");
 }
 
 /// Single and the paper's method at the clock's pace, with each scheduler.
@@ -139,6 +153,10 @@ int study(StudyOptions options) {
         changed_scene(read_scene(options.scene), options.overrides);
     require_one_hand(description);
     check_every(description, options.every > 1);
+    if (options.voxel_mm && std::none_of(description.volumes.begin(), description.volumes.end(),
+                                         [](const auto& one) { return is_exact(one.second); }))
+        throw UsageError(fmt::format("--voxel-mm: is of formulas, and {} has none; leave it out",
+                                     options.scene));
     // Before the work, not after it.
     const ResultFolder out(options.out.empty() ? description.file.stem().string() + "-study"
                                                : options.out);
@@ -147,7 +165,7 @@ int study(StudyOptions options) {
     warn_of_sources(*scene);
     check_study(*scene);
     if (has_soft_layers(*scene) && (options.real_time || !options.sweeps.empty()))
-        throw std::runtime_error(fmt::format(
+        throw UsageError(fmt::format(
             "{}: a soft surface is not all that is felt: method adaptive alone is for that, and {} "
             "compares methods; leave it out",
             options.scene, options.real_time ? "--real-time" : "--sweep"));
@@ -170,8 +188,9 @@ int study(StudyOptions options) {
     study.costs = cost_budget(scene, inputs, study.runs);
     study.prices =
         frame_prices(scene, inputs, made_with, options.repetitions, clock, progress_bar());
-    study.errors =
-        error_budget(scene, inputs, made_with, {.voxel_mm = options.voxel_mm}, progress_bar());
+    BudgetSettings errors;
+    if (options.voxel_mm) errors.voxel_mm = *options.voxel_mm;
+    study.errors = error_budget(scene, inputs, made_with, errors, progress_bar());
     for (const SweepKind kind : sweeps_of(options))
         study.sweeps.push_back(
             run_sweep(kind, scene, inputs, made_with, options.repetitions, clock, progress_bar()));

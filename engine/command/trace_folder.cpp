@@ -17,8 +17,8 @@ namespace palpate::command {
 namespace {
 
 // Of all hands, and of each.
-constexpr std::array<const char*, 3> kTraceFiles{"summary.json", "recording.h5",
-                                                 "recording.h5.part"};
+constexpr const char* kJournal = "recording.h5.part";
+constexpr std::array<const char*, 3> kTraceFiles{"summary.json", "recording.h5", kJournal};
 constexpr std::array<const char*, 2> kHandFiles{"frames.csv", "timing.csv"};
 
 /// The hands that a summary.json has; none where there is none that can be read.
@@ -68,7 +68,7 @@ TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scen
 }
 
 /// Of the hands that the summary there names, and of a run of one, whose files are not in a folder
-/// of their own.
+/// of their own; and of one that was cut off.
 void TraceFolder::find_earlier(const std::vector<std::string>& hands) {
     std::vector<std::filesystem::path> folders;
     for (const std::string& hand : hands_of_summary(all_ / "summary.json"))
@@ -79,6 +79,7 @@ void TraceFolder::find_earlier(const std::vector<std::string>& hands) {
     for (const std::filesystem::path& folder : folders)
         for (const char* name : kHandFiles)
             if (is_own_file(folder / name)) earlier_.push_back(folder / name);
+    if (is_own_file(all_ / kJournal)) earlier_.push_back(all_ / kJournal);
 }
 
 void TraceFolder::remove_earlier() const {
@@ -92,8 +93,7 @@ void TraceFolder::remove_earlier() const {
             std::filesystem::remove(file.parent_path(), error); // fails where there is more
     }
     if (!names.empty())
-        tell("palpate: note: removed what an earlier run with other hands had left: {}\n",
-             plain_text(names));
+        tell("palpate: note: removed what an earlier run had left: {}\n", plain_text(names));
 }
 
 } // namespace palpate::command

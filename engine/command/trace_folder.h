@@ -23,7 +23,8 @@ public:
     const ResultFolder& of_hand(std::size_t i) const { return hands_.empty() ? all_ : *hands_[i]; }
 
     /// After the new files are there: removes what Palpate wrote of an earlier run with other
-    /// hands, and says so. Nothing of it belongs to the new summary.json.
+    /// hands, or of one that was cut off, and says so. Nothing of it belongs to the new
+    /// summary.json.
     void remove_earlier() const;
 
 private:

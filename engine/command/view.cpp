@@ -18,10 +18,9 @@ bool is_recording(const std::filesystem::path& file) {
     return file.extension() == ".h5" || is_journal(file);
 }
 
-/// The options with the recording in the place of a folder that a trace wrote.
+/// The options with the recording, or the journal, in the place of a folder that a trace wrote.
 ViewOptions with_recording(ViewOptions options) {
-    const std::filesystem::path inside =
-        std::filesystem::path(options.volume.file) / "recording.h5";
+    const std::filesystem::path inside = named_recording(options.volume.file);
     std::error_code ignored;
     if (std::filesystem::exists(inside, ignored)) options.volume.file = inside.string();
     return options;

@@ -16,6 +16,7 @@
 
 #include <palpate/engine/picture/overview_picture.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/text/internal/json_text.h>
 #include <palpate/version.h>
 
 namespace palpate {
@@ -136,7 +137,11 @@ std::filesystem::path without_end(const std::filesystem::path& file) {
 /// How a scene names a file: from its own folder, as read_scene() puts them together.
 std::string from_folder_of(const std::filesystem::path& scene, const std::filesystem::path& file) {
     const std::filesystem::path folder = without_end(scene).parent_path();
-    return without_end(file).lexically_relative(folder).generic_string();
+    std::string name = without_end(file).lexically_relative(folder).generic_string();
+    if (!internal::is_utf8(name))
+        throw std::runtime_error(fmt::format(
+            "{}: its name is not UTF-8, as a scene has it to be; give it another", name));
+    return name;
 }
 
 /// "skull" of skull.nhdr, "aal" of aal.nii.gz, "scans" of scans/.

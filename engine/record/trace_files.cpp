@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/text/internal/csv_cell.h>
 #include <palpate/engine/text/whole_file.h>
 
 namespace palpate {
@@ -66,24 +67,13 @@ private:
     bool first_ = true;
 };
 
-/// A text as one cell, in quotes where it needs them (RFC 4180).
-std::string quoted(const std::string& text) {
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string cell = "\"";
-    for (const char letter : text) {
-        if (letter == '"') cell += '"';
-        cell += letter;
-    }
-    return cell + "\"";
-}
-
 /// Cells of what is felt, each made once.
 class FeltCells {
 public:
     explicit FeltCells(std::span<const std::string> names) : names_(names) {}
     const std::string& of(std::uint64_t felt) {
         const auto [cell, is_new] = cells_.try_emplace(felt);
-        if (is_new) cell->second = quoted(felt_in_words(felt, names_));
+        if (is_new) cell->second = internal::csv_cell(felt_in_words(felt, names_));
         return cell->second;
     }
 

@@ -13,6 +13,7 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/soft_surfaces.h>
+#include <palpate/engine/text/internal/json_text.h>
 
 namespace palpate {
 namespace {
@@ -198,7 +199,7 @@ std::string scene_as_json(const Scene& scene, std::span<const double> prices) {
                                {"uncertified", scene.plan().uncertified},
                                {"warnings", scene.plan().warnings}};
     if (!scene.description().hands.empty()) document["hands"] = hands_as_json(scene.description());
-    return document.dump(2);
+    return internal::json_text(document);
 }
 
 std::string scene_in_words(const Scene& scene, std::span<const double> prices) {

@@ -24,6 +24,7 @@
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/text/internal/json_text.h>
 #include <palpate/version.h>
 
 namespace palpate {
@@ -213,15 +214,19 @@ json effect_summary(const Scene& scene) {
 
 /// Level and position errors where the truth is a formula, or a field of the program's own.
 json truth(const Scene& scene, const Trace& trace) {
-    json result = json::object();
+    std::vector<double> position, level; // of all surfaces
+    const auto add = [](std::vector<double>& all, std::span<const double> more) {
+        all.insert(all.end(), more.begin(), more.end());
+    };
     for (const SurfaceAudit& audit : trace.audits) {
-        if (!audit.position_error_m().empty())
-            result["position_um"] = absolute_um(audit.position_error_m());
+        add(position, audit.position_error_m());
         if (audit.surface().is_felt_by_mesh()) continue;
         const std::string& volume = scene.description().surfaces.at(audit.surface().name).volume;
-        if (is_exact(scene.description().volumes.at(volume)))
-            result["level_um"] = absolute_um(audit.level_distance_m());
+        if (is_exact(scene.description().volumes.at(volume))) add(level, audit.level_distance_m());
     }
+    json result = json::object();
+    if (!position.empty()) result["position_um"] = absolute_um(position);
+    if (!level.empty()) result["level_um"] = absolute_um(level);
     return result;
 }
 
@@ -345,7 +350,7 @@ json summary_of(const Scene& scene, const Trace& trace) {
 } // namespace
 
 std::string summarize(const Scene& scene, const Trace& trace) {
-    return summary_of(scene, trace).dump(2) + "\n";
+    return internal::json_text(summary_of(scene, trace)) + "\n";
 }
 
 std::string summarize(std::span<const HandTrace> hands) {
@@ -359,7 +364,7 @@ std::string summarize(std::span<const HandTrace> hands) {
         }
         all["hands"].push_back(std::move(one));
     }
-    return all.dump(2) + "\n";
+    return internal::json_text(all) + "\n";
 }
 
 std::vector<std::string> summaries_of_hands(const std::string& summary) {
@@ -370,7 +375,7 @@ std::vector<std::string> summaries_of_hands(const std::string& summary) {
     for (json one : all["hands"]) {
         for (const char* key : kOfAllHands)
             if (one.is_object() && all.contains(key)) one[key] = all[key];
-        each.push_back(one.dump(2) + "\n");
+        each.push_back(internal::json_text(one) + "\n");
     }
     return each;
 }

@@ -22,16 +22,21 @@ public:
         : baseline_(std::move(baseline)), clock_(clock), asks_mesh_(asks_mesh) {}
 
     FrameReport frame(const DeviceState& input) noexcept override {
+        FrameReport report;
+        report.trial = input.trial;
+        report.time_s = input.time_s;
+        report.probe = input.position;
+        if (!is_finite(input.position)) { // as the loop does: nothing moves, and nothing is felt
+            report.flags = kProbeNotFinite;
+            report.proxy = path_[1];
+            return report;
+        }
         if (is_first_ || input.trial != trial_) {
             path_[1] = input.position;
             baseline_->restart(input.position);
         }
         is_first_ = false;
         trial_ = input.trial;
-        FrameReport report;
-        report.trial = input.trial;
-        report.time_s = input.time_s;
-        report.probe = input.position;
         const std::uint64_t samples = baseline_->samples();
         const double began_us = clock_.now_us();
         const Baseline::Step step = baseline_->move(input.position);

@@ -11,6 +11,7 @@
 #include <palpate/engine/scene/internal/contact_price.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/study/internal/instruction_counter.h>
+#include <palpate/engine/text/internal/csv_cell.h>
 #include <palpate/engine/truth/felt_level.h>
 #include <palpate/haptics/solver/proxy_solver.h>
 
@@ -315,7 +316,7 @@ std::string cost_budget_csv(std::span<const CostPart> parts) {
         text += cell(part.frame_us) + cell(part.per_evaluation_ns);
         text += cell(part.each_instructions) + cell(part.frame_instructions) +
                 cell(part.per_evaluation_instructions);
-        text += "," + part.no_instructions + "\n";
+        text += "," + internal::csv_cell(part.no_instructions) + "\n";
     }
     return text;
 }

@@ -12,6 +12,7 @@
 #include <palpate/engine/study/converged_proxy.h>
 #include <palpate/engine/study/internal/scene_variants.h>
 #include <palpate/engine/study/internal/study_tally.h>
+#include <palpate/engine/text/internal/csv_cell.h>
 #include <palpate/engine/truth/surface_audit.h>
 #include <palpate/haptics/contact/volume_contact.h>
 #include <palpate/haptics/solver/proxy_solver.h>
@@ -356,7 +357,8 @@ std::string error_budget_csv(const std::vector<ErrorPart>& parts) {
             for (const double value : {error.rms_um, error.p99_um, error.max_um})
                 text += "," + (error.frames > 0 ? fmt::format("{:.17g}", value) : "");
         text += part.position.frames > 0 ? fmt::format(",{:.17g}", part.known_to_um) : ",";
-        text += fmt::format(",{},{}\n", part.how, part.why_not);
+        text +=
+            fmt::format(",{},{}\n", internal::csv_cell(part.how), internal::csv_cell(part.why_not));
     }
     return text;
 }

@@ -13,6 +13,7 @@
 #include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/study/internal/interleaved.h>
 #include <palpate/engine/study/internal/scene_variants.h>
+#include <palpate/engine/text/internal/csv_cell.h>
 
 namespace palpate {
 namespace {
@@ -168,11 +169,12 @@ std::string frame_price_table(std::span<const FramePrice> prices) {
 std::string frame_price_csv(std::span<const FramePrice> prices) {
     std::string text = "what,price_us,price_p10_us,price_p90_us,with_us,without_us,why_not\n";
     for (const FramePrice& price : prices)
-        text += price.why_not.empty()
-                    ? fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},\n", price.what,
-                                  price.price_us, price.range_us.p10_us, price.range_us.p90_us,
-                                  price.with_us, price.without_us)
-                    : fmt::format("{},,,,,,{}\n", price.what, price.why_not);
+        text += price.why_not.empty() ? fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},\n",
+                                                    internal::csv_cell(price.what), price.price_us,
+                                                    price.range_us.p10_us, price.range_us.p90_us,
+                                                    price.with_us, price.without_us)
+                                      : fmt::format("{},,,,,,{}\n", internal::csv_cell(price.what),
+                                                    internal::csv_cell(price.why_not));
     return text;
 }
 

@@ -29,7 +29,7 @@ DeviceState probe_at(std::span<const DeviceState> path, double at_s, double rate
     const double share = row - static_cast<double>(before);
     DeviceState state = path[before];
     state.time_s = at_s;
-    if (path[after].trial == state.trial)
+    if (share > 0.0 && path[after].trial == state.trial)
         state.position += share * (path[after].position - state.position);
     return state;
 }

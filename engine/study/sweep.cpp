@@ -15,6 +15,7 @@
 #include <palpate/engine/study/internal/interleaved.h>
 #include <palpate/engine/study/internal/study_columns.h>
 #include <palpate/engine/study/internal/sweep_points.h>
+#include <palpate/engine/text/internal/csv_cell.h>
 
 namespace palpate {
 namespace {
@@ -130,7 +131,7 @@ std::vector<DeviceState> resampled(std::span<const DeviceState> inputs, double r
         const double share = row - static_cast<double>(before);
         DeviceState state = inputs[before];
         state.time_s = static_cast<double>(i) / new_rate_hz;
-        if (inputs[after].trial == state.trial)
+        if (share > 0.0 && inputs[after].trial == state.trial)
             state.position += share * (inputs[after].position - state.position);
         path.push_back(state);
     }
@@ -232,7 +233,7 @@ std::string sweep_csv(std::span<const Sweep> sweeps) {
                        "spent_p50_p90_us,spent_p99_us,evaluations_mean,level_rms_um,level_max_um,"
                        "converged_rms_um,converged_max_um,why_not\n";
     const auto cell = [](bool known, double value) {
-        return known ? fmt::format(",{:.17g}", value) : std::string(",");
+        return known && std::isfinite(value) ? fmt::format(",{:.17g}", value) : std::string(",");
     };
     for (const Sweep& sweep : sweeps)
         for (const SweepRow& row : sweep.rows) {
@@ -253,7 +254,7 @@ std::string sweep_csv(std::span<const Sweep> sweeps) {
                     cell(ran && run.level.frames > 0, run.level.max_um) +
                     cell(ran && run.converged.frames > 0, run.converged.rms_um) +
                     cell(ran && run.converged.frames > 0, run.converged.max_um) + "," +
-                    row.why_not + "\n";
+                    internal::csv_cell(row.why_not) + "\n";
         }
     return text;
 }

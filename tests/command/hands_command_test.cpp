@@ -140,7 +140,7 @@ TEST_F(HandsCommand, FilesOfHandsThatAreNotInTheNewRunGoAndNothingElse) {
     ASSERT_EQ(run({"trace", "one.toml", "--out", "r"}).exit, 0);
     const test::CommandResult two = run({"trace", "two.toml", "--out", "r"});
     ASSERT_EQ(two.exit, 0) << two.err;
-    EXPECT_THAT(two.err, HasSubstr("note: removed what an earlier run with other hands had left: "
+    EXPECT_THAT(two.err, HasSubstr("note: removed what an earlier run had left: "
                                    "frames.csv, timing.csv\n"));
     EXPECT_FALSE(is_there("r/frames.csv"));
     make("r/left/notes.txt", "mine\n");

@@ -59,6 +59,25 @@ TEST_F(CommandKilled, ARunInRealTimeLosesAtMostASecondAndTheRestIsReplayedBitFor
     EXPECT_TRUE(std::filesystem::exists(*this / "t/recording.h5"));
     EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
     EXPECT_EQ(run({"replay", "t/recording.h5", "--check"}).times("cut off"), 0u);
+
+    // Killed in a folder that has a recording already: the newer one is what was meant, until
+    // another run is whole.
+    const auto later = std::filesystem::last_write_time(*this / "t/recording.h5");
+    make("t/recording.h5.part", journal);
+    std::filesystem::last_write_time(*this / "t/recording.h5.part", later + std::chrono::hours(1));
+    const test::CommandResult newer = run({"replay", "t"});
+    EXPECT_THAT(newer.err, HasSubstr("its run was cut off"));
+    const test::CommandResult shown = run({"view", "t", "-o", "page.html"});
+    EXPECT_EQ(shown.exit, 0) << shown.err;
+    const test::CommandResult asap = run({"trace", "ball.toml", "--out", "t"});
+    EXPECT_THAT(asap.err, HasSubstr("removed what an earlier run had left: recording.h5.part"));
+    EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
+    // One that is older than the recording is passed over.
+    make("t/recording.h5.part", journal);
+    std::filesystem::last_write_time(*this / "t/recording.h5.part",
+                                     std::filesystem::last_write_time(*this / "t/recording.h5") -
+                                         std::chrono::hours(1));
+    EXPECT_EQ(run({"replay", "t"}).times("cut off"), 0u);
 }
 
 } // namespace

@@ -66,6 +66,16 @@ TEST_F(CommandMessages, OptionsThatWouldChangeNothingAreRefused) {
         "--iso-after-smoothing: goes with --smooth-voxels");
     expect_usage({"study", "ball.toml", "--quick", "--frames", "5", "--repeat", "2"},
                  "--quick: --frames and --repeat say all");
+    make("mesh.obj", "v 0.019 -1 -1\nv 0.019 1 -1\nv 0.019 0 1\nf 1 2 3\n");
+    make("mesh.toml", "[surface.s]\nmesh = \"mesh.obj\"\nmesh_unit = \"m\"\n"
+                      "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n");
+    expect_usage({"study", "mesh.toml", "--voxel-mm", "0.3"}, "--voxel-mm: is of formulas");
+    expect_usage({"replay", "t", "--check", "--force"}, "--force: is of the files in --out");
+    expect_usage({"devices", "--udev-rules", "--inverse-service", "nonsense"}, "--udev-rules");
+    expect_usage({"devices", "--udev-rules", "--plugin", "none.so"}, "--udev-rules");
+    for (const std::string option : {"--frames", "--limit-s", "--scene", "--path"})
+        expect_usage({"validate", "driver", "hand", "--list", option, "7"}, "--list");
+    expect_usage({"validate", "driver", "hand", "--list", "--forces"}, "--list");
     expect_usage({"view", "ball.toml", "--sub-steps", "0-9"},
                  "--sub-steps: ball.toml is a scene; leave it out");
     for (const std::string option : {"--port", "--device", "--listen", "--seconds", "--cpu"})

@@ -153,7 +153,8 @@ TEST_F(CommandOutputs, ARunGoesOnWhereItsEventsCannotBeWritten) {
 }
 
 TEST_F(CommandOutputs, AReaderThatGoesAwayEndsNoRun) {
-    const std::string run = "cd '" + folder().string() + "' && PALPATE_CACHE= " PALPATE_COMMAND
+    const std::string run = "cd '" + folder().string() +
+                            "' && PALPATE_CACHE= " PALPATE_COMMAND
                             " trace ball.toml --events --pace realtime --out r | true";
     EXPECT_EQ(std::system(run.c_str()), 0) << "the exit code is that of `true`";
     EXPECT_TRUE(std::filesystem::exists(*this / "r/recording.h5"));

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/baking/in_words.h>
+#include <palpate/engine/text/internal/json_text.h>
 
 namespace palpate {
 namespace {
@@ -123,18 +124,17 @@ std::string baked_as_json(const BakedSurface& baked) {
         thin.push_back({{"voxels", part.voxels},
                         {"volume_mm3", part.volume_mm3},
                         {"sample_m", vector_json(part.sample)}});
-    return json{{"level", baked.level},
-                {"shift_mean_m", baked.shift.mean_m},
-                {"shift_deviation_m", baked.shift.deviation_m},
-                {"shift_points", baked.shift.points},
-                {"volume_before_mm3", baked.volume_before_mm3},
-                {"volume_mm3", baked.volume_mm3},
-                {"components", components},
-                {"labels", baked.labels},
-                {"joined", baked.joined},
-                {"thin_parts", thin},
-                {"warnings", baked.warnings}}
-        .dump();
+    return internal::json_text({{"level", baked.level},
+                                {"shift_mean_m", baked.shift.mean_m},
+                                {"shift_deviation_m", baked.shift.deviation_m},
+                                {"shift_points", baked.shift.points},
+                                {"volume_before_mm3", baked.volume_before_mm3},
+                                {"volume_mm3", baked.volume_mm3},
+                                {"components", components},
+                                {"labels", baked.labels},
+                                {"joined", baked.joined},
+                                {"thin_parts", thin},
+                                {"warnings", baked.warnings}});
 }
 
 namespace internal {

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/text/internal/json_text.h>
+
 namespace palpate {
 
 std::string mesh_in_words(const SurfaceMesh& mesh) {
@@ -42,7 +44,7 @@ std::string mesh_as_json(const SurfaceMesh& mesh) {
                                      {"max_um", 1e6 * centroids.max_m},
                                      {"facing_share", mesh.against_level->facing_share}};
     }
-    return document.dump();
+    return internal::json_text(document);
 }
 
 } // namespace palpate

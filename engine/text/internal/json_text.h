@@ -14,4 +14,9 @@ inline std::string json_text(const nlohmann::json& document) {
     return document.dump(kIndent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+/// Whether a text comes back from a document as it is.                                     [setup]
+inline bool is_utf8(const std::string& text) {
+    return nlohmann::json::parse(json_text(text)).get_ref<const std::string&>() == text;
+}
+
 } // namespace palpate::internal

@@ -85,6 +85,36 @@ TEST_F(LabelledBall, TheCacheGivesTheSameWithoutReadingTheVolume) {
         << "another table may mean another label";
 }
 
+// A header stays as it is while the files that it names are swapped.
+TEST(BakedSurface, SwappedFilesOfAHeaderAreAnotherVolume) {
+    const test::TemporaryFolder folder;
+    constexpr int kSide = 12;
+    const auto half = [](bool lower) { // of a ball of 4 voxels in the middle of kSide^3
+        std::string bytes;
+        for (int k = lower ? 0 : kSide / 2; k < (lower ? kSide / 2 : kSide); ++k)
+            for (int j = 0; j < kSide; ++j)
+                for (int i = 0; i < kSide; ++i)
+                    bytes += (i - 6) * (i - 6) + (j - 6) * (j - 6) + (k - 6) * (k - 6) < 16 ? '\x64'
+                                                                                            : '\0';
+        return bytes;
+    };
+    test::make_file(folder / "v.nhdr",
+                    "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 12 12 12\nencoding: raw\n"
+                    "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+                    "space origin: (0,0,0)\ndata file: LIST\none.raw\ntwo.raw\n");
+    const auto key = [&](const char* lower, const char* upper) {
+        test::make_file(folder / lower, half(true));
+        test::make_file(folder / upper, half(false));
+        const SceneDescription scene = parse_scene(
+            "[volume.v]\nfile = \"v.nhdr\"\n[surface.s]\nvolume = \"v\"\niso_value = 50\n",
+            folder / "scene.toml");
+        return bake_surface(scene, "s", folder / "cache").key;
+    };
+    const std::string first = key("one.raw", "two.raw");
+    EXPECT_NE(key("two.raw", "one.raw"), first);
+    EXPECT_EQ(key("one.raw", "two.raw"), first);
+}
+
 TEST_F(LabelledBall, AWrongLabelIsAnsweredWithTheNearestNames) {
     try {
         bake("label = \"Half_X\"\n");

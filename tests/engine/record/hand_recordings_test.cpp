@@ -88,6 +88,20 @@ TEST_F(HandRecordings, ComeBackAsTheyWere) {
     EXPECT_TRUE(is_written_by_palpate(file_));
 }
 
+// Of several soft surfaces another one may be pressed in with the same numbers.
+TEST_F(HandRecordings, AnotherFrontIsADifference) {
+    Recording one = hands_[0];
+    one.frames[5].indentation_m = 1e-3;
+    Recording other = one;
+    other.frames[5].pressed_surface += 1;
+    EXPECT_EQ(difference(one, other).first, 5u);
+    other = one;
+    other.frames[5].front.y += 1e-9;
+    EXPECT_EQ(difference(one, other).frames, 1u);
+    one.frames[5].indentation_m = other.frames[5].indentation_m = 0.0; // then there is no front
+    EXPECT_EQ(difference(one, other).frames, 0u);
+}
+
 TEST_F(HandRecordings, OneHandIsReadByItsName) {
     EXPECT_EQ(read_recording(file_, "right").frames.size(), hands_[1].frames.size());
     EXPECT_THAT(complaint(file_), HasSubstr("two.h5: has the hands left, right; say which one"));

@@ -87,6 +87,27 @@ TEST_F(MeshScene, WhereItsVolumeIsASphereTheAuditKnowsWhereTheProxyShouldBe) {
     EXPECT_GT(max_um, 10.0); // facets of 1 mm on a ball of 20 mm
 }
 
+TEST(TraceSummary, TruthIsOfAllFormulas) {
+    test::ScriptedClock clock;
+    // The second by its name is never touched, and has no errors to say.
+    const auto one = std::make_shared<const Scene>(
+        parse_scene("[volume.cavity]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n"
+                    "[volume.small]\nanalytic = \"solid_sphere\"\nradius_mm = 5\n"
+                    "[surface.a]\nvolume = \"cavity\"\n[surface.b]\nvolume = \"small\"\n"
+                    "[[effect]]\ntype = \"surface\"\nsurface = \"a\"\n"
+                    "[[effect]]\ntype = \"surface\"\nsurface = \"b\"\n",
+                    "x.toml"));
+    std::vector<DeviceState> states(100);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        states[i].time_s = 1e-3 * static_cast<double>(i);
+        states[i].position = {0.045 + 1e-4 * static_cast<double>(i), 0.0, 0.0};
+    }
+    const Trace trace = run_trace(one, states, clock);
+    const auto summary = nlohmann::json::parse(summarize(*one, trace));
+    EXPECT_EQ(summary["truth"]["level_um"], summary["surfaces"][0]["level_distance_um"]);
+    EXPECT_TRUE(summary["truth"]["level_um"].contains("max"));
+}
+
 TEST_F(MeshScene, TheAuditCountsChordsThatPassThroughTheMesh) {
     const auto one = scene(mesh_);
     SurfaceAudit audit(*one, one->surfaces().front());

@@ -4,6 +4,7 @@
 #include <palpate/engine/study/internal/instruction_counter.h>
 #include <palpate/engine/study/trade_off.h>
 
+#include <array>
 #include <map>
 #include <string>
 
@@ -101,6 +102,16 @@ TEST(FramePrices, AreDifferencesOfTheSameFrames) {
     for (std::size_t i = 2; i < prices.size(); ++i)
         EXPECT_THAT(prices[i].why_not, HasSubstr("extracts no meshes")) << prices[i].what;
     EXPECT_THAT(frame_price_table(prices), HasSubstr("not known: this build extracts no meshes"));
+}
+
+// A comma in a surface's name is a comma in a cell.
+TEST(FramePrices, CsvQuotesNames) {
+    FramePrice price;
+    price.what = "effect surface of x, \"y\"";
+    price.why_not = "neither, nor";
+    EXPECT_EQ(frame_price_csv(std::array{price}),
+              "what,price_us,price_p10_us,price_p90_us,with_us,without_us,why_not\n"
+              "\"effect surface of x, \"\"y\"\"\",,,,,,\"neither, nor\"\n");
 }
 
 StudyRun run_of(int sub_steps, double time_us, double error_um) {
