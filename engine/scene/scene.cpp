@@ -35,9 +35,23 @@ Extraction extraction(const SceneResources& resources) {
     return resources.extract ? Extraction::possible : Extraction::impossible;
 }
 
+/// Where a strength is a function of a volume's value, strength_n is the greatest that there is.
+void settle_strengths(SceneDescription& description) {
+    for (auto& [name, surface] : description.surfaces)
+        if (!surface.strength_volume.empty())
+            surface.strength_n = surface.strength_over_value.strongest();
+    const auto settle = []<class Settings>(Settings& effect) {
+        if constexpr (requires { effect.strength_n = effect.strength.strongest(); })
+            if (!effect.volume.empty()) effect.strength_n = effect.strength.strongest();
+    };
+    for (EffectDescription& effect : description.effects)
+        std::visit(settle, effect.settings);
+}
+
 /// As it is, once it has been looked at.
 SceneDescription checked(SceneDescription description) {
     validate(description);
+    settle_strengths(description);
     return description;
 }
 
@@ -255,8 +269,11 @@ void Scene::shape_surfaces() {
         if (!planned.on) continue;
         for (SceneSurface& surface : surfaces_)
             if (surface.name == surface_of(effect))
-                at_place(fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
-                         [&] { internal::give_shape(effect, surface, *effect_fields_); });
+                at_place(
+                    effect.line == 0
+                        ? fmt::format("effects[{}]", planned.effect) // made in code
+                        : fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
+                    [&] { internal::give_shape(effect, surface, *effect_fields_); });
     }
 }
 

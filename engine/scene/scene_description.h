@@ -127,7 +127,8 @@ struct SurfaceDescription {
     Yielding yielding = Yielding::holds; ///< what it does above its strength
     double strength_n =
         std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0; with
-                                                 ///< strength_volume the greatest there is
+                                                 ///< strength_volume not read, as it is
+                                                 ///< the greatest of strength_over_value
     std::string
         strength_volume; ///< key of SceneDescription::volumes, of scalars: the strength is a
                          ///< function of its value at the proxy; empty: the same everywhere

@@ -15,7 +15,9 @@
 #include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/device_addresses.h>
+#include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/text/internal/json_text.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
 namespace palpate {
@@ -33,12 +35,12 @@ Kind named(const char* option, const std::string& text, const std::array<Kind, N
 }
 
 template <class Number, class Target>
-void set(const char* option, const std::optional<Number>& value, double low, double high,
+void set(const char* option, const std::optional<Number>& value, const Range& range,
          Target& target) {
     if (!value) return;
-    if (!(*value >= low && *value <= high))
+    if (!range.contains(*value))
         throw std::invalid_argument(
-            fmt::format("{} {}: must be between {} and {}", option, *value, low, high));
+            fmt::format("{} {}: must be in {}", option, *value, range.text()));
     target = *value;
 }
 
@@ -46,6 +48,10 @@ constexpr std::string_view kRecordedHand = "?hand="; // behind a recording: one 
 
 void set_device(const std::string& text, DeviceDescription& device) {
     using Kind = DeviceDescription::Kind;
+    if (!internal::is_utf8(text))
+        throw std::invalid_argument(fmt::format(
+            "--device {}: is not UTF-8, which a recording cannot keep; give the file another name",
+            text));
     const auto behind = [&](std::string_view start) -> std::optional<std::string> {
         if (!text.starts_with(start) || text.size() == start.size()) return std::nullopt;
         return text.substr(start.size());
@@ -174,9 +180,11 @@ void apply(const SceneOverrides& overrides, SceneDescription& scene) {
             description.contact = contact;
         }
     }
-    set("--sub-steps", overrides.sub_steps, 1, Subdivision::kMostEvaluations, scene.loop.sub_steps);
-    set("--tolerance-um", overrides.tolerance_um, 1e-6, 1e3, scene.loop.tolerance_um);
-    set("--budget-us", overrides.budget_us, 1e-3, 1e6 / scene.loop.rate_hz, scene.loop.budget_us);
+    set("--sub-steps", overrides.sub_steps, Range{1, Subdivision::kMostEvaluations},
+        scene.loop.sub_steps);
+    set("--tolerance-um", overrides.tolerance_um, internal::kToleranceUm, scene.loop.tolerance_um);
+    set("--budget-us", overrides.budget_us, internal::budget_range_us(scene.loop.rate_hz),
+        scene.loop.budget_us);
     if (overrides.preview.value_or(false)) scene = preview_of(std::move(scene));
 }
 

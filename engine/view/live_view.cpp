@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/view/live_view.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -18,6 +20,7 @@
 #include <palpate/engine/record/recording_journal.h>
 #include <palpate/engine/text/whole_file.h>
 #include <palpate/engine/view/internal/page_marks.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate {
 namespace {
@@ -37,14 +40,24 @@ std::filesystem::path free_name(const std::filesystem::path& folder) {
     }
 }
 
-/// Where a hand is in free space, as near as can be to where it was: one that presses would begin a
-/// trial inside, where nothing is felt.
-Vec3 in_front_of(const FrameReport& last) {
-    constexpr double kClear_m = 0.5e-3; // more than a proxy may be behind a surface
-    const Vec3 out = last.proxy - last.probe;
+bool is_in_the_air(const FrameReport& frame) {
+    return frame.contacts == 0 && frame.surfaces_open == 0 &&
+           (frame.flags & (kInsideAtStart | kProbeNotFinite)) == 0;
+}
+
+/// In front of the surface that a hand presses. One that yields lets the proxy in as deep as it
+/// may.
+Vec3 in_front_of(const FrameReport& pressing) {
+    constexpr double kClear_m = 0.5e-3; // more than a proxy may be behind a surface that holds
+    const Vec3& held = place_on_surface(pressing);
+    const Vec3 out = held - pressing.probe;
     const double depth_m = glm::length(out);
-    return last.surfaces_felt == 0 || depth_m == 0.0 ? last.probe
-                                                     : last.proxy + out * (kClear_m / depth_m);
+    return depth_m == 0.0 ? held : held + out * (kClear_m / depth_m);
+}
+
+bool may_yield(const SceneDescription& scene) {
+    return std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                       [](const auto& one) { return std::isfinite(one.second.strength_n); });
 }
 
 /// Triangles of the level that a page is sent which asks for `facets` of a structure: few numbers,
@@ -101,6 +114,7 @@ private:
                 true};
     }
     void see(const RunFrame& run);
+    void note_the_air(const Vec3& probe);
     LiveReply drop(std::string name, const FrameReport& at);
     void use(HapticLoop* loop);
     std::string state() const;
@@ -118,6 +132,7 @@ private:
     std::size_t marks_kept_ = 0; ///< of it, in the file beside it
     std::uint32_t buttons_ = 0;  ///< of the last frame
     std::size_t presses_ = 0;    ///< of the button that drops marks
+    bool end_is_told_ = false;   ///< of the device
 
     mutable std::mutex mutex_; ///< of what follows
     bool is_recording_ = false;
@@ -125,8 +140,10 @@ private:
     std::map<std::size_t, double> gains_; ///< that are not 1, by effect
     FrameReport last_;
     bool has_last_ = false;
-    std::vector<ViewMark> marks_;   ///< all, for pages
-    std::size_t recorded_from_ = 0; ///< of marks_, the first of the recording that is under way
+    std::optional<Vec3> in_the_air_; ///< where the probe touched nothing, not long ago
+    Vec3 later_in_the_air_{0.0};     ///< and where later, kApart_m on
+    std::vector<ViewMark> marks_;    ///< all, for pages
+    std::size_t recorded_from_ = 0;  ///< of marks_, the first of the recording that is under way
     std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const std::string>> meshes_;
 
     LiveServer server_; // last: its thread uses all of the above
@@ -144,9 +161,16 @@ void LiveView::View::run(const RunWatch& watch) {
     }
 }
 
-/// What a trial begins inside is not felt: the mouse's hand comes in front of it. Under mutex_.
+/// What a trial begins inside is not felt: the mouse's hand comes in front of it; where a surface
+/// may yield, back to where it was in the air. Under mutex_.
 void LiveView::View::leave_surface() {
-    if (device_.mouse != nullptr && has_last_) device_.mouse->put_at(in_front_of(last_));
+    if (device_.mouse == nullptr || !has_last_) return;
+    if (is_in_the_air(last_))
+        device_.mouse->begin_at(last_.probe);
+    else if (!may_yield(scene_->description()))
+        device_.mouse->begin_at(in_front_of(last_));
+    else if (in_the_air_)
+        device_.mouse->begin_at(*in_the_air_);
 }
 
 /// False: it cannot be kept there. Pages are told so, and the view goes on.
@@ -239,13 +263,24 @@ void LiveView::View::write(const Trace& trace) {
     }
 }
 
+/// Not the last place before a surface: each trial would begin nearer to it than the one before.
+void LiveView::View::note_the_air(const Vec3& probe) {
+    constexpr double kApart_m = 0.5e-3;
+    if (in_the_air_ && glm::distance(probe, later_in_the_air_) <= kApart_m) return;
+    in_the_air_ = in_the_air_ ? later_in_the_air_ : probe;
+    later_in_the_air_ = probe;
+}
+
 void LiveView::View::see(const RunFrame& run) {
     {
         const std::lock_guard lock(mutex_);
         last_ = run.frame;
         has_last_ = true;
+        if (is_in_the_air(last_)) note_the_air(last_.probe);
     }
     server_.add(run.frame);
+    if (device_.device.has_ended() && !std::exchange(end_is_told_, true))
+        tell("the device has ended: nothing moves any more", false);
     const std::uint32_t pressed = run.input.buttons & ~std::exchange(buttons_, run.input.buttons);
     if (!settings_.button_marks || (pressed & kMarking) == 0) return;
     if (const LiveReply reply = drop(fmt::format("button {}", ++presses_), run.frame);

@@ -16,7 +16,13 @@ void PageDevice::aim_at(const Vec3& target) noexcept {
     if (is_finite(target) && glm::length(target) <= kFarthest_m) aimed_.set(target);
 }
 
-void PageDevice::put_at(const Vec3& position) noexcept { placed_.set(position); }
+void PageDevice::begin_at(const Vec3& position) noexcept { begins_at_.set(position); }
+
+void PageDevice::begin() noexcept {
+    if (!begins_at_.take(position_)) return;
+    velocity_ = Vec3{0.0};
+    rests_ = static_cast<int>(std::lround(kRest_s / period_s_));
+}
 
 DeviceProperties PageDevice::properties() const {
     DeviceProperties properties;
@@ -26,8 +32,9 @@ DeviceProperties PageDevice::properties() const {
 
 bool PageDevice::read(DeviceState& state) noexcept {
     aimed_.take(target_);
-    if (placed_.take(position_)) velocity_ = Vec3{0.0};
-    if (reads_ > 0) {
+    if (rests_ > 0) {
+        --rests_;
+    } else if (reads_ > 0) {
         const Vec3 way = target_ - position_;
         const double distance = glm::length(way);
         // As fast as it can still stop in time: v^2 = 2 a d.
@@ -89,12 +96,13 @@ void SteeredDevice::write(const Vec3& force) noexcept {
 }
 
 bool SteeredDevice::read(DeviceState& state) noexcept {
-    const std::uint32_t restarts = restarts_.load(std::memory_order_relaxed);
+    const std::uint32_t restarts = restarts_.load(std::memory_order_acquire);
     const bool begins_again = std::exchange(seen_restarts_, restarts) != restarts;
     if (device_ == nullptr) {
         read_states(state, begins_again);
     } else {
         if (begins_again) ++trial_;
+        if (begins_again && mouse_ != nullptr) mouse_->begin();
         read_device(state);
     }
     if (pressed_.load(std::memory_order_relaxed)) state.buttons |= 1u;

@@ -26,24 +26,32 @@ public:
     /// Where the hand is wanted, m, scene frame; what is not finite, or beyond 1e3 m, is left
     /// alone. From one thread at a time.                                                   [any]
     void aim_at(const Vec3& target) noexcept;
-    /// Rests there (m, scene frame) with the next read(), and goes on to where it is wanted. From
-    /// one thread at a time.                                                               [any]
-    void put_at(const Vec3& position) noexcept;
+    static constexpr double kRest_s = 0.1; ///< where a trial begins: so long the loop may be late
+
+    /// Rests there (m, scene frame) for kRest_s when the next run or trial begins, and goes on to
+    /// where it is wanted. From one thread at a time.                                      [any]
+    void begin_at(const Vec3& position) noexcept;
+    /// A trial begins with the next read().                                               [loop]
+    void begin() noexcept;
 
     DeviceProperties properties() const override;
     /// Its clock begins anew with each run.                                               [setup]
-    void start() override { reads_ = 0; }
+    void start() override {
+        reads_ = 0;
+        begin();
+    }
     bool read(DeviceState& state) noexcept override;
     void write(const Vec3&) noexcept override {}
 
 private:
     Latest<Vec3> aimed_;
-    Latest<Vec3> placed_;
+    Latest<Vec3> begins_at_;
     Vec3 target_;
     Vec3 position_;
     Vec3 velocity_{0.0};
     double period_s_;
     std::uint64_t reads_ = 0;
+    int rests_ = 0; // so many reads
 };
 
 /// A device that a page may freeze and restart while it is read. Everything else is the device's.
@@ -51,8 +59,9 @@ class SteeredDevice final : public HapticDevice {
 public:
     /// Of a device that follows a hand; it must outlive this. Frozen, one with motors counts as
     /// stale, so that its force goes to zero, and the probe of another stays where it is. A restart
-    /// begins a new trial.                                                              [setup]
-    explicit SteeredDevice(HapticDevice& device) : device_(&device) {}
+    /// begins a new trial, with a page's mouse where its begin_at() said.               [setup]
+    explicit SteeredDevice(HapticDevice& device)
+        : device_(&device), mouse_(dynamic_cast<PageDevice*>(&device)) {}
     /// Of states that are known, one each period of `rate_hz`: they begin again, with a new trial,
     /// at their end and at a restart, and stay where they are while frozen. Time goes on within a
     /// run. Throws std::invalid_argument where there are none.                           [setup]
@@ -62,7 +71,7 @@ public:
     void freeze(bool on) noexcept { frozen_.store(on, std::memory_order_relaxed); }
     bool is_frozen() const noexcept { return frozen_.load(std::memory_order_relaxed); } ///< [any]
     /// A new trial with the next state.                                                    [any]
-    void restart() noexcept { restarts_.fetch_add(1, std::memory_order_relaxed); }
+    void restart() noexcept { restarts_.fetch_add(1, std::memory_order_release); }
     /// Button 0 of the page, beside the device's own.                                      [any]
     void press(bool on) noexcept { pressed_.store(on, std::memory_order_relaxed); }
 
@@ -84,6 +93,7 @@ private:
     void read_device(DeviceState& state) noexcept;
 
     HapticDevice* device_ = nullptr; ///< null: of states
+    PageDevice* mouse_ = nullptr;    ///< the same, where it is one
     std::vector<DeviceState> states_;
     double period_s_ = 0.0;
     bool has_motors_ = false;

@@ -105,11 +105,14 @@ std::optional<std::string> color_of_labels(const SurfaceDescription& surface,
     return std::nullopt;
 }
 
-std::string material_in_words(const SceneSurface& surface, const SurfaceDescription& description) {
+std::string material_in_words(const SceneDescription& scene, const SceneSurface& surface,
+                              const SurfaceDescription& description) {
     std::string words = description.material.empty() ? "" : description.material + ", ";
-    words += std::isfinite(description.strength_n)
-                 ? fmt::format("yields above {:.3g} N", description.strength_n)
-                 : std::string("hard");
+    const bool soft = is_soft(scene, description), yields = std::isfinite(description.strength_n);
+    if (soft) words += softness_in_words(scene, description);
+    if (soft && yields) words += ", ";
+    if (yields) words += fmt::format("yields above {:.3g} N", description.strength_n);
+    if (!soft && !yields) words += "hard";
     return words + fmt::format(", contact {}", name(surface.contact));
 }
 
@@ -168,7 +171,7 @@ std::vector<ViewStructure> structures_of(const Scene& scene, VolumeReader& reade
         const std::size_t place = structures.size();
         ViewStructure structure;
         structure.name = surface.name;
-        structure.material = material_in_words(surface, described);
+        structure.material = material_in_words(scene.description(), surface, described);
         structure.color = color_of_labels(described, reader).value_or(structure_color(place));
         structure.bit = place < kMostBits ? static_cast<int>(place) : -1;
         structure.mesh = mesh_of(surface);

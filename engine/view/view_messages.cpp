@@ -327,6 +327,7 @@ json add_frames(Container& container, const ViewFrames& frames) {
     columns["probe_m"] = vector("probe_m", &FrameReport::probe);
     columns["proxy_m"] = vector("proxy_m", &FrameReport::proxy);
     columns["force_n"] = vector("force_n", &FrameReport::force);
+    columns["trial"] = scalar("trial", &FrameReport::trial, std::uint32_t{});
     columns["flags"] = scalar("flags", &FrameReport::flags, std::uint32_t{});
     columns["felt"] = scalar("felt", &FrameReport::surfaces_felt, std::uint32_t{});
     columns["sub_steps"] = scalar("sub_steps", &FrameReport::sub_steps, std::uint32_t{});

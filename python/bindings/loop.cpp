@@ -15,13 +15,14 @@ namespace {
 struct Report {
     FrameReport frame;
     std::shared_ptr<const std::vector<std::string>> felt_names;
+    std::shared_ptr<const std::vector<std::string>> surfaces;
 };
 
 std::string pressed_name(const Report& report) {
     const FrameReport& frame = report.frame;
     const bool is_named =
-        frame.indentation_m > 0.0 && frame.pressed_surface < report.felt_names->size();
-    return is_named ? (*report.felt_names)[frame.pressed_surface] : "";
+        frame.indentation_m > 0.0 && frame.pressed_surface < report.surfaces->size();
+    return is_named ? (*report.surfaces)[frame.pressed_surface] : "";
 }
 
 /// A contact with the name of its surface, and as the surface's body sees it: there the labels are.
@@ -77,7 +78,8 @@ public:
     Loop(const PyScene& scene, const std::optional<std::string>& method,
          std::optional<int> sub_steps, std::optional<double> tolerance_um,
          std::optional<double> budget_us)
-        : scene_(scene.scene), labels_(scene.labels), surfaces_(surface_names(*scene_)),
+        : scene_(scene.scene), labels_(scene.labels),
+          surfaces_(std::make_shared<const std::vector<std::string>>(surface_names(*scene_))),
           felt_names_(std::make_shared<const std::vector<std::string>>(felt_names(*scene_))),
           probe_(scene_->description().loop.rate_hz) {
         const LoopDescription loop =
@@ -91,7 +93,7 @@ public:
         if (new_trial) probe_.begin_trial();
         DeviceState state = probe_.next(position);
         if (time_s) state.time_s = *time_s;
-        return {loop_->frame(state), felt_names_};
+        return {loop_->frame(state), felt_names_, surfaces_};
     }
 
     py::array_t<double> release() { return array_of(loop_->release()); }
@@ -124,14 +126,14 @@ public:
     std::vector<PyTouch> touches() const {
         std::vector<PyTouch> result;
         for (const Touch& touch : loop_->touches())
-            result.push_back({touch, surfaces_.at(touch.surface), labels_,
+            result.push_back({touch, surfaces_->at(touch.surface), labels_,
                               in_body(touch, RigidMap(loop_->pose(touch.surface)))});
         return result;
     }
     std::vector<PyStatus> surface_states() const {
         std::vector<PyStatus> result;
         for (const SurfaceStatus& status : loop_->surface_states())
-            result.push_back({status, surfaces_.at(result.size())});
+            result.push_back({status, surfaces_->at(result.size())});
         return result;
     }
     std::vector<std::string> warnings() {
@@ -189,7 +191,7 @@ public:
         std::erase_if(names, [&](const std::string& name) { return !described.at(name).moves; });
         return names;
     }
-    std::vector<std::string> surfaces() const { return surfaces_; }
+    std::vector<std::string> surfaces() const { return *surfaces_; }
 
 private:
     const Scene& newest_scene() const { return adopted_ ? *adopted_->scene : *scene_; }
@@ -199,7 +201,7 @@ private:
         if (!adopted_) return;
         scene_ = adopted_->scene;
         labels_ = adopted_->labels;
-        surfaces_ = surface_names(*scene_);
+        surfaces_ = std::make_shared<const std::vector<std::string>>(surface_names(*scene_));
         felt_names_ = std::make_shared<const std::vector<std::string>>(felt_names(*scene_));
         adopted_.reset();
     }
@@ -207,7 +209,7 @@ private:
     std::shared_ptr<const Scene> scene_;
     std::optional<PyScene> adopted_; // from the next frame on
     std::shared_ptr<TouchedLabels> labels_;
-    std::vector<std::string> surfaces_;
+    std::shared_ptr<const std::vector<std::string>> surfaces_;
     std::shared_ptr<const std::vector<std::string>> felt_names_;
     ProbeSteps probe_;
     SteadyClock clock_;

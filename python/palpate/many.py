@@ -20,7 +20,7 @@ from palpate import _palpate, _toml
 from palpate._arguments import file_name, integer
 from palpate.errors import ArgumentError, Error, FileError
 from palpate.runs import PathLike
-from palpate.scene import Scene
+from palpate.scene import Scene, _extractor
 from palpate.studies import Study, study
 
 if TYPE_CHECKING:
@@ -162,12 +162,13 @@ def _scene_text(unit: _Unit) -> str:
         raise FileError(f"{unit['file']}: {error}; name a scene file (TOML)") from None
 
 
-def _key(unit: _Unit, text: str) -> str:
-    """Changes with whatever changes the unit's result: its settings and the content of files."""
+def _key(unit: _Unit, text: str, extracts: bool) -> str:
+    """Changes with whatever changes the unit's result: its settings, the content of files, and
+    whether meshes of volumes are made, as the contact is another one without them."""
     files = _palpate.Scene.files(text, os.fsencode(unit["file"]))
     if unit["path"] is not None:
         files.append(os.fsencode(unit["path"]))
-    told = {**unit, "scene": text, "version": _palpate.version}
+    told = {**unit, "scene": text, "version": _palpate.version, "extraction": extracts}
     told["files"] = [_file_hash(file) for file in files]
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
@@ -212,13 +213,20 @@ def _run(unit: _Unit, out: str, cache: str | None, extraction: bool | None) -> s
     try:
         file = Path(out) / _file_name(unit)
         text = _scene_text(unit)
-        key = _key(unit, text)
+        extracts = _extractor(extraction) is not None
+        key = _key(unit, text, extracts)
         kept = _read(file)
         if kept is not None and kept.get("key") == key:
             return None
         scene = Scene.from_text(text, file=unit["file"], cache=cache, extraction=extraction)
         result = study(scene, unit["path"], every=unit["every"], baselines=unit["baselines"])
-        told = {_MARK: _palpate.version, "key": key, "unit": unit, "csv": result.text}
+        told = {
+            _MARK: _palpate.version,
+            "key": key,
+            "extraction": extracts,
+            "unit": unit,
+            "csv": result.text,
+        }
         _write(file, json.dumps(told, indent=1) + "\n")
     except Error as error:
         line = str(error)
@@ -360,21 +368,28 @@ def merge_studies(
 def _merged(units: list[_Unit], folder: Path) -> Studies:
     results: list[Study] = []
     missing = []
+    extracts: set[bool] = set()
     for i, unit in enumerate(units):
         kept = _read(folder / _file_name(unit))
         if (
             kept is None
             or kept.get("unit") != unit
-            or kept.get("key") != _key(unit, _scene_text(unit))
+            or kept.get("key") != _key(unit, _scene_text(unit), bool(kept.get("extraction")))
             or not isinstance(kept.get("csv"), str)
         ):
             missing.append(i)
         else:
             results.append(Study(kept["csv"]))
+            extracts.add(bool(kept.get("extraction")))
     if missing:
         raise Error(
             f"{folder}: has no result of {len(missing)} of {len(units)} units, as of "
             f"units[{missing[0]}] ({_called(units[missing[0]])}); compute them first"
+        )
+    if len(extracts) > 1:
+        raise Error(
+            f"{folder}: some units were computed with extraction and some without, which are other "
+            "contacts; compute all of them alike"
         )
     for name in (_TABLE, _TIMING):
         _require_own(folder / name)

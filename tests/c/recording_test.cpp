@@ -121,6 +121,27 @@ TEST_F(RecordingInC, OfATextIsReadByTheCppInterface) {
     }
 }
 
+// A loop's options are in the ranges of a scene: whoever reads the recording takes them, too.
+TEST_F(RecordingInC, OptionsAtTheEndOfTheirRangeAreReadAgain) {
+    const test::ScenePtr scene = test::parsed(kBall);
+    for (const bool is_paper : {false, true}) {
+        palpate_loop_options options = keeping(400);
+        if (is_paper) {
+            options.method = PALPATE_PAPER;
+            options.budget_us = 1e-4;
+        } else {
+            options.tolerance_um = 1e-7;
+        }
+        const test::LoopPtr loop = test::made(scene, &options);
+        run(loop);
+        std::filesystem::remove(file_);
+        write(loop);
+        expect_the_same_again(scene, 400);
+        const Recording recording = read_recording(file_);
+        EXPECT_NO_THROW(recorded_scene(recording, file_, SceneResources{}));
+    }
+}
+
 TEST_F(RecordingInC, OfADeviceWithMotorsIsTheSameAgain) {
     const test::ScenePtr scene = test::parsed(kBall);
     auto device = sized<palpate_device>();

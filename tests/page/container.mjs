@@ -61,14 +61,14 @@ export function frame(i) {
   const place = radius => out.map((v, axis) => kCenter[axis] + radius * v);
   return {
     time_s: i / 1000, probe_m: place(kRadius - depth), proxy_m: place(isFelt ? kRadius : kRadius - depth),
-    force_n: out.map(v => (isFelt ? v * 1000 * depth : 0)), flags: i === 1500 ? 8 : 0, felt: isFelt ? 1 : 0,
+    force_n: out.map(v => (isFelt ? v * 1000 * depth : 0)), trial: 0, flags: i === 1500 ? 8 : 0, felt: isFelt ? 1 : 0,
     sub_steps: isFelt ? 3 + i % 5 : 1, spent_us: 4.25 + i % 7, late_us: (i * 37) % 50,
   };
 }
 
 const kColumns = {time_s: [Float64Array, 1], probe_m: [Float64Array, 3], proxy_m: [Float64Array, 3], force_n: [Float64Array, 3],
-                  flags: [Uint32Array, 1], felt: [Uint32Array, 1], sub_steps: [Uint32Array, 1], spent_us: [Float32Array, 1],
-                  late_us: [Float32Array, 1]};
+                  trial: [Uint32Array, 1], flags: [Uint32Array, 1], felt: [Uint32Array, 1], sub_steps: [Uint32Array, 1],
+                  spent_us: [Float32Array, 1], late_us: [Float32Array, 1]};
 
 /** Entry "frames" and blobs of frames [first, first + count). */
 export function framesOf(first, count, lost = 0) {

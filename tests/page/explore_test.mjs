@@ -61,10 +61,17 @@ test('an iso-value is chosen and seen, and the scene that is saved is felt there
   const before = await facets(page), otsu = await page.evaluate(() => window.palpate.explore.iso);
   assert.match(await words(page), /Otsu's threshold/);
   assert.equal(await page.evaluate(() => window.palpate.slices.volumes.length), 1);
+  // What a pointer is tried on is made when it first comes, and belongs to what is drawn.
+  const isTargetDrawn = () => page.evaluate(() => {
+    const [surface] = window.palpate.view.surfaces.all;
+    return surface.target.geometry === surface.levels.find(level => level.isHere).geometry;
+  });
+  assert.ok(await isTargetDrawn());
 
   await page.fill('#iso-number', '226');
   await page.press('#iso-number', 'Enter');
   await page.waitForFunction(() => window.palpate.explore.shownIso.value === 226 && window.palpate.explore.shownIso.fine);
+  assert.ok(await isTargetDrawn(), 'after another iso-value');
   assert.notEqual(otsu, 226);
   assert.notEqual(await facets(page), before);
 

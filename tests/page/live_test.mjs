@@ -101,6 +101,19 @@ test('sliders, freeze, restart, record and points send their commands', async ()
   assert.equal(await page.inputValue('input[aria-label="gain of bone"]'), '0.5');
 });
 
+test('a gain that is refused goes back on its slider', async () => {
+  const slider = page.locator('input[aria-label="gain of water"]');
+  const shownGain = () => slider.evaluate(one => [one.value, one.nextSibling.textContent].map(Number));
+  await slider.fill('0.25');
+  assert.equal((await server.next('gain')).value, 0.25);
+  assert.ok(await slider.evaluate(one => one === document.activeElement)); // as a hand leaves it
+  assert.deepEqual(await shownGain(), [0.25, 0.25]);
+  server.send(JSON.stringify({say: 'effect 1 has no gain that may be 0.25', kind: 'error', state: {gains: {0: 0.5}}}));
+  await page.waitForFunction(() => document.getElementById('link').textContent.startsWith('effect 1 has no gain'));
+  assert.deepEqual(await shownGain(), [1, 1]); // as the scene has it
+  assert.equal(await page.inputValue('input[aria-label="gain of bone"]'), '0.5');
+});
+
 test('the mouse moves the hand in the plane of the view, the wheel along it', async () => {
   await page.keyboard.press('Escape');
   await page.locator('#view canvas').focus();
@@ -172,6 +185,25 @@ test('a new run, whose clock begins anew, has its own charts; the table goes on'
   await shown(page, 1009);
   assert.ok(Math.abs(await time() - before - 0.009) < 1e-9); // the first of a run has no frame before it
   assert.equal(await page.evaluate(() => window.palpate.charts.cells[0].chart.data[0][0]), 1);
+});
+
+test('what was touched before a recording began is painted though its frames are forgotten', async () => {
+  server.sendFrames(1400, 50, 0);
+  await page.waitForFunction(() => window.palpate.frames.count === 60);
+  server.sendFrames(1010, 10, 0); // a recording has a clock of its own
+  await page.waitForFunction(() => window.palpate.frames.count === 10);
+  await page.selectOption('#paint', 'touched');
+  // Nearest to the proxy, on each level that is painted; which of them is drawn depends on how fast this machine is.
+  const touched = place => page.evaluate(at => window.palpate.view.surfaces.byId(0).levels.filter(one => one.coverage).some(({coverage}) => {
+    const away = v => Math.hypot(...at.map((mm, axis) => mm - coverage.places[3 * v + axis]));
+    let nearest = 0;
+    for (let v = 1; v < coverage.count; ++v) if (away(v) < away(nearest)) nearest = v;
+    return coverage.isTouched[nearest] === 1;
+  }), place.map((v, axis) => 1000 * (v - kCenter[axis])));
+  assert.ok(await touched(frame(1015).proxy_m), 'now');
+  assert.ok(await touched(frame(1425).proxy_m), 'before');
+  assert.ok(!await touched(frame(1900).proxy_m), 'never');
+  await page.selectOption('#paint', 'none');
 });
 
 test('the page connects again, begins anew, and sends nothing meanwhile', async () => {

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {after, test} from 'node:test';
 import {areasFelt, close, closeBrowser, fileOf, openPage, output, pageText, ready, seek, shown} from './browser.mjs';
-import {container, frame, kCenter, kFrames, kRadius, sphereScene, withData} from './container.mjs';
+import {container, frame, framesOf, kCenter, kFrames, kRadius, sphereScene, withData} from './container.mjs';
 
 const address = fileOf('sphere.html', withData(pageText, sphereScene('playback')));
 const page = await openPage(address);
@@ -123,6 +123,21 @@ test('what is painted is where it was felt', async () => {
   await page.selectOption('#paint', 'none');
 });
 
+test('the legend has the colour that what was touched is painted with', async () => {
+  await page.selectOption('#paint', 'touched');
+  const {painted, swatch} = await page.evaluate(() => {
+    const surface = window.palpate.view.surfaces.byId(0), {isTouched} = surface.paintOf(surface.level);
+    const color = surface.mesh.geometry.getAttribute('color'), v = isTouched.indexOf(1);
+    const key = [...document.querySelectorAll('#legend .key')].find(one => one.textContent === 'painted: touched');
+    return {painted: [color.getX(v), color.getY(v), color.getZ(v)],
+            swatch: getComputedStyle(key.querySelector('.swatch')).backgroundColor.match(/\d+/g).map(Number)};
+  });
+  // A vertex has linear light, a swatch the bytes of sRGB.
+  const bytes = painted.map(c => 255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055));
+  assert.ok(swatch.every((v, i) => Math.abs(v - bytes[i]) < 1), `${swatch} is not ${bytes}`);
+  await page.selectOption('#paint', 'none');
+});
+
 test('structures are hidden, made transparent and cut one by one', async () => {
   await page.uncheck('#show-0');
   await page.locator('input[aria-label="opacity of core"]').fill('0.5');
@@ -227,6 +242,44 @@ test('every control has a name and is reached by Tab', async () => {
   assert.deepEqual(nameless, []);
   const unreached = await page.$$eval('button, input, select, summary, #view canvas', all => all.filter(one => one.tabIndex < 0).length);
   assert.equal(unreached, 0);
+});
+
+test('the path does not join two trials', async () => {
+  const begin = kFrames / 2, {arrays} = framesOf(0, kFrames), step = 0.05; // m, between the trials
+  for (let i = begin; i < kFrames; ++i) {
+    arrays.trial[i] = 1;
+    for (const name of ['probe_m', 'proxy_m']) arrays[name][3 * i + 2] += step;
+  }
+  const trials = await openPage(fileOf('trials.html', withData(pageText, sphereScene('playback', {}, arrays))));
+  await ready(trials);
+  await trials.selectOption('#trail-span', 'all');
+  await trials.waitForFunction(() => window.palpate.look.span === 'all' && window.palpate.shown);
+  const {places, most} = await trials.evaluate(() => ({places: window.palpate.view.trail.places,
+                                                       most: window.palpate.view.trail.segmentsAtMost}));
+  const stride = Math.ceil((kFrames - 1) / most);
+  const place = i => [...arrays.proxy_m.subarray(3 * i, 3 * i + 3)].map(v => 1000 * v);
+  const between = (a, b) => length(a.map((v, axis) => v - b[axis]));
+  let longest = 0;
+  for (let i = 1; i < kFrames; ++i) if (i !== begin) longest = Math.max(longest, between(place(i), place(i - 1)));
+  const segments = Array.from({length: places.length / 6}, (_, i) => [places.slice(6 * i, 6 * i + 3), places.slice(6 * i + 3, 6 * i + 6)]);
+  const lengths = segments.map(([a, b]) => between(a, b));
+  assert.ok(stride * longest < 1000 * step / 10, 'else it says nothing');
+  assert.ok(Math.max(...lengths) <= stride * longest + 1e-9, `${Math.max(...lengths)} mm of ${stride} steps of ${longest} mm`);
+  for (const z of [0, 1000 * step]) // both are there
+    assert.ok(segments.filter(([a]) => Math.abs(a[2] - z) < 1).length > kFrames / stride / 4);
+  await close(trials);
+});
+
+test('frames without a trial, as older commands sent them, are one trial', async () => {
+  const {frames} = framesOf(0, kFrames), {trial, ...columns} = frames.columns;
+  assert.ok(trial);
+  const older = await openPage(fileOf('older.html', withData(pageText, sphereScene('playback', {frames: {...frames, columns}}))));
+  await ready(older);
+  assert.deepEqual(await older.evaluate(() => {
+    const {count, columns} = window.palpate.frames;
+    return [count, columns.trial?.subarray(0, count).every(one => one === 0)];
+  }), [kFrames, true]);
+  await close(older);
 });
 
 const whole = sphereScene('playback');

@@ -188,7 +188,7 @@ class Errors(unittest.TestCase):
             (lambda: palpate.trace(scene, "x.csv", rate_hz=1000), "rate_hz", "leave it out"),
             (lambda: palpate.trace(scene, path, method="best"), "method best", "adaptive"),
             (lambda: palpate.trace(scene, path, sub_steps=4), "sub_steps", "method fixed"),
-            (lambda: palpate.Loop(scene, tolerance_um=-1), "tolerance_um -1", "between"),
+            (lambda: palpate.Loop(scene, tolerance_um=-1), "tolerance_um -1", "(0, 1000]"),
             (lambda: palpate.Loop(scene).set_gain(2, 1), "effect = 2", "[0, 1]"),
             (lambda: palpate.Loop(scene).set_gain(-1, 1), "effect = -1"),
             (lambda: palpate.Loop(scene).set_gain(0, 11), "gain = 11", "[0, 10]"),

@@ -75,6 +75,23 @@ class Loops(unittest.TestCase):
         self.assertAlmostEqual(off.force_n[0], 0.0, places=9)
         self.assertIn("live_gain", palpate.flag_names(off.flags))
 
+    def test_what_is_pressed_is_named_beyond_the_surfaces_that_felt_names(self):
+        scene = cavity(method="adaptive")
+        scene["surface"]["wall"]["stiffness_n_per_mm"] = 0.2
+        scene["effect"] = scene["effect"][:1]
+        scene["volume"]["ball"] = {"analytic": "solid_sphere", "radius_mm": 10}
+        for i in range(65):
+            scene["surface"][f"far{i:02}"] = {"volume": "ball"}
+            scene["effect"].append({"type": "surface", "surface": f"far{i:02}"})
+        made = palpate.Scene(scene)
+        loop = palpate.Loop(made)
+        self.assertEqual(made.surfaces.index("wall"), 65)  # of `felt` there are 64
+        loop.frame([0.049, 0.0, 0.0])
+        for _ in range(20):
+            report = loop.frame([0.052, 0.0, 0.0])
+        self.assertGreater(report.indentation_m, 1e-4)
+        self.assertEqual(report.pressed, "wall")
+
     def test_a_body_pushes_a_held_hand(self):
         moving = cavity()
         name = next(iter(moving["surface"]))

@@ -19,6 +19,7 @@ from support import ROOT, cavity, main, run_python, strokes, write_path
 
 import palpate
 
+CAN_EXTRACT = importlib.util.find_spec("palpate._extraction") is not None
 TABLE, TIMING = "study_many.csv", "study_many_timing.csv"
 FRAMES = 60  # of a path: a unit takes some seconds with it, which method paper needs
 
@@ -121,6 +122,35 @@ class Many(unittest.TestCase):
                 palpate.merge_studies(units, out=folder / "out")
             palpate.study_unit(units, 0, out=folder / "out")
             self.assertNotEqual(first.read_bytes(), before)
+
+    @unittest.skipUnless(CAN_EXTRACT, "this build of the package makes no meshes of volumes")
+    def test_with_extraction_is_another_result_than_without(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            out = folder / "out"
+            write_path(folder / "path.csv", strokes(20), rate_hz=4000.0)
+            common = {
+                "structure": "wall",
+                "scene": with_radius(50.0, rate_hz=4000.0),
+                "path": os.fspath(folder / "path.csv"),
+                "baselines": False,
+            }
+            units = [{"scan": scan, **common} for scan in ("p00", "p01")]
+
+            def texts():
+                return [file.read_text() for file in results_of(out)]
+
+            palpate.study_many(units, out=out, extraction=False)
+            without = texts()
+            palpate.study_unit(units, 0, out=out, extraction=True)
+            self.assertEqual([a == b for a, b in zip(texts(), without)], [False, True])
+            with self.assertRaisesRegex(palpate.Error, "some .* with extraction and some without"):
+                palpate.merge_studies(units, out=out)
+            palpate.study_many(units, out=out)  # where it is there, it is taken
+            extracted = texts()
+            self.assertNotEqual(extracted[1], without[1])
+            palpate.study_many(units, out=out, extraction=True)
+            self.assertEqual(texts(), extracted)  # its times would be others
 
     def test_a_job_array_and_parallel_processes_give_the_same_table(self):
         out = self.folder / "array"

@@ -106,7 +106,8 @@ export class App {
     this.arrived = performance.now();
     const gone = this.frames.runBegin(before) || (this.frames.isFull ? this.frames.count >> 1 : 0);
     if (gone === 0) return;
-    this.takeIn(); // tables and coverage keep what is forgotten; a page in the background draws nothing for minutes
+    this.takeIn(); // tables keep what is forgotten; a page in the background draws nothing for minutes
+    this.takeInPaint(); // also where nothing is painted now
     this.frames.forget(gone);
     this.felt.done -= gone;
     for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages))
@@ -136,7 +137,7 @@ export class App {
     Object.assign(this.state, message.state ?? {});
     if (Array.isArray(this.state.marks) && JSON.stringify(this.state.marks) !== before) this.setMarks(this.state.marks);
     this.explore?.hear(message);
-    this.panels.showState();
+    this.panels.showState(message.kind === 'error');
   }
 
   setConnected(isConnected) {
@@ -217,6 +218,15 @@ export class App {
     this.taken = performance.now();
     this.takenCount = this.frames.count;
     this.shown = undefined;
+  }
+
+  /** Takes frames into what is painted on the levels that were shown. */
+  takeInPaint() {
+    for (const surface of this.view.surfaces.all) {
+      if (surface.structure.bit < 0 || !surface.level) continue;
+      for (const coverage of new Set([...surface.coverages, surface.paintOf(surface.level)]))
+        coverage.update(this.frames, surface.structure.bit, this.felt.period_s, this.view.toView);
+    }
   }
 
   /** The force of the last colour: a round number at or above 99 % of the frames that felt something. */

@@ -12,9 +12,14 @@ export function forceColor(share) {
   return kForce[low].map((value, i) => value + part * (kForce[low + 1][i] - value));
 }
 
+export const kTouchedShare = 0.75; // its colour is that of what was touched, however hard
+
+/** CSS of a colour of three numbers from 0 to 1. */
+export const cssColor = color => `rgb(${color.map(c => Math.round(255 * c)).join(' ')})`;
+
 /** CSS of the colours of forces from left to right. */
 export function forceGradient() {
-  const stops = kForce.map(color => `rgb(${color.map(c => Math.round(255 * c)).join(' ')})`);
+  const stops = kForce.map(cssColor);
   return `linear-gradient(90deg, ${stops.join(', ')})`;
 }
 

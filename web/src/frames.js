@@ -5,7 +5,7 @@ import {DamagedData} from './container.js';
 const kColumns = {
   time_s: ['f64', Float64Array, 1], probe_m: ['f64', Float64Array, 3],
   proxy_m: ['f64', Float64Array, 3], force_n: ['f64', Float64Array, 3],
-  flags: ['u32', Uint32Array, 1], felt: ['u32', Uint32Array, 1],
+  trial: ['u32', Uint32Array, 1], flags: ['u32', Uint32Array, 1], felt: ['u32', Uint32Array, 1],
   sub_steps: ['u32', Uint32Array, 1], spent_us: ['f32', Float32Array, 1],
   late_us: ['f32', Float32Array, 1],
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** The controls and words around the view. */
-import {forceGradient} from './colors.js';
+import {cssColor, forceColor, forceGradient, kTouchedShare} from './colors.js';
 import {kGlyphColors} from './glyphs.js';
 import {kViews, keyList} from './keys.js';
 import {at, make} from './make.js';
@@ -126,7 +126,7 @@ export class Panels {
     if (isTrail) rows.push(make('div', {class: 'keys'}, key('rgb(140 153 168)', 'trail in the air')));
     if (look.paint === 'hardest') rows.push(ramp('Painted: the greatest force', newtons));
     if (look.paint === 'longest') rows.push(ramp('Painted: time', `${readable(most?.longest)} s or more`));
-    if (look.paint === 'touched') rows.push(make('div', {class: 'keys'}, key('rgb(217 79 89)', 'painted: touched')));
+    if (look.paint === 'touched') rows.push(make('div', {class: 'keys'}, key(cssColor(forceColor(kTouchedShare)), 'painted: touched')));
     at('legend').replaceChildren(...rows);
   }
 
@@ -310,7 +310,7 @@ export class Panels {
     at('space-mouse').setAttribute('aria-pressed', String(Boolean(this.usesSpaceMouse)));
   }
 
-  showState() {
+  showState(wasRefused = false) {
     const {app} = this, {state} = app;
     if (!app.hand) return;
     at('hand').hidden = !state.mouse;
@@ -318,9 +318,9 @@ export class Panels {
     at('freeze').setAttribute('aria-pressed', String(Boolean(state.frozen)));
     at('record').setAttribute('aria-pressed', String(Boolean(state.recording)));
     for (const id of ['freeze', 'record', 'restart', 'button']) at(id).disabled = app.isConnected === false;
-    for (const [effect, value] of Object.entries(state.gains ?? {})) {
-      const slider = at('gains').querySelector(`[data-effect="${CSS.escape(effect)}"]`);
-      if (!slider || slider === document.activeElement) continue;
+    for (const slider of at('gains').querySelectorAll('[data-effect]')) {
+      const value = state.gains?.[slider.dataset.effect] ?? 1; // what is not told is as the scene has it
+      if (slider === document.activeElement && !wasRefused) continue;
       slider.value = String(value);
       slider.nextSibling.textContent = readable(value);
     }

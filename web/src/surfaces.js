@@ -2,7 +2,7 @@
 /** The structures' surfaces: levels of detail, colours, transparency, cuts and what is painted on. */
 import * as THREE from 'three';
 import {areaCoverage, vertexCoverage} from './coverage.js';
-import {forceColor, hexColor} from './colors.js';
+import {forceColor, hexColor, kTouchedShare} from './colors.js';
 import {DamagedData} from './container.js';
 
 const kQuantum = 65535; // positions are 16 bits in the box
@@ -99,6 +99,8 @@ class Surface {
     for (const level of this.levels) level.made?.dispose();
     this.levels = [];
     this.level = undefined;
+    this.aimed = undefined;
+    this.area = undefined;
     this.box = structure.box_m;
     for (const level of structure.levels) this.add(level, blob);
     if (this.levels.length === 0) this.mesh.geometry = new THREE.BufferGeometry();
@@ -190,7 +192,7 @@ class Surface {
       });
       const values = kind === 'longest' ? coverage.time_s : coverage.force_n;
       for (let v = 0; v < coverage.count; ++v) {
-        const share = kind === 'touched' ? 0.75 : Math.min(1, values[v] / most[kind]);
+        const share = kind === 'touched' ? kTouchedShare : Math.min(1, values[v] / most[kind]);
         colors.set(coverage.isTouched[v] ? paints[Math.round(64 * share)] : paper, 3 * v);
       }
       if (!geometry.getAttribute('color'))

@@ -65,11 +65,14 @@ export class Trail {
     const stride = Math.max(1, Math.ceil((end - begin) / this.segmentsAtMost));
     const places = [], colors = [];
     const color = new THREE.Color();
-    let before;
+    const {trial} = frames.columns;
+    let before, last = begin; // the frame of the place before
     // Whole strides from the first frame, so that the path does not crawl while it grows.
     for (let i = Math.ceil(begin / stride) * stride; i <= end; i += stride) {
       const place = this.toView(frames.columns.proxy_m.subarray(3 * i, 3 * i + 3));
       const isWhole = place.every(Number.isFinite);
+      if (trial[i] !== trial[last]) before = undefined; // a trial begins elsewhere
+      last = i;
       if (isWhole && before && Math.hypot(...place.map((v, axis) => v - before[axis])) <= kSame_mm) continue; // it rests
       if (isWhole && before) {
         color.setRGB(...this.colorOf(frames, i, by, scale_n), THREE.SRGBColorSpace);

@@ -19,8 +19,9 @@ struct Guide {
                                      ///< Polyline::kMostPoints, scene frame, m, within 1e3
     std::filesystem::path file = {}; ///< CSV file of the points; empty: the scene itself has them
     PolylineEnds ends = PolylineEnds::open; ///< beyond the first and last point
-    double strength_n = 1.0; ///< N, [0, 1e6] or infinite: then the proxy never slips off, and the
-                             ///< guide never lets go. With `volume`: the greatest of `strength`
+    double strength_n =
+        1.0; ///< N, [0, 1e6] or infinite: then the proxy never slips off, and the
+             ///< guide never lets go. With `volume`: not read, as it is the greatest of `strength`
     double capture_m = std::numeric_limits<double>::infinity();
     ///< m, > 0: the guide takes the proxy if it is this near at a frame's start; infinite: always
     std::string volume = {};        ///< of scalars; empty: the strength is the same everywhere

@@ -12,7 +12,7 @@ namespace palpate::effects {
 struct Magnet {
     std::string surface = {}; ///< key of SceneDescription::surfaces
     double strength_n = 0.0;  ///< that it takes to pull the proxy off, N, [0, 1e3]; with `volume`
-                              ///< the greatest of `strength`
+                              ///< not read, as it is the greatest of `strength`
     double capture_m = 1e-3;  ///< it snaps on when the proxy is this near at a frame's start: m,
                               ///< (0, 1]
     std::string volume = {};  ///< of scalars; empty: the strength is the same everywhere

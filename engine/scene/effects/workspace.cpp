@@ -78,7 +78,9 @@ bool overlap(const Workspace& a, const Workspace& b) {
                 .empty();
 }
 
-bool never_yields(const Workspace& effect) { return std::isinf(effect.strength_n); }
+bool never_yields(const Workspace& effect) {
+    return effect.volume.empty() && std::isinf(effect.strength_n);
+}
 
 /// Refuses one that never yields and cannot hold the proxy beside an earlier one.
 void check_overlap(const EffectCheck& check, const Workspace& effect) {

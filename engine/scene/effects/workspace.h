@@ -16,7 +16,8 @@ struct Workspace {
     Vec3 center_m{0.0};    ///< of the ball: m, scene frame, within 1e3
     Box box_m = {};        ///< m, scene frame, within 1e3; with a volume of its own
     double strength_n = std::numeric_limits<double>::infinity();
-    ///< N, [0, 1e6] or infinite: it never yields; with `volume` the greatest of `strength`
+    ///< N, [0, 1e6] or infinite: it never yields; with `volume` not read, as it is the
+    ///< greatest of `strength`
     std::string volume = {};        ///< of scalars; empty: the strength is the same everywhere
     TransferFunction strength = {}; ///< with `volume`: N over its value, [0, 1e6], finite
 

@@ -153,11 +153,6 @@ void check_strength(const FieldCheck& check, const SceneDescription& scene,
     range.or_infinite = false;
     range.ends = Range::Ends::low_open; // at 0 N there would be no surface
     check.function("strength_over_value", surface.strength_over_value, range);
-    if (surface.strength_over_value.strongest() > surface.strength_n)
-        check.fail(
-            "strength_n",
-            fmt::format("= {} is below the strongest of strength_over_value", surface.strength_n),
-            "give the greatest strength that there is");
 }
 
 } // namespace

@@ -4,7 +4,11 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -20,6 +24,7 @@
 #include "tests/support/mesh_text.h"
 #include "tests/support/scripted_clock.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
@@ -197,6 +202,69 @@ TEST(LocalStrength, ASurfaceIsPassedWhereItsStrengthIsNothing) {
             EXPECT_LE(most_n, 0.001 + kTolerance_n);
             EXPECT_LE(last_m, 0.001 / 500.0 + 1e-7);
         }
+    }
+}
+
+// In code strength_n need not be given: it is the greatest of the function, as a file's reader
+// says.
+TEST(LocalStrength, InCodeItIsAsInAFile) {
+    const std::string ball = "[volume.b]\nanalytic = \"solid_sphere\"\nradius_mm = 40\n"
+                             "[surface.s]\nvolume = \"b\"\n";
+    const std::string felt = "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n";
+    const std::string over = "volume = \"b\"\nstrength_n = [[-1, 0.5], [1, 0.5]]\n";
+    struct Case {
+        std::string text;
+        std::function<void(SceneDescription&)> forget; // the number that the reader has found
+    };
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    const std::vector<Case> cases{
+        {ball + felt + "[[effect]]\ntype = \"workspace\"\nbox_mm = [[50, -9, -9], [99, 9, 9]]\n" +
+             over,
+         [](SceneDescription& s) {
+             std::get<effects::Workspace>(s.effects[1].settings).strength_n = kInfinite;
+         }},
+        {ball + felt + "[[effect]]\ntype = \"magnet\"\nsurface = \"s\"\n" + over,
+         [](SceneDescription& s) {
+             std::get<effects::Magnet>(s.effects[1].settings).strength_n = 0.0;
+         }},
+        {ball + felt + "[[effect]]\ntype = \"guide\"\npoints_mm = [[50, 0, 0]]\n" + over,
+         [](SceneDescription& s) {
+             std::get<effects::Guide>(s.effects[1].settings).strength_n = 0.0;
+         }},
+        {ball + "strength_volume = \"b\"\nstrength_n = [[-1, 0.5], [1, 0.5]]\nyield = \"opens\"\n" +
+             felt,
+         [](SceneDescription& s) { s.surfaces.at("s").strength_n = kInfinite; }},
+    };
+    for (const Case& one : cases) {
+        const SceneDescription file = parse_scene(one.text, "x.toml");
+        SceneDescription code = file;
+        one.forget(code);
+        const auto from_file = std::make_shared<const Scene>(file);
+        const auto from_code = std::make_shared<const Scene>(code);
+        EXPECT_EQ(from_code->plan().left_out, from_file->plan().left_out) << one.text;
+        test::ScriptedClock clock;
+        HapticLoop a(from_file, clock), b(from_code, clock);
+        DeviceState state;
+        for (int i = 0; i < 400; ++i) {
+            state.position = {60e-3 - 1e-4 * i, 0.0, 0.0};
+            const FrameReport x = a.frame(state), y = b.frame(state);
+            ASSERT_EQ(x.proxy, y.proxy) << i << one.text;
+            ASSERT_EQ(x.force, y.force) << i << one.text;
+        }
+    }
+    // Contact direct never yields, whatever the number was.
+    SceneDescription direct = parse_scene(cases.back().text, "x.toml");
+    cases.back().forget(direct);
+    direct.surfaces.at("s").contact = ContactKind::direct;
+    direct.surfaces.at("s").triangle_mesh =
+        std::make_shared<TriangleMesh>(test::icosphere(0.04, 3));
+    try {
+        Scene{direct};
+        FAIL() << "it yields at 0.5 N";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("never yields, and its strength_n = 0.5"),
+                  std::string::npos)
+            << error.what();
     }
 }
 

@@ -217,6 +217,18 @@ TEST(TextureScene, WhatATextureCannotBeIsRefusedWithItsLine) {
     EXPECT_TRUE(
         message.starts_with("x.toml:19: [[effect]]: texture: its height of 31 mm is above 30 mm, "))
         << message;
+    // Made in code it has no line.
+    SceneDescription in_code =
+        parse_scene(plate + ball + texture("ball", "volume = \"plate\"\nheight_mm = 31"), "x.toml");
+    for (EffectDescription& effect : in_code.effects)
+        effect.line = 0;
+    try {
+        Scene{in_code};
+        FAIL() << "it is too high";
+    } catch (const std::runtime_error& error) {
+        EXPECT_EQ(std::string(error.what()).find("effects[2]: texture: its height of 31 mm"), 0u)
+            << error.what();
+    }
     // One of 20 mm bears half of that.
     const std::string over_ground = "volume = \"ground\"\nheight_mm = ";
     EXPECT_EQ(complaint(plate + texture("top", over_ground + "9.9")), "");

@@ -18,6 +18,7 @@ inline std::vector<FrameReport> frames_in(const ContainerReader& container) {
     const auto probe = container.column<double>("probe_m", "f64");
     const auto proxy = container.column<double>("proxy_m", "f64");
     const auto force = container.column<double>("force_n", "f64");
+    const auto trial = container.column<std::uint32_t>("trial", "u32");
     const auto flags = container.column<std::uint32_t>("flags", "u32");
     const auto felt = container.column<std::uint32_t>("felt", "u32");
     const auto steps = container.column<std::uint32_t>("sub_steps", "u32");
@@ -33,6 +34,7 @@ inline std::vector<FrameReport> frames_in(const ContainerReader& container) {
             frame.proxy[axis] = proxy.at(at);
             frame.force[axis] = force.at(at);
         }
+        frame.trial = trial.at(i);
         frame.flags = flags.at(i);
         frame.surfaces_felt = felt.at(i);
         frame.sub_steps = steps.at(i);
@@ -55,7 +57,7 @@ inline bool is_as_sent(const FrameReport& frame, const FrameReport& sent) {
     };
     return same(frame.time_s, sent.time_s) && same_place(frame.probe, sent.probe) &&
            same_place(frame.proxy, sent.proxy) && same_place(frame.force, sent.force) &&
-           frame.flags == sent.flags &&
+           frame.trial == sent.trial && frame.flags == sent.flags &&
            static_cast<std::uint32_t>(frame.surfaces_felt) == sent.surfaces_felt &&
            frame.sub_steps == sent.sub_steps && same(rounded(frame.spent_us), sent.spent_us) &&
            same(rounded(frame.late_us), sent.late_us);
@@ -68,6 +70,7 @@ inline std::vector<FrameReport> odd_frames(std::size_t count) {
         const auto n = static_cast<double>(i);
         FrameReport& frame = frames[i];
         frame.frame = i;
+        frame.trial = static_cast<std::uint32_t>(i / 3);
         frame.time_s = 1e-3 * n;
         frame.probe = {0.1 * n / 3.0, -0.0, 5e-324};
         frame.proxy = {1.0 / (n + 1.0), 1.7976931348623157e308, -n};

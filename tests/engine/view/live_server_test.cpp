@@ -36,7 +36,7 @@ protected:
                   std::make_shared<const std::string>(scene_bytes, 's'),
                   [this](const ViewCommand&) {
                       ++asked_;
-                      return LiveReply{};
+                      return refuses_ ? LiveReply{"not here", true} : LiveReply{};
                   }) {}
 
     static LiveServerSettings settings(double taking_s) {
@@ -52,6 +52,7 @@ protected:
     }
 
     std::atomic<int> asked_{0};
+    std::atomic<bool> refuses_{false}; ///< every command
     LiveServer server_;
 };
 using LiveServerTest = Serves;
@@ -222,6 +223,20 @@ TEST_F(LiveServerTest, GarbageIsAnsweredAHundredTimesAndNoMore) {
     }
     EXPECT_EQ(server_.counts().errors, 100u);
     EXPECT_EQ(server_.counts().dropped, 1u);
+}
+
+TEST_F(LiveServerTest, WhatIsRefusedHoweverOftenDropsNoPage) {
+    test::LiveClient client(server_);
+    ASSERT_TRUE(client.open(server_));
+    skip_greeting(client);
+    refuses_ = true;
+    for (int i = 0; i < 110; ++i) {
+        client.send(R"({"do": "gain", "effect": 0, "part": "strength", "value": 0.5})");
+        ASSERT_THAT(client.next(), HasSubstr("not here")) << "command " << i;
+    }
+    EXPECT_EQ(server_.counts().errors, 110u);
+    EXPECT_EQ(server_.counts().dropped, 0u);
+    EXPECT_EQ(server_.counts().open, 1u);
 }
 
 TEST_F(LiveServerTest, AMessageOfAHundredMegabytesIsNotTaken) {

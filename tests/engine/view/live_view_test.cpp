@@ -12,8 +12,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/engine/view/frame_columns.h"
 #include "tests/engine/view/live_client.h"
@@ -24,15 +26,26 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A ball of 30 mm, and a mouse in front of it, felt in a thread of its own.
+/// A ball of 30 mm, and a mouse in front of it or the scene's device, felt in a thread of its own.
 class Ball : public testing::Test {
 protected:
-    Ball() {
+    /// With more lines of the surface's table, and the lines of the device's.
+    explicit Ball(const std::string& of_surface = "", const std::string& of_device = "")
+        : scene_(std::make_shared<const Scene>(parse_scene(
+              "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 30\n[surface.s]\n"
+              "volume = \"v\"\n" +
+                  of_surface + "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n" + of_device,
+              "ball.toml"))) {
+        if (!of_device.empty()) hand_ = make_device(*scene_);
+        HapticDevice& moves = hand_ ? *hand_->device : mouse_;
+        device_.emplace(moves);
         LiveViewSettings settings;
         settings.folder = folder_ / "out";
         settings.run.scheduler = Scheduler::ordinary;
         view_.emplace(scene_, view_document(*scene_, ViewMode::live),
-                      LiveDevice{device_, {}, &mouse_}, settings, "<html></html>");
+                      LiveDevice{*device_, hand_ ? hand_->placement : DevicePlacement(),
+                                 hand_ ? nullptr : &mouse_},
+                      settings, "<html></html>");
         thread_ = std::thread([this] {
             RunWatch watch;
             watch.progress = [this](double, std::string_view) { return goes_on_.load(); };
@@ -77,12 +90,10 @@ protected:
     }
 
     test::TemporaryFolder folder_;
-    std::shared_ptr<const Scene> scene_ = std::make_shared<const Scene>(parse_scene(
-        "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 30\n[surface.s]\nvolume = \"v\"\n"
-        "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
-        "ball.toml"));
+    std::shared_ptr<const Scene> scene_;
     PageDevice mouse_{{0.035, 0.0, 0.0}, 1000.0};
-    SteeredDevice device_{mouse_};
+    std::optional<SceneDevice> hand_; ///< in the mouse's place
+    std::optional<SteeredDevice> device_;
     std::optional<LiveView> view_;
     std::atomic<bool> goes_on_{true};
     std::atomic<bool> is_over_{false};
@@ -200,6 +211,74 @@ TEST_F(LiveViewTest, ATrialThatBeginsAnewWhileTheHandPressesIsFelt) {
     ASSERT_TRUE(is_told("a new trial"));
     ASSERT_TRUE(feels([](const FrameReport& frame) { return frame.surfaces_felt == 0; }));
     EXPECT_TRUE(feels([](const FrameReport& frame) { return frame.force.x > 1.9; }));
+}
+
+/// A surface that a hand gets behind: a trial that begun there would begin inside.
+class GivesWay : public Ball, public testing::WithParamInterface<const char*> {
+protected:
+    GivesWay() : Ball(GetParam()) {}
+};
+using LiveViewOfWhatGivesWay = GivesWay;
+
+TEST_P(LiveViewOfWhatGivesWay, WhatBeginsAnewBeginsInFrontAndIsFelt) {
+    std::uint32_t flags = 0; // of all frames that were looked at
+    FrameReport last;
+    const auto looks_at = [&](const FrameReport& frame) {
+        flags |= frame.flags;
+        last = frame;
+    };
+    const auto is_pressed = [&](const FrameReport& frame) {
+        looks_at(frame);
+        return frame.force.x > 0.7; // soft: 0.8 N over 4 mm; with a strength: 1 N
+    };
+    const auto begins_anew = [&](const FrameReport& frame) {
+        const bool is_new = frame.trial > last.trial || frame.time_s < last.time_s;
+        looks_at(frame);
+        return is_new;
+    };
+    client_->send(kPress);
+    ASSERT_TRUE(feels(is_pressed));
+    // A recording's run begins anew, and so does the one after it. Restarts do not lead nearer and
+    // nearer to the surface.
+    constexpr const char* kRestart = R"({"do": "restart"})";
+    for (const char* command : {kRestart, kRestart, kRestart, R"({"do": "record", "on": true})",
+                                R"({"do": "record", "on": false})", kRestart}) {
+        client_->send(command);
+        ASSERT_TRUE(feels(begins_anew)) << command;
+        EXPECT_GT(glm::length(last.probe), 0.03) << command;
+        ASSERT_EQ(flags & kInsideAtStart, 0u) << command;
+        ASSERT_TRUE(feels(is_pressed)) << command;
+        EXPECT_EQ(flags & kInsideAtStart, 0u) << command;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Surfaces, LiveViewOfWhatGivesWay,
+                         testing::Values("stiffness_n_per_mm = 0.2\n", "strength_n = 1\n"),
+                         [](const auto& surface) {
+                             return std::string(surface.index == 0 ? "Soft" : "Yields");
+                         });
+
+/// The shortest time that a simulated hand may have.
+class HandThatEnds : public Ball {
+protected:
+    HandThatEnds() : Ball("", "[device]\ntype = \"hand\"\nduration_s = 3\n") {}
+};
+using LiveViewOfAHandTest = HandThatEnds;
+
+TEST_F(LiveViewOfAHandTest, PagesAreToldOnceThatTheDeviceHasEnded) {
+    ASSERT_TRUE(is_told("the device has ended"));
+    // Neither with later frames nor with another run, of which there is one with a recording.
+    client_->send(R"({"do": "record", "on": true})");
+    ASSERT_TRUE(is_told("recording to "));
+    for (int i = 0; i < 20; ++i)
+        ASSERT_TRUE(feels([](const FrameReport&) { return true; }));
+    client_->send(R"({"do": "mark", "name": "last"})");
+    int told_again = 0;
+    EXPECT_TRUE(sees([&](const std::string& text, const FrameReport* frame) {
+        told_again += frame == nullptr && text.find("has ended") != std::string::npos ? 1 : 0;
+        return frame == nullptr && text.find("mark last") != std::string::npos;
+    }));
+    EXPECT_EQ(told_again, 0);
 }
 
 TEST_F(LiveViewTest, AFinerMeshComesOnRequest) {

@@ -41,9 +41,27 @@ TEST(PageDevice, LeavesAloneWhatIsNoPlace) {
     for (int i = 0; i < 10; ++i)
         device.read(state);
     EXPECT_EQ(state.position, Vec3(0.01, 0.0, 0.0));
-    device.put_at({0.02, 0.0, 0.0});
+}
+
+// Not with the next read(): until the trial begins the hand would be on its way back.
+TEST(PageDevice, ATrialBeginsWhereItIsSaid) {
+    PageDevice mouse({0.01, 0.0, 0.0}, 1000.0);
+    SteeredDevice device(mouse);
+    DeviceState state;
     device.read(state);
-    EXPECT_LE(glm::length(state.position - Vec3(0.02, 0.0, 0.0)), 1e-5); // 10 m/s^2 for 1 ms
+    mouse.begin_at({0.02, 0.0, 0.0});
+    for (int i = 0; i < 10; ++i)
+        device.read(state);
+    EXPECT_EQ(state.position, Vec3(0.01, 0.0, 0.0));
+    EXPECT_EQ(state.trial, 0U);
+    device.restart();
+    device.read(state);
+    EXPECT_EQ(state.trial, 1U);
+    for (int i = 1; i < 100; ++i) // kRest_s: a loop that is late still begins there
+        device.read(state);
+    EXPECT_EQ(state.position, Vec3(0.02, 0.0, 0.0));
+    device.read(state);
+    EXPECT_LT(state.position.x, 0.02) << "it goes on to where it is wanted";
 }
 
 std::vector<DeviceState> row(int count) {

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -18,11 +19,15 @@
 namespace palpate {
 namespace {
 
-std::shared_ptr<const Scene> cavity() {
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+std::shared_ptr<const Scene> cavity(const std::string& of_surface = "strength_n = 3.0\n") {
     return std::make_shared<const Scene>(
         parse_scene("[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 40\n[surface.wall]\n"
-                    "volume = \"v\"\nstrength_n = 3.0\n[[effect]]\ntype = \"surface\"\n"
-                    "surface = \"wall\"\n",
+                    "volume = \"v\"\n" +
+                        of_surface + "[[effect]]\ntype = \"surface\"\nsurface = \"wall\"\n",
                     "cavity.toml"));
 }
 
@@ -43,6 +48,22 @@ TEST(ViewDocument, OfAFormulaHasItsSurface) {
             EXPECT_NEAR(glm::length(mesh.vertices[vertex]), 0.04, 1e-3 * 1e-3 / 0.04);
     ASSERT_EQ(document.effects.size(), 1u);
     EXPECT_EQ(document.effects[0].name, "wall");
+}
+
+TEST(ViewDocument, SaysOfASurfaceWhatIsFelt) {
+    const auto material = [](const std::string& of_surface) {
+        return view_document(*cavity(of_surface), ViewMode::live).structures.at(0).material;
+    };
+    const std::string coupling = "\n[coupling]\nstiffness_n_per_m = 500\n";
+    const std::string soft = material("stiffness_n_per_mm = 0.2" + coupling);
+    EXPECT_THAT(soft, HasSubstr("soft: 0.2 N/mm"));
+    EXPECT_THAT(soft, Not(HasSubstr("hard")));
+    // What is not softer than the coupling cannot be felt to be soft.
+    const std::string stiff = material("stiffness_n_per_mm = 0.6" + coupling);
+    EXPECT_THAT(stiff, HasSubstr("hard"));
+    EXPECT_THAT(stiff, Not(HasSubstr("soft:")));
+    const std::string both = material("stiffness_n_per_mm = 0.2\nstrength_n = 1" + coupling);
+    EXPECT_THAT(both, AllOf(HasSubstr("soft: 0.2 N/mm"), HasSubstr("yields above 1 N")));
 }
 
 TEST(SceneMessage, SaysWhatThePageExpects) {
@@ -114,6 +135,15 @@ TEST(FramesMessage, TellsHowASoftSurfaceIsPressedIn) {
     EXPECT_EQ(front[0], frames[0].proxy.x) << "where nothing is pressed in, it is the proxy";
     EXPECT_EQ(front[3], frames[1].front.x);
     EXPECT_EQ(front[8], frames[2].proxy.z);
+}
+
+TEST(FramesMessage, HasTheTrialOfEachFrame) {
+    std::vector<FrameReport> frames(3);
+    frames[1].trial = 1;
+    frames[2].trial = 0xffff'ffff;
+    const std::string bytes = frames_message({frames, 0, 0});
+    EXPECT_EQ(test::ContainerReader(bytes).column<std::uint32_t>("trial", "u32"),
+              (std::vector<std::uint32_t>{0, 1, 0xffff'ffff}));
 }
 
 TEST(FramesMessage, CountsWhatWasLost) {
