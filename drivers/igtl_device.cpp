@@ -110,9 +110,9 @@ public:
     Client(IgtlAddress address, const Patience& patience, TransformDevice& tool)
         : address_(std::move(address)), patience_(patience), tool_(tool) {}
     ~Client() {
-        lookup_->leave();
         io_.stop();
-        if (thread_.joinable()) thread_.join();
+        if (thread_.joinable()) thread_.join(); // which may have begun to look up anew
+        lookup_->leave();
     }
     Client(const Client&) = delete;
     Client& operator=(const Client&) = delete;

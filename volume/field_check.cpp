@@ -112,6 +112,10 @@ public:
                 quotient = quotient_at(points_[i], step_m);
             }
             if (is_lost(quotient)) continue; // flat
+            if (step_m > step_m_) {          // beside an edge a long step sees what is beyond it
+                const Vec3 nearer = quotient_at(points_[i], 0.5 * step_m);
+                if (glm::length(nearer - quotient) > kSameSlope * glm::length(quotient)) continue;
+            }
             const double length = glm::length(quotient);
             ++looked_at;
             if (glm::length(samples_[i].slope - quotient) <= kSameSlope * length) continue;

@@ -84,15 +84,19 @@ LockFile open_lock_file(const std::string& path) {
             constexpr mode_t kOfAll = S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH;
             const int opened =
                 ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | create, kOfAll);
-            if (opened < 0) continue;
+            if (opened < 0) continue; // errno stays
             // Whoever comes next has to be able to open it, whatever this user's umask is.
             if (create != 0) static_cast<void>(::fchmod(opened, kOfAll));
             return {file, opened};
         }
+        const int why = errno;
         struct stat there {};
-        if (::lstat(file.c_str(), &there) == 0) // in another folder there would be a second lock
-            throw std::runtime_error(path + ": its lock, " + file +
-                                     ", cannot be opened; remove it, or let this user read it");
+        if (::lstat(file.c_str(), &there) != 0) continue;
+        // In another folder there would be a second lock.
+        const bool is_refused = why == EACCES || why == EPERM || why == ELOOP;
+        throw std::runtime_error(path + ": its lock, " + file + ", cannot be opened (" +
+                                 std::generic_category().message(why) + ")" +
+                                 (is_refused ? "; remove it, or let this user read it" : ""));
     }
     throw std::runtime_error(path + ": no lock file can be made for it; let this user write to "
                                     "/run/lock or /tmp");

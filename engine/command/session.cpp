@@ -3,14 +3,17 @@
 
 #include <cstdio>
 #include <stdexcept>
+#include <system_error>
 
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/engine/record/recording_journal.h>
 #include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/scene/hands.h>
+#include <palpate/engine/text/plain_text.h>
 
 namespace palpate::command {
 namespace {
@@ -22,6 +25,18 @@ bool speaks_always(const DeviceDescription& device) {
     const bool has_model = device.address.find(':') != std::string::npos; // a board: hid:NAME:MODEL
     return device.kind == Kind::plugin || device.kind == Kind::inverse3 ||
            (device.kind == Kind::hid && (has_model || device.address == "spacemouse"));
+}
+
+/// A run in real time into a folder that has a recording, killed.
+void warn_of_later_run(const std::filesystem::path& recording) {
+    const std::filesystem::path journal = RecordingJournal::file_of(recording);
+    std::error_code none, no_journal;
+    const auto whole = std::filesystem::last_write_time(recording, none);
+    const auto cut_off = std::filesystem::last_write_time(journal, no_journal);
+    if (!none && !no_journal && whole < cut_off)
+        tell("palpate: warning: {}: beside it is {}, of a later run that was cut off; give that "
+             "name to look at it\n",
+             plain_text(recording.string()), plain_text(journal.filename().string()));
 }
 
 } // namespace
@@ -47,10 +62,11 @@ SceneOverrides with_devices(SceneOverrides overrides, const std::vector<std::str
 }
 
 std::filesystem::path named_recording(const std::string& named) {
-    const std::filesystem::path file(named);
+    std::filesystem::path file(named);
     std::error_code ignored;
-    return found_recording(std::filesystem::is_directory(file, ignored) ? file / "recording.h5"
-                                                                        : file);
+    if (std::filesystem::is_directory(file, ignored)) file /= "recording.h5";
+    warn_of_later_run(file);
+    return found_recording(file);
 }
 
 void require_one_hand(const SceneDescription& scene) {

@@ -50,20 +50,18 @@ std::string for_a_shell(const std::string& word) {
     return quoted + "'";
 }
 
-/// The command that gives these numbers again, as far as clocks do.
+/// The command that gives these numbers again, as far as clocks do: the options as they were given.
 std::string command_of(const StudyOptions& options) {
-    const std::string frames =
-        options.frames > 0 ? fmt::format(" --frames {}", options.frames) : "";
-    const std::string every = options.every > 1 ? fmt::format(" --every {}", options.every) : "";
-    std::string sweeps;
+    std::string text = "palpate study " + for_a_shell(options.scene);
+    if (options.overrides.hand) text += " --hand " + *options.overrides.hand;
+    if (options.frames > 0) text += fmt::format(" --frames {}", options.frames);
+    if (options.every > 1) text += fmt::format(" --every {}", options.every);
+    if (options.repetitions > 0) text += fmt::format(" --repeat {}", options.repetitions);
+    if (options.quick) text += " --quick";
+    if (options.voxel_mm) text += fmt::format(" --voxel-mm {:g}", *options.voxel_mm);
     for (const std::string& word : options.sweeps)
-        sweeps += " --sweep " + word;
-    const std::string hand = options.overrides.hand ? " --hand " + *options.overrides.hand : "";
-    const std::string voxels =
-        options.voxel_mm ? fmt::format(" --voxel-mm {:g}", *options.voxel_mm) : "";
-    return fmt::format("palpate study {}{}{}{} --repeat {}{}{}{}{}", for_a_shell(options.scene),
-                       hand, frames, every, options.repetitions, options.quick ? " --quick" : "",
-                       voxels, sweeps, options.real_time ? " --real-time" : "");
+        text += " --sweep " + word;
+    return text + (options.real_time ? " --real-time" : "");
 }
 
 /// Single and the paper's method at the clock's pace, with each scheduler.
@@ -147,6 +145,7 @@ IsosurfaceExtractor extracting_once(IsosurfaceExtractor extract) {
 int study(StudyOptions options) {
     if (options.quick && options.frames > 0 && options.repetitions > 0)
         throw UsageError("--quick: --frames and --repeat say all that it stands for; leave it out");
+    const std::string command = command_of(options);
     if (options.quick && options.frames == 0) options.frames = kQuickFrames;
     if (options.repetitions == 0) options.repetitions = options.quick ? kQuickRepetitions : 5;
     const SceneDescription description =
@@ -194,7 +193,7 @@ int study(StudyOptions options) {
     for (const SweepKind kind : sweeps_of(options))
         study.sweeps.push_back(
             run_sweep(kind, scene, inputs, made_with, options.repetitions, clock, progress_bar()));
-    write_study(out.string(), *scene, study, command_of(options));
+    write_study(out.string(), *scene, study, command);
     print(study_table(study));
     const double known_to_um = study.reference ? study.reference->own_error.rms_um : 0.0;
     print(trade_off_table(study.runs, known_to_um));

@@ -175,9 +175,14 @@ std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
         files.push_back(surface.mesh);
     for (const EffectDescription& effect : scene.effects)
         files.push_back(file_of(effect));
-    files.push_back(scene.device.file);
+    const auto add_device = [&](const DeviceDescription& device) {
+        files.push_back(device.kind == DeviceDescription::Kind::recording
+                            ? found_recording(device.file)
+                            : device.file);
+    };
+    add_device(scene.device);
     for (const DeviceDescription& hand : scene.hands)
-        files.push_back(hand.file);
+        add_device(hand);
     std::erase_if(files, [](const std::filesystem::path& file) { return file.empty(); });
     return files;
 }

@@ -421,10 +421,10 @@ Recording chosen(const std::filesystem::path& file, std::vector<Recording> hands
 std::filesystem::path found_recording(const std::filesystem::path& file) {
     std::filesystem::path journal = file;
     journal += internal::kJournalEnding;
-    std::error_code no_journal, no_file;
-    const auto cut_off = std::filesystem::last_write_time(journal, no_journal);
-    const auto whole = std::filesystem::last_write_time(file, no_file);
-    return no_journal || (!no_file && whole >= cut_off) ? file : journal;
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored) || !std::filesystem::exists(journal, ignored))
+        return file;
+    return journal;
 }
 
 bool is_journal(const std::filesystem::path& file) {

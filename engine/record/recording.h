@@ -43,8 +43,8 @@ void write_recordings(const std::filesystem::path& file, std::span<const Recordi
 /// The bytes of a file that has one run, or one hand; `file` is named in messages.       [setup]
 std::string recording_bytes(const std::filesystem::path& file, const Recording& recording);
 
-/// Where a recording is read from: the file or, where it is missing or older, the journal beside it
-/// of a run that was cut off (RecordingJournal).                                         [setup]
+/// Where a recording is read from: the file or, where there is none, the journal beside it of a run
+/// that was cut off (RecordingJournal).                                                  [setup]
 std::filesystem::path found_recording(const std::filesystem::path& file);
 
 /// Whether a file is the journal of a run, which was cut off.                            [setup]

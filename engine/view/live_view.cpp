@@ -55,9 +55,14 @@ Vec3 in_front_of(const FrameReport& pressing) {
     return depth_m == 0.0 ? held : held + out * (kClear_m / depth_m);
 }
 
-bool may_yield(const SceneDescription& scene) {
-    return std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
-                       [](const auto& one) { return std::isfinite(one.second.strength_n); });
+/// Whether the proxy may be within what was felt.
+bool may_yield(const Scene& scene, const FrameReport& frame) {
+    if (frame.surfaces_open != 0) return true;
+    for (std::size_t i = 0; i < scene.surfaces().size(); ++i) {
+        const bool is_felt = i >= kFeltBits || (frame.surfaces_felt >> i & 1U) != 0;
+        if (is_felt && std::isfinite(scene.surfaces()[i].level.strength_n)) return true;
+    }
+    return false;
 }
 
 /// Triangles of the level that a page is sent which asks for `facets` of a structure: few numbers,
@@ -140,7 +145,7 @@ private:
     std::map<std::size_t, double> gains_; ///< that are not 1, by effect
     FrameReport last_;
     bool has_last_ = false;
-    std::optional<Vec3> in_the_air_; ///< where the probe touched nothing, not long ago
+    std::optional<Vec3> in_the_air_; ///< where the probe touched nothing last
     Vec3 later_in_the_air_{0.0};     ///< and where later, kApart_m on
     std::vector<ViewMark> marks_;    ///< all, for pages
     std::size_t recorded_from_ = 0;  ///< of marks_, the first of the recording that is under way
@@ -161,13 +166,13 @@ void LiveView::View::run(const RunWatch& watch) {
     }
 }
 
-/// What a trial begins inside is not felt: the mouse's hand comes in front of it; where a surface
-/// may yield, back to where it was in the air. Under mutex_.
+/// What a trial begins inside is not felt: the mouse's hand comes in front of it; where it yields,
+/// back to where the hand was in the air. Under mutex_.
 void LiveView::View::leave_surface() {
     if (device_.mouse == nullptr || !has_last_) return;
     if (is_in_the_air(last_))
         device_.mouse->begin_at(last_.probe);
-    else if (!may_yield(scene_->description()))
+    else if (!may_yield(*scene_, last_))
         device_.mouse->begin_at(in_front_of(last_));
     else if (in_the_air_)
         device_.mouse->begin_at(*in_the_air_);

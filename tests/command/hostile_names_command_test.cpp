@@ -78,7 +78,7 @@ TEST_F(CommandNames, AStudySaysItsCommandAsAShellTakesIt) {
         run({"study", "a ball's.toml", "--out", "s", "--frames", "20", "--quick"});
     ASSERT_EQ(studied.exit, 0) << studied.err;
     const auto study = nlohmann::json::parse(test::content_of(*this / "s/study.json"));
-    EXPECT_EQ(study["command"], "palpate study 'a ball'\\''s.toml' --frames 20 --repeat 2 --quick");
+    EXPECT_EQ(study["command"], "palpate study 'a ball'\\''s.toml' --frames 20 --quick");
 }
 
 } // namespace

@@ -60,24 +60,30 @@ TEST_F(CommandKilled, ARunInRealTimeLosesAtMostASecondAndTheRestIsReplayedBitFor
     EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
     EXPECT_EQ(run({"replay", "t/recording.h5", "--check"}).times("cut off"), 0u);
 
-    // Killed in a folder that has a recording already: the newer one is what was meant, until
-    // another run is whole.
+    // Killed in a folder that has a recording already, which is what is there to be read.
     const auto later = std::filesystem::last_write_time(*this / "t/recording.h5");
     make("t/recording.h5.part", journal);
     std::filesystem::last_write_time(*this / "t/recording.h5.part", later + std::chrono::hours(1));
-    const test::CommandResult newer = run({"replay", "t"});
-    EXPECT_THAT(newer.err, HasSubstr("its run was cut off"));
-    const test::CommandResult shown = run({"view", "t", "-o", "page.html"});
-    EXPECT_EQ(shown.exit, 0) << shown.err;
+    const test::CommandResult older = run({"replay", "t", "--check"});
+    EXPECT_EQ(older.exit, 0) << older.err;
+    EXPECT_THAT(older.err, HasSubstr("beside it is recording.h5.part, of a later run"));
     const test::CommandResult asap = run({"trace", "ball.toml", "--out", "t"});
     EXPECT_THAT(asap.err, HasSubstr("removed what an earlier run had left: recording.h5.part"));
     EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
-    // One that is older than the recording is passed over.
-    make("t/recording.h5.part", journal);
+    make("t/recording.h5.part", journal); // of an earlier run
     std::filesystem::last_write_time(*this / "t/recording.h5.part",
                                      std::filesystem::last_write_time(*this / "t/recording.h5") -
                                          std::chrono::hours(1));
-    EXPECT_EQ(run({"replay", "t"}).times("cut off"), 0u);
+    EXPECT_EQ(run({"replay", "t"}).times("beside it"), 0u);
+
+    // Alone in its folder it is what the folder has, also as the device of a run into it.
+    std::filesystem::remove(*this / "t/recording.h5");
+    const test::CommandResult shown = run({"view", "t", "-o", "page.html"});
+    EXPECT_EQ(shown.exit, 0) << shown.err;
+    const test::CommandResult again = run(
+        {"trace", "ball.toml", "--out", "t", "--device", "recording:t/recording.h5", "--force"});
+    EXPECT_NE(again.exit, 0);
+    EXPECT_EQ(test::content_of(*this / "t/recording.h5.part"), journal);
 }
 
 } // namespace

@@ -274,7 +274,8 @@ TEST(HidPort, WhereItsLockCannotBeOpenedThereIsNoSecondOne) {
         const ClosedLock lock;
         EXPECT_EQ(message_of([] { HidPort{kPath}; }),
                   kPath + ": its lock, " + lock.file.string() +
-                      ", cannot be opened; remove it, or let this user read it");
+                      ", cannot be opened (Too many levels of symbolic links); remove it, or let "
+                      "this user read it");
         EXPECT_EQ(locks(), std::vector{lock.file});
     }
     EXPECT_NO_THROW(HidPort{kPath});

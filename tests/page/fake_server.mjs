@@ -47,7 +47,7 @@ export class FakeServer {
 
   /** Waits for a command of a kind. */
   async next(kind) {
-    for (let tries = 0; tries < 200; ++tries) {
+    for (let tries = 0; tries < 6000; ++tries) {
       const found = this.commands.find(command => command.do === kind);
       if (found) {
         this.commands = [];
@@ -55,7 +55,7 @@ export class FakeServer {
       }
       await new Promise(done => setTimeout(done, 20));
     }
-    throw new Error(`no command "${kind}" within 4 s, only ${JSON.stringify(this.commands)}`);
+    throw new Error(`no command "${kind}" within 120 s, only ${JSON.stringify(this.commands)}`);
   }
 
   close() {

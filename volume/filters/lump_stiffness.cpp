@@ -39,9 +39,9 @@ Cells cells_of(const LabelVolume& volume, const Inclusion& inclusion, double fin
         points *= along;
         if (points > kMostPoints)
             throw std::invalid_argument(
-                "a lump's " + std::to_string(voxels) +
-                " voxels would be more than 20,000,000 "
-                "pieces for so small a contact; give a larger contact radius, or finer voxels");
+                "a lump of " + std::to_string(voxels) +
+                " voxels would be more than 20,000,000 pieces; give a larger contact radius, or, "
+                "where the voxels are smaller than a quarter of it, a smaller lump");
         pieces[static_cast<std::size_t>(axis)] = static_cast<int>(along);
     }
     const int per_voxel = pieces[0] * pieces[1] * pieces[2];

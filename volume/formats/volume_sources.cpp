@@ -55,7 +55,6 @@ std::vector<std::string> named_files(const std::filesystem::path& header, const 
         if (at == std::string::npos || key_of(line.substr(0, at)) != format.key) continue;
         if (line.compare(at, 2, ":=") == 0) continue; // a remark of an NRRD header
         const std::string value(trimmed(std::string_view(line).substr(at + 1)));
-        if (value.find('%') != std::string::npos) return {value};
         if (!format.ends_with_a_blank && key_of(value) == "local") break;
         listing = format.is_list(value);
         if (!listing) return {value};
@@ -64,21 +63,33 @@ std::vector<std::string> named_files(const std::filesystem::path& header, const 
 }
 
 template <class Iterator>
-std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> files_of(Iterator entry) {
     std::vector<std::filesystem::path> files;
     std::error_code error;
-    for (const auto& entry : Iterator(folder, error))
-        if (entry.is_regular_file(error)) files.push_back(entry.path());
+    for (; entry != Iterator(); entry.increment(error))
+        if (entry->is_regular_file(error)) files.push_back(entry->path());
     std::sort(files.begin(), files.end());
     return files;
 }
 
 std::vector<std::filesystem::path> files_of_folder(const std::filesystem::path& folder) {
-    return files_of<std::filesystem::directory_iterator>(folder);
+    std::error_code error;
+    return files_of(std::filesystem::directory_iterator(folder, error));
 }
 
 std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
-    return files_of<std::filesystem::recursive_directory_iterator>(folder);
+    std::error_code error;
+    return files_of(std::filesystem::recursive_directory_iterator(
+        folder, std::filesystem::directory_options::skip_permission_denied, error));
+}
+
+/// Where a pattern of names as "slice%03d.raw 0 20 1" has its number; npos: it is a name.
+std::size_t number_of_pattern(const std::string& name) {
+    for (std::size_t at = name.find('%'); at != std::string::npos; at = name.find('%', at + 1)) {
+        const std::size_t end = name.find_first_not_of("0123456789", at + 1);
+        if (end != std::string::npos && name[end] == 'd') return at;
+    }
+    return std::string::npos;
 }
 
 } // namespace
@@ -91,12 +102,13 @@ std::vector<std::filesystem::path> source_files(const std::filesystem::path& fil
     const std::filesystem::path ending = file.extension();
     if (ending == ".nrrd" || ending == ".nhdr") names = named_files(file, kNrrd);
     if (ending == ".mha" || ending == ".mhd") names = named_files(file, kMetaImage);
-    if (names.size() == 1 && names.front().find('%') != std::string::npos) {
-        // Rather too many files than one too few.
+    const std::size_t number =
+        names.size() == 1 ? number_of_pattern(names.front()) : std::string::npos;
+    if (number != std::string::npos) { // rather too many files than one too few
         const std::string pattern = names.front();
-        const std::filesystem::path start = pattern.substr(0, pattern.find('%'));
+        const std::filesystem::path start = pattern.substr(0, number);
         const std::filesystem::path folder = start.parent_path();
-        const bool goes_deeper = pattern.find('/', pattern.find('%')) != std::string::npos;
+        const bool goes_deeper = pattern.find('/', number) != std::string::npos;
         const std::filesystem::path whole = std::filesystem::absolute(file).parent_path() / folder;
         names.clear();
         for (const std::filesystem::path& one :

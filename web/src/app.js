@@ -107,7 +107,7 @@ export class App {
     const gone = this.frames.runBegin(before) || (this.frames.isFull ? this.frames.count >> 1 : 0);
     if (gone === 0) return;
     this.takeIn(); // tables keep what is forgotten; a page in the background draws nothing for minutes
-    this.takeInPaint(); // also where nothing is painted now
+    for (const surface of this.view.surfaces.all) surface.forgetFrames(this.look.paint !== 'none');
     this.frames.forget(gone);
     this.felt.done -= gone;
     for (const coverage of this.view.surfaces.all.flatMap(s => s.coverages))
@@ -205,6 +205,7 @@ export class App {
       if (surface.structure.bit < 0 || !surface.level) continue;
       const levels = new Set(this.isOpen ? [surface.coverage] : []); // the first picture does not wait for areas
       if (this.look.paint !== 'none') levels.add(surface.paintOf(surface.level));
+      if (this.isLive && this.isOpen) levels.add(surface.memory); // of what will be forgotten
       for (const coverage of levels)
         coverage.update(this.frames, surface.structure.bit, this.felt.period_s, this.view.toView);
     }
@@ -218,15 +219,6 @@ export class App {
     this.taken = performance.now();
     this.takenCount = this.frames.count;
     this.shown = undefined;
-  }
-
-  /** Takes frames into what is painted on the levels that were shown. */
-  takeInPaint() {
-    for (const surface of this.view.surfaces.all) {
-      if (surface.structure.bit < 0 || !surface.level) continue;
-      for (const coverage of new Set([...surface.coverages, surface.paintOf(surface.level)]))
-        coverage.update(this.frames, surface.structure.bit, this.felt.period_s, this.view.toView);
-    }
   }
 
   /** The force of the last colour: a round number at or above 99 % of the frames that felt something. */

@@ -65,8 +65,10 @@ export function areaCoverage(geometry, radius_mm) {
 /** Coverage of a surface's vertices, to be painted: with less than an edge a proxy between them had none. */
 export function vertexCoverage(geometry, radius_mm) {
   const places = geometry.getAttribute('position').array;
-  const radius = Math.max(kLeastRadius, radius_mm, meanEdge(places, geometry.index.array));
-  return new Coverage(places, undefined, radius);
+  const edge = meanEdge(places, geometry.index.array);
+  const coverage = new Coverage(places, undefined, Math.max(kLeastRadius, radius_mm, edge));
+  coverage.edge_mm = edge;
+  return coverage;
 }
 
 export class Coverage {
@@ -167,6 +169,25 @@ export class Coverage {
       this.touch(place, frames.duration(i, period_s), frames.force(i));
     }
     this.done = frames.count;
+  }
+
+  /** What another coverage of the same surface has taken in, each of its points for those around it. */
+  takeFrom(other) {
+    const within = Math.max(other.edge_mm, this.edge_mm);
+    for (let o = 0; o < other.count; ++o) {
+      if (!other.isTouched[o]) continue;
+      const [x, y, z] = other.places.subarray(3 * o, 3 * o + 3);
+      for (const v of this.near(x, y, z)) {
+        const way = Math.hypot(this.places[3 * v] - x, this.places[3 * v + 1] - y, this.places[3 * v + 2] - z);
+        if (way > within) continue;
+        this.isTouched[v] = 1;
+        this.time_s[v] = Math.max(this.time_s[v], other.time_s[o]);
+        this.force_n[v] = Math.max(this.force_n[v], other.force_n[o]);
+      }
+    }
+    this.longest_s = Math.max(this.longest_s, other.longest_s);
+    this.hardest_n = Math.max(this.hardest_n, other.hardest_n);
+    this.done = other.done;
   }
 
   /** Share of the area that was felt, 0 to 1. */

@@ -158,7 +158,25 @@ class Surface {
 
   /** What is painted on a level, made when it is first asked for. */
   paintOf(level) {
-    return level.coverage ??= vertexCoverage(level.geometry, this.radius_mm);
+    if (!level.coverage) {
+      level.coverage = vertexCoverage(level.geometry, this.radius_mm);
+      if (this.hasForgotten && this.memory !== level.coverage) level.coverage.takeFrom(this.memory);
+    }
+    return level.coverage;
+  }
+
+  /** What was touched since the page is open: on the coarsest level, so that it costs little. */
+  get memory() {
+    const coarsest = this.levels.find(level => level.isHere);
+    return coarsest && this.paintOf(coarsest);
+  }
+
+  /** Frames go. What is not painted now would miss them: it is made from the memory when it is wanted again. */
+  forgetFrames(isPainted) {
+    this.hasForgotten = true;
+    const coarsest = this.levels.find(level => level.isHere);
+    for (const level of this.levels)
+      if (level !== coarsest && !(isPainted && level === this.level)) level.coverage = undefined;
   }
 
   /** The share of the area that was felt: of one level, so that the detail drawn does not change it. */

@@ -309,7 +309,6 @@ private:
 
     /// Nothing where too few of the surface's points are found at that level.
     std::optional<Sample> sample_at(double level) const {
-        if (!(level > range_[0] && level < range_[1])) return std::nullopt;
         const SurfaceShift shift = measure(points_, smoothed_, level);
         if (static_cast<double>(shift.points) < kMinFound * static_cast<double>(points_.size()))
             return std::nullopt;
@@ -327,7 +326,10 @@ private:
     Sample find_other_sign(Sample& from) const {
         double step = std::copysign(kFirstStep * (range_[1] - range_[0]), from.mean_m());
         for (int halvings = 0; halvings < kMostHalvings && from.level + step != from.level;) {
-            const std::optional<Sample> next = sample_at(from.level + step);
+            const double level = from.level + step;
+            const bool is_in_range = level > range_[0] && level < range_[1];
+            const std::optional<Sample> next =
+                is_in_range ? sample_at(level) : std::optional<Sample>();
             if (!next) {
                 step *= 0.5;
                 ++halvings;
