@@ -73,6 +73,15 @@ struct LockFile {
     int opened = -1;
 };
 
+/// A lock's file that is there and does not open, for the reason `why` (errno). In another folder
+/// there would be a second lock.
+std::string why_not_locked(const std::string& path, const std::string& file, int why) {
+    const bool is_refused = why == EACCES || why == EPERM || why == ELOOP;
+    return path + ": its lock, " + file + ", cannot be opened (" +
+           std::generic_category().message(why) + ")" +
+           (is_refused ? "; remove it, or let this user read it" : "");
+}
+
 /// The lock's file is only ever locked, never written: another user's will do. Kernels refuse to
 /// create over another user's file in such folders, so creating comes second.
 LockFile open_lock_file(const std::string& path) {
@@ -92,11 +101,7 @@ LockFile open_lock_file(const std::string& path) {
         const int why = errno;
         struct stat there {};
         if (::lstat(file.c_str(), &there) != 0) continue;
-        // In another folder there would be a second lock.
-        const bool is_refused = why == EACCES || why == EPERM || why == ELOOP;
-        throw std::runtime_error(path + ": its lock, " + file + ", cannot be opened (" +
-                                 std::generic_category().message(why) + ")" +
-                                 (is_refused ? "; remove it, or let this user read it" : ""));
+        throw std::runtime_error(why_not_locked(path, file, why));
     }
     throw std::runtime_error(path + ": no lock file can be made for it; let this user write to "
                                     "/run/lock or /tmp");
