@@ -17,15 +17,17 @@ const without = (...names) => {
 
 /** Moves the hand straight towards a place until something is felt, and then lets it press so deep, m. */
 async function press(page, target_m, depth_m) {
-  const from = await page.evaluate(() => window.palpate.probe());
-  const way = target_m.map((v, i) => v - from[i]), length = Math.hypot(...way);
   await page.evaluate(at_m => window.palpate.send({do: 'probe', at_m}), target_m);
   await isFelt(page);
-  const {proxy} = await at(page);
-  await page.evaluate(at_m => window.palpate.send({do: 'probe', at_m}), proxy.map((v, i) => v + depth_m * way[i] / length));
-  await page.waitForFunction(depth => {
-    const {frames} = window.palpate, i = frames.count - 1;
-    return frames.columns.felt[i] && frames.depth(i) > depth / 2 && frames.depth(i) < 2 * depth;
+  // The proxy is still on its way along the surface, so that a depth is measured from where it comes to rest: again, until it does.
+  await page.waitForFunction(async depth => {
+    const {frames, send} = window.palpate, i = frames.count - 1;
+    if (!frames.columns.felt[i]) return false;
+    if (frames.depth(i) > depth / 2 && frames.depth(i) < 2 * depth) return true;
+    const [probe, proxy] = ['probe_m', 'proxy_m'].map(name => frames.triple(name, i));
+    send({do: 'probe', at_m: proxy.map((v, axis) => v + depth * (probe[axis] - v) / frames.depth(i))});
+    await new Promise(resolve => setTimeout(resolve, 100));
+    return false;
   }, depth_m);
 }
 
