@@ -14,6 +14,7 @@
 #include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/brute_force_queries.h"
+#include "tests/support/effect_lists.h"
 #include "tests/support/mesh_fuzz.h"
 #include "tests/support/odd_meshes.h"
 
@@ -23,18 +24,12 @@ namespace {
 using test::certified;
 using test::ContactLoop;
 using test::one_mesh;
+using test::stepping;
 
 constexpr double kRadius = 0.05; // m
 // Sliding ends where less than this is left of the way, m (CertifiedMesh::tolerance_m at 50 mm),
 // and edges are snapped to within a quarter of it.
 constexpr double kExact = 1.5e-12;
-
-SteppingSettings stepping(SteppingMethod method, int sub_steps = 8) {
-    SteppingSettings settings;
-    settings.method = method;
-    settings.sub_steps = sub_steps;
-    return settings;
-}
 
 Vec3 random_direction(std::mt19937_64& random) {
     std::normal_distribution<double> normal;

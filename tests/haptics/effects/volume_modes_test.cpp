@@ -13,22 +13,17 @@
 #include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/contact_loop.h"
+#include "tests/support/effect_lists.h"
 
 namespace palpate {
 namespace {
 
 using test::ContactLoop;
 using test::one_surface;
+using test::stepping;
 
 constexpr double kStiffness = ContactLoop::kStiffness;
 constexpr double kPeriod = 1e-3; // s, of ContactLoop
-
-SteppingSettings stepping(SteppingMethod method, int sub_steps = 8) {
-    SteppingSettings settings;
-    settings.method = method;
-    settings.sub_steps = sub_steps;
-    return settings;
-}
 
 std::vector<std::unique_ptr<Effect>> only(std::unique_ptr<Effect> effect) {
     std::vector<std::unique_ptr<Effect>> effects;

@@ -13,21 +13,16 @@
 #include <palpate/volume/fields/analytic_fields.h>
 
 #include "tests/support/contact_loop.h"
+#include "tests/support/effect_lists.h"
 
 namespace palpate {
 namespace {
 
 using test::ContactLoop;
 using test::one_surface;
+using test::stepping;
 
 constexpr double kRadius = 0.05; // m
-
-SteppingSettings stepping(SteppingMethod method, int sub_steps = 8) {
-    SteppingSettings settings;
-    settings.method = method;
-    settings.sub_steps = sub_steps;
-    return settings;
-}
 
 /// Pulls the proxy to the probe with nothing in the way, share by share.
 std::vector<Vec3> free_path(const SteppingSettings& settings, double clock_step_us) {
