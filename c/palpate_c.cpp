@@ -112,6 +112,7 @@ palpate::DeviceProperties properties_of(const palpate_device* given) {
     properties.damping_n_s_per_m = device.damping_n_s_per_m;
     properties.position_step_m = device.position_step_m;
     properties.delay_s = device.delay_s;
+    if (device.scale != 0.0) properties.scale = device.scale;
     properties.velocity_source = device.measures_velocity != 0 ? palpate::VelocitySource::device
                                                                : palpate::VelocitySource::positions;
     return properties;

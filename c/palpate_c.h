@@ -310,6 +310,10 @@ typedef struct palpate_device {
     double position_step_m;   /* what its positions are rounded to, m, [0, 1]; 0: they are exact */
     double delay_s; /* from a movement until its force acts, in addition to the frame, s, [0, 1] */
     int32_t measures_velocity; /* not 0: palpate_probe.velocity_m_per_s is used; 0: estimated */
+    double scale; /* metres of the probe per metre of the hand, where the program scales movements,
+                     [0.01, 100]; 0: 1. The numbers above are as the probe meets them: stiffness
+                     and damping divided by it, the step multiplied. What energy and speed are
+                     allowed is the hand's */
 } palpate_device;
 
 /* A member that is 0 takes its value from the scene. */
@@ -340,7 +344,7 @@ void palpate_loop_free(palpate_loop *loop);
 /* The state of a device at one instant, in the scene frame. */
 typedef struct palpate_probe {
     size_t size;
-    double time_s;              /* the device's own time */
+    double time_s;              /* the device's own time; left at 0: it is counted in frames */
     double position_m[3];       /* m */
     double velocity_m_per_s[3]; /* m/s; 0 if the device does not measure it */
     uint32_t trial;             /* a new number restarts the proxy at the probe */

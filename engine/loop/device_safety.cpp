@@ -50,6 +50,12 @@ SafetySettings safety_settings(const LimitsDescription& limits, double rate_hz,
     settings.passivity.stiffness_n_per_m = stiffness_n_per_m;
     settings.passivity.damping_n_s_per_m = device.damping_n_s_per_m;
     settings.passivity.delay_s = device.delay_s;
+    // What a hand may get and how fast it can move is said of the hand; the chain counts in the
+    // scene.
+    settings.fastest_m_per_s *= device.scale;
+    settings.unasked_w *= device.scale;
+    settings.passivity.bank_j *= device.scale;
+    settings.passivity.reserve_j *= device.scale;
     return settings;
 }
 

@@ -27,8 +27,9 @@ SafeCoupling safe_coupling(const CouplingDescription& wanted, double rate_hz,
                            const DeviceProperties& device);
 
 /// Settings of the safety chain for a scene's limits on a device, with the stiffness that is used,
-/// N/m: the smaller of both forces. What effects push of themselves, the loop tells the chain frame
-/// by frame (SafetyChain::expect).                                                      [setup]
+/// N/m: the smaller of both forces. Energies, powers and speeds that are allowed are the hand's:
+/// in the scene they are `device.scale` times as large. What effects push of themselves, the loop
+/// tells the chain frame by frame (SafetyChain::expect). [setup]
 SafetySettings safety_settings(const LimitsDescription& limits, double rate_hz,
                                double stiffness_n_per_m, const DeviceProperties& device);
 

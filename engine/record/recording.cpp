@@ -146,6 +146,8 @@ std::vector<std::string> read_felt_names(const internal::RecordingReader& reader
     return names;
 }
 
+constexpr const char* kScale = "device/scale"; // missing in older ones, whose loops took it for 1
+
 /// The same for the device: numbers of which there is one each.
 template <typename Columns>
 void for_each_device_number(Columns&& column) {
@@ -154,6 +156,7 @@ void for_each_device_number(Columns&& column) {
     column("device/damping_n_s_per_m", "N s/m", &DeviceProperties::damping_n_s_per_m);
     column("device/position_step_m", "m", &DeviceProperties::position_step_m);
     column("device/delay_s", "s", &DeviceProperties::delay_s);
+    column(kScale, "1", &DeviceProperties::scale);
 }
 constexpr const char* kVelocitySource = "device/velocity_source";
 
@@ -178,6 +181,7 @@ DeviceProperties read_device(const internal::RecordingReader& reader, const std:
         return values.front();
     };
     for_each_device_number([&](const char* name, const char*, auto member) {
+        if (std::string_view(name) == kScale && !reader.has(group + name)) return;
         std::vector<double> values;
         reader.read_column(group + name, values);
         device.*member = only(group + name, values);

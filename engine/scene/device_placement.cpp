@@ -81,6 +81,7 @@ DeviceProperties DevicePlacement::to_scene(const DeviceProperties& properties) c
     placed.stiffness_n_per_m = properties.stiffness_n_per_m / settings_.scale; // scale >= 0.01
     placed.damping_n_s_per_m = properties.damping_n_s_per_m / settings_.scale;
     placed.position_step_m = properties.position_step_m * settings_.scale;
+    placed.scale = properties.scale * settings_.scale;
     placed.workspace_m = Box{};
     if (properties.workspace_m.empty()) return placed;
     // R turns axes onto axes: two corners stay corners.

@@ -61,7 +61,8 @@ public:
     /// A place of the scene in the device's frame, m: to_scene() leads back to it.      [setup]
     Vec3 place_in_device(const Vec3& place) const;
 
-    /// What a device declares, as the scene meets it: stiffness and damping / s, lengths s. [setup]
+    /// What a device declares, as the scene meets it: stiffness and damping / s, lengths s, and
+    /// s itself.                                                                        [setup]
     DeviceProperties to_scene(const DeviceProperties& properties) const;
 
     /// "device right = patient left, up = patient superior, towards the user = ...".    [setup]

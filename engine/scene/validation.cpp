@@ -176,6 +176,8 @@ void validate(const DeviceProperties& device) {
     check.number("damping_n_s_per_m", device.damping_n_s_per_m, kNotNegative);
     check.number("position_step_m", device.position_step_m, internal::kPositionStepM);
     check.number("delay_s", device.delay_s, internal::kDeviceDelayS);
+    check.number("scale", device.scale,
+                 {DevicePlacement::kSmallestScale, DevicePlacement::kLargestScale});
     check.choice("velocity_source", device.velocity_source, VelocitySource::device);
     if (device.workspace_m.empty()) return;
     check.triple("workspace_m.lower", device.workspace_m.lower, kFiniteRange);

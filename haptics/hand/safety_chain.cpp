@@ -10,7 +10,6 @@ namespace palpate {
 namespace {
 
 constexpr double kUnaskedMargin = 1.2;   // over forces that act of themselves: calm is above them
-constexpr double kActivePower_w = 0.5;   // a weight of 1 N let down at 0.5 m/s
 constexpr double kRounding = 1.0 + 1e-9; // what some roundings of a length come to, and far more
 constexpr double kSurely = 1.0 - 1e-6;   // of a limit's square: no rounding bridges that
 constexpr double kBelow = 1.0 - 1e-15;   // more than two lengths' roundings, each 4 of 1.1e-16
@@ -28,6 +27,7 @@ const SafetySettings& checked(const SafetySettings& settings) {
     require("safety: stiffen_s", settings.stiffen_s, kPositive);
     require("safety: fade_s", settings.fade_s, kPositive);
     require("safety: fastest_m_per_s", settings.fastest_m_per_s, kPositive);
+    require("safety: unasked_w", settings.unasked_w, kNotNegative);
     return settings;
 }
 
@@ -49,7 +49,7 @@ SafetyChain::SafetyChain(const SafetySettings& settings)
 void SafetyChain::expect(double unasked_n, bool active) noexcept {
     // Written so that what is no number is nothing.
     small_force_n_ = std::max(settings_.small_force_n, kUnaskedMargin * unasked_n);
-    const double own_w = active || unasked_n > 0.0 ? kActivePower_w : 0.0;
+    const double own_w = active || unasked_n > 0.0 ? settings_.unasked_w : 0.0;
     passivity_.allow(std::max(settings_.passivity.active_w, own_w));
 }
 

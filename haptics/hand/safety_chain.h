@@ -32,7 +32,9 @@ struct SafetySettings {
     double stiffen_s = 5.0;        ///< then it takes this long from none to the whole one, s, > 0
     double fade_s = 4e-3;          ///< from the longest force to none after a fault, s, > 0
     double fastest_m_per_s = 10.0; ///< a probe that is faster has jumped, m/s, > 0
-    PassivitySettings passivity;   ///< its period and force are taken from here
+    double unasked_w = 0.5; ///< power that is allowed while effects push of themselves, W, >= 0: a
+                            ///< weight of 1 N let down at 0.5 m/s
+    PassivitySettings passivity; ///< its period and force are taken from here
 
     bool operator==(const SafetySettings&) const = default;
 };

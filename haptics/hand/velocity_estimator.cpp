@@ -41,6 +41,7 @@ struct Door {
 
 const Vec3& VelocityEstimator::update(double time_s, const Vec3& position) noexcept {
     if (!std::isfinite(time_s) || !is_finite(position)) return without_news();
+    time_s = time_of(time_s, position);
     if (count_ > 0 && !(time_s > newest(0).time_s)) {
         older_ = time_s < newest(0).time_s ? older_ + 1 : 0;
         if (older_ <= kMostRepeats) return without_news();
@@ -54,6 +55,21 @@ const Vec3& VelocityEstimator::update(double time_s, const Vec3& position) noexc
     // Positions at the end of the number range, or times next to each other, may overflow.
     velocity_ = is_finite(velocity) ? velocity : Vec3{0.0};
     return velocity_;
+}
+
+/// The device's own time, or a period after the last sample where its clock stands. Samples of two
+/// clocks do not go together: where one takes the other's place, all begins anew.
+double VelocityEstimator::time_of(double time_s, const Vec3& position) noexcept {
+    if (time_s != clock_s_) {
+        if (clock_stands()) restart();
+        clock_s_ = time_s;
+        stands_s_ = 0.0;
+    } else if (position != seen_ && !clock_stands()) {
+        stands_s_ += settings_.period_s;
+        if (clock_stands()) restart();
+    }
+    seen_ = position;
+    return clock_stands() && count_ > 0 ? newest(0).time_s + settings_.period_s : time_s;
 }
 
 const Vec3& VelocityEstimator::without_news() noexcept {

@@ -83,6 +83,7 @@ int main(void) {
     MEMBER(palpate_device, position_step_m);
     MEMBER(palpate_device, delay_s);
     MEMBER(palpate_device, measures_velocity);
+    MEMBER(palpate_device, scale);
     STRUCT(palpate_loop_options);
     MEMBER(palpate_loop_options, device);
     MEMBER(palpate_loop_options, rate_hz);

@@ -132,6 +132,7 @@ void make_loop(Handles& have, Input& input, palpate_error* error) {
         device.force_n = input.length();
         device.position_step_m = input.length();
         device.delay_s = input.length();
+        device.scale = input.length();
         options.device = &device;
     }
     if (input.choice(8) == 0) options.rate_hz = input.take<double>();

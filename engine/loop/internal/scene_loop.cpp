@@ -76,8 +76,8 @@ SceneLoop::SceneLoop(std::shared_ptr<const Scene> scene, Clock& clock, const Loo
       has_motors_(device.force_n > 0.0),
       estimates_velocity_(device.force_n > 0.0 &&
                           device.velocity_source == VelocitySource::positions),
-      velocity_estimator_({device.position_step_m}), period_s_(1.0 / loop.rate_hz),
-      statuses_(*scene_), identities_(surface_identities(*scene_)),
+      velocity_estimator_({.step_m = device.position_step_m, .period_s = 1.0 / loop.rate_hz}),
+      period_s_(1.0 / loop.rate_hz), statuses_(*scene_), identities_(surface_identities(*scene_)),
       surfaces_after_(felt_.contacts.size()) {
     const std::vector<Effect*> customs = pointers(custom_);
     effects_.insert(effects_.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),

@@ -380,6 +380,10 @@ std::vector<std::string> RecordingReader::read_texts(const std::string& name) co
     return texts;
 }
 
+bool RecordingReader::has(const std::string& name) const {
+    return H5Lexists(state_->file.id(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
 std::string RecordingReader::read_text(const std::string& name) const {
     const std::vector<std::string> texts = read_texts(name);
     if (texts.size() != 1) state_->fail("is damaged: data set " + name + " is not one text");

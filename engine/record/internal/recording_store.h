@@ -62,6 +62,8 @@ public:
     /// Refuses numbers that are none.
     void read_column(const std::string& name, std::vector<Freshness>& values) const;
     std::vector<std::string> read_texts(const std::string& name) const;
+    /// Whether there is a data set of this name; of a path every group has to be there, too.
+    bool has(const std::string& name) const;
     /// The only text of a data set.
     std::string read_text(const std::string& name) const;
 

@@ -3,13 +3,18 @@
 #include <palpate/engine/loop/device_safety.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <random>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <palpate/engine/loop/haptic_loop.h>
+#include <palpate/engine/scene/device_placement.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/hand/safety_chain.h>
 
 #include "tests/support/scripted_clock.h"
 
@@ -100,6 +105,62 @@ TEST(SafetySettings, TakeTheSmallerForce) {
     EXPECT_EQ(plain.passivity.active_w, 0.0);
     EXPECT_EQ(safety_settings({9.0, 1500.0}, 500.0, 250.0, motors()).force_n, 8.0);
     EXPECT_EQ(safety_settings(limits, 1000.0, 500.0, {}).feedback, ForceFeedback::none);
+}
+
+// What a hand feels and may get does not depend on how large the scene is to it: the force that is
+// sent is the same, bit for bit where the scale is a power of two. Bank, faults, jumps and effects
+// that push are all met.
+TEST(SafetySettings, AHandIsAllowedTheSameAtEveryScale) {
+    constexpr double kStiffness = 500.0; // N/m at the hand
+    struct Sent {
+        std::vector<Vec3> forces;
+        std::vector<std::uint32_t> flags;
+    };
+    const auto sent_at = [](double scale) {
+        DeviceProperties device = motors(0.03125);
+        device.delay_s = 2.5e-3;
+        const DeviceProperties placed =
+            DevicePlacement({PatientSide::left, PatientSide::superior, Vec3{0.0}, scale})
+                .to_scene(device);
+        SafetyChain chain(safety_settings({}, 1000.0, kStiffness / scale, placed));
+        std::mt19937_64 random(20261127);
+        std::normal_distribution<double> number;
+        Sent sent;
+        Vec3 hand{0.0}, velocity{0.0};
+        for (int frame = 0; frame < 20000; ++frame) {
+            // Now and then what pushes is on, and the hand leaps.
+            chain.expect(frame / 3000 % 2 == 1 ? 0.1 : 0.0, false);
+            velocity =
+                0.99 * velocity + 0.02 * Vec3{number(random), number(random), number(random)};
+            if (frame % 4001 == 4000) velocity = Vec3{12.0, 0.0, 0.0};
+            if (frame % 4001 == 0) velocity = Vec3{0.0};
+            // Faster than any bound of energy can follow, along with the force.
+            const double force_n = frame > 0 ? glm::length(sent.forces.back()) : 0.0;
+            if (frame % 997 >= 994 && force_n > 1.0) velocity = 9.0 / force_n * sent.forces.back();
+            if (frame % 997 == 0) velocity = Vec3{0.0};
+            hand = 0.999 * hand + kPeriod * velocity;
+            // None, so that the chain begins again after a fault; a spring; what gives energy.
+            Vec3 wanted{0.0};
+            if (frame % 500 >= 20)
+                wanted = frame / 500 % 3 == 2 ? 50.0 * velocity : -kStiffness * hand;
+            std::uint32_t flags = 0;
+            sent.forces.push_back(chain.send(wanted, scale * hand, scale * velocity, flags));
+            sent.flags.push_back(flags);
+        }
+        return sent;
+    };
+    const Sent plain = sent_at(1.0);
+    std::uint32_t seen = 0;
+    for (const std::uint32_t flags : plain.flags)
+        seen |= flags;
+    for (const FrameFlag flag : {kProbeJumped, kEnergyBounded, kEnergyExceeded, kSoftened})
+        EXPECT_TRUE(seen & flag) << flag;
+    for (const double scale : {1.0 / 64.0, 0.5, 8.0, 64.0}) {
+        SCOPED_TRACE(scale);
+        const Sent scaled = sent_at(scale);
+        EXPECT_EQ(scaled.forces, plain.forces);
+        EXPECT_EQ(scaled.flags, plain.flags);
+    }
 }
 
 std::shared_ptr<const Scene> ball(const std::string& more = "") {

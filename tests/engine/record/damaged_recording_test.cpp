@@ -173,6 +173,15 @@ TEST_F(RecordingFile, TheFirstVersionIsReadWithWhatItHas) {
     EXPECT_TRUE(same_bits(read_recording(file()), expected));
 }
 
+// Programs before it did not write the scale of a device, and their loops took it for 1.
+TEST_F(RecordingFile, ADeviceWithoutAScaleHasTheScaleOne) {
+    Recording expected = random_recording(20, 16);
+    write_recording(file(), expected);
+    change(file(), [](hid_t h5) { EXPECT_GE(H5Ldelete(h5, "device/scale", H5P_DEFAULT), 0); });
+    expected.device.scale = 1.0;
+    EXPECT_TRUE(same_bits(read_recording(file()), expected));
+}
+
 TEST_F(RecordingFile, AVersionToComeIsRefused) {
     write_recording(file(), random_recording(5, 10));
     change(file(), [](hid_t h5) { set_version(h5, 7); });

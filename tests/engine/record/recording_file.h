@@ -50,6 +50,7 @@ inline Recording random_recording(std::size_t frames, std::uint64_t seed) {
     recording.device.position_step_m = 3e-5;
     recording.device.delay_s = 2e-3;
     recording.device.velocity_source = VelocitySource::device;
+    recording.device.scale = 2.5;
     recording.felt_names = {"bone", "Haut, \"dünn\"", "brain"};
     recording.sources = {{"/data/skull.nhdr", std::string(64, 'a')}, {"/d", std::string(64, '0')}};
     for (std::size_t i = 0; i < frames; ++i) {
@@ -144,7 +145,7 @@ inline bool same_bits(const Recording& a, const Recording& b) {
            a.device.stiffness_n_per_m == b.device.stiffness_n_per_m &&
            a.device.damping_n_s_per_m == b.device.damping_n_s_per_m &&
            a.device.position_step_m == b.device.position_step_m &&
-           a.device.delay_s == b.device.delay_s &&
+           a.device.delay_s == b.device.delay_s && a.device.scale == b.device.scale &&
            a.device.velocity_source == b.device.velocity_source;
     return same && same_bits(a.inputs, b.inputs) && same_bits(a.frames, b.frames) &&
            same_bits(a.touches, b.touches);

@@ -123,6 +123,7 @@ TEST(DevicePlacement, WhatADeviceDeclaresIsMetInTheScene) {
     EXPECT_EQ(placed.stiffness_n_per_m, 1000.0) << "1000 N/m of the scene are 2000 at the hand";
     EXPECT_EQ(placed.damping_n_s_per_m, 0.2);
     EXPECT_EQ(placed.position_step_m, 60e-6);
+    EXPECT_EQ(placed.scale, 2.0);
     EXPECT_EQ(placed.workspace_m.lower, Vec3(-0.4, -0.2, 0.4));
     EXPECT_EQ(placed.workspace_m.upper, Vec3(0.4, 0.2, 1.6));
     device.workspace_m = Box{};
