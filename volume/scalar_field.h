@@ -79,6 +79,13 @@ public:
     /// Where the field can have an isosurface: m, scene frame. Outside, a grid is background. [any]
     virtual Box bounds() const = 0;
 
+    /// Where the isosurface of this level can be, m, scene frame: of a formula whose level lies off
+    /// its own surface more than bounds(). [any]
+    virtual Box bounds_at(double level) const {
+        (void)level;
+        return bounds();
+    }
+
     /// The smallest length on which the gradient turns, m: a grid's smallest spacing, a formula's
     /// smallest radius of curvature. The trust region of a proxy step is half of it. [any]
     virtual double feature_size_m() const noexcept = 0;

@@ -297,7 +297,7 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         wanted.value = [&sampler, level = surface.level](const Vec3& p) {
             return sampler->value(p) - level;
         };
-        wanted.bounds = surface.field->bounds();
+        wanted.bounds = surface.field->bounds_at(surface.level);
         const TriangleMesh preview = surface.grid->preview(surface.level);
         require_affordable(preview, settings.facet_size_m);
         wanted.seeds = choose_seeds(preview, settings.facet_size_m, kSmallestComponentTriangles);

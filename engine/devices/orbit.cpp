@@ -164,7 +164,7 @@ OrbitTarget orbit_target(const ScalarField& field, double level) {
         const double length = glm::length(gradient);
         return length > 0.0 ? -gradient / length : Vec3{0.0};
     };
-    return {field.bounds(),
+    return {field.bounds_at(level),
             [sampler, level](const Vec3& from, const Vec3& to) {
                 return sampler->first_root(from, to, level);
             },

@@ -32,7 +32,7 @@ constexpr int kNodes = 128;            // along the longest side of a formula's 
 
 /// A formula's level where it is, without the ends of the grid that closes it.
 TriangleMesh formula_mesh(const ScalarField& field, double level) {
-    const Box bounds = field.bounds();
+    const Box bounds = field.bounds_at(level);
     const Vec3 extent = bounds.extent();
     const double spacing = std::max({extent.x, extent.y, extent.z}) / (kNodes - 1);
     VoxelVolume volume;
@@ -152,9 +152,11 @@ std::optional<std::vector<LoopPoint>> bridge(const SurfaceScene& mesh, const Loo
     return points;
 }
 
-/// Half way to what is in front of a place, but no farther than the approach.
-Vec3 in_front_of(const TouchPlace& place, const SurfaceScene& mesh, const OrbitTarget& target,
-                 const std::function<bool(const Vec3&)>& is_free) {
+/// Half way to what is in front of a place, but no farther than the approach. Nothing where all of
+/// that is inside: in a fold that is narrower than the mesh shows.
+std::optional<Vec3> in_front_of(const TouchPlace& place, const SurfaceScene& mesh,
+                                const OrbitTarget& target,
+                                const std::function<bool(const Vec3&)>& is_free) {
     constexpr double kLift = 1e-4; // m: a ray that begins on the mesh would meet it at once
     const Vec3 start = place.point + kLift * place.normal;
     const std::optional<SurfaceHit> opposite =
@@ -168,8 +170,11 @@ Vec3 in_front_of(const TouchPlace& place, const SurfaceScene& mesh, const OrbitT
             if (is_free(place.point + far * place.normal)) break;
         }
     // A mesh is not quite where a level is.
-    for (int tries = 0; tries < 4 && target.inside(place.point + distance * place.normal); ++tries)
+    constexpr int kTries = 4;
+    for (int tries = 0; target.inside(place.point + distance * place.normal); ++tries) {
+        if (tries == kTries) return std::nullopt;
         distance *= 0.5;
+    }
     return place.point + distance * place.normal;
 }
 

@@ -270,6 +270,14 @@ std::ptrdiff_t frames_of_preview(std::span<const FrameReport> frames) {
     return first - frames.begin();
 }
 
+/// How many trials begin with a flag, but for the first one.
+std::ptrdiff_t begun_with(FrameFlag flag, std::span<const FrameReport> frames) {
+    std::ptrdiff_t count = 0;
+    for (std::size_t i = 1; i < frames.size(); ++i)
+        count += frames[i].trial != frames[i - 1].trial && (frames[i].flags & flag) != 0;
+    return count;
+}
+
 constexpr std::array<const char*, 3> kOfAllHands{"version", "scene", "machine"};
 
 } // namespace
@@ -277,9 +285,14 @@ constexpr std::array<const char*, 3> kOfAllHands{"version", "scene", "machine"};
 std::vector<std::string> flags_in_words(std::span<const FrameReport> frames) {
     std::vector<std::string> lines;
     for (const FrameFlagText& text : kFrameFlagTexts)
-        if (const auto count = frames_with(text.flag, frames); count > 0)
-            lines.push_back(fmt::format("{} in {} of {} frames: {}", text.name, count,
-                                        frames.size(), text.meaning));
+        if (const auto count = frames_with(text.flag, frames); count > 0) {
+            // What was felt at the end of the trial before is let go of within the limit, too.
+            const auto at_start = text.flag == kForceSlewed ? begun_with(text.flag, frames) : 0;
+            lines.push_back(fmt::format(
+                "{} in {} of {} frames{}: {}", text.name, count, frames.size(),
+                at_start > 0 ? fmt::format(", {} of them where a trial begins", at_start) : "",
+                text.meaning));
+        }
     return lines;
 }
 

@@ -159,7 +159,7 @@ std::optional<Box> extent_of(const SceneDescription& scene, const SceneSurface& 
         return extent;
     }
     const VolumeDescription& volume = scene.volumes.at(scene.surfaces.at(surface.name).volume);
-    if (!is_exact(volume)) return surface.baked.field->bounds();
+    if (!is_exact(volume)) return surface.baked.field->bounds_at(surface.level.level);
     if (volume.analytic != "solid_sphere") return std::nullopt;
     const double radius_m = 1e-3 * volume.parameters.at("radius_mm") - surface.level.level;
     extent.add(Vec3{-radius_m});

@@ -66,7 +66,7 @@ private:
             meshes_.push_back(std::move(mesh));
             return;
         }
-        const Box bounds = surface.baked.field->bounds();
+        const Box bounds = surface.baked.field->bounds_at(surface.level.level);
         box_.add(bounds.lower);
         box_.add(bounds.upper);
         formulas_.push_back({surface.baked.field->make_sampler(), surface.level.level});

@@ -46,7 +46,7 @@ void leave_out_unused(TriangleMesh& mesh) {
 /// the grid's own end there is no surface.
 std::shared_ptr<const TriangleMesh> mesh_of_formula(const ScalarField& field, double level) {
     constexpr int kNodes = 96; // along the longest edge
-    const Box box = field.bounds();
+    const Box box = field.bounds_at(level);
     if (box.empty() || !is_finite(box.lower) || !is_finite(box.upper)) return nullptr;
     const Vec3 extent = box.extent();
     const double spacing_m = std::max({extent.x, extent.y, extent.z}) / (kNodes - 1);

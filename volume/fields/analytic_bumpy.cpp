@@ -76,8 +76,9 @@ struct Bumpy {
 
     std::optional<double> root(const Vec3& from, const Vec3& along, double level) const noexcept;
 
-    Box bounds() const {
-        return internal::centred_cube(internal::kBoundsMargin * (radius + amplitude));
+    Box bounds(double level) const {
+        return internal::centred_cube(internal::kBoundsMargin *
+                                      (radius + amplitude + std::max(level, 0.0)));
     }
 
     /// On a crest of amplitude sin(2 pi x / wavelength) the curvature is amplitude (2 pi /

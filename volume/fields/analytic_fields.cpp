@@ -44,7 +44,9 @@ struct Sphere {
         return std::max(t, 0.0);
     }
 
-    Box bounds() const { return internal::centred_cube(internal::kBoundsMargin * radius); }
+    Box bounds(double level) const {
+        return internal::centred_cube(internal::kBoundsMargin * std::max(radius, radius_at(level)));
+    }
     double feature_size_m() const noexcept { return radius; }
     double patch_cosine() const noexcept { return internal::kSmoothPatch; }
     double typical_slope(double level) const { return radius_at(level) > 0.0 ? 1.0 : 0.0; }
@@ -73,8 +75,8 @@ struct Slab {
         return way / towards;
     }
 
-    Box bounds() const {
-        const double z = std::max(kReach, internal::kBoundsMargin * half);
+    Box bounds(double level) const {
+        const double z = std::max(kReach, internal::kBoundsMargin * std::max(half, half - level));
         return {{-kReach, -kReach, -z}, {kReach, kReach, z}};
     }
     double feature_size_m() const noexcept { return internal::kFlatFeature; }
@@ -116,7 +118,8 @@ struct Wedge {
         return std::nullopt;
     }
 
-    Box bounds() const { return internal::centred_cube(kReach); }
+    /// The faces are |level| from those of the level 0, which meet in the middle.
+    Box bounds(double level) const { return internal::centred_cube(kReach + std::abs(level)); }
     double feature_size_m() const noexcept { return internal::kFlatFeature; }
     double relief_limit_m() const noexcept { return kReach; }
     double patch_cosine() const noexcept { return internal::kFlatPatch; }

@@ -64,8 +64,8 @@ struct Torus {
         return a + *t * (b - a);
     }
 
-    Box bounds() const {
-        const double out = internal::kBoundsMargin * (radius + tube);
+    Box bounds(double level) const {
+        const double out = internal::kBoundsMargin * (radius + std::max(tube, tube - level));
         const double up = out - radius; // the same room above as around
         return {{-out, -out, -up}, {out, out, up}};
     }

@@ -84,6 +84,7 @@ public:
         return std::make_unique<SharingSampler>(common_);
     }
     Box bounds() const override { return common_->field->bounds(); }
+    Box bounds_at(double level) const override { return common_->field->bounds_at(level); }
     double feature_size_m() const noexcept override { return common_->field->feature_size_m(); }
     double relief_limit_m() const noexcept override { return common_->field->relief_limit_m(); }
     double patch_cosine() const noexcept override { return common_->field->patch_cosine(); }

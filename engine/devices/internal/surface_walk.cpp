@@ -68,17 +68,15 @@ SurfaceWalk::SurfaceWalk(Settings settings, std::unique_ptr<ProxyFollower> follo
     : settings_(std::move(settings)), follower_(std::move(follower)),
       step_m_(settings_.speed_m_per_s / settings_.rate_hz) {}
 
-/// A new trial in front of a place.
-bool SurfaceWalk::begin_at(const TouchPlace& place) {
-    if (is_full()) return false;
+/// A new trial.
+void SurfaceWalk::begin_at(const Vec3& start) {
     DeviceState state;
     state.time_s = static_cast<double>(states_.size()) / settings_.rate_hz;
-    state.position = settings_.in_front(place);
+    state.position = start;
     state.trial = states_.empty() ? 0 : states_.back().trial + 1;
     states_.push_back(state);
     if (follower_) follower_->restart(state.position);
     lag_m_ = 0.0;
-    return true;
 }
 
 /// One frame towards a target, as far as the proxy lets it.
@@ -113,7 +111,13 @@ std::size_t SurfaceWalk::add(const std::vector<TouchPlace>& places) {
         return place.point - place.depth_m * place.normal;
     };
     for (std::size_t next = 0; next < places.size();) {
-        if (!begin_at(places[next])) return next;
+        if (is_full()) return next;
+        const std::optional<Vec3> start = settings_.in_front(places[next]);
+        if (!start) {
+            ++next;
+            continue;
+        }
+        begin_at(*start);
         // From free space through the first place, and on over the others.
         std::vector<std::pair<Vec3, double>> corners{
             {states_.back().position, places[next].depth_m}};

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <palpate/drivers/haptic_device.h>
@@ -52,15 +53,16 @@ public:
         double speed_m_per_s = 0.2;
         double rate_hz = 1000.0;
         std::size_t most_frames = 0;
-        /// Where a probe that is to touch a place can begin, m: free space in front of it.
-        std::function<Vec3(const TouchPlace& place)> in_front;
+        /// Where a probe that is to touch a place can begin, m: free space in front of it. Nothing
+        /// where there is none: the place is passed over.
+        std::function<std::optional<Vec3>(const TouchPlace& place)> in_front;
     };
 
     /// The follower may be null: then nobody can say what holds the probe.              [setup]
     SurfaceWalk(Settings settings, std::unique_ptr<ProxyFollower> follower);
 
     /// Goes over places that follow each other without a gap, as a trial of its own; returns how
-    /// many of them it got to: all, unless there was no frame left.                     [setup]
+    /// many of them it got to or passed over: all, unless there was no frame left. [setup]
     std::size_t add(const std::vector<TouchPlace>& places);
 
     bool is_full() const noexcept { return states_.size() >= settings_.most_frames; } ///< [any]
@@ -69,7 +71,7 @@ public:
     std::vector<DeviceState> take() { return std::move(states_); }
 
 private:
-    bool begin_at(const TouchPlace& place);
+    void begin_at(const Vec3& start);
     bool step_to(const Vec3& target, double depth_m);
 
     Settings settings_;

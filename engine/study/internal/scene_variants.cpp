@@ -179,7 +179,7 @@ std::shared_ptr<const TriangleMesh> SceneVariants::mesh_of(const Scene& formula,
     const SceneSurface& surface = formula.surfaces().front();
     const auto sampler = surface.baked.field->make_sampler();
     Isosurface isosurface;
-    isosurface.bounds = surface.baked.field->bounds();
+    isosurface.bounds = surface.baked.field->bounds_at(surface.level.level);
     // What is extracted is a body: of a cavity, whose material has no end, the hollow.
     const Vec3 far = isosurface.bounds.upper + isosurface.bounds.extent();
     const double sign = sampler->value(far) > surface.level.level ? -1.0 : 1.0;

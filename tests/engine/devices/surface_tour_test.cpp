@@ -34,6 +34,10 @@ std::string formula(const std::string& name, const std::string& keys) {
 }
 const std::string kBall = formula("ball", "analytic = \"solid_sphere\"\nradius_mm = 20\n");
 const std::string kRing = formula("ring", "analytic = \"torus\"\nradius_mm = 40\ntube_mm = 8\n");
+// Of radius 20 mm, too: by its level, far from the surface that the formula is named after.
+const std::string kGrownBall =
+    "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 8\n[surface.grown]\nvolume = \"v\"\n"
+    "iso_value = -0.012\n[[effect]]\ntype = \"surface\"\nsurface = \"grown\"\n";
 const std::string kCavity = formula("wall", "analytic = \"sphere_cavity\"\nradius_mm = 30\n");
 
 std::shared_ptr<const Scene> scene_of(const std::string& text) {
@@ -107,7 +111,7 @@ TEST(SurfaceLoops, AreASpacingApartAndGoAroundEveryBranch) {
 
 TEST(SurfaceTour, FeelsTheWholeOfASurface) {
     for (const auto& [text, area_cm2] :
-         {std::pair{kBall, 50.27}, {kRing, 126.3}, {kCavity, 113.1}}) {
+         {std::pair{kBall, 50.27}, {kGrownBall, 50.27}, {kRing, 126.3}, {kCavity, 113.1}}) {
         const auto scene = scene_of(text + "[device]\ntype = \"tour\"\nspacing_mm = 4\n");
         const Trace trace = traced(scene);
         const std::vector<SurfaceCoverage> coverage = tour_coverage(*scene, trace.frames);
@@ -165,6 +169,21 @@ TEST(SurfaceTour, GoesOverEverySurfaceInTurnFromWhereNothingIsFelt) {
     const std::string words = path_in_words({"t", summary.dump(), {}});
     EXPECT_NE(words.find("covered: "), std::string::npos) << words;
     EXPECT_NE(words.find(" of ball ("), std::string::npos) << words;
+}
+
+// Seen in the brain's tour: a trial that began inside, in a fold that its mesh does not show.
+TEST(SurfaceTour, BeginsNowhereWhereThereIsNoFreeSpace) {
+    const auto scene = scene_of(kBall + "[device]\ntype = \"tour\"\nspacing_mm = 4\n");
+    OrbitTarget target = orbit_target(*scene, scene->surfaces()[0]);
+    // All of one side is taken up.
+    target.inside = [inside = target.inside](const Vec3& p) { return p.x > 0.0 || inside(p); };
+    const std::vector<DeviceState> states = make_tour(
+        mesh_of(scene->surfaces()[0]), target, scene->description().device, kRate_hz, 1'000'000);
+    ASSERT_GT(states.size(), 1000u);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        const bool begins = i == 0 || states[i].trial != states[i - 1].trial;
+        ASSERT_TRUE(!begins || !target.inside(states[i].position)) << i;
+    }
 }
 
 TEST(SurfaceTour, IsNoDeeperThanAskedInAnatomy) {

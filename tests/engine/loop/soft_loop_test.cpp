@@ -210,7 +210,9 @@ TEST(SoftLoop, AnotherSceneGoesOnFromTheFrontOfALayer) {
         EXPECT_NEAR(frame.force.z, force_n, 1e-4) << after->surfaces().size();
         const bool still_touched = force_n > 0.0;
         ASSERT_EQ(loop.touches().size(), still_touched ? 1u : 0u);
-        if (still_touched) EXPECT_EQ(loop.touches()[0].phase, Touch::Phase::goes_on);
+        if (still_touched) {
+            EXPECT_EQ(loop.touches()[0].phase, Touch::Phase::goes_on);
+        }
         EXPECT_NEAR(loop.frame(state).force.z, force_n, 1e-4);
     }
 }

@@ -182,6 +182,20 @@ TEST(EffectPlan, FlagsAreToldWithTheirCountAndRemedy) {
     EXPECT_EQ(lines[1].find("primitives_full in 2 of 5 frames: "), 0u);
 }
 
+// A trial of a path begins elsewhere, and the force of the last one is led to its own: that tells
+// nothing of how fast the hand was.
+TEST(EffectPlan, OfForcesHeldBackItIsSaidHowManyAreOfATrialsBeginning) {
+    std::vector<FrameReport> frames(10);
+    frames[0].flags = frames[3].flags = kForceSlewed;
+    EXPECT_EQ(flags_in_words(frames)[0].find("force_slewed in 2 of 10 frames: the force"), 0u);
+    for (std::size_t i = 3; i < frames.size(); ++i)
+        frames[i].trial = 1;
+    frames[4].flags = kForceSlewed;
+    const std::string line = flags_in_words(frames)[0];
+    EXPECT_EQ(line.find("force_slewed in 3 of 10 frames, 1 of them where a trial begins: the"), 0u)
+        << line;
+}
+
 // Seen: two samples in a frame more than the plan said.
 TEST(EffectPlan, SheetsTakeAsManySamplesAsItSaysAtMost) {
     for (const char* kind : {"front_shape", "vortex"}) {

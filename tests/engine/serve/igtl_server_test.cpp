@@ -110,7 +110,9 @@ std::string types_of_next(Client& client, int count, IgtlVersion version) {
         const auto found = client.next();
         if (!found) return types + "!";
         EXPECT_EQ(found->version, version);
-        if (found->type == "TRANSFORM" && version == IgtlVersion::two) EXPECT_EQ(found->id, 3u);
+        if (found->type == "TRANSFORM" && version == IgtlVersion::two) {
+            EXPECT_EQ(found->id, 3u);
+        }
         types += found->type[0];
     }
     std::sort(types.begin(), types.end());

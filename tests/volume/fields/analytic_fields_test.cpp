@@ -342,16 +342,40 @@ TEST(AnalyticFields, TypicalSlopeIsThatOfADistanceOrNothing) {
 TEST(AnalyticFields, BoundsHoldTheSurface) {
     for (const Named& f : all_fields()) {
         if (f.flat) continue; // without end
-        SCOPED_TRACE(f.name + ", seed 7");
-        std::mt19937_64 random(7);
+        const bool cavity = f.name.find("cavity") != std::string::npos;
         const auto sampler = f.field->make_sampler();
-        const Box box = f.field->bounds();
-        for (int n = 0; n < 3000; ++n) {
-            Vec3 p = random_point(random, box);
-            const int axis = static_cast<int>(random() % 3);
-            p[axis] = (random() % 2 == 0 ? box.lower : box.upper)[axis];
-            const bool cavity = f.name.find("cavity") != std::string::npos;
-            ASSERT_EQ(sampler->value(p) > 0.0, cavity);
+        EXPECT_EQ(f.field->bounds_at(0.0).upper, f.field->bounds().upper);
+        // Also a level far off the surface that the formula is named after, on both sides.
+        for (const double level : {0.0, -0.02, 0.02}) {
+            SCOPED_TRACE(f.name + ", seed 7, level " + std::to_string(level));
+            std::mt19937_64 random(7);
+            const Box box = f.field->bounds_at(level);
+            for (int n = 0; n < 3000; ++n) {
+                Vec3 p = random_point(random, box);
+                const int axis = static_cast<int>(random() % 3);
+                p[axis] = (random() % 2 == 0 ? box.lower : box.upper)[axis];
+                ASSERT_EQ(sampler->value(p) > level, cavity);
+            }
+        }
+    }
+}
+
+// Of faces without an end the part that a hand reaches.
+TEST(AnalyticFields, BoundsOfFlatFacesHoldAPartOfThem) {
+    for (const double level : {0.0, -0.3, 0.004}) {
+        SCOPED_TRACE(level);
+        const Box slab = make_slab(0.01)->bounds_at(level);
+        EXPECT_LT(slab.lower.z, -(0.005 - level));
+        EXPECT_GT(slab.upper.z, 0.005 - level);
+        for (const double angle : {10.0, 90.0, 175.0, 300.0}) {
+            const auto wedge = make_wedge(angle);
+            const double half = 0.5 * angle * std::numbers::pi / 180.0;
+            // The foot of the origin on the right face, if that is not beyond the edge.
+            const Vec3 foot = -level * Vec3{std::cos(half), 0.0, std::sin(half)};
+            if (foot.x < 0.0) continue;
+            EXPECT_NEAR(wedge->make_sampler()->value(foot), level, 1e-15) << angle;
+            const Box box = wedge->bounds_at(level);
+            EXPECT_EQ(glm::clamp(foot, box.lower, box.upper), foot) << angle;
         }
     }
 }

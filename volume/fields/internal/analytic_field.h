@@ -11,11 +11,11 @@
 #include <palpate/volume/scalar_field.h>
 
 /// What analytic fields share. A shape is a small copyable struct with
-///   FieldSample sample(const Vec3&), double value(const Vec3&), Box bounds(), double
-///   feature_size_m(), double patch_cosine(), double typical_slope(double level), and
-///   std::optional<double> root(from, along, level): the first root on from + t along, t in [0,1],
-///   to rounding; asked only when the value at `from` is below the level, and for coordinates that
-///   are finite. A shape of flat faces has a double relief_limit_m(), too.
+///   FieldSample sample(const Vec3&), double value(const Vec3&), Box bounds(double
+///   level), double feature_size_m(), double patch_cosine(), double typical_slope(double level),
+///   and std::optional<double> root(from, along, level): the first root on from + t along, t in
+///   [0,1], to rounding; asked only when the value at `from` is below the level, and for
+///   coordinates that are finite. A shape of flat faces has a double relief_limit_m(), too.
 namespace palpate::internal {
 
 /// From the centre of a sphere, the circle or the axis of a torus: nearer than this, m, the
@@ -87,7 +87,8 @@ public:
     std::unique_ptr<FieldSampler> make_sampler() const override {
         return std::make_unique<AnalyticSampler<Shape>>(shape_);
     }
-    Box bounds() const override { return shape_.bounds(); }
+    Box bounds() const override { return shape_.bounds(0.0); }
+    Box bounds_at(double level) const override { return shape_.bounds(level); }
     double feature_size_m() const noexcept override { return shape_.feature_size_m(); }
     double relief_limit_m() const noexcept override {
         if constexpr (requires { shape_.relief_limit_m(); }) return shape_.relief_limit_m();
