@@ -130,7 +130,9 @@ TEST_P(YieldingGroove, HoldsWithNoMoreThanItsStrengthAndIsNotLost) {
             above += now_n > kStrength_n * (1.0 + 1e-6);
         }
         EXPECT_LE(most_n, (one_wall ? 1.5 : 1.1) * kStrength_n);
-        if (!one_wall) EXPECT_LE(above, method == SteppingMethod::adaptive ? 0 : 2);
+        if (!one_wall) {
+            EXPECT_LE(above, method == SteppingMethod::adaptive ? 0 : 2);
+        }
         EXPECT_LE(unfinished, 60); // of the 100 in which the probe moves
         EXPECT_GT(now_n, 0.25 * kStrength_n);
     }
