@@ -344,7 +344,8 @@ void palpate_loop_free(palpate_loop *loop);
 /* The state of a device at one instant, in the scene frame. */
 typedef struct palpate_probe {
     size_t size;
-    double time_s;              /* the device's own time; left at 0: it is counted in frames */
+    double time_s;              /* the device's own time. Always 0: where the velocity is
+                                   estimated, it is by frames, after 50 ms of movement */
     double position_m[3];       /* m */
     double velocity_m_per_s[3]; /* m/s; 0 if the device does not measure it */
     uint32_t trial;             /* a new number restarts the proxy at the probe */

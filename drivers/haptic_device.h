@@ -18,7 +18,7 @@ enum class Freshness : std::uint8_t {
 /// What a haptic device says at one instant, in the device's own frame, SI. The frame of a path,
 /// an orbit or a recording is the scene's.
 struct DeviceState {
-    double time_s = 0.0;       ///< the device's own time; left at 0: it is counted in frames
+    double time_s = 0.0;       ///< the device's own time; always 0: VelocityEstimator counts
     Vec3 position{0.0};        ///< m
     Vec3 velocity{0.0};        ///< m/s; zero where the device knows none
     std::uint32_t trial = 0;   ///< a new number restarts the proxy at the probe
@@ -47,8 +47,8 @@ struct DeviceProperties {
     double delay_s = 0.0; ///< from a movement until the force that answers it is at work, beyond
                           ///< the frame itself: reading, writing, transport, s
     VelocitySource velocity_source = VelocitySource::positions; ///< of one that takes forces
-    double scale = 1.0; ///< m of what the loop computes per m of the hand, [0.01, 100]: the hand
-                        ///< gets 1/scale of the energy that is computed. A driver leaves it at 1
+    double scale = 1.0; ///< m of the scene per m of the hand, [0.01, 100]; a driver leaves it at 1.
+                        ///< Who sets it sets all as the scene meets it: DevicePlacement::to_scene()
 };
 
 /// Anything that has a probe and may take a force. Opened, started, read and written in turn at

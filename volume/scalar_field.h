@@ -76,7 +76,7 @@ public:
     /// A new sampler; the field must outlive it.                                        [setup]
     virtual std::unique_ptr<FieldSampler> make_sampler() const = 0;
 
-    /// Where the field can have an isosurface: m, scene frame. Outside, a grid is background. [any]
+    /// Where isosurfaces can be (a formula's: of level 0), m, scene frame. A grid ends there. [any]
     virtual Box bounds() const = 0;
 
     /// Where the isosurface of this level can be, m, scene frame: of a formula whose level lies off

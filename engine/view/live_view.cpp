@@ -40,9 +40,15 @@ std::filesystem::path free_name(const std::filesystem::path& folder) {
     }
 }
 
+/// Whether a frame looked for surfaces: in one without a place of the hand, or a late one, nothing
+/// is felt wherever the hand is.
+bool is_computed(const FrameReport& frame) {
+    return (frame.flags & (kDeviceStale | kProbeNotFinite)) == 0;
+}
+
+/// Of a frame that was computed.
 bool is_in_the_air(const FrameReport& frame) {
-    return frame.contacts == 0 && frame.surfaces_open == 0 &&
-           (frame.flags & (kInsideAtStart | kProbeNotFinite)) == 0;
+    return frame.contacts == 0 && frame.surfaces_open == 0 && (frame.flags & kInsideAtStart) == 0;
 }
 
 /// In front of the surface that a hand presses. One that yields lets the proxy in as deep as it
@@ -145,10 +151,11 @@ private:
     std::map<std::size_t, double> gains_; ///< that are not 1, by effect
     FrameReport last_;
     bool has_last_ = false;
-    std::optional<Vec3> in_the_air_; ///< where the probe touched nothing last
-    Vec3 later_in_the_air_{0.0};     ///< and where later, kApart_m on
-    std::vector<ViewMark> marks_;    ///< all, for pages
-    std::size_t recorded_from_ = 0;  ///< of marks_, the first of the recording that is under way
+    std::optional<FrameReport> computed_; ///< the last frame of the run that was
+    std::optional<Vec3> in_the_air_;      ///< where the probe touched nothing last
+    Vec3 later_in_the_air_{0.0};          ///< and where later, kApart_m on
+    std::vector<ViewMark> marks_;         ///< all, for pages
+    std::size_t recorded_from_ = 0; ///< of marks_, the first of the recording that is under way
     std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const std::string>> meshes_;
 
     LiveServer server_; // last: its thread uses all of the above
@@ -169,11 +176,11 @@ void LiveView::View::run(const RunWatch& watch) {
 /// What a trial begins inside is not felt: the mouse's hand comes in front of it; where it yields,
 /// back to where the hand was in the air. Under mutex_.
 void LiveView::View::leave_surface() {
-    if (device_.mouse == nullptr || !has_last_) return;
-    if (is_in_the_air(last_))
-        device_.mouse->begin_at(last_.probe);
-    else if (!may_yield(*scene_, last_))
-        device_.mouse->begin_at(in_front_of(last_));
+    if (device_.mouse == nullptr || !computed_) return;
+    if (is_in_the_air(*computed_))
+        device_.mouse->begin_at(computed_->probe);
+    else if (!may_yield(*scene_, *computed_))
+        device_.mouse->begin_at(in_front_of(*computed_));
     else if (in_the_air_)
         device_.mouse->begin_at(*in_the_air_);
 }
@@ -201,6 +208,7 @@ Trace LiveView::View::run_once(const RunWatch& watch, RecordingJournal* journal)
         leave_surface(); // also after a recording
         is_recording_ = is_recording;
         has_last_ = false; // a mark is of the run that it is dropped in
+        computed_.reset();
         recorded_from_ = marks_.size();
         marks_kept_ = 0;
     }
@@ -281,7 +289,10 @@ void LiveView::View::see(const RunFrame& run) {
         const std::lock_guard lock(mutex_);
         last_ = run.frame;
         has_last_ = true;
-        if (is_in_the_air(last_)) note_the_air(last_.probe);
+        if (is_computed(last_)) {
+            computed_ = last_;
+            if (is_in_the_air(last_)) note_the_air(last_.probe);
+        }
     }
     server_.add(run.frame);
     if (device_.device.has_ended() && !std::exchange(end_is_told_, true))

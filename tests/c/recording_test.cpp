@@ -147,11 +147,13 @@ TEST_F(RecordingInC, OfADeviceWithMotorsIsTheSameAgain) {
     auto device = sized<palpate_device>();
     device.force_n = 0.8;
     device.damping_n_s_per_m = 0.1;
+    device.scale = 4.0;
     palpate_loop_options options = keeping(400);
     options.device = &device;
     const test::LoopPtr loop = test::made(scene, &options);
     run(loop);
     write(loop);
+    EXPECT_EQ(read_recording(file_).device.scale, 4.0);
     expect_the_same_again(scene, 400);
 }
 

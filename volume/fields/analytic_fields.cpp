@@ -118,8 +118,13 @@ struct Wedge {
         return std::nullopt;
     }
 
-    /// The faces are |level| from those of the level 0, which meet in the middle.
-    Box bounds(double level) const { return internal::centred_cube(kReach + std::abs(level)); }
+    /// The faces are |level| from those of the level 0, which meet in the middle. Where they begin
+    /// farther off, at their edge, that is what a hand reaches of them.
+    Box bounds(double level) const {
+        if (!(level * cosine > 0.0)) return internal::centred_cube(kReach + std::abs(level));
+        const Vec3 edge{0.0, 0.0, -level / sine};
+        return {edge - kReach, edge + kReach};
+    }
     double feature_size_m() const noexcept { return internal::kFlatFeature; }
     double relief_limit_m() const noexcept { return kReach; }
     double patch_cosine() const noexcept { return internal::kFlatPatch; }

@@ -229,6 +229,8 @@ TEST(LoopFromCode, ChecksHowItRunsAndWhatItRunsOn) {
               "device.delay_s = 5 is out of range; give a number in [0, 1]");
     EXPECT_EQ(with_device([](DeviceProperties& d) { d.position_step_m = 30.0; }),
               "device.position_step_m = 30 is out of range; give a number in [0, 1]");
+    EXPECT_EQ(with_device([](DeviceProperties& d) { d.scale = 0.001; }),
+              "device.scale = 0.001 is out of range; give a number in [0.01, 100]");
     EXPECT_EQ(with_device([](DeviceProperties& d) { d.stiffness_n_per_m = 0.0; }),
               "device.stiffness_n_per_m = 0 is out of range; give a number in (0, inf]");
     EXPECT_EQ(with_device([](DeviceProperties& d) {

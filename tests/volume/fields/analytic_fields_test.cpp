@@ -370,10 +370,10 @@ TEST(AnalyticFields, BoundsOfFlatFacesHoldAPartOfThem) {
         for (const double angle : {10.0, 90.0, 175.0, 300.0}) {
             const auto wedge = make_wedge(angle);
             const double half = 0.5 * angle * std::numbers::pi / 180.0;
-            // The foot of the origin on the right face, if that is not beyond the edge.
-            const Vec3 foot = -level * Vec3{std::cos(half), 0.0, std::sin(half)};
-            if (foot.x < 0.0) continue;
-            EXPECT_NEAR(wedge->make_sampler()->value(foot), level, 1e-15) << angle;
+            // The foot of the origin on the right face; if that is beyond the edge, the edge.
+            Vec3 foot = -level * Vec3{std::cos(half), 0.0, std::sin(half)};
+            if (foot.x < 0.0) foot = {0.0, 0.0, -level / std::sin(half)};
+            EXPECT_NEAR(wedge->make_sampler()->value(foot), level, 1e-13) << angle;
             const Box box = wedge->bounds_at(level);
             EXPECT_EQ(glm::clamp(foot, box.lower, box.upper), foot) << angle;
         }
