@@ -26,8 +26,7 @@ const rgb = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
 test('labels lie over the slices in their colours, each pixel by the label voxel that its middle is in', async () => {
   const seen = new Set();
   await page.evaluate(() => window.palpate.slices.setOpacity(1));
-  // Drawn by the next picture.
-  await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await seek(page, 1499); // drawn with that: of a frame that is shown already nothing is drawn anew
   for (const one of [0, 1, 2])
     for (let y = 3; y < 64; y += 5)
       for (let x = 3; x < 64; x += 5) {
