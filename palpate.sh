@@ -89,7 +89,7 @@ run_tests() {
     say "the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer (build/asan)"
     # Last, so that the last line is ctest's own; a failure above has ended the script with ctest's words too.
     exec ctest --test-dir build/asan --output-on-failure --parallel "$(test_jobs)" \
-        --label-regex '^(geometry|volume|haptics|drivers|engine|fuzz|sanitizers)$'
+        --label-regex '^(geometry|volume|haptics|drivers|engine|c|fuzz|sanitizers)$'
 }
 
 # The options of a benchmark: each measures three times, in turns with the others, so that the spread tells the noise; but for those

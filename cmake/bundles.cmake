@@ -3,9 +3,13 @@
 # Where such a build says that a name is there twice, scripts/bundles.awk has missed that name, and
 # two sources have it in an unnamed namespace: give one of them another.
 
-# palpate_bundle(SOURCES target): replaces the sources in the list SOURCES by bundles of theirs, each of one top-level folder. What
-# has definitions or dependencies of its own stays alone.
+# palpate_bundle(SOURCES target [MOST n]): replaces the sources in the list SOURCES by bundles of theirs, each of one top-level folder
+# and of at most n sources. What has definitions or dependencies of its own, or does without precompiled headers, stays alone.
 function(palpate_bundle list target)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "MOST" "")
+  if(NOT arg_MOST)
+    set(arg_MOST 16)
+  endif()
   set(result "")
   set(sources "")
   set(kinds "")
@@ -14,7 +18,8 @@ function(palpate_bundle list target)
     get_source_file_property(definitions ${source} COMPILE_DEFINITIONS)
     get_source_file_property(depends ${source} OBJECT_DEPENDS)
     get_source_file_property(options ${source} COMPILE_OPTIONS)
-    if(definitions OR depends OR file MATCHES "^${PROJECT_BINARY_DIR}/")
+    get_source_file_property(without_headers ${source} SKIP_PRECOMPILE_HEADERS)
+    if(definitions OR depends OR without_headers OR file MATCHES "^${PROJECT_BINARY_DIR}/")
       list(APPEND result ${source})
       continue()
     endif()
@@ -26,11 +31,11 @@ function(palpate_bundle list target)
   set(folder ${PROJECT_BINARY_DIR}/bundles/${target})
   file(CONFIGURE OUTPUT ${folder}/kinds CONTENT "${kinds}" @ONLY)
   set(headers "")
-  foreach(room IN LISTS palpate_folders ITEMS c)
+  foreach(room IN LISTS palpate_folders ITEMS c tests)
     file(GLOB_RECURSE found RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
     list(APPEND headers ${found})
   endforeach()
-  execute_process(COMMAND awk -v most=16 -f scripts/bundles.awk ${folder}/kinds ${headers} ${sources}
+  execute_process(COMMAND awk -v most=${arg_MOST} -f scripts/bundles.awk ${folder}/kinds ${headers} ${sources}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE rows COMMAND_ERROR_IS_FATAL ANY)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/bundles.awk ${sources})
 

@@ -53,6 +53,7 @@ is_header {
     open_names[FILENAME] = open_names[FILENAME] " " within line
 }
 /^(public|private|protected):$/ || /^using / { next }
+/^(TYPED_)?(TEST|INSTANTIATE)[A-Z_]*\(/ { next } # one program has each test once
 !unnamed && /^[A-Za-z].* [*&]?[a-z_0-9]+\(/ {
     match($0, /[a-z_0-9]+\(/)
     open_names[FILENAME] = open_names[FILENAME] " " within substr($0, RSTART, RLENGTH - 1)

@@ -26,17 +26,17 @@ namespace {
 using test::ContactLoop;
 using test::memoryless;
 using test::one_surface;
-using test::stepping;
+using test::stepping_of;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 class HardFields : public testing::TestWithParam<SteppingMethod> {
 protected:
     std::unique_ptr<ContactLoop> felt(test::Surfaces surfaces) const {
-        return test::loop_of(stepping(GetParam()), std::move(surfaces));
+        return test::loop_of(stepping_of(GetParam()), std::move(surfaces));
     }
     std::unique_ptr<ContactLoop> felt(test::Effects effects) const {
-        return test::loop_of(stepping(GetParam()), {}, std::move(effects));
+        return test::loop_of(stepping_of(GetParam()), {}, std::move(effects));
     }
 };
 INSTANTIATE_TEST_SUITE_P(Every, HardFields, testing::ValuesIn(test::kEveryMethod),

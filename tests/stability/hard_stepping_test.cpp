@@ -20,7 +20,7 @@ using test::ContactLoop;
 using test::Felt;
 using test::felt_cavity;
 using test::kCavity;
-using test::stepping;
+using test::stepping_of;
 
 constexpr double kCertificate = 25e-6; // m, default of LevelSettings
 
@@ -53,9 +53,9 @@ INSTANTIATE_TEST_SUITE_P(Every, HardStepping,
 // closest point in 25 frames. A memoryless plane is met only by the sub-step that is already behind
 // the wall: it ends no more than a share of the jump deep, which is all of it with one evaluation.
 TEST_P(HardStepping, AJumpOf100MillimetresEndsAtTheWall) {
-    auto loop = felt_cavity(felt(), stepping(method()));
+    auto loop = felt_cavity(felt(), stepping_of(method()));
     if (felt() == Felt::memoryless)
-        loop = test::loop_of(stepping(method()), {},
+        loop = test::loop_of(stepping_of(method()), {},
                              test::memoryless(make_sphere_cavity(kCavity), test::hard_from_zero()));
     loop->start({-0.045, 0.01, 0.0});
     const Vec3 probe{0.055, 0.002, 0.0};
@@ -144,9 +144,9 @@ TEST_P(HardStepping, TenTimesTheSpeedIsHeldAsWell) {
     constexpr double kDepth = 2e-3, kFast = 2e-3; // m, m per frame
     constexpr int kFrames = 100;
     const Stroke slow =
-        stroke(*pressed(felt(), stepping(method()), kDepth), 0.1 * kFast, kDepth, kFrames);
+        stroke(*pressed(felt(), stepping_of(method()), kDepth), 0.1 * kFast, kDepth, kFrames);
     const Stroke fast =
-        stroke(*pressed(felt(), stepping(method()), kDepth), kFast, kDepth, kFrames);
+        stroke(*pressed(felt(), stepping_of(method()), kDepth), kFast, kDepth, kFrames);
     const int shares = method() == SteppingMethod::single ? 1 : test::kShares;
     const double way = kFast * kCavity / (kCavity + kDepth);
     const double sagitta = way * way / (2.0 * kCavity); // 37 um
@@ -171,7 +171,7 @@ TEST_P(HardStepping, TenTimesTheSpeedIsHeldAsWell) {
 // A held probe means a held proxy, to the bit, once the steps towards it have become rounding: each
 // evaluation leaves depth / radius = 0.04 of what was left.
 TEST_P(HardStepping, AHeldProbeMovesNoBit) {
-    auto loop = pressed(felt(), stepping(method()), 2e-3);
+    auto loop = pressed(felt(), stepping_of(method()), 2e-3);
     const Vec3 probe = 0.052 * direction_at(0.004);
     for (int i = 0; i < 100; ++i)
         loop->move(probe);
@@ -188,7 +188,7 @@ TEST_P(HardStepping, AHeldProbeMovesNoBit) {
 TEST_P(HardStepping, ThereAndBackIsTheSamePlace) {
     constexpr double kDepth = 2e-3;
     constexpr int kFrames = 200;
-    SteppingSettings settings = stepping(method());
+    SteppingSettings settings = stepping_of(method());
     settings.tolerance_m = 1e-12;
     auto loop = pressed(felt(), settings, kDepth);
     const Vec3 begin = loop->proxy();
@@ -252,7 +252,7 @@ TEST_P(HardCurvature, DeeperThanTheRadiusThereIsNoLimitCycle) {
     const auto [method, felt] = GetParam();
     // `adaptive` may rest anywhere within its tolerance.
     const double rest = method == SteppingMethod::adaptive ? 1e-7 / kSmall : 1e-9;
-    const Rest end = rest_of(felt, stepping(method), 1.5e-3, 0.5);
+    const Rest end = rest_of(felt, stepping_of(method), 1.5e-3, 0.5);
     if (felt == Felt::memoryless) {
         EXPECT_LE(end.off_rad, rest);
         EXPECT_GT(end.radius_m, 1.01 * kSmall) << "at the cost of the wall";
@@ -266,7 +266,7 @@ TEST_P(HardCurvature, DeeperThanTheRadiusThereIsNoLimitCycle) {
         EXPECT_EQ(end.calmed, 0);
     }
     if (method == SteppingMethod::adaptive) {
-        EXPECT_LE(rest_of(felt, stepping(method), 9e-3, 0.5).off_rad, rest) << "G = 10";
+        EXPECT_LE(rest_of(felt, stepping_of(method), 9e-3, 0.5).off_rad, rest) << "G = 10";
     }
 }
 
@@ -282,8 +282,8 @@ INSTANTIATE_TEST_SUITE_P(Every, HardDeterminism,
 // sampler, a bundle or a guard remembers of it must not count. `paper` by its recorded decisions.
 TEST_P(HardDeterminism, ATrialsBitsDoNotDependOnTheTrialBefore) {
     const auto [method, felt] = GetParam();
-    auto fresh = felt_cavity(felt, stepping(method));
-    auto used = felt_cavity(felt, stepping(method));
+    auto fresh = felt_cavity(felt, stepping_of(method));
+    auto used = felt_cavity(felt, stepping_of(method));
     std::mt19937_64 random(17);
     std::uniform_real_distribution<double> share(-1.0, 1.0);
     used->start({0, 0.01, 0.02});
@@ -313,7 +313,7 @@ TEST_P(HardDeterminism, ATrialsBitsDoNotDependOnTheTrialBefore) {
 // Begun inside, a surface is not felt until it has been left: no kick, whatever the method.
 // Memoryless planes hold the proxy where it begins, from the very first frame: no kick either.
 TEST_P(HardStepping, BegunInsideThereIsNoKick) {
-    auto loop = felt_cavity(felt(), stepping(method()));
+    auto loop = felt_cavity(felt(), stepping_of(method()));
     const Vec3 inside = (kCavity + 4e-3) * direction_at(0.0);
     loop->start(inside);
     EXPECT_EQ((loop->flags_at_start() & kInsideAtStart) != 0, felt() != Felt::memoryless);

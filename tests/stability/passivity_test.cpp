@@ -47,7 +47,7 @@ protected:
     SteppingMethod method() const { return std::get<0>(GetParam()); }
     Felt felt() const { return std::get<1>(GetParam()); }
     std::unique_ptr<ContactLoop> loop() const {
-        return felt_cavity(felt(), test::stepping(method()));
+        return felt_cavity(felt(), test::stepping_of(method()));
     }
 };
 INSTANTIATE_TEST_SUITE_P(Every, Passivity,
@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(Every, HeldOnBodies, testing::ValuesIn(test::kEveryMeth
 /// was behind the level at the frame's start, m.
 double worst_rise(const std::shared_ptr<const ScalarField>& field, SteppingMethod method,
                   double reach) {
-    const auto loop = test::loop_of(test::stepping(method), test::one_surface(field));
+    const auto loop = test::loop_of(test::stepping_of(method), test::one_surface(field));
     const auto sampler = field->make_sampler();
     std::mt19937_64 random(9);
     std::normal_distribution<double> normal;
@@ -204,7 +204,8 @@ private:
 TEST(PassivityControl, AWallThatPushesHarderOnTheWayOutGivesTheHandMore) {
     test::Effects effects;
     effects.push_back(std::make_unique<Bouncing>());
-    const auto loop = test::loop_of(test::stepping(SteppingMethod::single), {}, std::move(effects));
+    const auto loop =
+        test::loop_of(test::stepping_of(SteppingMethod::single), {}, std::move(effects));
     const Work work = round_trip(*loop, Felt::memoryless, 15000);
     EXPECT_GT(work.on_hand_j, work.lost_j + work.of_steps_j);
 }

@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Every, Play, testing::ValuesIn(test::kEveryMethod),
 // a frame, h^2 / 2r = 0.42 um, and at the turn by as much again where it stops to yield too early.
 // Eight shares are off by an eighth of the way, squared: 0.0065 um, and twice that.
 TEST_P(Play, ASofterBallIsTheExactOperator) {
-    const PlayError error = play_error(test::stepping(GetParam()), soft_ball());
+    const PlayError error = play_error(test::stepping_of(GetParam()), soft_ball());
     switch (GetParam()) {
     case SteppingMethod::single:
         EXPECT_LE(error.rms_m, 0.84e-6);
@@ -118,7 +118,7 @@ TEST_P(Play, ASofterBallIsTheExactOperator) {
 // (numerics 3.2).
 TEST_P(Play, WithoutTheFlagItIsOffByATenthOfAMillimetre) {
     const auto contact = [] { return std::make_unique<WithoutYieldFlag>(soft_ball()); };
-    EXPECT_GT(play_error(test::stepping(GetParam()), contact()).rms_m, 100e-6);
+    EXPECT_GT(play_error(test::stepping_of(GetParam()), contact()).rms_m, 100e-6);
 }
 
 } // namespace

@@ -41,7 +41,7 @@ INSTANTIATE_TEST_SUITE_P(Every, YieldingGrooveOfAFormula, testing::ValuesIn(test
 std::unique_ptr<ContactLoop> groove(double opening_deg, SteppingMethod method) {
     LevelSettings level;
     level.strength_n = kStrength_n;
-    return test::loop_of(test::stepping(method),
+    return test::loop_of(test::stepping_of(method),
                          test::one_surface(make_wedge(360.0 - opening_deg), level));
 }
 
@@ -111,7 +111,7 @@ TEST_P(YieldingGroove, HoldsWithNoMoreThanItsStrengthAndIsNotLost) {
     const bool one_wall = method == SteppingMethod::single && kind != Kind::mesh;
     for (const double opening_deg : kOpenings_deg) {
         SCOPED_TRACE(testing::Message() << opening_deg << " degrees");
-        const auto loop = test::loop_of(test::stepping(method),
+        const auto loop = test::loop_of(test::stepping_of(method),
                                         stability::wedge_surfaces(stability::WedgeShape::groove,
                                                                   opening_deg, kind, kStrength_n));
         loop->start({0, 0.0003, 0.004});

@@ -182,7 +182,7 @@ int frames_above_strength(Kind kind, SteppingMethod method) {
     constexpr double kRadius = 0.012, kGives_n = 0.5;
     std::vector<std::unique_ptr<SurfaceContact>> surfaces;
     surfaces.push_back(test::ball(kind, kRadius, kGives_n, Yielding::holds, 5));
-    SteppingSettings settings = test::stepping(method);
+    SteppingSettings settings = test::stepping_of(method);
     settings.sub_steps = 8;
     ContactLoop loop(settings, std::move(surfaces), {}, test::kReading_us);
     std::mt19937_64 random(7);

@@ -29,7 +29,7 @@ inline std::string name_of(SteppingMethod method) {
                                              : "adaptive";
 }
 
-inline SteppingSettings stepping(SteppingMethod method) {
+inline SteppingSettings stepping_of(SteppingMethod method) {
     SteppingSettings settings;
     settings.method = method;
     settings.sub_steps = kShares;

@@ -102,7 +102,7 @@ namespace {
 class Hand {
 public:
     Hand(WedgeShape shape, double angle_deg, Kind kind, SteppingMethod method)
-        : shape_(shape), loop_(test::loop_of(test::stepping(method),
+        : shape_(shape), loop_(test::loop_of(test::stepping_of(method),
                                              wedge_surfaces(shape, angle_deg, kind, kHard_n))),
           free_m_(kind == Kind::volume || kind == Kind::guarded ? kWedgeVoxel_m : 1e-6) {
         result_.angle_deg = angle_deg;
