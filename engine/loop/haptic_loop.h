@@ -82,9 +82,10 @@ public:
     /// the last frame is about the old one until the next frame, or save(), restore() or
     /// warnings(). Of two calls before a frame the second counts, and what was set for the first
     /// one is gone. What another thread sets during the call may be the old scene's alone. The
-    /// scene that was left lives until the next adopt(), or as long as the loop. Throws, and changes nothing, what the constructor does; and
-    /// std::invalid_argument if coupling or limits differ from the loop's. They belong to the hand
-    /// and its device: make another loop. From any thread but the one in frame().       [setup]
+    /// scene that was left lives until the next adopt(), or as long as the loop. Throws, and
+    /// changes nothing, what the constructor does; and std::invalid_argument if coupling or limits
+    /// differ from the loop's. They belong to the hand and its device: make another loop. From any
+    /// thread but the one in frame().       [setup]
     void adopt(std::shared_ptr<const Scene> scene);
 
     /// Its whole state between two frames: of contacts, effects and gains, of the hand's safety and
@@ -108,8 +109,8 @@ public:
     std::vector<std::string> warnings() const;
 
     /// From the next frame on `observer` is told every sub-step; null: nobody is. Frames keep their
-    /// bits and take longer: for runs that are computed again, as recorded ones. It must outlive the
-    /// loop, or be taken away before (haptics/stepping/sub_step.h).                      [setup]
+    /// bits and take longer: for runs that are computed again, as recorded ones. It must outlive
+    /// the loop, or be taken away before (haptics/stepping/sub_step.h). [setup]
     void observe(SubStepObserver* observer) noexcept;
 
     /// What couples probe and proxy.                                                      [any]
@@ -118,7 +119,8 @@ public:
     /// The proxy's corners in the last frame, from where bodies have carried it to, m. Empty after
     /// a frame whose probe was stale or no place.                                        [loop]
     std::span<const Vec3> path() const noexcept;
-    /// N_steps of eq. (8) after each evaluation of the last frame; empty where path() is. [loop]
+    /// N_steps of eq. (8) after each evaluation of the last frame; with them a run is
+    /// replayed. [loop]
     std::span<const std::uint32_t> steps_left() const noexcept;
 
     /// What the last frame touched, surface by surface in the order of Scene::surfaces(); of one
@@ -148,11 +150,11 @@ public:
     /// workspace is refused, too.                                                           [any]
     bool set_gain(std::size_t effect, double gain) noexcept;
 
-    /// Moves the body of a surface that `moves` (SurfaceDescription), Scene::surfaces()[surface], from
-    /// any thread, also while frame() runs; but each surface from one thread at a time. The next
-    /// frame begins with the body there. `pose` is where the frame of the scene's own data then
-    /// lies; {} is where the scene has it. Position within 1e6 m, orientation of any length > 0,
-    /// which is made 1. A new trial begins with the pose that was set last. Between two frames a
+    /// Moves the body of a surface that `moves` (SurfaceDescription), Scene::surfaces()[surface],
+    /// from any thread, also while frame() runs; but each surface from one thread at a time. The
+    /// next frame begins with the body there. `pose` is where the frame of the scene's own data
+    /// then lies; {} is where the scene has it. Position within 1e6 m, orientation of any length >
+    /// 0, which is made 1. A new trial begins with the pose that was set last. Between two frames a
     /// body goes straight and turns by the shorter way; a proxy that it touches goes along, and one
     /// that it comes onto is pushed. Where no room is left for the proxy, the body waits (flag
     /// body_held_back). Returns false and changes nothing if there is no such surface, if it does

@@ -37,9 +37,8 @@ bool DirectContact::restart(const Vec3& proxy) noexcept {
     felt_ = false;
     const FieldSample here = sampler_->sample(proxy);
     const bool in_front = here.valid && here.value <= settings_.level + scale_.free;
-    engaged_ =
-        strength_n_ > 0.0 && in_front &&
-        (plane_within(here, proxy, settings_, scale_, scale_.trust_m) || behind_a_facet(proxy));
+    engaged_ = in_front && (plane_within(here, proxy, settings_, scale_, scale_.trust_m) ||
+                            behind_a_facet(proxy));
     return false;
 }
 

@@ -67,9 +67,10 @@ LoopSurface::State LoopSurface::save_state() const {
                 strength_.save_state(),
                 magnet_.save_state(),
                 bank_,
-                soft_ ? soft_->tissue_m : 0.0,
+                tissue_m(),
                 {},
                 pushes_back_,
+                yields_,
                 began_inside_,
                 touched_at_,
                 touched_normal_};
@@ -91,6 +92,7 @@ void LoopSurface::restore_state(const State& state) {
         gains_[part].restore_state(state.gains[part]);
     as_set_ = all_gains_are_one();
     pushes_back_ = state.pushes_back;
+    yields_ = state.yields;
     began_inside_ = state.began_inside;
     touched_at_ = state.touched_at;
     touched_normal_ = state.touched_normal;
@@ -101,6 +103,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
     if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
     const bool inside = restart(proxy);
     if (!contact_->go_on_from(*before.contact_)) return inside;
+    if (before.is_off()) return begin_at(proxy); // it stood where nothing was felt
     bank_ = before.bank_;
     if (soft_) soft_->tissue_m = tissue_m;
     pushes_back_ = before.pushes_back_;
@@ -110,6 +113,15 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
     return contact_->state() == SurfaceState::inside;
 }
 
+/// The contact is as at a trial's beginning, with the gains that there are now: what is off is not
+/// there, and a texture that the gain of before made flat or high is no place to judge by.
+bool LoopSurface::begin_at(const Vec3& proxy) noexcept {
+    if (FieldSurface* field = contact_->of_field())
+        field->set_texture_gain(gain_value(SurfacePart::texture));
+    began_inside_ = contact_->restart(proxy) && !is_off();
+    return began_inside_;
+}
+
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
     if (soft_) soft_->tissue_m = 0.0;
@@ -117,15 +129,16 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
     magnet_.restart();
     for (GainRamp& gain : gains_)
         gain.jump();
-    began_inside_ = contact_->restart(proxy);
-    return began_inside_;
+    return begin_at(proxy);
+}
+
+bool LoopSurface::gains_move() const noexcept {
+    return std::any_of(gains_.begin(), gains_.end(),
+                       [](const GainRamp& gain) { return gain.moves(); });
 }
 
 bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
-    bool any_moves = strength_.depends_on_place();
-    for (const GainRamp& gain : gains_)
-        any_moves = any_moves || gain.moves();
-    if (!any_moves) return false;
+    if (!strength_.depends_on_place() && !gains_move()) return false;
     unsigned moved = 0; // a bit for each part
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         moved |= static_cast<unsigned>(gains_[part].advance(frame.period_s)) << part;

@@ -48,6 +48,7 @@ public:
         double tissue_m = 0.0;
         std::array<GainRamp::State, kSurfaceParts> gains;
         bool pushes_back = false;
+        bool yields = false;
         bool began_inside = false;
         Vec3 touched_at{0.0};
         Vec3 touched_normal{0.0};
@@ -80,7 +81,7 @@ public:
     /// true where the proxy is inside. Of what it cannot go on from it is as after restart().
     /// [loop]
     bool go_on_from(const LoopSurface& before, const Vec3& proxy) noexcept {
-        return go_on_from(before, proxy, before.soft_ ? before.soft_->tissue_m : 0.0);
+        return go_on_from(before, proxy, before.tissue_m());
     }
     /// The same of one whose tissue was pressed in by `tissue_m`, m, >= 0, with a damper. [loop]
     bool go_on_from(const LoopSurface& before, const Vec3& proxy, double tissue_m) noexcept;
@@ -103,6 +104,8 @@ public:
     /// Of a hard one that leads the front of a layer: it yields where a tissue of this law, which
     /// must outlive it, presses with its strength; null: where a spring of the coupling does. [any]
     void yield_as(const PressLaw* tissue) noexcept { tissue_ = tissue; }
+    /// How far the tissue was pressed in at the last frame's end, m, >= 0, with a damper. [loop]
+    double tissue_m() const noexcept { return soft_ ? soft_->tissue_m : 0.0; }
     /// Whether it is softer than that coupling.                                          [loop]
     bool is_soft() const noexcept { return soft_ && !soft_->law.is_hard(); }
     /// What it presses with where it is soft.
@@ -123,6 +126,8 @@ public:
 
     // In a frame. Places in m, scene frame.
 
+    /// Whether a gain is on its way, or has just come to its end.                        [loop]
+    bool gains_move() const noexcept;
     /// A frame begins: the gains take a step, and the surface is as strong as they and the place
     /// say. Whether any gain moved.                                                      [loop]
     bool follow_gains(const FrameContext& frame) noexcept;
@@ -219,6 +224,8 @@ private:
     };
 
     Press press_over_lumps(double press_m, double period_s, double ratio) noexcept;
+    bool begin_at(const Vec3& proxy) noexcept;
+    bool is_off() const noexcept { return gain_value(SurfacePart::strength) == 0.0; }
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
     FrameContext seen(const FrameContext& frame) const noexcept;

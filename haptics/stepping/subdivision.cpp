@@ -187,6 +187,8 @@ void Subdivision::follow_gains() noexcept {
         any_moves = effect.follow_gain(frame_) || any_moves;
         all_as_set = all_as_set && effect.is_as_set();
     }
+    for (const Layer& layer : layers_) // they take their steps as they are pressed
+        any_moves = any_moves || layer.front->surfaces_.front().gains_move();
     if (any_moves) calming_.restart();
     if (!all_as_set) result_.flags |= kLiveGain;
 }

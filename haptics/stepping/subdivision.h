@@ -155,6 +155,8 @@ public:
     /// frame goes on from the front that this keeps, not from frame.start.             [any]
     bool has_softness() const noexcept { return needs_.softness; }
     const Pressed& pressed() const noexcept { return pressed_; } ///< where has_softness() [loop]
+    /// Whether what is soft is alone: frames go on from its front, whatever frame.start. [any]
+    bool keeps_front() const noexcept { return needs_.alone; }
     /// Where the proxy, at `proxy` at the end of the last frame, is for the next one: the front of
     /// what is soft and alone, m, scene frame.                                           [loop]
     const Vec3& front(const Vec3& proxy) const noexcept {

@@ -112,8 +112,13 @@ bool Subdivision::goes_to(const Subdivision& before, const Heritage& heritage, c
     const auto goes_on = [&](std::size_t i) {
         return heritage.surfaces[i] != Heritage::kNew && !was_layer(before, heritage, i);
     };
-    for (std::size_t i = 0; i < surfaces_.size(); ++i)
-        if (goes_on(i) && surfaces_[i].contact().carry(proxy, to).fraction < 1.0) return false;
+    contacts_.clear();
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (!goes_on(i)) continue;
+        surfaces_[i].look_anew(); // of a way from where it has not looked a surface knows nothing
+        look(i, proxy);
+        if (surfaces_[i].contact().carry(proxy, to).fraction < 1.0) return false;
+    }
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
         if (goes_on(i)) surfaces_[i].contact().commit(to, false, false);
     return true;
@@ -129,7 +134,7 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
         const Subdivision& source = was ? *was->front : before;
         const std::size_t its = was ? 0 : from;
         layer.y = was ? was->y : proxy;
-        layer.tissue_m = was ? was->tissue_m : 0.0;
+        layer.tissue_m = was ? was->tissue_m : is_new ? 0.0 : before.surfaces_[from].tissue_m();
         layer.pushes = was ? was->pushes : !is_new && before.surfaces_[from].pushes_back();
         if (was || !is_new) {
             layer.touched_at = was ? was->touched_at : before.surfaces_[from].touched_at();
@@ -143,7 +148,8 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
     const Layer* outermost = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const Layer* was = was_layer(before, heritage, i);
-        if (was && (!outermost || was->indentation_m > outermost->indentation_m)) outermost = was;
+        if (was && (!outermost || glm::length(was->y - proxy) > glm::length(outermost->y - proxy)))
+            outermost = was;
         if (!was && heritage.surfaces[i] != Heritage::kNew &&
             surfaces_[i].go_on_from(before.surfaces_[heritage.surfaces[i]], proxy))
             flags |= kInsideAtStart;

@@ -43,6 +43,7 @@ struct LoopStateParts {
     QueryCount uncounted; ///< made since the last frame's end: the next one's report has them
     bool started = false;
     bool silent = false;
+    bool unbroken = false;
     std::uint32_t trial = 0;
     Vec3 proxy{0.0};                     ///< m, scene frame
     std::uint32_t flags_of_adoption = 0; ///< for the next report

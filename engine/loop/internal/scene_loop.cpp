@@ -114,10 +114,14 @@ void SceneLoop::go_on_from(SceneLoop& before) noexcept {
     started_ = before.started_;
     silent_ = before.silent_;
     trial_ = before.trial_;
-    proxy_ = before.subdivision_->front(before.proxy_);
+    Vec3 front = before.subdivision_->front(before.proxy_);
+    const std::uint32_t found =
+        subdivision_->go_on_from(*before.subdivision_, {surfaces_after_, effects_after_}, front);
     flags_of_adoption_ = before.flags_of_adoption_ | kSceneAdopted;
-    flags_of_adoption_ |=
-        subdivision_->go_on_from(*before.subdivision_, {surfaces_after_, effects_after_}, proxy_);
+    if (started_) flags_of_adoption_ |= found; // else the trial that begins says it for itself
+    // What keeps a front of its own goes on from there, and its tip stays where it was.
+    proxy_ = subdivision_->keeps_front() ? before.proxy_ : front;
+    unbroken_ = before.unbroken_ && proxy_ == before.proxy_;
 }
 
 void SceneLoop::take_gains_of_custom(const SceneLoop& of) noexcept {
@@ -283,9 +287,12 @@ Vec3 SceneLoop::velocity(const DeviceState& device) noexcept {
 Vec3 SceneLoop::wanted_force(const DeviceState& device, const Vec3& velocity,
                              std::span<const std::uint32_t> steps_left,
                              FrameReport& report) noexcept {
-    const Vec3 start = started_ && device.trial == trial_ ? proxy_ : device.position;
+    const Vec3 start = proxy_;
+    // Over a trial's beginning, silence or another scene the proxy has no velocity: no damping.
+    const bool goes_on = unbroken_ && device.trial == trial_ && !silent_;
     move_proxy(device, steps_left, report);
-    const Vec3 proxy_velocity = (proxy_ - start) / period_s_;
+    unbroken_ = moved_;
+    const Vec3 proxy_velocity = goes_on ? (proxy_ - start) / period_s_ : velocity;
     const Vec3 force =
         coupling_force(coupling_, device.position, proxy_, velocity, proxy_velocity); // (3)
     return subdivision_->with_device_forces(force);
@@ -303,6 +310,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     const FrameContext context{device.position,     proxy_,
                                coupling_.stiffness, period_s_,
                                safety_.force_n(),   std::exchange(silent_, false)};
+    const Vec3 held = subdivision_->front(proxy_); // where it is, if this frame leads nowhere
     const SubdivisionResult result = steps_left.empty()
                                          ? subdivision_->advance(context)
                                          : subdivision_->advance(context, steps_left);
@@ -311,7 +319,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
     if (moved_) {
         proxy_ = result.proxy;
     } else { // held, and felt from there as at a trial's beginning
-        proxy_ = subdivision_->front(proxy_);
+        proxy_ = held;
         report.flags |= kForceNotFinite | subdivision_->restart(proxy_);
     }
     report.sub_steps = result.sub_steps;
@@ -355,9 +363,10 @@ LoopMake SceneLoop::make() const {
 }
 
 LoopState SceneLoop::save() const {
-    return LoopState(std::make_shared<const LoopStateParts>(LoopStateParts{
-        make(), subdivision_->save_state(), felt_.fields.save_state(), safety_, velocity_estimator_,
-        frames_, queries() - counted_, started_, silent_, trial_, proxy_, flags_of_adoption_}));
+    return LoopState(std::make_shared<const LoopStateParts>(
+        LoopStateParts{make(), subdivision_->save_state(), felt_.fields.save_state(), safety_,
+                       velocity_estimator_, frames_, queries() - counted_, started_, silent_,
+                       unbroken_, trial_, proxy_, flags_of_adoption_}));
 }
 
 void SceneLoop::restore(const LoopState& state) {
@@ -373,6 +382,7 @@ void SceneLoop::restore(const LoopState& state) {
     counted_ = queries() - from.uncounted; // counters go on: a report tells differences
     started_ = from.started;
     silent_ = from.silent;
+    unbroken_ = from.unbroken;
     trial_ = from.trial;
     proxy_ = from.proxy;
     flags_of_adoption_ = from.flags_of_adoption;

@@ -97,7 +97,8 @@ private:
     std::uint64_t frames_ = 0;
     QueryCount counted_; // up to the last frame's end
     bool started_ = false;
-    bool silent_ = false; // since the last frame that the device had a place for
+    bool silent_ = false;   // since the last frame that the device had a place for
+    bool unbroken_ = false; // proxy_ is where the last frame's way ended
     std::uint32_t trial_ = 0;
     Vec3 proxy_{0.0};
 

@@ -255,6 +255,36 @@ TEST(Adopt, ANewTrialSaysForItselfWhetherItBeginsInside) {
     EXPECT_EQ(report.flags, kSceneAdopted);
 }
 
+TEST(Adopt, BeforeATrialNothingIsInside) {
+    Hand hand(ball("ball", 20));
+    hand.loop.adopt(scene_of(ball("big", 30)));
+    DeviceState late;
+    late.freshness = Freshness::stale;
+    EXPECT_EQ(hand.loop.frame(late).flags & kInsideAtStart, 0u);
+}
+
+// What was off had let the proxy be anywhere: that says nothing of where it is.
+TEST(Adopt, WhatWasOffIsFeltInTheFirstFrame) {
+    const double hard = std::numeric_limits<double>::infinity();
+    for (const ContactKind contact :
+         {ContactKind::mesh, ContactKind::volume, ContactKind::guarded, ContactKind::direct})
+        for (const bool moves : {false, true}) {
+            test::ScriptedClock clock;
+            HapticLoop loop(std::make_shared<const Scene>(ball_of(contact, hard, moves)), clock);
+            DeviceState state;
+            state.position = {0, 0, 0.0205};
+            loop.frame(state);
+            ASSERT_TRUE(loop.set_gain(0, 0.0));
+            for (int i = 0; i < 100; ++i)
+                loop.frame(state);
+            loop.adopt(std::make_shared<const Scene>(ball_of(contact, hard, moves)));
+            state.position.z = 0.018;
+            const FrameReport report = loop.frame(state);
+            EXPECT_FALSE(report.flags & kInsideAtStart) << name(contact) << moves;
+            EXPECT_NEAR(report.force.z, kStiffness * 0.002, 0.1) << name(contact) << moves;
+        }
+}
+
 TEST(Adopt, ItsFlagIsAPartOfTheState) {
     Hand hand(ball("ball", 20));
     hand.press(0.002);

@@ -135,5 +135,33 @@ TEST(HapticLoop, DampingResistsApproach) {
         << "k_d times the velocity of a probe whose proxy stands";
 }
 
+// The way of a proxy that was held, or that begins anew, is none of one period: as a velocity it
+// pulled at a hand in free space.
+TEST(HapticLoop, DampingHasNoVelocityWhereThereIsAGap) {
+    const auto scene = ball("[coupling]\ndamping_n_s_per_m = 2.0\n");
+    test::ScriptedClock clock;
+    HapticLoop loop(scene, clock);
+    DeviceState state = at(0, 0, 0.06);
+    state.velocity = {0, 0, 0.1};
+    EXPECT_EQ(loop.frame(state).force, Vec3{0.0}) << "a trial begins";
+    DeviceState late = state;
+    late.freshness = Freshness::stale;
+    for (const DeviceState& gap : {late, at(NAN, 0, 0)}) {
+        for (int i = 0; i < 100; ++i)
+            loop.frame(gap);
+        state.position.z += 0.01;
+        EXPECT_EQ(loop.frame(state).force, Vec3{0.0}) << "after silence";
+        state.position.z += 1e-4; // 0.1 m/s: both go alike, and then the probe goes faster
+        EXPECT_NEAR(loop.frame(state).force.z, 0.0, 1e-9);
+        state.velocity.z = 0.2;
+        state.position.z += 1e-4;
+        EXPECT_NEAR(loop.frame(state).force.z, -0.2, 1e-9);
+        state.velocity.z = 0.1;
+    }
+    ++state.trial;
+    state.position = {0.08, 0, 0};
+    EXPECT_EQ(loop.frame(state).force, Vec3{0.0}) << "another trial begins";
+}
+
 } // namespace
 } // namespace palpate

@@ -17,6 +17,7 @@
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/run/trace.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/haptics/effects/constant_force.h>
 #include <palpate/haptics/effects/point_guide.h>
 
 #include "tests/support/same_reports.h"
@@ -217,6 +218,84 @@ TEST(SoftLoop, AnotherSceneGoesOnFromTheFrontOfALayer) {
     }
 }
 
+// The same where the tip lies on bone that holds it: on its level, or behind it by rounding. Such a
+// surface was asked for the way before it had looked, and said that there was none.
+TEST(SoftLoop, AnotherSceneGoesOnFromTheFrontWhereTheTipLiesOnBone) {
+    const auto skin_over_bone_in_cavity = [](const std::string& keys) {
+        return std::make_shared<const Scene>(
+            parse_scene("[volume.skin]\nanalytic = \"sphere_cavity\"\nradius_mm = 40\n"
+                        "[volume.bone]\nanalytic = \"sphere_cavity\"\nradius_mm = 43\n"
+                        "[surface.skin]\nvolume = \"skin\"\n" +
+                            keys +
+                            "[surface.bone]\nvolume = \"bone\"\n"
+                            "[[effect]]\ntype = \"surface\"\nsurface = [\"skin\", \"bone\"]\n",
+                        "cavity.toml"));
+    };
+    const auto after = skin_over_bone_in_cavity("");
+    for (int slid = 1; slid <= 20; ++slid) {
+        test::ScriptedClock clock;
+        HapticLoop loop(skin_over_bone_in_cavity("stiffness_n_per_mm = 0.1\n"), clock);
+        DeviceState state;
+        FrameReport frame;
+        for (int i = -50; i <= slid; ++i) {
+            const double angle = 5e-3 * std::max(0, i);
+            const double radius = 46e-3 - 0.2e-3 * std::max(0, -i);
+            state.position = radius * Vec3{std::sin(angle), 0.0, std::cos(angle)};
+            frame = loop.frame(state);
+        }
+        ASSERT_EQ(frame.surfaces_felt, 3u) << slid;
+        loop.adopt(after);
+        frame = loop.frame(state);
+        EXPECT_FALSE(frame.flags & kInsideAtStart) << slid;
+        EXPECT_NEAR(glm::length(frame.proxy), 40e-3, 1e-6) << slid;
+    }
+}
+
+// Nothing of a hand that holds still changes where the same tissue is felt in another scene: its
+// damper goes on from how far it was pressed in, and the coupling's sees no velocity.
+TEST(SoftLoop, DampersGoOnInAnotherScene) {
+    const std::string surface = "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n"
+                                "[surface.skin]\nvolume = \"v\"\nstiffness_n_per_mm = 0.2\n"
+                                "press_damping_n_s_per_m = 4\n"
+                                "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
+    const std::string bone = "[surface.bone]\nvolume = \"v\"\niso_value = 0.03\n"
+                             "[[effect]]\ntype = \"surface\"\nsurface = \"bone\"\n";
+    const std::string damped = "[coupling]\ndamping_n_s_per_m = 2\n";
+    const auto scene = [](const std::string& text) {
+        return std::make_shared<const Scene>(parse_scene(text, "dampers.toml"));
+    };
+    for (const std::string& coupling : {std::string(), damped})
+        for (const auto& [before, after] : {std::pair{surface, surface},
+                                            {surface, surface + bone},
+                                            {surface + bone, surface},
+                                            {surface + bone, surface + bone}})
+            for (const bool is_late : {false, true}) {
+                test::ScriptedClock clock;
+                HapticLoop loop(scene(coupling + before), clock);
+                DeviceState state;
+                FrameReport frame;
+                for (int i = 0; i < 400; ++i) {
+                    state.position = {0, 0, kRadius + 1e-3 - 10e-3 * std::min(1.0, i / 100.0)};
+                    frame = loop.frame(state);
+                }
+                ASSERT_NEAR(frame.force.z, 1.8, 1e-3);
+                const Vec3 tip = frame.proxy;
+                loop.adopt(scene(coupling + after));
+                if (is_late) { // the proxy stays, and is the tip
+                    DeviceState late = state;
+                    late.freshness = Freshness::stale;
+                    EXPECT_NEAR(glm::length(loop.frame(late).proxy - tip), 0.0,
+                                after == before || after == surface ? 1e-6 : 1.0);
+                }
+                for (int i = 0; i < 5; ++i) {
+                    frame = loop.frame(state);
+                    EXPECT_NEAR(frame.force.z, 1.8, 1e-3)
+                        << coupling.size() << ' ' << before.size() << " -> " << after.size() << ' '
+                        << is_late << ' ' << i;
+                }
+            }
+}
+
 // A new bone, between the tip and the front: it is passed by nobody, and the skin is not felt until
 // the hand has left it.
 TEST(SoftLoop, WhereTheWayToTheFrontIsBarredTheTipStays) {
@@ -353,6 +432,34 @@ TEST(SoftLoop, WhatALoopOfItsOwnCannotDoIsRefusedInTheWordsOfAScene) {
               std::string::npos);
     EXPECT_NE(why(ball(kSoft, kRough), SteppingMethod::adaptive, true).find("it cannot rub"),
               std::string::npos);
+}
+
+// A force of no sense leads the tip, and the front with it, to where no scene reaches: the next
+// frame goes on from where both were.
+TEST(SoftLoop, AFrameThatLeadsNowhereLeavesTheFrontWhereItWas) {
+    for (const std::string& keys : {kSoft, std::string()}) {
+        test::ScriptedClock clock;
+        std::vector<std::unique_ptr<Effect>> custom;
+        custom.push_back(std::make_unique<ConstantForce>(Vec3{0, 0, 2.5e9}));
+        HapticLoop loop(ball(keys), clock, std::move(custom));
+        ASSERT_TRUE(loop.set_gain(1, 0.0));
+        DeviceState state;
+        state.position = {0, 0, kRadius + 5e-3};
+        const Vec3 held = loop.frame(state).proxy;
+        ASSERT_TRUE(loop.set_gain(1, 1.0));
+        FrameReport frame;
+        for (int i = 0; i < 60; ++i)
+            frame = loop.frame(state);
+        EXPECT_TRUE(frame.flags & kForceNotFinite);
+        EXPECT_LT(glm::length(frame.proxy), 1e6);
+        if (!keys.empty()) {
+            EXPECT_LT(glm::length(frame.front), 1e6);
+        }
+        ASSERT_TRUE(loop.set_gain(1, 0.0));
+        for (int i = 0; i < 60; ++i)
+            frame = loop.frame(state);
+        EXPECT_NEAR(glm::length(frame.proxy - held), 0.0, 1e-9);
+    }
 }
 
 // A device that bears less than the scene's coupling gets a softer one: what the hand feels stays.

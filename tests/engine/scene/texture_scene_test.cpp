@@ -268,5 +268,42 @@ TEST(TextureScene, ItsGainIsItsOwn) {
     EXPECT_FALSE(pressed().flags & kLiveGain);
 }
 
+// A trial begins with the gains that were set last: also where it is to be said whether the place
+// is inside. Beneath a crest it is, and where the plate is bare it is not.
+TEST(TextureScene, ATrialBeginsWithTheGainThatWasSetLast) {
+    const std::string text = kPlate + surface("top") + texture("top", kGrating);
+    test::ScriptedClock clock;
+    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml"),
+                                                  SceneResources{.files = scene_files()}),
+                    clock);
+    DeviceState state;
+    state.position = {1e-3, 0, kTop + 1e-3};
+    loop.frame(state);
+    for (const double gain : {0.0, 1.0, 0.0}) {
+        ASSERT_TRUE(loop.set_gain(1, gain));
+        ++state.trial;
+        state.position.z = kTop + 0.05e-3; // crests are 0.1 mm high
+        FrameReport report = loop.frame(state);
+        EXPECT_EQ((report.flags & kInsideAtStart) != 0, gain == 1.0) << gain;
+        EXPECT_EQ(report.force, Vec3{0.0}) << gain;
+        state.position.z = kTop + 1e-3;
+        loop.frame(state);
+    }
+}
+
+// What is off is not there: nothing begins inside of it.
+TEST(TextureScene, ATrialDoesNotBeginInsideOfWhatIsOff) {
+    test::ScriptedClock clock;
+    HapticLoop loop(std::make_shared<const Scene>(parse_scene(kPlate + surface("top"), "x.toml"),
+                                                  SceneResources{.files = scene_files()}),
+                    clock);
+    for (const double gain : {1.0, 0.0, 1.0}) {
+        ASSERT_TRUE(loop.set_gain(0, gain));
+        DeviceState state;
+        state.trial = static_cast<std::uint32_t>(10.0 * gain) + loop.frame(state).trial + 1;
+        EXPECT_EQ((loop.frame(state).flags & kInsideAtStart) != 0, gain == 1.0) << gain;
+    }
+}
+
 } // namespace
 } // namespace palpate
