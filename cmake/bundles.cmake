@@ -61,6 +61,9 @@ function(palpate_bundle list target)
     set(bundle ${folder_${number}}/${number}.cpp)
     file(CONFIGURE OUTPUT ${bundle} CONTENT "${text_${number}}" @ONLY)
     set(options -Wno-subobject-linkage)  # what a source has in its unnamed namespace is "of an included file" now
+    if(folder_${number} MATCHES "/tests$")
+      list(APPEND options -Wno-shadow)  # a constant within a test may be called as one of another source
+    endif()
     if(options_${number})
       list(APPEND options ${options_${number}})
     endif()

@@ -61,14 +61,20 @@ void add_scenes(const Corpus& corpus) {
     }
     for (const char* name :
          {"aal", "brain", "brain_tissues", "bumpy_cavity", "cavity", "cavity_gradient_surface",
-          "paper_cavity", "phantom", "skin_and_bone", "skull"})
+          "paper_cavity", "phantom", "skin_and_bone", "skull", "two_hands"})
         corpus.add("scene", std::string(name) + ".toml",
                    test::content_of(std::string(PALPATE_EXAMPLES "/") + name + ".toml"));
     corpus.add("scene", "devices.toml",
                "[volume.v]\nanalytic = \"slab\"\nthickness_mm = 3\n[material.m]\nstrength_n = 2\n"
                "[surface.s]\nvolume = \"v\"\nmaterial = \"m\"\nmoves = true\n[[effect]]\n"
-               "type = \"surface\"\nsurface = \"s\"\n[device]\nsource = \"orbit\"\n"
+               "type = \"surface\"\nsurface = \"s\"\n[device]\ntype = \"orbit\"\n"
                "duration_s = 2\nturns = 3\n");
+    corpus.add("scene", "soft.toml",
+               "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n[surface.skin]\n"
+               "volume = \"v\"\nstiffness_mm_n = [[1, 0.1], [4, 2]]\n"
+               "press_damping_n_s_per_m = 2\n[surface.bone]\nvolume = \"v\"\n"
+               "iso_value = 0.005\n[[effect]]\ntype = \"surface\"\n"
+               "surface = [\"skin\", \"bone\"]\n");
 }
 
 void add_images(const Corpus& corpus) {

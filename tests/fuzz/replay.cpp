@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Without libFuzzer: gives a target each file of a folder, by name, and some that the file's bytes
 // lead to: cut short, with bytes changed, with a piece doubled. Fails where the target refuses
-// every whole file.
+// another number of whole files than it is told.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -29,7 +29,8 @@ void run(const std::string& bytes) {
 } // namespace
 
 int main(int count, char** arguments) {
-    if (count != 2) return std::fprintf(stderr, "usage: %s FOLDER\n", arguments[0]), 2;
+    if (count != 3) return std::fprintf(stderr, "usage: %s FOLDER REFUSED\n", arguments[0]), 2;
+    const int to_refuse = std::atoi(arguments[2]); // of the whole files
     std::vector<std::filesystem::path> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(arguments[1]))
         if (entry.is_regular_file()) files.push_back(entry.path());
@@ -58,6 +59,8 @@ int main(int count, char** arguments) {
             run(damaged);
         }
     }
-    std::printf("%zu files, %d of them taken\n", files.size(), of_use);
-    return of_use > 0 ? 0 : 1;
+    const int refused = static_cast<int>(files.size()) - of_use;
+    std::printf("%zu files, %d of them refused, as %d are to be\n", files.size(), refused,
+                to_refuse);
+    return of_use > 0 && refused == to_refuse ? 0 : 1;
 }

@@ -63,7 +63,9 @@ TEST(TriangleDistance, WhatIsToldApartIs) {
         int told = 0, apart = 0;
     } anywhere, at_corner, at_edge;
     const auto count = [&](Count& of, bool told, double distance, double gap) {
-        if (told) ASSERT_GE(distance, gap - kRounding);
+        if (told) {
+            ASSERT_GE(distance, gap - kRounding);
+        }
         of.told += told ? 1 : 0;
         of.apart += distance >= gap ? 1 : 0;
     };

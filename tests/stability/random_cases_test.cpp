@@ -53,7 +53,7 @@ TEST(RandomCases, EveryInvariantHolds) {
     }
     for (const char* name : {"finite", "limits", "coupling", "flags", "work", "certificate",
                              "crossing", "side", "leash", "energy", "code", "same bits", "rest",
-                             "smooth", "second hand", "follows", "as one"})
+                             "smooth", "second hand", "follows", "as one", "path"})
         EXPECT_GT(checks[name], 0) << name << " had nothing to look at";
     EXPECT_GT(touched, kFrames / 4) << "it is about contact";
     EXPECT_TRUE(flags & kEvaluationCap) << "hard enough that frames do not end";
@@ -191,6 +191,8 @@ std::vector<Spoilt> spoilt_reports() {
              [](FrameReport& report, std::vector<Vec3>&) { report.force.z += 6.0; });
     in_frame("flags", false,
              [](FrameReport& report, std::vector<Vec3>&) { report.flags |= kDeviceStale; });
+    in_frame("path", false, [](FrameReport&, std::vector<Vec3>& path) { path.front().x += 1e-12; });
+    in_frame("path", true, [](FrameReport&, std::vector<Vec3>& path) { path.back().x += 1e-12; });
     in_frame("work", false,
              [](FrameReport& report, std::vector<Vec3>&) { report.evaluations = 1000; });
     in_frame("work", false,
@@ -219,8 +221,13 @@ std::vector<Spoilt> spoilt_reports() {
             report.proxy += 31e-6 * glm::normalize(report.proxy - report.probe);
     };
     all.push_back({"rest", false, true, {}});
-    all.back().options.spoil_first = [](FrameReport& report, std::vector<Vec3>&) {
-        report.proxy.x += report.frame % 2 == 0 ? 2e-8 : 0.0;
+    all.back().options.spoil_first = [before = Vec3{}](FrameReport& report,
+                                                       std::vector<Vec3>& path) mutable {
+        if (report.frame > 0) {
+            report.proxy.x += report.frame % 2 == 0 ? 2e-8 : 0.0;
+            path = {before, report.proxy};
+        }
+        before = report.proxy;
     };
     all.push_back({"same bits", false, false, {}});
     all.back().options.spoil_twin = [](FrameReport& report) {
@@ -259,16 +266,17 @@ TEST(RandomCasesControl, FarAwayAProxyMayDipBehindItsFacetByATolerance) {
         step.probe = 0.01 * step.probe + place;
     stability::write_case(of, folder / "case");
     const auto dipped = [&](double depth_m, double then_m) {
-        return stability::run_case(folder / "case",
-                                   in_one_frame([=](FrameReport&, std::vector<Vec3>& path) {
-                                       const Vec3 on = path.back();
-                                       path.push_back(on + Vec3{1e-6, 0, -depth_m});
-                                       path.push_back(on + Vec3{2e-6, 0, then_m});
-                                   }));
+        const Outcome outcome = stability::run_case(
+            folder / "case", in_one_frame([=](FrameReport&, std::vector<Vec3>& path) {
+                const Vec3 on = path.back();
+                path.push_back(on + Vec3{1e-6, 0, -depth_m});
+                path.push_back(on + Vec3{2e-6, 0, then_m});
+            }));
+        return outcome.failure ? outcome.failure->invariant : std::string();
     };
-    EXPECT_FALSE(dipped(0.8e-9, 0.0).failure);
-    EXPECT_TRUE(dipped(1e-9, 0.0).failure) << "farther than that";
-    EXPECT_TRUE(dipped(0.8e-9, -1e-9).failure) << "in two steps";
+    EXPECT_EQ(dipped(0.8e-9, 0.0), "path") << "by nobody, but that it ends elsewhere";
+    EXPECT_EQ(dipped(1e-9, 0.0), "crossing") << "farther than that";
+    EXPECT_EQ(dipped(0.8e-9, -1e-9), "crossing") << "in two steps";
 }
 
 // Behind the mesh that guards a level, farther away than the leash; or behind that of contact
@@ -297,7 +305,8 @@ TEST(RandomCasesControl, AProxyThatHasLeftItsMeshIsNoticed) {
             return stability::run_case(folder / "case", options);
         };
         const Outcome good = behind(0.3e-3);
-        ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
+        ASSERT_TRUE(good.failure);
+        EXPECT_EQ(good.failure->invariant, "path") << "who looks last" << good.failure->words;
         EXPECT_GT(good.checks.at(invariant), 0);
         const Outcome bad = behind(0.7e-3);
         ASSERT_TRUE(bad.failure);
@@ -385,6 +394,48 @@ TEST(RandomCasesControl, ATipThatIsNotWhereTheLawPutsItIsNoticed) {
         }));
     ASSERT_TRUE(bad.failure);
     EXPECT_EQ(bad.failure->invariant, "press");
+}
+
+// The second hand has checks of its own.
+TEST(RandomCasesControl, WhatTheSecondHandDoesWrongIsNoticed) {
+    const test::TemporaryFolder folder;
+    RandomCase of = one_body(true);
+    of.second_steps = of.steps;
+    stability::write_case(of, folder / "case");
+    const Outcome good = stability::run_case(folder / "case");
+    EXPECT_EQ(good.refused, "");
+    ASSERT_FALSE(good.failure) << good.failure->invariant << ": " << good.failure->words;
+    EXPECT_EQ(good.checks.at("second hand"), good.frames);
+    RunOptions options;
+    options.spoil_second = [](FrameReport& report, std::vector<Vec3>& path) {
+        if (report.frame == kSpoiltFrame) path.push_back(report.probe - Vec3{0, 0, 3e-3});
+    };
+    const Outcome bad = stability::run_case(folder / "case", options);
+    ASSERT_TRUE(bad.failure);
+    EXPECT_EQ(bad.failure->invariant, "crossing");
+    EXPECT_NE(bad.failure->words.find("of the second hand"), std::string::npos);
+}
+
+// A thin wedge that a chord goes through from free space to free space.
+TEST(RandomCasesControl, AWedgeIsNotPassedBetweenTheEndsOfAChord) {
+    const test::TemporaryFolder folder;
+    RandomCase of;
+    of.tables.push_back({"[coupling]", {{"damping_n_s_per_m", "0.001"}}, 1});
+    of.tables.push_back({"[volume.w]", {{"analytic", "\"wedge\""}, {"angle_deg", "5"}}, 3});
+    of.tables.push_back({"[surface.body]", {{"volume", "\"w\""}}, 2});
+    of.tables.push_back({"[[effect]]", {{"type", "\"surface\""}, {"surface", "\"body\""}}, 4});
+    for (int i = 0; i <= 100; ++i)
+        of.steps.push_back({{1e-3, 0, 1e-3 - 3e-5 * i}, i == 0});
+    stability::write_case(of, folder / "case");
+    const Outcome good = stability::run_case(folder / "case");
+    ASSERT_FALSE(good.failure) << good.failure->words;
+    const Outcome bad = stability::run_case(
+        folder / "case", in_one_frame([](FrameReport&, std::vector<Vec3>& path) {
+            const Vec3 from = path.back(); // beside the wedge, on its right
+            path.push_back({-from.x, from.y, from.z});
+        }));
+    ASSERT_TRUE(bad.failure);
+    EXPECT_EQ(bad.failure->invariant, "certificate") << bad.failure->words;
 }
 
 // A loop that restores all but its count of frames.

@@ -98,7 +98,7 @@ double marker_deg() {
 
 class Palette : public testing::TestWithParam<const PagePalette*> {};
 INSTANTIATE_TEST_SUITE_P(Both, Palette, testing::Values(&kLightPalette, &kDarkPalette),
-                         [](const auto& info) { return info.index == 0 ? "Light" : "Dark"; });
+                         [](const auto& drawn) { return drawn.index == 0 ? "Light" : "Dark"; });
 
 TEST_P(Palette, SeriesAreToldApartByColourBlindEyesToo) {
     // 1 is what half of the viewers notice; half more of it for all who see less well than that.
@@ -144,7 +144,9 @@ TEST(SeriesLook, SixteenLooksAreToldApartWithoutColour) {
         markers.insert({marker_path(0.0, 0.0, look.shape), look.filled});
         lines.insert({marker_path(0.0, 0.0, look.shape), look.filled, std::string(look.dashes)});
         // Neighbours in a chart differ by the line alone too, between two markers.
-        if (i > 0) EXPECT_NE(look.dashes, look_of(i - 1).dashes) << i;
+        if (i > 0) {
+            EXPECT_NE(look.dashes, look_of(i - 1).dashes) << i;
+        }
     }
     EXPECT_EQ(markers.size(), 16u);
     EXPECT_EQ(lines.size(), 16u);

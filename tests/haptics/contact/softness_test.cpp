@@ -267,7 +267,9 @@ TEST(PressLaw, ScaledItIsTheSameLawTimesTheRatioAsFarAsTheCouplingLetsIt) {
             EXPECT_NEAR(scaled.damped(press_m, 0.0, 0.0, 1e-3).force_n, scaled.force_n(press_m),
                         1e-9);
         }
-        if (took < ratio) EXPECT_NEAR(steepest, kK, 1e-6 * kK);
+        if (took < ratio) {
+            EXPECT_NEAR(steepest, kK, 1e-6 * kK);
+        }
     }
     EXPECT_GT(capped, 20);
 }

@@ -21,6 +21,8 @@ namespace {
 struct OwnField {
     std::function<double(const Vec3&)> value; ///< not a number where nothing is known
     double step_m = 0.0;
+    /// Where on a chord the value bends, as a share of it: of what is flat in pieces.
+    std::function<double(const Vec3&, const Vec3&)> bend = {};
 };
 
 double wedge(double angle_deg, const Vec3& p) {
@@ -28,6 +30,11 @@ double wedge(double angle_deg, const Vec3& p) {
     const double right = -(std::cos(half) * p.x + std::sin(half) * p.z);
     const double left = -(-std::cos(half) * p.x + std::sin(half) * p.z);
     return angle_deg < 180.0 ? std::min(left, right) : std::max(left, right);
+}
+
+/// Where a chord goes through the middle of a wedge or a groove (x = 0): there it is deepest.
+double middle(const Vec3& from, const Vec3& to) {
+    return from.x * to.x < 0.0 ? from.x / (from.x - to.x) : 0.0;
 }
 
 double bumps(double radius, double amplitude, double wavelength, const Vec3& p) {
@@ -52,7 +59,7 @@ OwnField by_formula(const VolumeDescription& volume) {
         return {[=](const Vec3& p) { return bumps(r, high, wave, p); }, wave / 50};
     if (kind == "slab")
         return {[=](const Vec3& p) { return 0.5 * thick - std::abs(p.z); }, thick / 4};
-    if (kind == "wedge") return {[=](const Vec3& p) { return wedge(angle, p); }, 1e-3};
+    if (kind == "wedge") return {[=](const Vec3& p) { return wedge(angle, p); }, 1e-3, middle};
     return {[=](const Vec3& p) {
                 const double across = std::hypot(p.x, p.y) - r;
                 return tube - std::hypot(across, p.z);
@@ -142,9 +149,9 @@ private:
             std::clamp(static_cast<int>(std::ceil(way / field_.step_m)), 1, kMostSamples);
         const double allowed = scale_.certificate * 1.001;
         ++checks_;
-        for (int k = 1; k <= samples; ++k) {
-            const Vec3 p = from + (static_cast<double>(k) / samples) * (to - from);
-            const double above = depth(p);
+        for (int k = field_.bend ? 0 : 1; k <= samples; ++k) {
+            const double share = k == 0 ? field_.bend(from, to) : static_cast<double>(k) / samples;
+            const double above = depth(from + share * (to - from));
             if (above > allowed)
                 return fmt::format("{} is {} above its level, {:.3g} of what is allowed",
                                    surface_.name, above, above / allowed);

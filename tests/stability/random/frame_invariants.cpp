@@ -41,6 +41,44 @@ bool has_moving_gain(const Watched& watched, std::size_t effect) {
     });
 }
 
+/// The path that all other checks go by is the proxy's: it begins where the last frame left the
+/// proxy, or where bodies have carried it to, and ends where the report says. Of a soft surface
+/// that is alone it is the front's. A frame without a place leaves the proxy where it was.
+class Path final : public Invariant {
+public:
+    const char* name() const override { return "path"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        const FrameReport& report = seen.report;
+        const std::optional<Vec3> before = std::exchange(end_, std::nullopt);
+        const Vec3 proxy_before = std::exchange(proxy_, report.proxy);
+        if (seen.path.empty()) {
+            if (seen.frame > 0 && report.proxy != proxy_before)
+                return "no path, and the proxy moved";
+            if (before) end_ = before;
+            return std::nullopt;
+        }
+        ++checks_;
+        const Vec3& end = seen.path.back();
+        if (end != report.proxy && end != report.front)
+            return fmt::format("the path ends {} m beside the proxy",
+                               glm::length(end - report.proxy));
+        end_ = end;
+        const Vec3& begin = seen.path.front();
+        if (seen.begins_trial) {
+            if (!seen.bodies_moved && begin != seen.state.position)
+                return "a trial's path does not begin at the probe";
+        } else if (before && begin != *before && !(report.flags & kBodyMoved)) {
+            return fmt::format("the path begins {} m beside where the last one ended",
+                               glm::length(begin - *before));
+        }
+        return std::nullopt;
+    }
+
+private:
+    std::optional<Vec3> end_;
+    Vec3 proxy_{0.0};
+};
+
 /// The length of the force, and how fast it may change.
 class Limits final : public Invariant {
 public:
@@ -249,6 +287,10 @@ bool is_pure(const Watched& watched) {
         if (event.event.kind != CaseEvent::Kind::detour) return false;
     return watched.scene.surfaces().size() == 1 && hard_surfaces(watched).size() == 1 &&
            watched.scene.description().effects.size() == 1;
+}
+
+void add_path_invariant(std::vector<std::unique_ptr<Invariant>>& to) {
+    to.push_back(std::make_unique<Path>());
 }
 
 void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to) {

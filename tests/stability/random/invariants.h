@@ -69,5 +69,7 @@ void add_certificates(const Watched& watched, std::vector<std::unique_ptr<Invari
 void add_press_invariant(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
 void add_label_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
 void add_mesh_invariants(const Watched& watched, std::vector<std::unique_ptr<Invariant>>& to);
+/// Last, so that what a path does is noticed by who looks at it.
+void add_path_invariant(std::vector<std::unique_ptr<Invariant>>& to);
 
 } // namespace palpate::stability

@@ -30,10 +30,10 @@
 namespace palpate::stability {
 namespace {
 
-constexpr std::array kInvariants{"finite",      "limits",   "coupling",  "flags",   "work",
-                                 "certificate", "crossing", "side",      "leash",   "energy",
-                                 "code",        "rest",     "same bits", "smooth",  "press",
-                                 "second hand", "follows",  "direct",    "goes on", "as one"};
+constexpr std::array kInvariants{
+    "finite", "limits",      "coupling", "flags",  "work",    "certificate", "crossing",
+    "side",   "leash",       "energy",   "code",   "rest",    "same bits",   "smooth",
+    "press",  "second hand", "follows",  "direct", "goes on", "as one",      "path"};
 
 constexpr double kClockOverProcessor = 10.0; // on a busy machine
 constexpr int kCannotGoOn = 2;               // how a worker ends that has said why

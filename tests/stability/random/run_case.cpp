@@ -144,7 +144,9 @@ private:
     /// One frame of each hand; false where something failed.
     bool go(int frame) {
         if (second_) {
-            if (auto failure = second_->go(frame, moved_, {})) {
+            RunOptions of_second;
+            of_second.spoil_first = options_.spoil_second;
+            if (auto failure = second_->go(frame, moved_, of_second)) {
                 outcome_.failure = std::move(failure);
                 outcome_.failure->words += ", of the second hand";
                 return false;

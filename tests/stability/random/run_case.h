@@ -38,6 +38,7 @@ struct RunOptions {
     /// compared with the one beside.
     std::function<void(FrameReport&, std::vector<Vec3>& path)> spoil_first;
     std::function<void(FrameReport&)> spoil_twin, spoil_beside;
+    std::function<void(FrameReport&, std::vector<Vec3>& path)> spoil_second; ///< the second hand's
     std::function<void(const char* phase)> phase; ///< "set-up", "frames": for a watchdog
 };
 
@@ -49,7 +50,7 @@ struct RunOptions {
 ///              twin is alone in a scene of its own
 ///   code       made again in code, with a value that no scene may have, the scene is refused
 ///   rest       a probe that is held for kHeldFrames at the end comes to rest and then keeps its
-///              bits; or flags say in each frame why not, or it goes by less than 0.1 nm a frame,
+///              bits; or flags say in each frame why not, or it goes by less than 1 nm a frame,
 ///              or by less in each frame than in the one before: Outcome::restless
 ///   smooth     a probe that is 1 um beside has a proxy that is no farther beside than a smooth
 ///              level allows: for spheres, rings and plates alone

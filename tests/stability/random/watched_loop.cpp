@@ -31,6 +31,7 @@ WatchedLoop::WatchedLoop(std::shared_ptr<const Scene> scene, const std::vector<F
     add_certificates(watched_, invariants_);
     add_mesh_invariants(watched_, invariants_);
     add_press_invariant(watched_, invariants_);
+    add_path_invariant(invariants_);
 }
 
 std::optional<Failure> WatchedLoop::go(int frame, const Moved& moved, const RunOptions& options) {

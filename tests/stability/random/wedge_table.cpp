@@ -6,6 +6,7 @@
 #include <iostream>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -131,8 +132,15 @@ private:
         probe_ = probe;
         loop_->move(probe);
         const auto depth = [&](const Vec3& p) { return inside(shape_, result_.angle_deg, p); };
-        for (const Vec3& corner : loop_->subdivision().path())
-            result_.penetration_m = std::max(result_.penetration_m, depth(corner));
+        // Of a chord its ends, and where it goes through the middle, as both faces are flat.
+        const std::span<const Vec3> path = loop_->subdivision().path();
+        for (std::size_t i = 0; i < path.size(); ++i) {
+            result_.penetration_m = std::max(result_.penetration_m, depth(path[i]));
+            if (i == 0 || !(path[i - 1].x * path[i].x < 0.0)) continue;
+            const double share = path[i - 1].x / (path[i - 1].x - path[i].x);
+            result_.penetration_m = std::max(result_.penetration_m,
+                                             depth(path[i - 1] + share * (path[i] - path[i - 1])));
+        }
         bool in_sight = depth(probe) < -free_m_; // nothing of the body is between proxy and probe
         constexpr int kLooks =
             60; // on the way, ever nearer to the proxy: the body may be thin there
