@@ -13,6 +13,7 @@
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/volume/fields/grid_field.h>
 
 namespace palpate {
