@@ -45,6 +45,7 @@ is_header {
         if (name in functions) uses[FILENAME] = uses[FILENAME] " " name
     }
 }
+/^using namespace / { alone[FILENAME] = 1; next } # what is unnamed in another source would hide what comes from there
 /^#define [A-Za-z]/ { names[FILENAME] = names[FILENAME] " " $2 }
 /^using [A-Za-z]+ = / { names[FILENAME] = names[FILENAME] " " within $2 }
 /^using [A-Za-z_:]+;/ { # of another namespace: it may be there twice, but not beside one that is unnamed
@@ -77,7 +78,7 @@ is_header {
 END {
     for (i = 1; i <= count; ++i) {
         source = order[i]
-        kind = kinds[source] libraries[source]
+        kind = source in alone ? source : kinds[source] libraries[source]
         n = split(names[source], list, " ")
         p = split(open_names[source], open_list, " ")
         h = 0
