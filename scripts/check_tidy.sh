@@ -51,7 +51,7 @@ for source, entry in entries:
     for word in words:
         if word == "-o":
             output = next(words)
-        elif word in ("-c", "-include"):
+        elif word in ("-c", "-include", "--param"):
             next(words)
         elif word == "-isystem":
             kept.append(word + next(words))
