@@ -37,7 +37,8 @@ function(palpate_bundle list target)
   endforeach()
   execute_process(COMMAND awk -v most=${arg_MOST} -f scripts/bundles.awk ${folder}/kinds ${headers} ${sources}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE rows COMMAND_ERROR_IS_FATAL ANY)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/bundles.awk ${sources})
+  list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/ OUTPUT_VARIABLE watched)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/bundles.awk ${watched})
 
   string(REGEX MATCHALL "[^\n]+" rows "${rows}")
   set(count 0)

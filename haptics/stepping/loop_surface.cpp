@@ -103,14 +103,18 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
     if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
     const bool inside = restart(proxy);
     if (!contact_->go_on_from(*before.contact_)) return inside;
-    if (before.is_off()) return begin_at(proxy); // it stood where nothing was felt
     bank_ = before.bank_;
     if (soft_) soft_->tissue_m = tissue_m;
     pushes_back_ = before.pushes_back_;
+    yields_ = before.yields_;
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;
     touched_normal_ = before.touched_normal_;
-    return contact_->state() == SurfaceState::inside;
+    if (!before.is_off()) return contact_->state() == SurfaceState::inside && !is_off();
+    // What was off counts as inside wherever the proxy was: of a level its value says where it is.
+    // A mesh alone remembers its side, and a body its pose.
+    if (!inside && !moving_ && contact_->of_field()) contact_->restart(proxy);
+    return inside;
 }
 
 /// The contact is as at a trial's beginning, with the gains that there are now: what is off is not

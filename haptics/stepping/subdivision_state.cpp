@@ -110,7 +110,8 @@ const Subdivision::Layer* Subdivision::was_layer(const Subdivision& before,
 bool Subdivision::goes_to(const Subdivision& before, const Heritage& heritage, const Vec3& proxy,
                           const Vec3& to) noexcept {
     const auto goes_on = [&](std::size_t i) {
-        return heritage.surfaces[i] != Heritage::kNew && !was_layer(before, heritage, i);
+        return heritage.surfaces[i] != Heritage::kNew && !was_layer(before, heritage, i) &&
+               surfaces_[i].gain_value(SurfacePart::strength) > 0.0;
     };
     contacts_.clear();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {

@@ -121,7 +121,7 @@ void SceneLoop::go_on_from(SceneLoop& before) noexcept {
     if (started_) flags_of_adoption_ |= found; // else the trial that begins says it for itself
     // What keeps a front of its own goes on from there, and its tip stays where it was.
     proxy_ = subdivision_->keeps_front() ? before.proxy_ : front;
-    unbroken_ = before.unbroken_ && proxy_ == before.proxy_;
+    unbroken_ = false;
 }
 
 void SceneLoop::take_gains_of_custom(const SceneLoop& of) noexcept {

@@ -263,26 +263,37 @@ TEST(Adopt, BeforeATrialNothingIsInside) {
     EXPECT_EQ(hand.loop.frame(late).flags & kInsideAtStart, 0u);
 }
 
-// What was off had let the proxy be anywhere: that says nothing of where it is.
-TEST(Adopt, WhatWasOffIsFeltInTheFirstFrame) {
+// What was off had let the proxy be anywhere: that says nothing of where it is. A level is felt
+// from the first frame on where the proxy is in front of it, and nothing is felt from within.
+TEST(Adopt, WhatWasOffIsFeltFromInFrontAndNotFromWithin) {
     const double hard = std::numeric_limits<double>::infinity();
     for (const ContactKind contact :
          {ContactKind::mesh, ContactKind::volume, ContactKind::guarded, ContactKind::direct})
-        for (const bool moves : {false, true}) {
-            test::ScriptedClock clock;
-            HapticLoop loop(std::make_shared<const Scene>(ball_of(contact, hard, moves)), clock);
-            DeviceState state;
-            state.position = {0, 0, 0.0205};
-            loop.frame(state);
-            ASSERT_TRUE(loop.set_gain(0, 0.0));
-            for (int i = 0; i < 100; ++i)
+        for (const bool moves : {false, true})
+            for (const bool within : {false, true}) {
+                SCOPED_TRACE(std::string(name(contact)) + (moves ? ", moves" : "") +
+                             (within ? ", within" : ""));
+                test::ScriptedClock clock;
+                HapticLoop loop(std::make_shared<const Scene>(ball_of(contact, hard, moves)),
+                                clock);
+                DeviceState state;
+                state.position = {0, 0, 0.0205};
                 loop.frame(state);
-            loop.adopt(std::make_shared<const Scene>(ball_of(contact, hard, moves)));
-            state.position.z = 0.018;
-            const FrameReport report = loop.frame(state);
-            EXPECT_FALSE(report.flags & kInsideAtStart) << name(contact) << moves;
-            EXPECT_NEAR(report.force.z, kStiffness * 0.002, 0.1) << name(contact) << moves;
-        }
+                ASSERT_TRUE(loop.set_gain(0, 0.0));
+                for (int i = 0; i < 100; ++i) {
+                    if (within && i == 60) state.position.z = 0.015;
+                    loop.frame(state);
+                }
+                loop.adopt(std::make_shared<const Scene>(ball_of(contact, hard, moves)));
+                FrameReport report = loop.frame(state);
+                const bool by_value =
+                    contact == ContactKind::volume || contact == ContactKind::guarded;
+                EXPECT_EQ((report.flags & kInsideAtStart) != 0, within && by_value);
+                state.position.z = within ? 0.012 : 0.018;
+                for (int i = 0; i < 10; ++i)
+                    report = loop.frame(state);
+                EXPECT_NEAR(report.force.z, within ? 0.0 : kStiffness * 0.002, 0.1);
+            }
 }
 
 TEST(Adopt, ItsFlagIsAPartOfTheState) {
