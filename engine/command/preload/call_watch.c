@@ -98,10 +98,10 @@ static double seconds(const struct timespec* time) {
     }
 
 WATCHED(pthread_mutex_lock, (pthread_mutex_t * mutex), mutex)
-WATCHED(pthread_mutex_timedlock, (pthread_mutex_t * mutex, const struct timespec* until), mutex,
-        until)
+WATCHED(pthread_mutex_timedlock, (pthread_mutex_t * mutex, const struct timespec* abstime), mutex,
+        abstime)
 WATCHED(pthread_mutex_clocklock,
-        (pthread_mutex_t * mutex, clockid_t clock, const struct timespec* until), mutex, clock,
-        until)
-WATCHED(pthread_rwlock_rdlock, (pthread_rwlock_t * lock_), lock_)
-WATCHED(pthread_rwlock_wrlock, (pthread_rwlock_t * lock_), lock_)
+        (pthread_mutex_t * mutex, clockid_t clockid, const struct timespec* abstime), mutex,
+        clockid, abstime)
+WATCHED(pthread_rwlock_rdlock, (pthread_rwlock_t * rwlock), rwlock)
+WATCHED(pthread_rwlock_wrlock, (pthread_rwlock_t * rwlock), rwlock)
