@@ -102,7 +102,10 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
                              double tissue_m) noexcept {
     if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
     const bool inside = restart(proxy);
-    if (!contact_->go_on_from(*before.contact_)) return inside;
+    // What was off counts as inside, wherever the proxy was. In front of a level it begins anew; a
+    // mesh alone remembers its side, and a body its pose.
+    const bool begins_anew = before.is_off() && !inside && !moving_ && contact_->of_field();
+    if (begins_anew || !contact_->go_on_from(*before.contact_)) return inside;
     bank_ = before.bank_;
     if (soft_) soft_->tissue_m = tissue_m;
     pushes_back_ = before.pushes_back_;
@@ -110,11 +113,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;
     touched_normal_ = before.touched_normal_;
-    if (!before.is_off()) return contact_->state() == SurfaceState::inside && !is_off();
-    // What was off counts as inside wherever the proxy was: of a level its value says where it is.
-    // A mesh alone remembers its side, and a body its pose.
-    if (!inside && !moving_ && contact_->of_field()) contact_->restart(proxy);
-    return inside;
+    return before.is_off() ? inside : contact_->state() == SurfaceState::inside && !is_off();
 }
 
 /// The contact is as at a trial's beginning, with the gains that there are now: what is off is not

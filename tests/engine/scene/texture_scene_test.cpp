@@ -38,12 +38,15 @@ std::string texture(const std::string& surface, const std::string& keys) {
 const std::string kGrating =
     "pattern = \"grating\"\ndirection = [2, 0, 0]\nwavelength_mm = 2\nheight_mm = 0.1";
 
+std::shared_ptr<const Scene> scene_of(const std::string& text) {
+    return std::make_shared<const Scene>(parse_scene(text, "x.toml"),
+                                         SceneResources{.files = scene_files()});
+}
+
 /// A stroke along x, 0.5 mm deep; of frames after the first contact.
 std::vector<FrameReport> stroke(const std::string& text, int frames = 400) {
     test::ScriptedClock clock;
-    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml"),
-                                                  SceneResources{.files = scene_files()}),
-                    clock);
+    HapticLoop loop(scene_of(text), clock);
     std::vector<FrameReport> reports;
     for (int i = 0; i < frames; ++i) {
         DeviceState state;
@@ -242,28 +245,33 @@ TEST(TextureScene, WhatATextureCannotBeIsRefusedWithItsLine) {
               std::string::npos);
 }
 
+/// A hand over a crest of the grating.
+struct OverACrest {
+    OverACrest() { to(kTop + 1e-3); }
+    FrameReport to(double z) {
+        state.position.z = z;
+        return loop.frame(state);
+    }
+
+    test::ScriptedClock clock;
+    HapticLoop loop{scene_of(kPlate + surface("top") + texture("top", kGrating)), clock};
+    DeviceState state{.position = {1e-3, 0, 0}};
+};
+
 // Off, the plate is bare, and nothing of the way there is a step.
 TEST(TextureScene, ItsGainIsItsOwn) {
-    const std::string text = kPlate + surface("top") + texture("top", kGrating);
-    test::ScriptedClock clock;
-    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml"),
-                                                  SceneResources{.files = scene_files()}),
-                    clock);
-    DeviceState state;
-    state.position = {1e-3, 0, kTop + 1e-3};
-    loop.frame(state);
-    state.position.z = kTop - 0.2e-3;
+    OverACrest hand;
     const auto pressed = [&] {
         FrameReport report;
         for (int i = 0; i < 100; ++i)
-            report = loop.frame(state);
+            report = hand.to(kTop - 0.2e-3);
         return report;
     };
     EXPECT_NEAR(pressed().proxy.z, kTop + 0.1e-3, 0.1e-6);
-    EXPECT_TRUE(loop.set_gain(1, 0.0));
+    EXPECT_TRUE(hand.loop.set_gain(1, 0.0));
     EXPECT_NEAR(pressed().proxy.z, kTop, 0.1e-6);
     EXPECT_TRUE(pressed().flags & kLiveGain);
-    EXPECT_TRUE(loop.set_gain(1, 1.0));
+    EXPECT_TRUE(hand.loop.set_gain(1, 1.0));
     EXPECT_NEAR(pressed().proxy.z, kTop + 0.1e-3, 1e-6);
     EXPECT_FALSE(pressed().flags & kLiveGain);
 }
@@ -271,37 +279,24 @@ TEST(TextureScene, ItsGainIsItsOwn) {
 // A trial begins with the gains that were set last: also where it is to be said whether the place
 // is inside. Beneath a crest it is, and where the plate is bare it is not.
 TEST(TextureScene, ATrialBeginsWithTheGainThatWasSetLast) {
-    const std::string text = kPlate + surface("top") + texture("top", kGrating);
-    test::ScriptedClock clock;
-    HapticLoop loop(std::make_shared<const Scene>(parse_scene(text, "x.toml"),
-                                                  SceneResources{.files = scene_files()}),
-                    clock);
-    DeviceState state;
-    state.position = {1e-3, 0, kTop + 1e-3};
-    loop.frame(state);
+    OverACrest hand;
     for (const double gain : {0.0, 1.0, 0.0}) {
-        ASSERT_TRUE(loop.set_gain(1, gain));
-        ++state.trial;
-        state.position.z = kTop + 0.05e-3; // crests are 0.1 mm high
-        FrameReport report = loop.frame(state);
+        ASSERT_TRUE(hand.loop.set_gain(1, gain));
+        ++hand.state.trial;
+        const FrameReport report = hand.to(kTop + 0.05e-3); // crests are 0.1 mm high
         EXPECT_EQ((report.flags & kInsideAtStart) != 0, gain == 1.0) << gain;
         EXPECT_EQ(report.force, Vec3{0.0}) << gain;
-        state.position.z = kTop + 1e-3;
-        loop.frame(state);
+        hand.to(kTop + 1e-3);
     }
 }
 
 // What is off is not there: nothing begins inside of it.
 TEST(TextureScene, ATrialDoesNotBeginInsideOfWhatIsOff) {
-    test::ScriptedClock clock;
-    HapticLoop loop(std::make_shared<const Scene>(parse_scene(kPlate + surface("top"), "x.toml"),
-                                                  SceneResources{.files = scene_files()}),
-                    clock);
+    OverACrest hand;
     for (const double gain : {1.0, 0.0, 1.0}) {
-        ASSERT_TRUE(loop.set_gain(0, gain));
-        DeviceState state;
-        state.trial = static_cast<std::uint32_t>(10.0 * gain) + loop.frame(state).trial + 1;
-        EXPECT_EQ((loop.frame(state).flags & kInsideAtStart) != 0, gain == 1.0) << gain;
+        ASSERT_TRUE(hand.loop.set_gain(0, gain));
+        ++hand.state.trial;
+        EXPECT_EQ((hand.to(0.0).flags & kInsideAtStart) != 0, gain == 1.0) << gain;
     }
 }
 

@@ -13,6 +13,7 @@
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/stability/random/invariants.h"
+#include "tests/stability/random/wedge_table.h"
 
 namespace palpate::stability {
 namespace {
@@ -30,11 +31,6 @@ double wedge(double angle_deg, const Vec3& p) {
     const double right = -(std::cos(half) * p.x + std::sin(half) * p.z);
     const double left = -(-std::cos(half) * p.x + std::sin(half) * p.z);
     return angle_deg < 180.0 ? std::min(left, right) : std::max(left, right);
-}
-
-/// Where a chord goes through the middle of a wedge or a groove (x = 0): there it is deepest.
-double middle(const Vec3& from, const Vec3& to) {
-    return from.x * to.x < 0.0 ? from.x / (from.x - to.x) : 0.0;
 }
 
 double bumps(double radius, double amplitude, double wavelength, const Vec3& p) {
@@ -59,7 +55,8 @@ OwnField by_formula(const VolumeDescription& volume) {
         return {[=](const Vec3& p) { return bumps(r, high, wave, p); }, wave / 50};
     if (kind == "slab")
         return {[=](const Vec3& p) { return 0.5 * thick - std::abs(p.z); }, thick / 4};
-    if (kind == "wedge") return {[=](const Vec3& p) { return wedge(angle, p); }, 1e-3, middle};
+    if (kind == "wedge")
+        return {[=](const Vec3& p) { return wedge(angle, p); }, 1e-3, share_at_middle};
     return {[=](const Vec3& p) {
                 const double across = std::hypot(p.x, p.y) - r;
                 return tube - std::hypot(across, p.z);

@@ -132,14 +132,13 @@ private:
         probe_ = probe;
         loop_->move(probe);
         const auto depth = [&](const Vec3& p) { return inside(shape_, result_.angle_deg, p); };
-        // Of a chord its ends, and where it goes through the middle, as both faces are flat.
+        // Of a chord its ends, and where it goes through the middle.
         const std::span<const Vec3> path = loop_->subdivision().path();
         for (std::size_t i = 0; i < path.size(); ++i) {
-            result_.penetration_m = std::max(result_.penetration_m, depth(path[i]));
-            if (i == 0 || !(path[i - 1].x * path[i].x < 0.0)) continue;
-            const double share = path[i - 1].x / (path[i - 1].x - path[i].x);
-            result_.penetration_m = std::max(result_.penetration_m,
-                                             depth(path[i - 1] + share * (path[i] - path[i - 1])));
+            const Vec3& from = path[i > 0 ? i - 1 : 0];
+            const Vec3 middle = from + share_at_middle(from, path[i]) * (path[i] - from);
+            result_.penetration_m =
+                std::max({result_.penetration_m, depth(path[i]), depth(middle)});
         }
         bool in_sight = depth(probe) < -free_m_; // nothing of the body is between proxy and probe
         constexpr int kLooks =

@@ -21,7 +21,7 @@ enum class WedgeShape { wedge, groove };
 /// faces; depths are those into the faces themselves, not into what voxels made of them.
 struct WedgeResult {
     double angle_deg = 0.0;     ///< of the body's edge, or of the groove
-    double penetration_m = 0.0; ///< deepest corner of the proxy's path
+    double penetration_m = 0.0; ///< deepest place of the proxy's path
     double ghost_n = 0.0;       ///< greatest force with the probe in free space, in sight of the
                                 ///< proxy, and a voxel from the body where that is voxels
     double rest_m = 0.0;        ///< the proxy's longest way in a frame, 500 to 600 frames after the
@@ -33,6 +33,12 @@ inline constexpr double kWedgeVoxel_m = 0.5e-3;
 inline constexpr double kWedgeLeash_m = 0.1e-3;
 /// How deep the probe is behind a face before it leaves over the edge.
 inline constexpr double kWedgePressed_m = 0.2e-3;
+
+/// Where a chord goes through the middle of a wedge or a groove (x = 0), as a share of it: there it
+/// is deepest, as both faces are flat. 0 where it does not.
+inline double share_at_middle(const Vec3& from, const Vec3& to) {
+    return from.x * to.x < 0.0 ? from.x / (from.x - to.x) : 0.0;
+}
 
 /// A wedge or a groove along y with its edge at the origin, which holds with this strength, N, > 0.
 std::vector<std::unique_ptr<SurfaceContact>> wedge_surfaces(WedgeShape shape, double angle_deg,
