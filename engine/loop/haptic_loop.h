@@ -153,12 +153,12 @@ public:
     /// Moves the body of a surface that `moves` (SurfaceDescription), Scene::surfaces()[surface],
     /// from any thread, also while frame() runs; but each surface from one thread at a time. The
     /// next frame begins with the body there. `pose` is where the frame of the scene's own data
-    /// then lies; {} is where the scene has it. Position within 1e6 m, orientation of any length >
-    /// 0, which is made 1. A new trial begins with the pose that was set last. Between two frames a
-    /// body goes straight and turns by the shorter way; a proxy that it touches goes along, and one
-    /// that it comes onto is pushed. Where no room is left for the proxy, the body waits (flag
-    /// body_held_back). Returns false and changes nothing if there is no such surface, if it does
-    /// not move, or if the pose is out of range.                                         [any]
+    /// then lies; {} is where the scene has it. Position within 1e6 m, orientation of any length
+    /// above 0, which is made 1. A new trial begins with the pose that was set last. Between two
+    /// frames a body goes straight and turns by the shorter way; a proxy that it touches goes
+    /// along, and one that it comes onto is pushed. Where no room is left for the proxy, the body
+    /// waits (flag body_held_back). Returns false and changes nothing if there is no such surface,
+    /// if it does not move, or if the pose is out of range. [any]
     bool set_pose(std::size_t surface, const RigidPose& pose) noexcept;
     /// Where the body of a surface was in the last frame; {} where it does not move.     [loop]
     RigidPose pose(std::size_t surface) const noexcept;

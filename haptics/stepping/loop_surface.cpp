@@ -116,15 +116,6 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
     return before.is_off() ? inside : contact_->state() == SurfaceState::inside && !is_off();
 }
 
-/// The contact is as at a trial's beginning, with the gains that there are now: what is off is not
-/// there, and a texture that the gain of before made flat or high is no place to judge by.
-bool LoopSurface::begin_at(const Vec3& proxy) noexcept {
-    if (FieldSurface* field = contact_->of_field())
-        field->set_texture_gain(gain_value(SurfacePart::texture));
-    began_inside_ = contact_->restart(proxy) && !is_off();
-    return began_inside_;
-}
-
 bool LoopSurface::restart(const Vec3& proxy) noexcept {
     bank_.clear();
     if (soft_) soft_->tissue_m = 0.0;
@@ -132,7 +123,12 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
     magnet_.restart();
     for (GainRamp& gain : gains_)
         gain.jump();
-    return begin_at(proxy);
+    // The place is judged with these gains: a texture as high as it is now, and what is off is not
+    // there.
+    if (FieldSurface* field = contact_->of_field())
+        field->set_texture_gain(gain_value(SurfacePart::texture));
+    began_inside_ = contact_->restart(proxy) && !is_off();
+    return began_inside_;
 }
 
 bool LoopSurface::gains_move() const noexcept {

@@ -224,7 +224,6 @@ private:
     };
 
     Press press_over_lumps(double press_m, double period_s, double ratio) noexcept;
-    bool begin_at(const Vec3& proxy) noexcept;
     bool is_off() const noexcept { return gain_value(SurfacePart::strength) == 0.0; }
     bool all_gains_are_one() const noexcept;
     FrameContext in_body(const FrameContext& frame) const noexcept;
