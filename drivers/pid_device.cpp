@@ -84,6 +84,10 @@ public:
     }
 
     std::string find() override;
+    void forget_force() noexcept override {
+        forces_.take(force_);
+        force_ = {};
+    }
     void connected(HidPort& port) override;
     void release(HidPort& port) noexcept override;
     void received(std::span<const std::uint8_t> report, double time_s) noexcept override;
@@ -173,12 +177,11 @@ PidEffect PidDevice::Stick::load_effect(HidPort& port, PidAxis axis) const {
 }
 
 void PidDevice::Stick::connected(HidPort& port) {
-    forces_.take(force_); // a force of before, however young, was not meant for what is here now
-    force_ = {};
     path_ = port.path();
     reports_.emplace(internal::read_hid_descriptor(port.report_descriptor(), path_), path_);
     effects_ = {};
     is_released_ = false;
+    ++reported_.trial; // the handle may be elsewhere by now
     for (const auto& report :
          {reports_->control(PidControl::reset), reports_->control(PidControl::stop_all),
           reports_->control(PidControl::enable_actuators), reports_->full_gain()})

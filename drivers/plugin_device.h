@@ -82,7 +82,8 @@ public:
     bool read(DeviceState& state) noexcept override;
     void write(const Vec3& force) noexcept override;
 
-    /// Since open(); after close() those until then.                                       [any]
+    /// Since open(); after close() those until then. Not while another thread opens, starts, stops
+    /// or closes it. [setup]
     PluginCounts counts() const noexcept;
     /// What was of no use since open(), in words, with the plug-in's first reason; also after
     /// close(). Empty: nothing was.                                                      [setup]

@@ -61,6 +61,10 @@ public:
     Counts counts() const noexcept;
 
     std::string find() override;
+    void forget_force() noexcept override {
+        forces_.take(force_);
+        force_ = {};
+    }
     void connected(HidPort& port) override;
     void release(HidPort& port) noexcept override;
     void received(std::span<const std::uint8_t> bytes, double time_s) noexcept override;
@@ -166,8 +170,6 @@ std::size_t WoodenDevice::Board::first_report(HidPort& port, std::span<std::uint
 }
 
 void WoodenDevice::Board::connected(HidPort& port) {
-    forces_.take(force_); // a force of before, however young, was not meant for what is here now
-    force_ = {};
     const auto declared = internal::wooden_layout(
         internal::read_hid_descriptor(port.report_descriptor(), port.path()));
     if (!declared)

@@ -287,8 +287,7 @@ std::vector<std::string> meaning_for_contact(const MeshReport& report,
         "certified.");
     say(report.inside_out, "closed component is inside out", "closed components are inside out",
         ": the normals point into the body. The hand feels either side of a triangle, so contact "
-        "is the same, but a surface that yields takes its depth from the wrong side; reverse the "
-        "triangles, unless it is a cavity that the hand is in.");
+        "is the same.");
     if (self_intersections)
         say(*self_intersections, "pair of triangles intersects", "pairs of triangles intersect",
             ": there the contact is guarded instead of certified: nothing passes, but a frame may "

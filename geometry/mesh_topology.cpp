@@ -51,6 +51,7 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh) {
     facets_.resize(mesh.triangles.size());
     weld(mesh);
     link_edges();
+    tell_faces();
     mark_vertices();
 }
 
@@ -111,6 +112,35 @@ void MeshTopology::link_edges() {
                 facets_[edges[e].facet].singular = true;
         }
         first = last;
+    }
+}
+
+/// From the first facet of each connected part over its edges; then so that most of its area has
+/// the faces of its sides.
+void MeshTopology::tell_faces() {
+    std::vector<bool> is_told(facets_.size(), false);
+    std::vector<std::uint32_t> part;
+    for (std::uint32_t first = 0; first < facets_.size(); ++first) {
+        if (is_told[first]) continue;
+        is_told[first] = true;
+        part.assign(1, first);
+        double area_m2 = 0.0; // twice that of facets as they are, less that of the others
+        for (std::size_t i = 0; i < part.size(); ++i) {
+            const Facet& facet = facets_[part[i]];
+            const Vec3 a = corner(part[i], 0);
+            area_m2 += facet.face *
+                       glm::length(glm::cross(corner(part[i], 1) - a, corner(part[i], 2) - a));
+            for (int edge = 0; edge < 3; ++edge) {
+                const std::uint32_t next = facet.neighbour[edge];
+                if (is_told[next]) continue; // at a border it is the facet itself
+                is_told[next] = true;
+                facets_[next].face = static_cast<std::int8_t>(facet.face * facet.turn[edge]);
+                part.push_back(next);
+            }
+        }
+        if (area_m2 >= 0.0) continue;
+        for (const std::uint32_t facet : part)
+            facets_[facet].face = static_cast<std::int8_t>(-facets_[facet].face);
     }
 }
 

@@ -24,6 +24,7 @@ struct Facet {
     /// Not dropped, but has an edge of more than two facets, a vertex with several fans, or lies
     /// beside a dropped facet: its surroundings are not a surface.
     bool singular = false;
+    std::int8_t face = 1; ///< MeshTopology::face() of its side +1
 
     bool dropped() const noexcept { return normal == Vec3{0.0}; } ///< it has no area  [any]
 };
@@ -76,6 +77,14 @@ public:
     Vec3 corner(std::uint32_t facet, int k) const noexcept {
         return positions_[facets_[facet].vertex[k]];
     }
+    /// The face of its connected part that a side of a facet (+1 or -1) belongs to, +1 or -1: the
+    /// same for sides between which one can walk without going round a border. Of most of the
+    /// part's area it is the side itself; of all, where all facets are oriented alike. The other
+    /// way round, it gives the side that belongs to a face. A strip that twists has one face in
+    /// truth; there it depends on the way. [any]
+    std::int8_t face(std::uint32_t facet, std::int8_t side) const noexcept {
+        return static_cast<std::int8_t>(facets_[facet].face * side);
+    }
     /// Whether no other facet is linked over an edge in [0, 2].                             [any]
     bool is_border(std::uint32_t facet, int edge) const noexcept {
         return facets_[facet].neighbour[edge] == facet;
@@ -90,6 +99,7 @@ public:
 private:
     void weld(const TriangleMesh& mesh);
     void link_edges();
+    void tell_faces();
     void mark_vertices();
 
     std::vector<Facet> facets_;

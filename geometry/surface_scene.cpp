@@ -52,10 +52,6 @@ double largest_coordinate(const Vec3& v) noexcept {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
-bool in_range(const Vec3& p) noexcept {
-    return is_finite(p) && largest_coordinate(p) <= SurfaceScene::kQueryRange;
-}
-
 struct Corners {
     Vec3 a, b, c;
 };
@@ -153,6 +149,10 @@ bool clip(const Vec3& from, const Vec3& along, const Box& box, double& first,
 
 } // namespace
 
+bool SurfaceScene::answers_at(const Vec3& point) noexcept {
+    return is_finite(point) && largest_coordinate(point) <= kQueryRange;
+}
+
 struct SurfaceScene::Embree {
     std::shared_ptr<const TriangleMesh> mesh;
     std::vector<std::uint32_t>
@@ -247,7 +247,7 @@ SurfaceScene::Embree::Embree(std::shared_ptr<const TriangleMesh> surface)
 
 void SurfaceScene::Embree::choose_triangles() {
     for (std::size_t v = 0; v < mesh->vertices.size(); ++v) {
-        if (!in_range(mesh->vertices[v]))
+        if (!answers_at(mesh->vertices[v]))
             throw std::invalid_argument("vertex " + std::to_string(v) +
                                         " is not finite or beyond 1e6 m; repair the mesh");
         largest = std::max(largest, largest_coordinate(mesh->vertices[v]));
@@ -406,7 +406,7 @@ SurfaceScene::~SurfaceScene() = default;
 
 std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& to,
                                                   const SegmentOptions& options) const noexcept {
-    if (!in_range(from) || !in_range(to)) return std::nullopt;
+    if (!answers_at(from) || !answers_at(to)) return std::nullopt;
     const Vec3 along = to - from;
     const double length = glm::length(along);
     double first = 0.0, last = 1.0;
@@ -432,7 +432,7 @@ std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& 
 
 std::optional<SurfaceHit> SurfaceScene::closest_point(const Vec3& point,
                                                       double radius_m) const noexcept {
-    if (!in_range(point) || !(radius_m > 0.0) || radius_m > kQueryRange) return std::nullopt;
+    if (!answers_at(point) || !(radius_m > 0.0) || radius_m > kQueryRange) return std::nullopt;
     const Vec3 to_box =
         glm::max(glm::max(embree_->bounds.lower - point, point - embree_->bounds.upper), 0.0);
     if (squared_length(to_box) > radius_m * radius_m) return std::nullopt;
@@ -459,7 +459,7 @@ std::optional<SurfaceHit> SurfaceScene::closest_point(const Vec3& point,
 void SurfaceScene::triangles_near(const Vec3& point, double radius_m,
                                   std::vector<std::uint32_t>& found) const {
     found.clear();
-    if (!in_range(point) || !(radius_m > 0.0) || radius_m > kQueryRange) return;
+    if (!answers_at(point) || !(radius_m > 0.0) || radius_m > kQueryRange) return;
     const Vec3 center = point - embree_->origin;
     Embree::NeighbourhoodQuery query{embree_.get(), &found};
     RTCPointQuery ball{};
@@ -478,6 +478,8 @@ void SurfaceScene::for_pairs_near(
     rtcCollide(embree_->scene, embree_->scene, &Embree::pair, &query);
     embree_->require_no_error();
 }
+
+const Box& SurfaceScene::bounds() const noexcept { return embree_->bounds; }
 
 const TriangleMesh& SurfaceScene::mesh() const noexcept { return *embree_->mesh; }
 

@@ -70,6 +70,8 @@ public:
     void for_pairs_near(const std::function<void(std::uint32_t, std::uint32_t)>& found) const;
 
     const TriangleMesh& mesh() const noexcept; ///< that was given: not copied  [any]
+    /// Of all triangles, and a hair of rounding more, m. [any]
+    const Box& bounds() const noexcept;
     /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate
     /// (1.1e-16 m at 60 mm, 1.8e-14 at 10 m). A query's own coordinate counts where it is larger.
     double query_error_m() const noexcept;
@@ -81,6 +83,9 @@ public:
 
     static constexpr double kQueryRange =
         1.0e6; ///< m; Debian's Embree aborts the process on rays beyond 1.8e18 or NaN
+    /// Whether queries at a point are answered: finite, and within kQueryRange along each axis.
+    /// [any]
+    static bool answers_at(const Vec3& point) noexcept;
 
 private:
     struct Embree;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +29,7 @@ struct LabelVolume {
     std::vector<VoxelNumbers<std::int32_t>> layers; ///< i fastest; at least one
     std::vector<Label> labels;         ///< every value that occurs, by layer, then value
     std::string source_type;           ///< voxel type of the file
+    std::filesystem::path name_table;  ///< that was found beside the file and read; or empty
     std::vector<std::string> warnings; ///< what a user should know of how the file was read
 
     /// Voxels of one layer.                                                              [any]

@@ -42,6 +42,7 @@ void HidStream::open() {
 
 void HidStream::connect() {
     auto port = std::make_unique<HidPort>(protocol_.find());
+    protocol_.forget_force();
     protocol_.connected(*port);
     port_ = std::move(port);
     seen_empty_s_ = hid_time_s();
@@ -53,6 +54,7 @@ void HidStream::start() {
     stopping_ = false;
     untaken_since_s_.store(kAllTaken);
     seen_empty_s_ = kNever; // what came before is as old as that
+    protocol_.forget_force();
     reader_ = std::thread([this] { read_reports(); });
     writer_ = std::thread([this] { write_reports(); });
 }

@@ -27,6 +27,9 @@ public:
 
     /// Which node to open. Throws std::runtime_error where there is none, or one of another kind.
     virtual std::string find() = 0;
+    /// A force of before, however young, was not meant for what is felt from now on: before
+    /// connected(), and as the stream starts.
+    virtual void forget_force() noexcept {}
     /// The port is new, at first or after an unplug: finds out what it is and prepares it. Throws
     /// std::runtime_error where it is not what it should be.
     virtual void connected(HidPort& port) = 0;

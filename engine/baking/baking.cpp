@@ -17,6 +17,7 @@
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/scene/internal/progress.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/geometry/surface_seeds.h>
 #include <palpate/volume/formats/label_file.h>
@@ -82,7 +83,12 @@ std::string bake_key(const std::string& source, const VolumeDescription& volume,
                                    source, surface.iso_value, smoothing_of(surface),
                                    static_cast<int>(iso_rule_of(surface)),
                                    policy_text(surface.keep), region_text(surface.region_mm));
-    if (!surface.labels.empty()) {
+    if (surface.labels.empty()) {
+        // It decides whether the level is refused, so what was kept without it is not taken.
+        const internal::LabelMark mark = internal::label_mark(volume.file);
+        if (mark != internal::LabelMark::none)
+            text += fmt::format("label mark {}\n", static_cast<int>(mark));
+    } else {
         const std::filesystem::path table = name_table_of(volume);
         if (!table.empty()) text += sha256_of_file(table) + "\n";
         for (const std::string& label : surface.labels)
@@ -108,6 +114,17 @@ bool read_cached(const ResultCache& cache, const std::string& name, BakedSurface
         return true;
     } catch (const std::exception&) {
         return false;
+    }
+}
+
+/// The mesh of an earlier run, or null where there is none that can be read.
+std::shared_ptr<const TriangleMesh> cached_mesh(const ResultCache& cache, const std::string& name) {
+    const auto file = cache.find(name);
+    if (!file) return nullptr;
+    try {
+        return std::make_shared<TriangleMesh>(read_ply(*file));
+    } catch (const std::exception&) {
+        return nullptr;
     }
 }
 
@@ -155,11 +172,8 @@ void read_for(const SceneDescription& scene, const std::string& name, const Read
     try {
         read();
     } catch (const std::runtime_error& error) {
-        const int line = scene.volumes.at(name).line;
-        if (line <= 0) throw;
-        throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}",
-                                             scene.file.empty() ? "scene" : scene.file.string(),
-                                             line, name, error.what()));
+        if (scene.volumes.at(name).line <= 0) throw; // the file says enough
+        throw std::runtime_error(fmt::format("{}: {}", place_of_volume(scene, name), error.what()));
     }
 }
 
@@ -283,10 +297,9 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         settings.facet_angle_deg, settings.facet_size_m, settings.facet_distance_m));
     const std::string name = key.substr(0, 32) + ".ply";
     BakedMesh result;
-    if (const auto file = cache.find(name)) {
-        result.mesh = std::make_shared<TriangleMesh>(read_ply(*file));
-        result.from_cache = true;
-    } else {
+    result.mesh = cached_mesh(cache, name);
+    result.from_cache = result.mesh != nullptr;
+    if (!result.mesh) {
         if (!extract)
             throw std::runtime_error(
                 "there is no CGAL to extract a mesh with: set SceneResources::extract in a "

@@ -8,6 +8,7 @@
 
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/record/recording.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/volume/fields/grid_field.h>
 #include <palpate/volume/formats/vector_file.h>
@@ -51,35 +52,48 @@ public:
     }
 
     std::shared_ptr<const ScalarField> scalars(const std::string& volume) override {
-        return effect_grid(volumes_.volume(volume));
+        const VoxelVolume& voxels = volumes_.volume(volume);
+        warnings_[volume] = voxels.warnings;
+        return effect_grid(voxels);
     }
 
     std::shared_ptr<const VectorField> vectors(const std::string& volume, VectorSense sense,
                                                std::string_view effect) override {
-        const std::filesystem::path& file = scene_.volumes.at(volume).file;
-        const auto fail = [&](const std::string& what) {
-            throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}", scene_.file.string(),
-                                                 scene_.volumes.at(volume).line, volume, what));
-        };
-        if (!holds_vectors(file))
-            fail(fmt::format(
-                "{} holds no vectors, which {} needs; name a volume of vectors or tensors",
-                file.string(), effect));
-        const VectorVolume vectors = read_vector_volume(file);
-        if (vectors.kind == VectorVolume::Kind::symmetric_tensor && sense == VectorSense::directed)
-            fail(fmt::format(
-                "{} holds tensors, whose directions have no sign, and {} needs one; take "
-                "fibre_follow, or name a volume of vectors",
-                file.string(), effect));
-        return std::make_shared<GridVectorField>(vectors, sense);
+        try {
+            const VectorVolume vectors = vectors_of(volume, sense, effect);
+            warnings_[volume] = vectors.warnings;
+            return std::make_shared<GridVectorField>(vectors, sense);
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error(
+                fmt::format("{}: {}", place_of_volume(scene_, volume), error.what()));
+        }
     }
 
+    const VolumeWarnings& warnings() const noexcept override { return warnings_; }
+
 private:
+    VectorVolume vectors_of(const std::string& volume, VectorSense sense,
+                            std::string_view effect) const {
+        const VolumeDescription& source = scene_.volumes.at(volume);
+        if (!holds_vectors(source.file, source.selection))
+            throw std::runtime_error(fmt::format(
+                "{} holds no vectors, which {} needs; name a volume of vectors or tensors",
+                source.file.string(), effect));
+        VectorVolume vectors = read_vector_volume(source.file, source.selection);
+        if (vectors.kind == VectorVolume::Kind::symmetric_tensor && sense == VectorSense::directed)
+            throw std::runtime_error(fmt::format(
+                "{} holds tensors, whose directions have no sign, and {} needs one; take "
+                "fibre_follow, or name a volume of vectors",
+                source.file.string(), effect));
+        return vectors;
+    }
+
     const SceneDescription& scene_;
     VolumeReader volumes_;
     const ResultCache& cache_;
     IsosurfaceExtractor extract_;
     Progress progress_;
+    VolumeWarnings warnings_; ///< of effects' volumes
 };
 
 class Files final : public SceneFiles {

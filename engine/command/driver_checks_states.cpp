@@ -108,31 +108,45 @@ Verdict workspace(DriverTrial& trial) {
     return pass("every position is within the workspace");
 }
 
-/// Ten steps at a time, so that rounded positions count little: the way and the integral of the
-/// velocity over the same time.
+/// The way and the integral of the velocity over the same time, of pieces that are so long that
+/// rounded positions count little; where the handle is too slow for that, of a tenth of a second.
 Verdict velocity(DriverTrial& trial) {
     if (trial.properties().measures_velocity == 0) return skip("the device measures no velocity");
     constexpr std::size_t kSteps = 10;
+    constexpr double kLongest_s = 0.1;
+    const double rounding_m = 4.0 * trial.properties().position_step_m + 50e-6;
+    const double far_m = 5.0 * rounding_m; // a velocity of 0 is wrong by twice what is allowed
     const std::vector<palpate_plugin_state> states = good_states(trial.exchanges(0.6));
-    int pieces = 0, wrong = 0;
+    struct Pieces {
+        int all = 0, wrong = 0;
+        bool are_wrong() const { return 4 * wrong > all; }
+    } moved, slow;
     double way_m = 0.0;
-    for (std::size_t i = 0; i + kSteps < states.size(); i += kSteps) {
-        Vec3 said{0.0};
-        for (std::size_t j = i; j < i + kSteps; ++j)
-            said += 0.5 * (states[j + 1].time_s - states[j].time_s) *
-                    (vec_of(states[j].velocity_m_per_s) + vec_of(states[j + 1].velocity_m_per_s));
-        const Vec3 gone = vec_of(states[i + kSteps].position_m) - vec_of(states[i].position_m);
-        const double most_m =
-            0.3 * glm::length(gone) + 4.0 * trial.properties().position_step_m + 50e-6;
+    Vec3 said{0.0};
+    for (std::size_t i = 0, j = 0; j + 1 < states.size();) {
+        said += 0.5 * (states[j + 1].time_s - states[j].time_s) *
+                (vec_of(states[j].velocity_m_per_s) + vec_of(states[j + 1].velocity_m_per_s));
+        ++j;
+        const Vec3 gone = vec_of(states[j].position_m) - vec_of(states[i].position_m);
+        const bool is_far = glm::length(gone) > far_m;
+        if (j - i < kSteps || !(is_far || states[j].time_s - states[i].time_s > kLongest_s))
+            continue;
+        Pieces& pieces = is_far ? moved : slow;
+        ++pieces.all;
+        pieces.wrong += glm::distance(said, gone) > 0.3 * glm::length(gone) + rounding_m ? 1 : 0;
         way_m += glm::length(gone);
-        ++pieces;
-        wrong += glm::distance(said, gone) > most_m ? 1 : 0;
+        said = Vec3(0.0);
+        i = j;
     }
-    if (4 * wrong > pieces)
-        return fail(fmt::format("the velocity is not that of the positions in {} of {} pieces of "
-                                "the way; m/s, device frame, same sign, or measures_velocity = 0",
-                                wrong, pieces));
-    if (way_m < 1e-3) return skip("the handle did not move by a millimetre; move it");
+    for (const Pieces& pieces : {moved, slow})
+        if (pieces.are_wrong())
+            return fail(
+                fmt::format("the velocity is not that of the positions in {} of {} pieces of the "
+                            "way; m/s, device frame, same sign, or measures_velocity = 0",
+                            pieces.wrong, pieces.all));
+    if (moved.all == 0)
+        return skip(fmt::format("the handle did not move by {:.2g} mm in {:g} s; move it",
+                                1e3 * far_m, kLongest_s));
     return pass(fmt::format("as the positions have it, over {:.3g} mm", 1e3 * way_m));
 }
 

@@ -77,6 +77,12 @@ DriverTrial::DriverTrial(std::string driver, const Settings& settings) : setting
 DriverTrial::DriverTrial(DeviceMaker make, const Settings& settings)
     : settings_(settings), is_own_(true), plugin_(&plugin_of(std::move(make))) {}
 
+DriverTrial::~DriverTrial() {
+    if (!is_own_ || device_ == nullptr) return;
+    plugin_->stop(device_); // functions of ours that throw nothing
+    plugin_->close(device_);
+}
+
 bool DriverTrial::may_push() const { return settings_.may_push || properties_.is_simulated != 0; }
 
 const palpate_device_plugin& DriverTrial::plugin() {

@@ -43,6 +43,11 @@ public:
     DriverTrial(std::string driver, const Settings& settings);
     /// A driver of our own; one such trial at a time.
     DriverTrial(DeviceMaker make, const Settings& settings);
+    /// Stops and closes a driver of our own, so that its device holds nothing afterwards. A plug-in
+    /// is left as it is: what it does then would be blamed on the check.
+    ~DriverTrial();
+    DriverTrial(const DriverTrial&) = delete;
+    DriverTrial& operator=(const DriverTrial&) = delete;
 
     bool is_own() const { return is_own_; } ///< no file to look at
     const std::string& path() const { return address_.path; }

@@ -142,8 +142,10 @@ DeviceMaker own_driver(const std::string& name) {
             return std::make_unique<SimulatedHand>(
                 HandSettings{}, press_into(Vec3(0.0), Vec3(0.0, 0.0, 1.0), 0.02, 0.005, 2.0, 10.0));
         };
-    constexpr std::array<std::string_view, 4> kOthers{"path:", "hid:", "inverse3", "igtl:"};
-    if (std::none_of(kOthers.begin(), kOthers.end(),
+    constexpr std::array<std::string_view, 5> kOthers{"path:", "hid:", "inverse3:", "inverse3?",
+                                                      "igtl:"};
+    if (name != "inverse3" &&
+        std::none_of(kOthers.begin(), kOthers.end(),
                      [&](std::string_view start) { return name.starts_with(start); }))
         return nullptr;
     return [name] {

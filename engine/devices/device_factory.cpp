@@ -23,6 +23,7 @@
 #include <palpate/engine/devices/surface_tour.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/internal/scene_ranges.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/engine/scene/scene_reader.h>
 #include <palpate/engine/scene/scene_surface.h>
 
@@ -30,12 +31,6 @@ namespace palpate {
 namespace {
 
 using Kind = DeviceDescription::Kind;
-
-/// "scene.toml:7: [device]"
-std::string place_of(const Scene& scene) {
-    return fmt::format("{}:{}: [device]", scene.description().file.string(),
-                       scene.description().device.line);
-}
 
 /// Where nothing of a scene is felt yet: trials that begin there begin in front of all of it.
 std::function<bool(const Vec3&)> free_of(const Scene& scene) {
@@ -83,8 +78,9 @@ std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::
         try {
             found = find_orbit(orbit_target(scene, *surface), orbit, rate_hz, is_free);
         } catch (const std::runtime_error& error) {
-            throw std::runtime_error(
-                fmt::format("{}: surface {}: {}", place_of(scene), surface->name, error.what()));
+            throw std::runtime_error(fmt::format("{}: surface {}: {}",
+                                                 place_of_device(scene.description()),
+                                                 surface->name, error.what()));
         }
         if (found.spiral_share < 1.0)
             notes.push_back(fmt::format(
@@ -137,7 +133,7 @@ std::vector<DeviceState> recorded_states(const Scene& scene) {
     const std::filesystem::path& file = scene.description().device.file;
     const double rate_hz = scene.description().loop.rate_hz;
     std::vector<DeviceState> states =
-        require_files(scene.files(), place_of(scene), "reads " + file.string())
+        require_files(scene.files(), place_of_device(scene.description()), "reads " + file.string())
             .recorded_inputs(file, scene.description().device.recorded_hand);
     if (states.empty())
         throw std::runtime_error(file.string() +
@@ -202,7 +198,7 @@ SceneDevice make_hand(const Scene& scene, int every) {
         return {std::make_unique<SimulatedHand>(settings, std::move(intents)), {}, frames};
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(fmt::format("{}: {}; give the hand another path or other settings",
-                                             place_of(scene), error.what()));
+                                             place_of_device(scene.description()), error.what()));
     }
 }
 
@@ -278,7 +274,7 @@ std::vector<DeviceState> device_states(const Scene& scene, int every,
     throw std::runtime_error(
         fmt::format("{}: what a hand does is not known before; record it with `palpate trace` and "
                     "give that with type = \"recording\"",
-                    place_of(scene)));
+                    place_of_device(scene.description())));
 }
 
 SceneDevice make_device(const Scene& scene, int every) {

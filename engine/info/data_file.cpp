@@ -22,7 +22,7 @@ ValuesOrLabels read_values_or_labels(const std::filesystem::path& file,
         return read_label_volume(file, settings.labels, settings.selection);
     VoxelVolume volume = read_volume(file, settings.selection);
     const std::filesystem::path table = find_name_table(file);
-    if (table.empty() && !looks_like_labels(volume)) return volume;
+    if (!looks_like_labels(volume) && !is_name_table(table)) return volume;
     volume = {};
     std::string reason;
     try {
@@ -55,13 +55,13 @@ DataFile read_data_file(const std::filesystem::path& file, const FileInfoSetting
     if (ending == ".toml") refuse("is a scene already; give a volume, labels or a mesh");
     if (ending == ".h5" || is_journal(file))
         refuse("is a recording; give a volume, labels or a mesh");
-    if (!std::filesystem::is_directory(file, ignored) && holds_vectors(file))
+    if (!std::filesystem::is_directory(file, ignored) && holds_vectors(file, settings.selection))
         refuse("holds vectors or tensors, which have no surface; docs/effects.md has what is felt "
                "of them, as vector_follow and vector_force");
     std::visit([&](auto volume) { data.content = std::move(volume); },
                internal::read_values_or_labels(file, settings));
-    if (data.labels.empty() && std::holds_alternative<LabelVolume>(data.content))
-        data.labels = find_name_table(file);
+    if (const auto* labels = std::get_if<LabelVolume>(&data.content); data.labels.empty() && labels)
+        data.labels = labels->name_table;
     return data;
 }
 

@@ -250,6 +250,9 @@ std::vector<std::string> source_warnings(const Scene& scene) {
         for (const std::string& warning : surface.mesh.warnings)
             add(surface.mesh.file, warning);
     }
+    for (const auto& [volume, warnings] : scene.effect_warnings())
+        for (const std::string& warning : warnings)
+            add(scene.description().volumes.at(volume).file, warning);
     return lines;
 }
 

@@ -122,7 +122,8 @@ public:
               std::ceil(RealtimeSettings::kFree_s * now_->description().loop.rate_hz))) {}
 
     void see(const FrameReport& frame) noexcept {
-        free_ = frame.surfaces_felt == 0 ? free_ + 1 : 0;
+        const bool is_free = is_computed(frame.flags) && frame.surfaces_felt == 0;
+        free_ = is_free ? free_ + 1 : 0;
         if (handed_in_ && (frame.flags & kSceneAdopted) != 0) adopted_ = true;
     }
 

@@ -138,6 +138,9 @@ Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const RunWat
 void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress) {
     if (trace.realtime && trace.realtime->dropped > 0) return;
     if (trace.before) return;
+    if (std::any_of(trace.frames.begin(), trace.frames.end(),
+                    [](const FrameReport& frame) { return (frame.flags & kNotRepeatable) != 0; }))
+        return;
     trace.audits = run_again(std::move(scene), trace, progress).audits;
 }
 

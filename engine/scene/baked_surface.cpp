@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/scene/scene_place.h>
+
 namespace palpate {
 namespace {
 
@@ -41,13 +43,6 @@ void require_level_of_formula(const VolumeDescription& source, const BakedSurfac
 }
 
 } // namespace
-
-std::string place_of_surface(const SceneDescription& scene, const std::string& surface) {
-    const int line = scene.surfaces.at(surface).line;
-    if (line == 0 && scene.file.empty()) return fmt::format("surfaces[\"{}\"]", surface);
-    if (line == 0) return scene.file.string(); // made from options, not from a scene file
-    return fmt::format("{}:{}: [surface.{}]", scene.file.string(), line, surface);
-}
 
 BakedSurface bake_formula(const SceneDescription& scene, const std::string& surface,
                           std::shared_ptr<const ScalarField> field) {

@@ -62,7 +62,4 @@ BakedSurface bake_formula(const SceneDescription& scene, const std::string& surf
 std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
                                            const std::string& surface);
 
-/// How messages name a surface: "FILE:LINE: [surface.bone]", or as far as that is known. [setup]
-std::string place_of_surface(const SceneDescription& scene, const std::string& surface);
-
 } // namespace palpate

@@ -18,6 +18,7 @@
 #include <palpate/engine/scene/internal/soft_borders.h>
 #include <palpate/engine/scene/loop_parts.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/scene/validation.h>
@@ -55,12 +56,6 @@ SceneDescription checked(SceneDescription description) {
     return description;
 }
 
-std::string place_of(const SceneDescription& scene, const std::string& surface) {
-    const int line = scene.surfaces.at(surface).line;
-    if (line == 0) return fmt::format("surfaces[\"{}\"]", surface); // made in code
-    return fmt::format("{}:{}: [surface.{}]", scene.file.string(), line, surface);
-}
-
 /// Does a step of the set-up; what libraries complain of gets file, line and surface in front.
 template <class Step>
 auto at_place(const std::string& place, const Step& step) {
@@ -88,7 +83,7 @@ void check_contact(const SceneDescription& scene, const SurfaceDescription& desc
 SceneSurface build_surface(const SceneDescription& scene, const std::string& name,
                            internal::SceneSources& sources, const SceneResources& resources) {
     const SurfaceDescription& description = scene.surfaces.at(name);
-    const std::string place = place_of(scene, name);
+    const std::string place = place_of_surface(scene, name);
     SceneSurface surface;
     surface.name = name;
     surface.contact = choose_contact(scene, description, extraction(resources)).kind;
@@ -217,11 +212,11 @@ std::shared_ptr<const ScalarField> make_analytic_field(const SceneDescription& s
         if (description.analytic == "torus")
             return make_torus(metres("radius_mm"), metres("tube_mm"));
     } catch (const std::invalid_argument& error) {
-        throw std::runtime_error(fmt::format("{}:{}: [volume.{}]: {}", scene.file.string(),
-                                             description.line, volume, error.what()));
+        throw std::runtime_error(
+            fmt::format("{}: {}", place_of_volume(scene, volume), error.what()));
     }
-    throw std::runtime_error(fmt::format("{}:{}: [volume.{}] is not given by a formula",
-                                         scene.file.string(), description.line, volume));
+    throw std::runtime_error(
+        fmt::format("{} is not given by a formula", place_of_volume(scene, volume)));
 }
 
 Scene::~Scene() = default;
@@ -248,6 +243,7 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     for (const SceneSurface& surface : surfaces_)
         internal::load_scalar_field(description_.surfaces.at(surface.name).strength_volume, sources,
                                     *fields);
+    fields->warnings = sources.warnings();
     effect_fields_ = fields;
     effect_order_ = order_of(description_, plan_);
     shape_surfaces();
@@ -269,11 +265,8 @@ void Scene::shape_surfaces() {
         if (!planned.on) continue;
         for (SceneSurface& surface : surfaces_)
             if (surface.name == surface_of(effect))
-                at_place(
-                    effect.line == 0
-                        ? fmt::format("effects[{}]", planned.effect) // made in code
-                        : fmt::format("{}:{}: [[effect]]", description_.file.string(), effect.line),
-                    [&] { internal::give_shape(effect, surface, *effect_fields_); });
+                at_place(place_of_effect(description_, planned.effect),
+                         [&] { internal::give_shape(effect, surface, *effect_fields_); });
     }
 }
 
@@ -285,6 +278,8 @@ std::shared_ptr<const ScalarField> Scene::effect_field(const std::string& volume
     const auto found = effect_fields_->scalars.find(volume);
     return found == effect_fields_->scalars.end() ? nullptr : found->second;
 }
+
+const VolumeWarnings& Scene::effect_warnings() const noexcept { return effect_fields_->warnings; }
 
 std::optional<Box> Scene::effect_bounds(const std::string& volume) const {
     if (const auto field = effect_field(volume)) return field->bounds();

@@ -62,6 +62,10 @@ public:
     /// nothing where none does. [any]
     std::optional<Box> effect_bounds(const std::string& volume) const;
 
+    /// What a user should know of how volumes were read that an effect other than a surface uses,
+    /// or a surface's strength, by the volume's name. [any]
+    const VolumeWarnings& effect_warnings() const noexcept;
+
     /// What read its files, SceneResources::files; null where nobody did. [any]
     const SceneFiles* files() const noexcept { return files_.get(); }
 

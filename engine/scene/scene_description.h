@@ -264,4 +264,7 @@ struct SceneDescription {
     std::vector<DeviceDescription> hands;
 };
 
+/// What a user should know of how volumes were read, by their names in the scene.
+using VolumeWarnings = std::map<std::string, std::vector<std::string>>;
+
 } // namespace palpate

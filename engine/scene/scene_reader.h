@@ -35,6 +35,8 @@ public:
     /// The field of a volume of vectors that is a file; `effect` is who needs it, for messages.
     virtual std::shared_ptr<const VectorField> vectors(const std::string& volume, VectorSense sense,
                                                        std::string_view effect) = 0;
+    /// Of the volumes that scalars() and vectors() have read.
+    virtual const VolumeWarnings& warnings() const noexcept = 0;
 };
 
 /// What reads the files of scenes: scene_files() of palpate::files. The run time itself links none

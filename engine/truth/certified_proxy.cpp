@@ -2,10 +2,12 @@
 #include <palpate/engine/truth/certified_proxy.h>
 
 #include <memory>
+#include <utility>
 
 #include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/felt_level.h>
+#include <palpate/geometry/surface_scene.h>
 #include <palpate/haptics/contact/volume_contact.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
@@ -30,12 +32,20 @@ std::vector<Vec3> certified_proxies(const Scene& scene, std::span<const DeviceSt
     proxies.reserve(inputs.size());
     FrameContext frame;
     frame.stiffness = scene.description().coupling.stiffness_n_per_m;
+    bool begins = true; // a trial, with its first place that a loop takes for one
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-        const bool restarts = i == 0 || inputs[i].trial != inputs[i - 1].trial;
+        begins = begins || inputs[i].trial != inputs[i - 1].trial;
         frame.probe = inputs[i].position;
-        frame.start = restarts ? inputs[i].position : proxies.back();
-        if (restarts) subdivision.restart(frame.start);
-        proxies.push_back(is_finite(frame.probe) ? subdivision.advance(frame).proxy : frame.start);
+        frame.start = proxies.empty() ? Vec3{0.0} : proxies.back();
+        if (!SurfaceScene::answers_at(frame.probe) || inputs[i].freshness == Freshness::stale) {
+            proxies.push_back(frame.start);
+            continue;
+        }
+        if (std::exchange(begins, false)) {
+            frame.start = frame.probe;
+            subdivision.restart(frame.start);
+        }
+        proxies.push_back(subdivision.advance(frame).proxy);
     }
     return proxies;
 }

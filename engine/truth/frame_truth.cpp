@@ -30,7 +30,7 @@ FrameFinding FrameTruth::of(const FrameReport& frame) {
     };
     for (SurfaceAudit& mesh : meshes_)
         take(of_mesh(mesh, frame));
-    if (frame.flags & kProbeNotFinite) return finding;
+    if (!is_computed(frame.flags)) return finding;
     for (Level& level : levels_) {
         if (frame.surfaces_open & level.felt.bit) continue;
         take(of_level(level, frame));

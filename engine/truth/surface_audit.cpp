@@ -67,7 +67,7 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
     if (frame.surfaces_guarded & bit_) add_guarded(frame);
-    if ((frame.flags & kProbeNotFinite) || (frame.surfaces_open & bit_)) return;
+    if (!is_computed(frame.flags) || (frame.surfaces_open & bit_)) return;
     if (!place_.has_path()) path = {};
     const std::optional<Vec3> place = place_.of(frame);
     if (!place) return;

@@ -102,6 +102,7 @@ private:
     const LiveMessage& scene() const override { return scene_; }
     std::chrono::duration<double> taking() const override { return taking_; }
     std::size_t& connections() override { return connections_; }
+    std::size_t& button_holders() override { return button_holders_; }
     LiveReply answer(const ViewCommand& command) override { return answer_(command); }
     bool add(const std::shared_ptr<LivePage>& page) override;
     void remove(const std::shared_ptr<LivePage>& page) override;
@@ -138,6 +139,7 @@ private:
     mutable std::mutex counts_mutex_;
     LiveCounts counts_;
     std::size_t connections_ = 0;
+    std::size_t button_holders_ = 0;
 
     asio::io_context io_{1};
     tcp::acceptor acceptor_{io_};

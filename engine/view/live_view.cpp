@@ -40,12 +40,6 @@ std::filesystem::path free_name(const std::filesystem::path& folder) {
     }
 }
 
-/// Whether a frame looked for surfaces: in one without a place of the hand, or a late one, nothing
-/// is felt wherever the hand is.
-bool is_computed(const FrameReport& frame) {
-    return (frame.flags & (kDeviceStale | kProbeNotFinite)) == 0;
-}
-
 /// Of a frame that was computed.
 bool is_in_the_air(const FrameReport& frame) {
     return frame.contacts == 0 && frame.surfaces_open == 0 && (frame.flags & kInsideAtStart) == 0;
@@ -289,7 +283,7 @@ void LiveView::View::see(const RunFrame& run) {
         const std::lock_guard lock(mutex_);
         last_ = run.frame;
         has_last_ = true;
-        if (is_computed(last_)) {
+        if (is_computed(last_.flags)) {
             computed_ = last_;
             if (is_in_the_air(last_)) note_the_air(last_.probe);
         }

@@ -32,7 +32,9 @@ DeviceProperties PageDevice::properties() const {
 
 bool PageDevice::read(DeviceState& state) noexcept {
     aimed_.take(target_);
-    if (rests_ > 0) {
+    if (std::exchange(stands_, false)) {
+        velocity_ = Vec3{0.0};
+    } else if (rests_ > 0) {
         --rests_;
     } else if (reads_ > 0) {
         const Vec3 way = target_ - position_;
@@ -103,7 +105,7 @@ bool SteeredDevice::read(DeviceState& state) noexcept {
     } else {
         if (begins_again) ++trial_;
         if (begins_again && mouse_ != nullptr) mouse_->begin();
-        read_device(state);
+        read_device(state, begins_again);
     }
     if (pressed_.load(std::memory_order_relaxed)) state.buttons |= 1u;
     return true;
@@ -127,7 +129,9 @@ void SteeredDevice::read_states(DeviceState& state, bool begins_again) noexcept 
     state = last_;
 }
 
-void SteeredDevice::read_device(DeviceState& state) noexcept {
+void SteeredDevice::read_device(DeviceState& state, bool begins_again) noexcept {
+    const bool is_held = is_frozen() && has_last_;
+    if (is_held && mouse_ != nullptr) mouse_->stand();
     if (!device_->read(state)) {
         state = last_;
         state.freshness = Freshness::stale;
@@ -135,13 +139,11 @@ void SteeredDevice::read_device(DeviceState& state) noexcept {
         return;
     }
     state.trial += trial_;
-    if (is_frozen() && has_last_) {
-        if (has_motors_) {
-            state.freshness = Freshness::stale;
-        } else {
-            state.position = last_.position;
-            state.velocity = Vec3{0.0};
-        }
+    if (is_held && has_motors_) {
+        state.freshness = Freshness::stale;
+    } else if (is_held && !begins_again) { // where a trial begins, the device says
+        state.position = last_.position;
+        state.velocity = Vec3{0.0};
     }
     last_ = state;
     has_last_ = true;

@@ -33,6 +33,8 @@ public:
     void begin_at(const Vec3& position) noexcept;
     /// A trial begins with the next read().                                               [loop]
     void begin() noexcept;
+    /// Stands still in the next read().                                                   [loop]
+    void stand() noexcept { stands_ = true; }
 
     DeviceProperties properties() const override;
     /// Its clock begins anew with each run.                                               [setup]
@@ -52,6 +54,7 @@ private:
     double period_s_;
     std::uint64_t reads_ = 0;
     int rests_ = 0; // so many reads
+    bool stands_ = false;
 };
 
 /// A device that a page may freeze and restart while it is read. Everything else is the device's.
@@ -90,7 +93,7 @@ public:
 
 private:
     void read_states(DeviceState& state, bool begins_again) noexcept;
-    void read_device(DeviceState& state) noexcept;
+    void read_device(DeviceState& state, bool begins_again) noexcept;
 
     HapticDevice* device_ = nullptr; ///< null: of states
     PageDevice* mouse_ = nullptr;    ///< the same, where it is one

@@ -166,22 +166,6 @@ static int device_properties(void* opened, palpate_plugin_properties* properties
     return PALPATE_PLUGIN_OK;
 }
 
-static int device_start(void* opened) {
-    device_type* device = opened;
-    hdMakeCurrentDevice(device->handle);
-    hdEnable(HD_FORCE_OUTPUT);
-    device->callback = hdScheduleAsynchronous(one_frame, device, HD_MAX_SCHEDULER_PRIORITY);
-    hdStartScheduler();
-    const HDerror error = newest_error();
-    if (error != HD_SUCCESS)
-        return fail(device->reason, hdGetErrorString(error), "switch the device off and on");
-    pthread_mutex_lock(&device->mutex);
-    if (device->held_s < 0.0) device->held_s = now_s(); /* the first frame may have come already */
-    pthread_mutex_unlock(&device->mutex);
-    device->is_started = 1;
-    return PALPATE_PLUGIN_OK;
-}
-
 static int device_read(void* opened, palpate_plugin_state* state) {
     device_type* device = opened;
     pthread_mutex_lock(&device->mutex);
@@ -242,6 +226,25 @@ static int device_stop(void* opened) {
     device->is_started = device->is_forsaken = 0;
     device->told_s = device->held_s = LONG_AGO_S;
     device->error = HD_SUCCESS;
+    return PALPATE_PLUGIN_OK;
+}
+
+static int device_start(void* opened) {
+    device_type* device = opened;
+    newest_error(); /* what came before is not of this start */
+    hdMakeCurrentDevice(device->handle);
+    hdEnable(HD_FORCE_OUTPUT);
+    device->callback = hdScheduleAsynchronous(one_frame, device, HD_MAX_SCHEDULER_PRIORITY);
+    hdStartScheduler();
+    device->is_started = 1;
+    const HDerror error = newest_error();
+    if (error != HD_SUCCESS) {
+        device_stop(device); /* so that nobody calls back any more */
+        return fail(device->reason, hdGetErrorString(error), "switch the device off and on");
+    }
+    pthread_mutex_lock(&device->mutex);
+    if (device->held_s < 0.0) device->held_s = now_s(); /* the first frame may have come already */
+    pthread_mutex_unlock(&device->mutex);
     return PALPATE_PLUGIN_OK;
 }
 

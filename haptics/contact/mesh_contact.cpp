@@ -258,9 +258,15 @@ std::optional<ContactPlane> MeshContact::nearest_plane(const Vec3& proxy, const 
     contact.gradient_length = 1.0;
     if (now_.mode == Mode::airborne) drop_stale(proxy);
     if (now_.mode == Mode::airborne && now_.guards.size() > 0) {
-        const GuardPlanes::Entry& guard = now_.guards[now_.guards.size() - 1];
+        const auto height_m = [&](std::size_t i) {
+            return glm::dot(now_.guards[i].normal, proxy - now_.guards[i].anchor);
+        };
+        std::size_t nearest = 0;
+        for (std::size_t i = 1; i < now_.guards.size(); ++i)
+            if (height_m(i) <= height_m(nearest)) nearest = i; // of equal ones the newest
+        const GuardPlanes::Entry& guard = now_.guards[nearest];
         contact.plane = {guard.anchor, guard.normal, 0.0};
-        if (glm::dot(guard.normal, proxy - guard.anchor) > reach_m) return std::nullopt;
+        if (height_m(nearest) > reach_m) return std::nullopt;
         return contact;
     }
     std::optional<MeshSpot> spot = now_.mode == Mode::on_surface

@@ -117,7 +117,7 @@ private:
         bool passed = false;
         Vec3 behind{0.0};           ///< where the proxy is then, m
         Vec3 seen{0.0};             ///< and where it was at the last frame's end
-        std::int8_t front_side = 1; ///< of the facets where it was passed; 0: it was switched off
+        std::int8_t front_side = 1; ///< face of the mesh that was passed; 0: it was switched off
                                     ///< before, and will be where it is passed
         Vec3 front_normal{0.0};     ///< unit, of the facet that was last met
         bool in_front = false;      ///< the proxy came out again, there or elsewhere
@@ -131,6 +131,7 @@ private:
     void stand(const MeshSpot& spot, const Vec3& proxy) noexcept;
     Vec3 on_plane(std::uint32_t facet, const Vec3& point) const noexcept;
 
+    bool is_away(const Vec3& from, const Vec3& to) const noexcept;
     double fly(const Vec3& from, const Vec3& to) noexcept;
     void land(const Vec3& from, const SurfaceHit& hit) noexcept;
     double stop_above(const Vec3& from, const Vec3& to, const SurfaceHit& hit) noexcept;
@@ -163,6 +164,7 @@ private:
     Chord carry_behind(const Vec3& from, const Vec3& to) noexcept;
     void commit_behind(const Vec3& proxy, bool yielded, bool felt) noexcept;
     void look_back(const Vec3& proxy) noexcept;
+    std::int8_t face_seen_from(const SurfaceHit& place, const Vec3& point) const noexcept;
 
     std::optional<SurfaceHit> first_hit(const Vec3& from, const Vec3& to) noexcept;
     std::optional<SurfaceHit> closest_point(const Vec3& point, double radius_m) noexcept;

@@ -55,10 +55,9 @@ double MeshContact::trust_m() const noexcept {
 /// The surface gives way: from here on the label of its side is that of the front.
 void MeshContact::pass_through(const Vec3& proxy) noexcept {
     if (now_.mode == Mode::on_surface) {
-        now_.front_side = now_.spot.side;
+        now_.front_side = mesh_->topology().face(now_.spot.facet, now_.spot.side);
     } else if (const auto near = closest_point(now_.proxy, kBallRadius)) {
-        now_.front_side =
-            walk_.side_seen_from(walk_.spot_at(near->triangle, 1, near->position), now_.proxy);
+        now_.front_side = face_seen_from(*near, now_.proxy);
     }
     now_.leg.kind = Leg::Kind::none;
     now_.passed = true;
@@ -134,6 +133,8 @@ void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noex
     // A frame that was cut short may end behind the surface though its last evaluation asked it to
     // go back: it has given way all the same.
     if (!has_yielded && !now_.in_front && !reached) yielded = true;
+    // On the other side of a thin body too, whose front it may still draw at with its strength.
+    if (now_.in_front) yielded = false;
     // Nothing is inside a sheet.
     bool left = !now_.strength.off && (now_.in_front || mesh_->has_border());
     if (left && now_.state == SurfaceState::inside) left = !closest_point(proxy, settings_.free_m);
@@ -162,21 +163,27 @@ void MeshContact::look_back(const Vec3& proxy) noexcept {
     const std::optional<SurfaceHit> hit = first_hit(proxy, now_.seen);
     if (hit && now_.front_side == 0) {
         const std::optional<SurfaceHit> first = first_hit(now_.seen, proxy);
-        const SurfaceHit& passed = first ? *first : *hit;
-        now_.front_side =
-            walk_.side_seen_from(walk_.spot_at(passed.triangle, 1, passed.position), now_.seen);
+        now_.front_side = face_seen_from(first ? *first : *hit, now_.seen);
     }
     now_.seen = proxy;
     if (!hit) return;
-    now_.front_normal = walk_.outward(hit->triangle, now_.front_side);
+    // A facet may be oriented the other way round than the one that was passed.
+    now_.front_normal =
+        walk_.outward(hit->triangle, mesh_->topology().face(hit->triangle, now_.front_side));
     now_.in_front = glm::dot(now_.front_normal, proxy - hit->position) > 0.0;
     if (!now_.in_front) return;
     // In a groove what is in front of one wall's plane may be behind the other wall: the nearest
     // place of the surface tells.
     const double reach_m = glm::length(proxy - hit->position) + tolerance_m_;
     if (const auto near = closest_point(proxy, reach_m))
-        now_.in_front = walk_.side_seen_from(walk_.spot_at(near->triangle, 1, near->position),
-                                             proxy) == now_.front_side;
+        now_.in_front = face_seen_from(*near, proxy) == now_.front_side;
+}
+
+/// The face of the mesh (MeshTopology::face) from which a point sees that place on it.
+std::int8_t MeshContact::face_seen_from(const SurfaceHit& place, const Vec3& point) const noexcept {
+    const std::int8_t side =
+        walk_.side_seen_from(walk_.spot_at(place.triangle, 1, place.position), point);
+    return mesh_->topology().face(place.triangle, side);
 }
 
 } // namespace palpate

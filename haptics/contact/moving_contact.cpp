@@ -69,9 +69,7 @@ void MovingContact::be_at(const RigidPose& pose) noexcept { be_at(pose, RigidMap
 
 bool MovingContact::restart(const Vec3& proxy) noexcept {
     take_goal();
-    be_at(goal_);
-    proxy_ = {proxy, map_.point_back(proxy)};
-    return contact_->restart(proxy_.body);
+    return restart_at(goal_, proxy);
 }
 
 void MovingContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane* nearest) noexcept {
@@ -202,6 +200,12 @@ bool MovingContact::goes_along(const Vec3& from, const Vec3& to) noexcept {
 Chord MovingContact::carry_relative(const Vec3& from, const Vec3& to) noexcept {
     const Vec3 end = relative_end(from, to);
     return contact_->carry(proxy_in_body(from), end);
+}
+
+bool MovingContact::restart_at(const RigidPose& pose, const Vec3& proxy) noexcept {
+    be_at(pose);
+    proxy_ = {proxy, map_.point_back(proxy)};
+    return contact_->restart(proxy_.body);
 }
 
 void MovingContact::take_pose(const Vec3& proxy) noexcept {

@@ -71,6 +71,7 @@ public:
     bool goes_along(const Vec3& from, const Vec3& to) noexcept override;
     Chord carry_relative(const Vec3& from, const Vec3& to) noexcept override;
     void take_pose(const Vec3& proxy) noexcept override;
+    bool restart_at(const RigidPose& pose, const Vec3& proxy) noexcept override;
     const RigidPose& pose() const noexcept override { return pose_; }
     Vec3 to_body(const Vec3& scene) const noexcept override { return map_.point_back(scene); }
 

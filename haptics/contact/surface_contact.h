@@ -149,6 +149,8 @@ public:
     /// The body is there from now on, and the proxy at `proxy`, m, scene frame: a place that was
     /// certified whole.                                                                 [loop]
     virtual void take_pose(const Vec3& proxy) noexcept = 0;
+    /// SurfaceContact::restart() with the body at `pose`; where it is to go stays.      [loop]
+    virtual bool restart_at(const RigidPose& pose, const Vec3& proxy) noexcept = 0;
 
     virtual const RigidPose& pose() const noexcept = 0; ///< where it is in this frame   [loop]
     /// A point of the scene in the body's frame, m, at pose().                          [loop]

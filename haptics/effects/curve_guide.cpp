@@ -13,7 +13,7 @@ namespace {
 constexpr int kFirstEvaluation = 2; // as counted when its solution is judged
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // Below this part of a unit vector its direction is noise: the pull leads straight on beyond an
-// end.
+// end, or the curve straight back.
 constexpr double kStraightOn = 1e-9;
 // A proxy this near to a corner is at it, m.
 constexpr double kAtCorner = 1e-9;
@@ -120,9 +120,12 @@ void CurveGuide::step_on(const PolylinePlace& place) noexcept {
     hold_ = Hold::line;
 }
 
-/// `axis` of any length; where it has none, as on the way straight back, that of a piece will do.
+/// `axis` of any length; where it has none, that of a piece will do.
 void CurveGuide::step_on_corner(std::int64_t corner, const Vec3& axis) noexcept {
     place_ = {corner, 0.0, true, false};
+    // Where the curve goes straight back, no direction is across the pull: it is held as at an end.
+    if (glm::length(curve_.direction(corner - 1) + curve_.direction(corner)) < kStraightOn)
+        return step_on_tip(place_);
     anchor_ = curve_.position(place_);
     const double length = glm::length(axis);
     axis_ = length > 0.0 ? axis / length : curve_.direction(corner);
@@ -227,7 +230,8 @@ void CurveGuide::step_between() noexcept {
     step_on(curve_.middle(std::clamp(first + static_cast<std::int64_t>(pieces), first, last)));
 }
 
-/// The proxy has slipped off an end; whether that leads back along the curve.
+/// The proxy has slipped off an end, or a turn straight back; whether that leads back along the
+/// curve.
 void CurveGuide::leave_end() noexcept {
     const std::int64_t piece = piece_at_end(place_.piece);
     const bool at_begin = curve_.exists(place_.piece);

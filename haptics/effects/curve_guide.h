@@ -69,7 +69,7 @@ private:
     };
     enum class Hold {
         line,  // along the curve it is free
-        point, // at an open end
+        point, // at an open end, or where the curve goes straight back
     };
 
     Vec3 held_target() const noexcept;

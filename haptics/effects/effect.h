@@ -19,6 +19,8 @@ struct FrameContext {
     double force_limit_n = 5.0; ///< the longest force that the device is sent, N, > 0
     bool after_silence = false; ///< the frames before had no state of the device: the probe took
                                 ///< more than one period to come here
+    double gain = 1.0; ///< what the loop multiplies the effect's strengths and forces with in this
+                       ///< frame, (0, 10]
     // Set by Subdivision.
     bool held = false;  ///< probe and proxy are where the last frame left them, to the bit
     bool looks = false; ///< held, and the first evaluation moves nothing: an effect that bends with

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <palpate/geometry/vec.h>
+#include <palpate/haptics/effects/effect.h>
 
 namespace palpate {
 
@@ -24,9 +25,13 @@ public:
     /// The next one is taken as it is found.                                            [loop]
     void restart() noexcept { begun_ = false; }
 
-    /// A frame begins at `start` (m, scene frame) and finds `found` there; what it is to take.
-    /// `stiffness`: k of the coupling, N/m, > 0.                                        [loop]
-    /// `rests`: FrameContext::rests.
+    /// A frame begins and finds `found` where it starts; what it is to take.             [loop]
+    Value follow(const Value& found, const FrameContext& frame) noexcept {
+        // What is found moves the proxy as many times as far as its gain is above 1.
+        return follow(found, frame.start, frame.stiffness / std::max(1.0, frame.gain), frame.rests);
+    }
+    /// The same at `start` (m, scene frame) for a proxy that is held with `stiffness`, N/m, > 0.
+    /// `rests`: FrameContext::rests. [loop]
     Value follow(const Value& found, const Vec3& start, double stiffness,
                  bool rests = false) noexcept {
         if (!begun_) gain_ = 0.0;

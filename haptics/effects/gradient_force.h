@@ -31,7 +31,7 @@ public:
         const FieldSample here = sampler_->sample(frame.start);
         const double length = glm::length(here.gradient);
         if (here.valid && length > 0.0) found = -strength_(here.value) / length * here.gradient;
-        force_ = lag_.follow(found, frame.start, frame.stiffness, frame.rests);
+        force_ = lag_.follow(found, frame);
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         primitives.add_force(force_);

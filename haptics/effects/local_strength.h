@@ -66,8 +66,7 @@ public:
     /// The same of what draws the proxy with up to so many N, and so may draw it to where it is of
     /// another strength: follows as FrameLag says.                                      [loop]
     double at(const FrameContext& frame) noexcept {
-        if (sampler_)
-            now_ = lag_.follow(at(frame.start), frame.start, frame.stiffness, frame.rests);
+        if (sampler_) now_ = lag_.follow(at(frame.start), frame);
         return now_;
     }
     double now() const noexcept { return now_; } ///< what at() said last              [loop]

@@ -32,7 +32,10 @@ LoopMagnet::LoopMagnet(const SurfaceMagnet& magnet) : capture_(capture_of(magnet
 
 void LoopMagnet::begin(const FrameContext& frame) noexcept {
     begins_ = true;
-    capture_.strength_at(frame);
+    if (gain_.off())
+        capture_.restart(); // it asks for nothing, and begins anew
+    else
+        capture_.strength_at(frame);
 }
 
 void LoopMagnet::offer(const Vec3& proxy, const Vec3& pull, SurfaceContact& surface,
@@ -48,7 +51,7 @@ void LoopMagnet::offer(const Vec3& proxy, const Vec3& pull, SurfaceContact& surf
 }
 
 void LoopMagnet::gather(ContactSet& contacts) const noexcept {
-    if (found_) contacts.add(from_behind(*found_, gain_ * capture_.strength_n()));
+    if (found_) contacts.add(from_behind(*found_, gain_.strength_n(capture_.strength_n())));
 }
 
 } // namespace palpate

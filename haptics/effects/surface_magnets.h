@@ -11,6 +11,7 @@
 #include <palpate/haptics/effects/coulomb_friction.h>
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/effects/guide_capture.h>
+#include <palpate/haptics/solver/gain.h>
 #include <palpate/volume/fields/stiffness_map.h>
 
 namespace palpate {
@@ -51,7 +52,7 @@ public:
 
     /// What it remembers from frame to frame.
     struct State {
-        double gain = 1.0;
+        Gain gain;
         GuideCapture::State capture;
     };
     State save_state() const noexcept { return {gain_, capture_.save_state()}; } ///< [setup]
@@ -62,8 +63,8 @@ public:
 
     /// A new trial: it does not have the proxy.                                           [loop]
     void restart() noexcept { capture_.restart(); }
-    /// From the next offer() on, its strength is `gain` times its own, [0, 10]; 0: off.    [loop]
-    void set_gain(double gain) noexcept { gain_ = gain; }
+    /// From the next offer() on, its strength is its own with this gain.                  [loop]
+    void set_gain(const Gain& gain) noexcept { gain_ = gain; }
     /// A frame begins: its strength is the one there, and its first offer() decides whether it has
     /// the proxy.                                                                         [loop]
     void begin(const FrameContext& frame) noexcept;
@@ -76,11 +77,11 @@ public:
     /// Whether it has the proxy in this frame.                                            [loop]
     bool holds() const noexcept { return capture_.holds(); }
     /// Whether it could draw the proxy in this frame.                                     [loop]
-    bool is_on() const noexcept { return gain_ != 0.0 && capture_.strength_n() > 0.0; }
+    bool is_on() const noexcept { return !gain_.off() && capture_.strength_n() > 0.0; }
     std::uint64_t samples() const noexcept { return capture_.samples(); } ///< of its field [any]
 
 private:
-    double gain_ = 1.0;
+    Gain gain_;
     GuideCapture capture_;
     std::optional<ContactPlane> found_; // the front plane
     bool begins_ = false;               // nothing found in this frame yet

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace palpate {
@@ -15,6 +16,8 @@ struct Gain {
     bool moving = false;        ///< on its way to another value
     std::optional<double> strength_here_n = {}; ///< N: the strength at the proxy, where it depends
                                                 ///< on the place; replaces the constant one
+    double most_spring_n_per_m =
+        std::numeric_limits<double>::infinity(); ///< of what is a spring, N/m, >= 0
 
     bool off() const noexcept { return value == 0.0; } ///< nothing is left of the effect  [any]
 
@@ -26,6 +29,11 @@ struct Gain {
         if (off()) return 0.0;
         const double scaled_n = value * strength_here_n.value_or(own_n);
         return value < 1.0 ? std::min(scaled_n, force_limit_n * value / (1.0 - value)) : scaled_n;
+    }
+    /// The stiffness of a spring, N/m, >= 0, with this gain.                             [any]
+    ///   c(g) = g c, at most most_spring_n_per_m
+    double spring_n_per_m(double own_n_per_m) const noexcept {
+        return std::min(value * own_n_per_m, most_spring_n_per_m);
     }
 };
 
@@ -104,6 +112,18 @@ public:
 
     /// For strengths on a device that shows `force_limit_n` > 0 at most.                 [loop]
     Gain gain(double force_limit_n) const noexcept { return {now_, force_limit_n, moving_}; }
+    /// The same for springs, in a frame of `period_s` > 0 of a coupling of `stiffness`, k in N/m,
+    /// > 0.                                                                              [loop]
+    /// The proxy relaxes against a spring c: in each frame k / (k + c) of what is felt is lost. On
+    /// the way between 0 and 1 that is kept at 4 period / kSecondsPerUnit at least: a stiffer one
+    /// would hold nearly all until its last frame. e^-4 of it, 2 %, is left there.
+    Gain gain(double force_limit_n, double period_s, double stiffness) const noexcept {
+        Gain now = gain(force_limit_n);
+        if (moving_ && now_ < 1.0)
+            now.most_spring_n_per_m =
+                stiffness * std::max(0.0, kSecondsPerUnit / (4.0 * period_s) - 1.0);
+        return now;
+    }
     double value() const noexcept { return now_; } ///< in this frame                      [loop]
 
 private:

@@ -117,7 +117,7 @@ public:
     /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
     /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. [loop]
     void add_spring(const Vec3& anchor, double stiffness_n_per_m) noexcept {
-        const double scaled = gain_.value * stiffness_n_per_m, sum = spring_ + scaled;
+        const double scaled = gain_.spring_n_per_m(stiffness_n_per_m), sum = spring_ + scaled;
         const Vec3 moment = spring_moment_ + scaled * anchor;
         if (!can_be_summed(moment, stiffness_n_per_m >= 0.0 ? sum : stiffness_n_per_m)) return;
         spring_ = sum;

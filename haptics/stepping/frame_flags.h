@@ -74,8 +74,9 @@ inline constexpr std::array<FrameFlagText, 21> kFrameFlagTexts{{
      "an effect was weaker, stronger or off, as its gain had been changed while the loop ran: such "
      "a run cannot be replayed; leave the gains at 1 where it must be"},
     {kDeviceStale, "device_stale",
-     "the device was silent, or the loop late, for longer than may be: force to zero; check cable "
-     "and load, then move to where little force is wanted"},
+     "the device was silent, or the loop late, for longer than may be, or the run was ending: "
+     "force "
+     "to zero; check cable and load, then move to where little force is wanted"},
     {kProbeJumped, "probe_jumped",
      "the probe moved faster than a hand can: force to zero; check the device's encoders and "
      "calibration"},
@@ -94,18 +95,30 @@ inline constexpr std::array<FrameFlagText, 21> kFrameFlagTexts{{
      "stiffness, or declare the device's damping and delay"},
     {kCalmed, "calmed",
      "the proxy went to and fro by itself, though the probe hardly moved: it was slowed down until "
-     "it rests, which may be before the forces balance; where it lasts, press less deep, weaken one "
+     "it rests, which may be before the forces balance; where it lasts, press less deep, weaken "
+     "one "
      "of the effects that hold it, or try another method"},
     {kBodyMoved, "body_moved",
      "a body was not where the scene has it, as its pose had been set while the loop ran: such a "
      "run cannot be replayed; leave the bodies in their places where it must be"},
     {kBodyHeldBack, "body_held_back",
      "a body did not reach the pose that was set, as the proxy had no place left between it and "
-     "another surface: it is felt where it could go to, and goes on in the next frame; let the hand "
+     "another surface: it is felt where it could go to, and goes on in the next frame; let the "
+     "hand "
      "give way, or move the bodies apart"},
     {kSceneAdopted, "scene_adopted",
      "from this frame on another scene is felt: such a run cannot be replayed; record a run for "
      "each scene where it must be"},
 }};
+
+/// Whether a frame with these flags looked for surfaces. In one without a place of the hand, or a
+/// late one, nothing is felt wherever the hand is, and the proxy stays. [any]
+constexpr bool is_computed(std::uint32_t flags) noexcept {
+    return (flags & (kDeviceStale | kProbeNotFinite)) == 0;
+}
+
+/// What a frame says that felt something else than its scene and its inputs tell: it cannot be
+/// computed again from these. [any]
+inline constexpr std::uint32_t kNotRepeatable = kLiveGain | kBodyMoved | kSceneAdopted;
 
 } // namespace palpate

@@ -58,12 +58,16 @@ public:
     // The rest is as Effect says, with the gain, and nothing where it is off. All [loop].
 
     void begin(const FrameContext& frame) noexcept {
-        if (is_on()) effect_->begin(frame);
-    }
-    /// `force_limit_n`: FrameContext's, which strengths are scaled by.
-    void gather(const Vec3& proxy, double force_limit_n, PrimitiveSet& primitives) noexcept {
         if (!is_on()) return;
-        primitives.set_gain(gain_.gain(force_limit_n));
+        if (is_as_set()) return effect_->begin(frame);
+        FrameContext seen = frame;
+        seen.gain = gain_.value();
+        effect_->begin(seen);
+    }
+    /// `frame`: its strengths are scaled by the force limit, its springs by the coupling.
+    void gather(const Vec3& proxy, const FrameContext& frame, PrimitiveSet& primitives) noexcept {
+        if (!is_on()) return;
+        primitives.set_gain(gain_.gain(frame.force_limit_n, frame.period_s, frame.stiffness));
         effect_->gather(proxy, primitives);
     }
     void solved(const Vec3& end) noexcept {

@@ -101,11 +101,12 @@ void LoopSurface::restore_state(const State& state) {
 bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
                              double tissue_m) noexcept {
     if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
-    const bool inside = restart(proxy);
+    const bool inside = restart(proxy, before.moving_ ? &before.moving_->pose() : nullptr);
     // What was off counts as inside, wherever the proxy was. In front of a level it begins anew; a
     // mesh alone remembers its side, and a body its pose.
     const bool begins_anew = before.is_off() && !inside && !moving_ && contact_->of_field();
-    if (begins_anew || !contact_->go_on_from(*before.contact_)) return inside;
+    if (begins_anew) return inside;
+    if (!contact_->go_on_from(*before.contact_)) return moving_ ? restart(proxy) : inside;
     bank_ = before.bank_;
     if (soft_) soft_->tissue_m = tissue_m;
     pushes_back_ = before.pushes_back_;
@@ -116,7 +117,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
     return before.is_off() ? inside : contact_->state() == SurfaceState::inside && !is_off();
 }
 
-bool LoopSurface::restart(const Vec3& proxy) noexcept {
+bool LoopSurface::restart(const Vec3& proxy, const RigidPose* body) noexcept {
     bank_.clear();
     if (soft_) soft_->tissue_m = 0.0;
     strength_.restart();
@@ -127,7 +128,9 @@ bool LoopSurface::restart(const Vec3& proxy) noexcept {
     // there.
     if (FieldSurface* field = contact_->of_field())
         field->set_texture_gain(gain_value(SurfacePart::texture));
-    began_inside_ = contact_->restart(proxy) && !is_off();
+    const bool is_inside =
+        moving_ && body ? moving_->restart_at(*body, proxy) : contact_->restart(proxy);
+    began_inside_ = is_inside && !is_off();
     return began_inside_;
 }
 
@@ -146,7 +149,8 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
         return (moved >> static_cast<unsigned>(part) & 1U) != 0;
     };
     if (has_moved(SurfacePart::strength) || strength_.depends_on_place()) set_strength(frame);
-    if (has_moved(SurfacePart::magnet)) magnet_.set_gain(gain_value(SurfacePart::magnet));
+    if (has_moved(SurfacePart::magnet))
+        magnet_.set_gain(gain(SurfacePart::magnet).gain(frame.force_limit_n));
     FieldSurface* field = has_moved(SurfacePart::texture) ? contact_->of_field() : nullptr;
     if (field) field->set_texture_gain(gain_value(SurfacePart::texture));
     return moved != 0;
@@ -155,7 +159,10 @@ bool LoopSurface::follow_gains(const FrameContext& frame) noexcept {
 /// As strong as its gain and its place make it.
 void LoopSurface::set_strength(const FrameContext& frame) noexcept {
     Gain now = gain(SurfacePart::strength).gain(frame.force_limit_n);
-    if (strength_.depends_on_place()) now.strength_here_n = strength_.at(seen(frame));
+    if (now.off())
+        strength_.restart(); // it asks for nothing, and begins anew
+    else if (strength_.depends_on_place())
+        now.strength_here_n = strength_.at(seen(frame));
     if (is_soft()) {
         const double felt_n = now.strength_n(soft_->own_strength_n);
         const double hard_n = soft_->law.strength_of_hard_n(felt_n);
@@ -173,6 +180,7 @@ void LoopSurface::set_strength(const FrameContext& frame) noexcept {
 FrameContext LoopSurface::seen(const FrameContext& frame) const noexcept {
     FrameContext seen = moving_ ? in_body(frame) : frame;
     if (is_soft()) seen.stiffness = soft_->law.softest();
+    seen.gain = gain_value(SurfacePart::strength);
     return seen;
 }
 

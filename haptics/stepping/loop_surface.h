@@ -85,8 +85,9 @@ public:
     }
     /// The same of one whose tissue was pressed in by `tissue_m`, m, >= 0, with a damper. [loop]
     bool go_on_from(const LoopSurface& before, const Vec3& proxy, double tissue_m) noexcept;
-    /// A new trial: the proxy is set to a new place. True when that is inside.            [loop]
-    bool restart(const Vec3& proxy) noexcept;
+    /// A new trial: the proxy is set to a new place. True when that is inside. A body that moves is
+    /// at `body`, or, where that is null, at the pose that was set last.                 [loop]
+    bool restart(const Vec3& proxy, const RigidPose* body = nullptr) noexcept;
 
     // While bodies move, before the frame begins.
 
@@ -135,10 +136,9 @@ public:
     void begin(const FrameContext& frame) noexcept {
         pushed_before_ = pushes_back_;
         if (!has_magnet_) return;
-        if (moving_)
-            magnet_.begin(in_body(frame));
-        else
-            magnet_.begin(frame);
+        FrameContext seen = moving_ ? in_body(frame) : frame;
+        seen.gain = gain_value(SurfacePart::magnet);
+        magnet_.begin(seen);
     }
     /// Adds the planes felt at `proxy`, and finds the magnet's. `pull`: where the forces draw it.
     /// [loop]

@@ -241,7 +241,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
     if (needs_.others) {
         if (needs_.layers) press_layers(proxy); // effects that hold look where all others draw
         for (LoopEffect& effect : effects_)
-            effect.gather(proxy, frame_.force_limit_n, primitives_);
+            effect.gather(proxy, frame_, primitives_);
         primitives_.set_gain({});
     }
     friction_.gather(proxy, contacts_, primitives_);

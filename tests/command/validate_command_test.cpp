@@ -67,6 +67,12 @@ const std::map<std::string, std::string> kFoundBy{
     {"TAKES_SIGNALS", "signals"},
     {"CRASH_LATE", "endurance"},
     {"DIES_LATE", "endurance"},
+    {"DIES_OTHERWISE", "endurance"},
+    {"DIES_SILENT", "endurance"},
+    {"DIES_FROZEN", "endurance"},
+    {"SLOW_STOP", "stop_twice"},
+    {"WRONG_VELOCITY_FINE", "velocity"},
+    {"FORCE_AFTER_STOP_NOTHING_NEW", "zero_at_stop"},
     {"CRASH_IN_CLOSE", "close"},
     {"CRASH_UNSTARTED", "close_unstarted"},
     {"NO_REOPEN", "reopen"},
@@ -107,6 +113,13 @@ protected:
         EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{check}) << result.out;
     }
 };
+
+TEST_F(ValidateCommand, AFileThatIsCalledAsADriverOfOursBeginsIsAPlugIn) {
+    const test::CommandResult result =
+        run({"validate", "driver", "inverse3_none.so", "--json", "--only", "file"});
+    EXPECT_EQ(result.exit, 1);
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{"file"}) << result.out;
+}
 
 TEST_F(ValidateCommand, APluginWithoutAFaultPassesEveryCheck) {
     const test::CommandResult result =

@@ -218,8 +218,11 @@ TEST_P(PidSticks, Case9UnpluggedItIsStaleAndBackItHasItsEffectsAgain) {
     rig.run();
     for (int time = 0; time < 3; ++time) {
         EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return rig.force_is(0.5, 0.5); }));
+        const std::uint32_t trial = rig.state.trial;
         rig.node.unplug();
         rig.node.plug_in();
+        EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0},
+                               [&] { return rig.fresh() && rig.state.trial == trial + 1; }));
     }
     EXPECT_TRUE(rig.pushes({1.0, 1.0, 0.0}, [&] { return rig.force_is(0.5, 0.5); }));
 }

@@ -5,8 +5,11 @@
 
 #include <dlfcn.h>
 
+#include <chrono>
 #include <cmath>
+#include <stdexcept>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -168,6 +171,22 @@ TEST_P(VendorPlugin, ADeviceThatIsLostOrSilentIsStaleWithoutForceAndComesBack) {
         device_.start();
         EXPECT_TRUE(test::comes_true([&] { return fresh(); }));
     }
+}
+
+// AddressSanitizer sees a library that still calls back into a device that was closed.
+TEST_P(VendorPlugin, AfterAStartThatFailedNothingCallsBackAndItOpensAgain) {
+    device_.stop();
+    fake_.break_it(FAKE_LOST);
+    try {
+        device_.start();
+    } catch (const std::runtime_error&) {
+    }
+    device_.close();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    fake_.break_it(FAKE_NONE);
+    device_.open();
+    device_.start();
+    EXPECT_TRUE(test::comes_true([&] { return fresh(); }));
 }
 
 TEST_P(VendorPlugin, CallsThatFailAreLeftOutAndItGoesOn) {

@@ -132,6 +132,22 @@ TEST(WoodenDevice, Case6BoardsWatchdogTripsOnAHostThatStallsAndItStartsAgainWith
     EXPECT_EQ(node.at_rest([&] { return board.milliamps; }), (std::array<int, 3>{}));
 }
 
+TEST(WoodenDevice, AForceOfBeforeIsNotPlayedAfterAStart) {
+    auto settings = patient();
+    settings.force_hold_s = 3600.0; // however long forces are held
+    Rig rig(14, settings);
+    rig.device.open();
+    for (int time = 0; time < 2; ++time) {
+        rig.device.write({0.0, 0.0, 1.0}); // not started yet, or no more
+        rig.device.start();
+        ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+        const int sent = rig.board_says([&] { return rig.board.reports_sent; });
+        ASSERT_TRUE(rig.node.wait_until([&] { return rig.board.reports_sent > sent + 20; }));
+        EXPECT_EQ(rig.board_says([&] { return rig.board.largest_milliamps; }), 0);
+        rig.device.stop();
+    }
+}
+
 TEST(WoodenDevice, Case6HostNoticesABoardThatStallsAndSendsNoForceMeanwhile) {
     Rig rig(14, watchful());
     rig.device.open();

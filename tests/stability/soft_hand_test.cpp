@@ -44,6 +44,7 @@ public:
                                                std::string_view effect) override {
         return reader_->vectors(volume, sense, effect);
     }
+    const VolumeWarnings& warnings() const noexcept override { return reader_->warnings(); }
 
 private:
     std::unique_ptr<SceneReader> reader_;

@@ -113,6 +113,12 @@ TEST(Switching, NoForceStepsButByTheRamp) {
           {guide("[[20, -30, 0], [20, 1, 0], [30, 30, 0]]", "0.5"), 0.5 * kStep},
           {box("0.5"), 0.5 * kStep},
           {box("inf"), 20.0 * kStep},
+          // 4 mm in front of the head: pulled with 2 N, by what could hold 100 N.
+          {surface("") + "[[effect]]\ntype = \"magnet\"\nsurface = \"head\"\nstrength_n = 100\n"
+                         "capture_mm = 10\n",
+           20.0 * kStep,
+           1,
+           {0.016, 0.0, 0.0}},
           // Of a hand that strikes nothing a vibration is silent.
           {surface("") + "[[effect]]\ntype = \"vibration\"\n", 0.0, 1, at_head, head_n}}) {
         test::ScriptedClock clock;

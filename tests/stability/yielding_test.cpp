@@ -219,40 +219,80 @@ INSTANTIATE_TEST_SUITE_P(Contacts, RandomPressing,
                              return test::name_of(of.param);
                          });
 
-// Contact comes back from whichever side the hand is on: through a plate and back from below.
-TEST(Membrane, IsFeltAgainFromTheOtherSide) {
-    for (const Kind kind : {Kind::formula, Kind::mesh}) {
-        SCOPED_TRACE(test::name_of(kind));
-        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+/// A plate of 1 mm as a formula, as a mesh, and as a mesh whose lower facets face the other way, or
+/// its very first one.
+enum class Plate { formula, mesh, mixed, first };
+constexpr std::array kPlates{Plate::formula, Plate::mesh, Plate::mixed, Plate::first};
+
+std::vector<std::unique_ptr<SurfaceContact>> plate_of_1_n(Plate plate, Yielding yielding) {
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    if (plate == Plate::formula) {
         LevelSettings level;
         level.strength_n = 1.0;
-        level.yielding = Yielding::opens;
-        MeshContactSettings mesh{1.0};
-        mesh.yielding = Yielding::opens;
-        if (kind == Kind::formula)
-            surfaces.push_back(std::make_unique<VolumeContact>(make_slab(1e-3), level));
-        else
-            surfaces.push_back(std::make_unique<MeshContact>(test::certified(test::plate()), mesh));
-        ContactLoop loop({}, std::move(surfaces));
-        double z = 0.005;
-        const Vec3 beside{0.0013, 0.0021, 0.0};
-        loop.start(beside + Vec3{0, 0, z});
-        const auto go_to = [&](double target) {
-            const double step = target > z ? 1e-4 : -1e-4;
-            while (std::abs(target - z) > 5e-5) {
-                z += step;
-                loop.move(beside + Vec3{0, 0, z});
-            }
-        };
-        go_to(-0.001); // pressed with 0.75 N
-        EXPECT_NEAR(loop.proxy().z, 0.5e-3, 1e-9);
-        go_to(-0.004); // through
-        EXPECT_NEAR(loop.proxy().z, z, 1e-12);
-        EXPECT_EQ(loop.surface(0).state(), SurfaceState::free);
-        go_to(0.001);
-        EXPECT_NEAR(loop.proxy().z, -0.5e-3, 1e-9) << "from below";
-        go_to(0.004);
-        EXPECT_NEAR(loop.proxy().z, z, 1e-12);
+        level.yielding = yielding;
+        surfaces.push_back(std::make_unique<VolumeContact>(make_slab(1e-3), level));
+        return surfaces;
+    }
+    MeshContactSettings settings{1.0};
+    settings.yielding = yielding;
+    TriangleMesh mesh = test::plate();
+    const auto is_low = [&](std::uint32_t vertex) { return mesh.vertices[vertex].z < 0.0; };
+    for (auto& t : mesh.triangles)
+        if (plate == Plate::mixed && is_low(t[0]) && is_low(t[1]) && is_low(t[2]))
+            std::swap(t[1], t[2]);
+    if (plate == Plate::first) std::swap(mesh.triangles[0][1], mesh.triangles[0][2]);
+    surfaces.push_back(std::make_unique<MeshContact>(test::certified(mesh), settings));
+    return surfaces;
+}
+
+/// A hand above the plate, which goes straight down and up.
+class AboveAPlate {
+public:
+    AboveAPlate(Plate plate, Yielding yielding) : loop({}, plate_of_1_n(plate, yielding)) {
+        loop.start(kBeside + Vec3{0, 0, z});
+    }
+    void go_to(double target) {
+        const double step = target > z ? 1e-4 : -1e-4;
+        while (std::abs(target - z) > 5e-5) {
+            z += step;
+            loop.move(kBeside + Vec3{0, 0, z});
+        }
+    }
+
+    static constexpr Vec3 kBeside{0.0013, 0.0021, 0.0};
+    double z = 0.005;
+    ContactLoop loop;
+};
+
+// Contact comes back from whichever side the hand is on: through a plate and back from below.
+TEST(Membrane, IsFeltAgainFromTheOtherSide) {
+    for (const Plate plate : kPlates) {
+        SCOPED_TRACE(static_cast<int>(plate));
+        AboveAPlate hand(plate, Yielding::opens);
+        hand.go_to(-0.001); // pressed with 0.75 N
+        EXPECT_NEAR(hand.loop.proxy().z, 0.5e-3, 1e-9);
+        hand.go_to(-0.004); // through
+        EXPECT_NEAR(hand.loop.proxy().z, hand.z, 1e-12);
+        EXPECT_EQ(hand.loop.surface(0).state(), SurfaceState::free);
+        hand.go_to(0.001);
+        EXPECT_NEAR(hand.loop.proxy().z, -0.5e-3, 1e-9) << "from below";
+        hand.go_to(0.004);
+        EXPECT_NEAR(hand.loop.proxy().z, hand.z, 1e-12);
+    }
+}
+
+// What gives way and holds lets go of the hand as well, once that is in front of its other side.
+TEST(Play, EndsOnTheOtherSideOfAPlate) {
+    for (const Plate plate : kPlates) {
+        SCOPED_TRACE(static_cast<int>(plate));
+        AboveAPlate hand(plate, Yielding::holds);
+        hand.go_to(-0.0017); // it gives way from -1.5 mm on
+        EXPECT_NEAR(hand.loop.proxy().z - hand.z, 2e-3, 1e-9);
+        hand.go_to(-0.004);
+        EXPECT_NEAR(hand.loop.proxy().z, hand.z, 1e-12);
+        EXPECT_EQ(hand.loop.surface(0).state(), SurfaceState::free);
+        hand.go_to(0.001);
+        EXPECT_NEAR(hand.loop.proxy().z, -0.5e-3, 1e-9) << "from below";
     }
 }
 

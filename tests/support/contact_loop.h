@@ -33,8 +33,9 @@ public:
         proxy_ = proxy;
         flags_at_start_ = subdivision_->restart(proxy);
     }
-    SubdivisionResult move(const Vec3& probe) {
-        const SubdivisionResult result = subdivision_->advance({probe, proxy_, kStiffness, 1e-3});
+    SubdivisionResult move(const Vec3& probe, double period_s = 1e-3) {
+        const SubdivisionResult result =
+            subdivision_->advance({probe, proxy_, kStiffness, period_s});
         proxy_ = result.proxy;
         return result;
     }

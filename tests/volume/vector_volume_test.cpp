@@ -161,6 +161,21 @@ TEST(VectorVolume, WithoutAMeasurementFrameTheSpacesAxesAreTakenAndSaid) {
     EXPECT_EQ(ras.frame, "the axes of its space (RAS)");
 }
 
+TEST(VectorVolume, OfTwoTransformsTheOneThatIsAskedForIsTaken) {
+    using Transform = VolumeSelection::NiftiTransform;
+    const TemporaryFolder folder;
+    Nifti header = nifti({3}, Mat3(1.0));
+    header.qform(0.0F, 0.0F, 0.0F, 50.0F, 0.0F, 0.0F);
+    make_file(folder / "v.nii", header.with(floats({1.0F, 2.0F, 3.0F})));
+    const auto x_of = [&](Transform transform) {
+        return read_vector_volume(folder / "v.nii", {.nifti_transform = transform})
+            .index_to_scene.offset.x;
+    };
+    EXPECT_NEAR(x_of(Transform::sform), 0.0, 1e-9);
+    EXPECT_NEAR(x_of(Transform::qform), -0.05, 1e-9); // RAS to LPS
+    EXPECT_THROW(read_vector_volume(folder / "v.nii", {.grid = "density"}), std::runtime_error);
+}
+
 TEST(VectorVolume, NiftiOfFiveDimensionsIsInLpsAndItsDisplacementsInRas) {
     const TemporaryFolder folder;
     const std::string data = floats({1.0F, 2.0F, 3.0F});
@@ -191,7 +206,7 @@ TEST(VectorVolume, TheFrameThatIsAskedForIsTakenWithoutAWarning) {
     make_file(folder / "a.nii", nifti({3}, axes).with(floats({1.0F, 2.0F, 3.0F})));
     const double sign = glm::determinant(axes) > 0.0 ? -1.0 : 1.0;
     const auto expect = [&](ComponentFrame frame, const Vec3& expected) {
-        const VectorVolume volume = read_vector_volume(folder / "a.nii", frame);
+        const VectorVolume volume = read_vector_volume(folder / "a.nii", {}, frame);
         EXPECT_EQ(only_vector(volume), expected);
         EXPECT_TRUE(volume.warnings.empty());
         EXPECT_NE(volume.frame.find("as asked"), std::string::npos);

@@ -29,15 +29,16 @@ bool is_nrrd(const std::filesystem::path& file) {
 }
 
 /// Names of a table that nobody asked for: what cannot be read is a warning.
-internal::LabelNames names_beside(const std::filesystem::path& file,
-                                  std::vector<std::string>& warnings) {
+internal::LabelNames names_beside(const std::filesystem::path& file, LabelVolume& volume) {
     const std::filesystem::path table = find_name_table(file);
     if (table.empty()) return {};
     try {
-        return internal::read_label_names(table);
+        internal::LabelNames names = internal::read_label_names(table);
+        volume.name_table = table;
+        return names;
     } catch (const std::runtime_error& error) {
-        warnings.push_back(std::string("the table of names beside it is left out: ") +
-                           error.what());
+        volume.warnings.push_back(std::string("the table of names beside it is left out: ") +
+                                  error.what());
         return {};
     }
 }
@@ -69,6 +70,15 @@ bool holds_labels(const std::filesystem::path& file) {
            internal::dicom_labels_of(file) != internal::DicomLabels::none;
 }
 
+bool is_name_table(const std::filesystem::path& file) {
+    try {
+        internal::read_label_names(file);
+        return true;
+    } catch (const std::runtime_error&) {
+        return false;
+    }
+}
+
 bool needs_reference(const std::filesystem::path& file) {
     return internal::dicom_labels_of(file) == internal::DicomLabels::structure_set;
 }
@@ -98,7 +108,7 @@ LabelVolume read_label_volume(const std::filesystem::path& file,
     } else {
         volume = as_labels(file, read_volume(file, selection));
     }
-    if (name_table.empty()) names = names_beside(file, volume.warnings);
+    if (name_table.empty()) names = names_beside(file, volume);
     internal::add_labels(volume, 0, names);
     return volume;
 }

@@ -37,4 +37,7 @@ LabelVolume read_label_volume(const std::filesystem::path& file,
 /// passed over. Empty where there is none. [setup]
 std::filesystem::path find_name_table(const std::filesystem::path& file);
 
+/// Whether a file can be read as a table of names: notes beside a scan cannot.            [setup]
+bool is_name_table(const std::filesystem::path& file);
+
 } // namespace palpate

@@ -13,7 +13,6 @@
 
 #include <palpate/volume/formats/internal/component_image.h>
 #include <palpate/volume/formats/internal/volume_import.h>
-#include <palpate/volume/formats/volume_file.h>
 
 namespace palpate {
 namespace {
@@ -131,27 +130,28 @@ internal::ComponentAxes chosen_axes(const internal::ComponentImage& image, Compo
 
 } // namespace
 
-bool holds_vectors(const std::filesystem::path& file) {
-    const auto image = internal::read_component_image(
-        file, VolumeSelection::NiftiTransform::automatic, internal::ImagePart::header);
+bool holds_vectors(const std::filesystem::path& file, const VolumeSelection& selection) {
+    const auto image = internal::read_component_image(file, selection.nifti_transform,
+                                                      internal::ImagePart::header);
     if (!image) return false;
     const bool colours = image->kind.empty() && image->source_type == "uint8"; // no negative ones
     return !colours && (are_vectors(*image) || tensor_layout(*image));
 }
 
-VectorVolume read_vector_volume(const std::filesystem::path& file, ComponentFrame frame) {
-    using Transform = VolumeSelection::NiftiTransform;
-    const auto header =
-        internal::read_component_image(file, Transform::automatic, internal::ImagePart::header);
+VectorVolume read_vector_volume(const std::filesystem::path& file, const VolumeSelection& selection,
+                                ComponentFrame frame) {
+    const auto header = internal::read_component_image(file, selection.nifti_transform,
+                                                       internal::ImagePart::header);
     if (!header)
         throw internal::import_error(file,
                                      "is not an image of vectors by its name; .nrrd, .nhdr, .nii, "
                                      ".nii.gz, .mha and .mhd are read");
+    internal::require_choices(file, selection);
     const std::optional<TensorLayout> layout = tensor_layout(*header);
     if (!layout && !are_vectors(*header)) throw not_vectors(file, *header);
 
     internal::ComponentImage image =
-        *internal::read_component_image(file, Transform::automatic, internal::ImagePart::all);
+        *internal::read_component_image(file, selection.nifti_transform, internal::ImagePart::all);
     const internal::ComponentAxes axes = chosen_axes(image, frame);
     const Mat3 rotation = internal::nearest_rotation(axes.to_lps);
     if (layout)

@@ -286,19 +286,23 @@ void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) 
         throw internal::import_error(
             file, "cannot be written: its folder does not exist or does not let us; "
                   "check the folder");
+    const auto give_up = [&](const std::string& why) {
+        std::filesystem::remove(temporary, ignored);
+        throw internal::import_error(file, "cannot be written (" + why +
+                                               "); check the folder and the space on the disk");
+    };
     try {
         io->SetFileName(temporary.string());
         io->WriteImageInformation();
         io->Write(volume.values.data());
+        read_volume(temporary); // ITK's writers do not say of each write that it failed
         std::filesystem::rename(temporary, file);
     } catch (const itk::ExceptionObject& error) {
-        std::filesystem::remove(temporary, ignored);
-        throw internal::import_error(file, "cannot be written (" + description(error) +
-                                               "); check the folder and the space on the disk");
+        give_up(description(error));
     } catch (const std::filesystem::filesystem_error& error) {
-        std::filesystem::remove(temporary, ignored);
-        throw internal::import_error(file, "cannot be written (" + error.code().message() +
-                                               "); check the folder and the space on the disk");
+        give_up(error.code().message());
+    } catch (const std::runtime_error&) {
+        give_up("not all of it arrived");
     }
 }
 

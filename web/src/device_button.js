@@ -22,7 +22,8 @@ export class DeviceButton {
       this.press();
       this.release();
     });
-    for (const name of ['pointerup', 'pointercancel', 'blur', 'pagehide']) addEventListener(name, () => this.release());
+    for (const name of ['pointerup', 'pointercancel', 'blur']) addEventListener(name, () => this.release());
+    addEventListener('pagehide', () => this.isDown && this.lift()); // no timer runs afterwards
   }
 
   press() {
@@ -36,11 +37,14 @@ export class DeviceButton {
   release() {
     if (!this.isDown) return;
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => {
-      this.isDown = false;
-      this.send({do: 'button', on: false});
-      this.show(false);
-    }, Math.max(0, kLeast_ms - (performance.now() - this.pressed)));
+    this.timer = setTimeout(() => this.lift(), Math.max(0, kLeast_ms - (performance.now() - this.pressed)));
+  }
+
+  lift() {
+    clearTimeout(this.timer);
+    this.isDown = false;
+    this.send({do: 'button', on: false});
+    this.show(false);
   }
 
   show(isDown) {

@@ -39,15 +39,15 @@ std::string called(const VolumeDescription& source) {
 /// Two values are a mask, whose surface lies between them; more are names, which nothing lies
 /// between. A table of names beside it makes either a label map.
 bool is_label_map(const std::filesystem::path& file, const VoxelVolume& volume) {
-    const std::string name = file.filename().string(); // empty in memory
-    if (name.ends_with(".seg.nrrd") || name.ends_with(".seg.nhdr")) return true;
+    const LabelMark mark = label_mark(file);
+    if (mark == LabelMark::name) return true;
     if (!looks_like_labels(volume)) return false;
     const auto [low, high] = value_range(volume);
     const bool is_mask =
         std::all_of(volume.values.begin(), volume.values.end(), [low = low, high = high](float v) {
             return static_cast<double>(v) == low || static_cast<double>(v) == high;
         });
-    return !is_mask || (!file.empty() && !find_name_table(file).empty());
+    return !is_mask || mark == LabelMark::table;
 }
 
 void require_no_label_map(const VolumeDescription& source, const VoxelVolume& volume, double level,
@@ -141,6 +141,12 @@ void finish(VoxelVolume&& field, float background, double margin, const SurfaceD
 }
 
 } // namespace
+
+LabelMark label_mark(const std::filesystem::path& file) {
+    const std::string name = file.filename().string();
+    if (name.ends_with(".seg.nrrd") || name.ends_with(".seg.nhdr")) return LabelMark::name;
+    return is_name_table(find_name_table(file)) ? LabelMark::table : LabelMark::none;
+}
 
 BakedSurface bake_level(const VolumeDescription& source, const VoxelVolume& volume,
                         const SurfaceDescription& surface, const std::string& place,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 
@@ -9,6 +10,16 @@
 #include <palpate/volume/label_volume.h>
 
 namespace palpate::internal {
+
+/// What tells, beside its voxels, that a file is a label map.
+enum class LabelMark {
+    none,
+    table, ///< a table of names lies beside it: it is one where its voxels look like labels
+    name   ///< its own: .seg.nrrd or .seg.nhdr
+};
+
+/// That of a volume's file; none of a volume in memory, which has no file.                [setup]
+LabelMark label_mark(const std::filesystem::path& file);
 
 /// Bakes a field for an isosurface of a measured volume, which is of `source`.           [setup]
 /// `place` begins messages: "FILE:LINE: [surface.bone]". Throws std::runtime_error; refuses label

@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <palpate/engine/text/internal/json_text.h>
 #include <palpate/geometry/surface_scene.h>
 
 namespace palpate::internal {
@@ -292,7 +293,7 @@ void write_stiffness(const BakedStiffness& stiffness, const std::filesystem::pat
     gains.index_to_scene.linear = Mat3(lattice.spacing_m);
     gains.index_to_scene.offset = origin;
     gains.values.assign(stiffness.map->gains().begin(), stiffness.map->gains().end());
-    GridField(gains, 0.0F).write_vdb(file, {{kMetadata, document.dump()}});
+    GridField(gains, 0.0F).write_vdb(file, {{kMetadata, json_text(document)}});
 }
 
 BakedStiffness read_stiffness(const std::filesystem::path& file) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/devices/internal/device_surfaces.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/engine/scene/scene_surface.h>
 
 #include <stdexcept>
@@ -37,8 +38,8 @@ std::vector<const SceneSurface*> surfaces_of_device(const Scene& scene) {
     const std::string why = reasons(scene);
     const std::string words = why.empty() ? "; add an effect of type \"surface\" for it"
                                           : fmt::format(" ({}); change that, or give a path", why);
-    throw std::runtime_error(fmt::format("{}:{}: [device]: {}{}", scene.description().file.string(),
-                                         device.line, what, words));
+    throw std::runtime_error(
+        fmt::format("{}: {}{}", place_of_device(scene.description()), what, words));
 }
 
 } // namespace palpate::internal

@@ -8,6 +8,7 @@
 
 #include <palpate/engine/devices/internal/device_surfaces.h>
 #include <palpate/engine/devices/orbit.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/engine/scene/scene_surface.h>
 
 namespace palpate::internal {
@@ -32,9 +33,9 @@ std::vector<HandIntent> press_of(const Scene& scene) {
     const std::optional<double> met = target.first_crossing(from, to);
     if (!met)
         throw std::runtime_error(
-            fmt::format("{}:{}: [device]: a hand that comes from {} does not meet surface {}; let "
+            fmt::format("{}: a hand that comes from {} does not meet surface {}; let "
                         "it come `from` another side",
-                        scene.description().file.string(), device.line,
+                        place_of_device(scene.description()),
                         kPatientSideNames[static_cast<std::size_t>(device.from)], surface.name));
 
     return press_into(from + *met * (to - from), is_cavity ? -side : side, kDistance_m,

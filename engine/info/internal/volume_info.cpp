@@ -313,8 +313,9 @@ FileInfo volume_info(const std::filesystem::path& file, const FileInfoSettings& 
     const bool is_folder = std::filesystem::is_directory(file, ignored);
     if (const auto entries = unchosen(file, settings.selection); !entries.empty())
         return list_info(entries, is_folder);
-    if (!holds_labels(file) && settings.labels.empty() && !is_folder && holds_vectors(file))
-        return vector_info(read_vector_volume(file), settings);
+    if (!holds_labels(file) && settings.labels.empty() && !is_folder &&
+        holds_vectors(file, settings.selection))
+        return vector_info(read_vector_volume(file, settings.selection), settings);
     const ValuesOrLabels read = read_values_or_labels(file, settings);
     const auto* volume = std::get_if<VoxelVolume>(&read);
     return volume != nullptr ? scalar_info(file, *volume, settings)

@@ -23,34 +23,44 @@ void ServoLoop::run() noexcept {
     FrameSchedule schedule(settings_.period_us, started_us);
     double last_us = started_us; // when the frame before began
     double ends_by_us = 0.0;     // once the run is ending
+    DeviceState newest;
+    Vec3 force{0.0}; // that the device has, scene frame
+    const auto end = [&](double now_us) {
+        if (!ending_) ends_by_us = now_us + kRelease_us;
+        ending_ = true;
+    };
     for (std::uint64_t count = 0;; ++count) {
         clock_.sleep_until(schedule.deadline_us());
         const double began_us = clock_.now_us();
         const FrameSchedule::Begin begun = schedule.begin(began_us);
         if (!ending_ &&
             (count >= settings_.most_frames || began_us - started_us > settings_.longest_us ||
-             asked_.load(std::memory_order_relaxed))) {
-            ending_ = true;
-            ends_by_us = began_us + kRelease_us;
-        }
+             asked_.load(std::memory_order_relaxed)))
+            end(began_us);
         if (ending_ && (!settings_.takes_force || began_us >= ends_by_us)) break;
 
-        DeviceState state;
-        if (!read(count == 0 ? 1 : begun.periods, state)) break;
+        if (DeviceState state; read(count == 0 ? 1 : begun.periods, state))
+            newest = state;
+        else if (!settings_.takes_force || force == Vec3{0.0})
+            break;
+        else
+            end(began_us);
+        DeviceState state = newest;
         RunFrame run;
         run.silence = silence_of(state, count == 0 ? 0.0 : began_us - last_us);
         if (run.silence != Silence::none) state.freshness = Freshness::stale;
         last_us = began_us;
         run.input = placement_.to_scene(state);
         run.frame = loop_.frame(run.input);
-        device_.write(placement_.to_device(run.frame.force));
+        force = run.frame.force;
+        device_.write(placement_.to_device(force));
 
         run.frame.late_us = begun.late_us;
         const FrameSchedule::End ended = schedule.end(clock_.now_us());
         run.missed = ended.missed;
         run.overrun = ended.overrun;
         hand_over(run);
-        if (ending_ && run.frame.force == Vec3{0.0}) break;
+        if (ending_ && force == Vec3{0.0}) break;
     }
     device_.write(Vec3{0.0});
 }
@@ -66,7 +76,8 @@ bool ServoLoop::read(std::uint64_t periods, DeviceState& state) noexcept {
 Silence ServoLoop::silence_of(const DeviceState& state, double gap_us) const noexcept {
     if (ending_) return Silence::ending;
     if (state.freshness == Freshness::stale) return Silence::device;
-    return gap_us > kLongestGap_us ? Silence::loop : Silence::none;
+    const double longest_us = std::max(kLongestGap_us, kLongestGapPeriods * settings_.period_us);
+    return gap_us > longest_us ? Silence::loop : Silence::none;
 }
 
 /// A frame with its decisions and touches, or none of them: a recording has no use for one without

@@ -29,6 +29,7 @@ public:
     /// A force that the loop has not renewed for that long is not to be trusted: the next state
     /// counts as stale, in the recording as well.
     static constexpr double kLongestGap_us = 10e3;
+    static constexpr double kLongestGapPeriods = 2.5; ///< and no less, of a slow loop
     /// When the run ends a force may take that long to get to zero; what is left then is cut.
     static constexpr double kRelease_us = 50e3;
 

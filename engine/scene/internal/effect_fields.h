@@ -18,6 +18,7 @@ struct EffectFields {
     std::map<std::string, std::shared_ptr<const ScalarField>> scalars;
     std::map<std::string, std::shared_ptr<const VectorField>> directed;
     std::map<std::string, std::shared_ptr<const VectorField>> axial;
+    VolumeWarnings warnings;
 };
 
 /// Loads what an effect samples, if it is not there yet; a formula is the one of `sources`, which

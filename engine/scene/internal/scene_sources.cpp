@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/scene.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/volume/fields/grid_field.h>
 #include <palpate/volume/fields/grid_vector_field.h>
 
@@ -21,16 +22,6 @@ const SceneFiles& require_files(const SceneFiles* files, const std::string& plac
 }
 
 namespace internal {
-namespace {
-
-std::string place_of_volume(const SceneDescription& scene, const std::string& volume) {
-    const int line = scene.volumes.at(volume).line;
-    if (line == 0) return fmt::format("volumes[\"{}\"]", volume);
-    return fmt::format("{}:{}: [volume.{}]", scene.file.empty() ? "scene" : scene.file.string(),
-                       line, volume);
-}
-
-} // namespace
 
 SceneSources::SceneSources(const SceneDescription& scene, const SceneResources& resources)
     : scene_(scene), resources_(resources) {}
@@ -53,10 +44,12 @@ std::shared_ptr<const ScalarField> SceneSources::as_it_is(const std::string& vol
     if (description.scalar_field) return description.scalar_field;
     std::shared_ptr<const ScalarField>& field = made_[volume];
     if (field) return field;
-    if (description.voxels)
+    if (description.voxels) {
         field = effect_grid(*description.voxels);
-    else
+        warnings_[volume] = description.voxels->warnings;
+    } else {
         field = make_analytic_field(scene_, volume);
+    }
     return field;
 }
 
@@ -88,11 +81,19 @@ std::shared_ptr<const VectorField>
 SceneSources::vectors(const std::string& volume, VectorSense sense, std::string_view effect) {
     const VolumeDescription& description = scene_.volumes.at(volume);
     if (description.vector_field) return description.vector_field;
-    if (description.vector_volume)
+    if (description.vector_volume) {
+        warnings_[volume] = description.vector_volume->warnings;
         return std::make_shared<GridVectorField>(*description.vector_volume, sense);
+    }
     if (!description.file.empty()) return reader_of_volume(volume).vectors(volume, sense, effect);
     const auto metres = [&](const char* key) { return 1e-3 * description.parameters.at(key); };
     return make_helix(metres("radius_mm"), metres("pitch_mm"));
+}
+
+VolumeWarnings SceneSources::warnings() const {
+    VolumeWarnings all = warnings_;
+    if (reader_) all.insert(reader_->warnings().begin(), reader_->warnings().end());
+    return all;
 }
 
 } // namespace internal

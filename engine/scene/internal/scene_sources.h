@@ -27,6 +27,8 @@ public:
     std::shared_ptr<const ScalarField> scalars(const std::string& volume);
     std::shared_ptr<const VectorField> vectors(const std::string& volume, VectorSense sense,
                                                std::string_view effect);
+    /// Of the volumes that scalars() and vectors() gave so far.
+    VolumeWarnings warnings() const;
 
 private:
     std::shared_ptr<const ScalarField> as_it_is(const std::string& volume);
@@ -38,6 +40,7 @@ private:
     const SceneResources& resources_;
     std::unique_ptr<SceneReader> reader_;
     std::map<std::string, std::shared_ptr<const ScalarField>> made_;
+    VolumeWarnings warnings_; ///< of volumes in memory
 };
 
 } // namespace palpate::internal

@@ -128,9 +128,11 @@ void LivePage::obey() {
         if (!socket_.got_text())
             throw std::invalid_argument("a binary message is no command; send JSON as text");
         const auto bytes = in_.cdata();
-        const auto command = parse_view_command(
+        auto command = parse_view_command(
             std::string_view(static_cast<const char*>(bytes.data()), bytes.size()));
         is_command = true;
+        if (auto* button = std::get_if<view_commands::Button>(&command))
+            button->on = hold_button(button->on);
         reply = host_.answer(command);
     } catch (const std::exception& error) {
         reply = {error.what(), true};
@@ -203,8 +205,27 @@ void LivePage::drop() {
 void LivePage::leave() {
     if (!std::exchange(is_open_, false)) return;
     end_work();
+    release_button();
     beast::get_lowest_layer(socket_).close();
     host_.remove(shared_from_this());
+}
+
+/// Whether any page holds the button, once this one does or does not.
+bool LivePage::hold_button(bool on) {
+    if (on && !holds_button_) ++host_.button_holders();
+    if (!on && holds_button_) --host_.button_holders();
+    holds_button_ = on;
+    return host_.button_holders() > 0;
+}
+
+// A page that is closed, has crashed or is cut off says nothing any more.
+void LivePage::release_button() {
+    if (!holds_button_) return;
+    try {
+        host_.answer(view_commands::Button{hold_button(false)});
+    } catch (const std::exception&) {
+        host_.count_error();
+    }
 }
 
 } // namespace palpate::internal

@@ -45,6 +45,7 @@ public:
     virtual const LiveMessage& scene() const = 0;             ///< the first message of a socket
     virtual std::chrono::duration<double> taking() const = 0; ///< LiveServerSettings::taking_s
     virtual std::size_t& connections() = 0;                   ///< that are open now
+    virtual std::size_t& button_holders() = 0;                ///< pages that hold the button down
     /// Throws std::exception: what is told to the page.
     virtual LiveReply answer(const ViewCommand& command) = 0;
     /// A socket is open. False: there are as many as may be.
@@ -88,6 +89,8 @@ private:
     /// Ends what does not behave as a page, without waiting for it.
     void drop();
     void leave();
+    bool hold_button(bool on);
+    void release_button();
 
     LiveHost& host_;
     boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
@@ -103,6 +106,7 @@ private:
     bool is_writing_ = false;
     bool is_paused_ = false;
     bool is_open_ = true;
+    bool holds_button_ = false; ///< it has said that the button is down, and not that it is up
 };
 
 } // namespace palpate::internal

@@ -25,18 +25,20 @@
     X(RATE_NAN)                                                                                    \
     X(PROPERTIES_CHANGE)                                                                           \
     X(SECOND_OPEN_CRASHES)                                                                         \
-    X(CRASH_BEFORE_START) X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE)          \
-        X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES)         \
-            X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ)             \
-                X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG)  \
-                    X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP)     \
-                        X(SECOND_STOP_CRASHES) X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE)        \
-                            X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN)     \
-                                X(LEAKS_FILE) X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)      \
-                                    X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE) X(CHAOS)             \
-                                        X(STOP_FAILS) X(STUCK_AFTER_STOP) X(DIES_LATE)             \
-                                            X(FORCE_AFTER_STOP_READ_FAILS) X(LEAKS_LARGE)          \
-                                                X(HOLDS_RWLOCK)
+    X(CRASH_BEFORE_START)                                                                          \
+    X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK)   \
+        X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY)         \
+            X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES)     \
+                X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) \
+                    X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) X(NO_RESTART)      \
+                        X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE)          \
+                            X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) X(LEAKS_THREAD)          \
+                                X(LEAKS_MEMORY) X(HANG_IN_READ) X(HANG_IN_STOP) X(TELLS_FORCE)     \
+                                    X(GARBAGE) X(CHAOS) X(STOP_FAILS) X(STUCK_AFTER_STOP)          \
+                                        X(DIES_LATE) X(FORCE_AFTER_STOP_READ_FAILS) X(LEAKS_LARGE) \
+                                            X(HOLDS_RWLOCK) X(DIES_OTHERWISE) X(DIES_SILENT)       \
+                                                X(DIES_FROZEN) X(SLOW_STOP) X(WRONG_VELOCITY_FINE) \
+                                                    X(FORCE_AFTER_STOP_NOTHING_NEW)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
@@ -60,7 +62,7 @@ int a_function_of_a_library_that_is_not_linked(void);
 
 typedef struct {
     int is_started, was_started, stops, file;
-    long reads, writes;
+    long reads, writes, reads_since_start;
     unsigned dice;
     double began_s, stepped_s, told_s;
     double position[3], velocity[3], held[3], told[HISTORY][3];
@@ -171,7 +173,8 @@ static int plugin_open(const palpate_plugin_options* options, void** opened) {
 static int plugin_properties(void* opened, palpate_plugin_properties* properties) {
     const device_type* device = opened;
     strcpy(properties->name, "seeded device");
-    properties->rate_hz = HAS(RATE_NAN) ? NAN : 1000.0;
+    properties->rate_hz = HAS(RATE_NAN) ? NAN : HAS(WRONG_VELOCITY_FINE) ? 4000.0 : 1000.0;
+    if (HAS(WRONG_VELOCITY_FINE)) properties->position_step_m = 30e-6;
     properties->longest_call_s = HAS(HOLDS_LOCK) || HAS(HOLDS_RWLOCK) ? 0.1 : 1e-3;
     properties->stale_after_s = 0.05;
     properties->force_n = FORCE_N;
@@ -198,6 +201,7 @@ static int plugin_start(void* opened) {
     if (HAS(TAKES_SIGNALS)) signal(SIGINT, on_signal);
     device->began_s = device->stepped_s = now_s();
     device->is_started = device->was_started = 1;
+    device->reads_since_start = 0;
     return PALPATE_PLUGIN_OK;
 }
 
@@ -215,7 +219,9 @@ static int is_down(const device_type* device) { return fmod(now_s() - device->be
 static void move(device_type* device, double until_s) {
     const double mass = HAS(DELAYED) ? 0.05 : 0.2, damping = HAS(DELAYED) ? 1.0 : 14.0;
     const double spring = HAS(DELAYED) ? 20.0 : 300.0, sign = HAS(WRONG_SIGN) ? -1.0 : 1.0;
-    const int keeps_force = HAS(HOLDS_FOREVER) || HAS(FORCE_AFTER_STOP_READ_FAILS);
+    const int keeps_force =
+        HAS(HOLDS_FOREVER) || HAS(FORCE_AFTER_STOP_READ_FAILS) || HAS(FORCE_AFTER_STOP_NOTHING_NEW);
+    const double swing_m = HAS(WRONG_VELOCITY_FINE) ? 0.01 : 0.03;
     for (int step = 0; device->stepped_s + STEP_S <= until_s && step < 2000; ++step) {
         const double* force = device->told[step % HISTORY];
         device->stepped_s += STEP_S;
@@ -225,7 +231,7 @@ static void move(device_type* device, double until_s) {
         memcpy(device->told[now % HISTORY], device->held, sizeof device->held);
         force = device->told[(now - (HAS(DELAYED) ? 8 : 0)) % HISTORY];
         for (int i = 0; i < 3; ++i) {
-            const double aim = 0.03 * sin(M_PI * (device->stepped_s - device->began_s) + i);
+            const double aim = swing_m * sin(M_PI * (device->stepped_s - device->began_s) + i);
             const double push = isfinite(force[i]) ? sign * force[i] : 0.0;
             const double pull =
                 spring * (aim - device->position[i]) - damping * device->velocity[i];
@@ -311,16 +317,24 @@ static int plugin_read(void* opened, palpate_plugin_state* state) {
         device->reason = "the device is stopped; start it";
         return PALPATE_PLUGIN_FAILED;
     }
+    if (HAS(FORCE_AFTER_STOP_NOTHING_NEW) && !device->is_started && device->stops > 0)
+        return PALPATE_PLUGIN_NOTHING_NEW; /* and what is held is not said */
     memcpy(state->held_force_n, device->held, sizeof device->held);
     if (!device->is_started || HAS(NO_STATE)) return PALPATE_PLUGIN_NOTHING_NEW;
     ++device->reads;
+    if (++device->reads_since_start == 1 && HAS(FORCE_AFTER_STOP_NOTHING_NEW))
+        return PALPATE_PLUGIN_NOTHING_NEW;
     misbehave(device);
-    if (HAS(DIES_LATE) && device->reads > 5000) {
+    const int is_dead = device->reads > 5000;
+    if (HAS(DIES_LATE) && is_dead) {
         device->reason = "the device is gone; plug it in";
         return PALPATE_PLUGIN_FAILED;
     }
+    if (HAS(DIES_OTHERWISE) && is_dead) return -1;
+    if (HAS(DIES_SILENT) && is_dead) return PALPATE_PLUGIN_NOTHING_NEW;
     double time_s = now_s();
-    if (!(HAS(STUCK_AFTER_STOP) && device->stops > 0)) move(device, time_s);
+    if (!(HAS(STUCK_AFTER_STOP) && device->stops > 0) && !(HAS(DIES_FROZEN) && is_dead))
+        move(device, time_s);
     memcpy(state->held_force_n, device->held, sizeof device->held);
     if (HAS(SLOW_STATES) && time_s - device->told_s < 15e-3) return PALPATE_PLUGIN_NOTHING_NEW;
     device->told_s = time_s;
@@ -331,8 +345,9 @@ static int plugin_read(void* opened, palpate_plugin_state* state) {
     state->time_s = time_s;
     for (int i = 0; i < 3; ++i) {
         state->position_m[i] = device->position[i];
-        state->velocity_m_per_s[i] =
-            HAS(WRONG_VELOCITY) ? -device->velocity[i] : device->velocity[i];
+        state->velocity_m_per_s[i] = HAS(WRONG_VELOCITY) || HAS(WRONG_VELOCITY_FINE)
+                                         ? -device->velocity[i]
+                                         : device->velocity[i];
     }
     for (int i = 0; i < 3 && HAS(POSITION_MM); ++i)
         state->position_m[i] *= 1e3;
@@ -372,9 +387,11 @@ static int plugin_stop(void* opened) {
     device_type* device = opened;
     if (HAS(SECOND_STOP_CRASHES) && device->stops > 0) abort();
     if (HAS(HANG_IN_STOP)) go_on(NULL);
+    if (HAS(SLOW_STOP)) sleep_s(1.2);
     ++device->stops;
     device->is_started = 0;
-    if (!HAS(FORCE_AFTER_STOP) && !HAS(FORCE_AFTER_STOP_READ_FAILS))
+    if (!HAS(FORCE_AFTER_STOP) && !HAS(FORCE_AFTER_STOP_READ_FAILS) &&
+        !HAS(FORCE_AFTER_STOP_NOTHING_NEW))
         memset(device->held, 0, sizeof device->held);
     if (HAS(STOP_FAILS)) {
         device->reason = "the port is gone";

@@ -101,6 +101,18 @@ TEST(BakedStiffness, OfTissueLikeTheOneAroundThereIsNoMap) {
     EXPECT_FALSE(baked(scene_of({{"Nodule", 1.0}})).map);
 }
 
+TEST(BakedStiffness, ALabelWhoseNameIsNotUtf8IsKeptToo) {
+    const test::TemporaryFolder folder;
+    const std::string name = "Tumeur gonfl\xE9e";
+    auto labels = std::make_shared<LabelVolume>(*phantom());
+    labels->labels[1].name = name;
+    SceneDescription scene = scene_of({{name, 10.0}});
+    scene.volumes["v"].label_volume = labels;
+    scene.surfaces["body"].labels = {"Tissue", name};
+    EXPECT_FALSE(baked(scene, folder.path()).from_cache);
+    EXPECT_TRUE(baked(scene, folder.path()).from_cache);
+}
+
 TEST(BakedStiffness, ASoftLumpIsSofter) {
     const BakedStiffness stiffness = baked(scene_of({{"Nodule", 0.2}}));
     EXPECT_EQ(stiffness.stiffest, 1.0);

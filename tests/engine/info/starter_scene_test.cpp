@@ -156,6 +156,24 @@ TEST_F(StarterScene, OfLabelsNamesEachByWhatIsItsAlone) {
     EXPECT_EQ(numbers, (std::set<std::string>{"4", "7"}));
 }
 
+TEST_F(StarterScene, ATextBesideDataThatNamesNothingIsNoTable) {
+    test::make_file(folder_ / "ball.txt", "Scanned on Monday\n");
+    EXPECT_TRUE(
+        std::holds_alternative<VoxelVolume>(read_data_file(folder_ / "ball.nii.gz").content));
+    EXPECT_EQ(labels("Scanned on Monday\n").labels, std::filesystem::path());
+    EXPECT_EQ(labels("4 Four\n").labels, folder_ / "two.txt");
+    // A file that names its own labels.
+    test::make_file(folder_ / "own.seg.nrrd",
+                    "NRRD0004\nencoding: raw\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nspace: "
+                    "LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n"
+                    "Segment0_Name:=Liver\nSegment0_LabelValue:=1\nSegment0_Layer:=0\n\n" +
+                        std::string(8, '\1'));
+    test::make_file(folder_ / "own.txt", "1 Other\n");
+    const DataFile own = read_data_file(folder_ / "own.seg.nrrd");
+    EXPECT_EQ(std::get<LabelVolume>(own.content).labels.at(0).name, "Liver");
+    EXPECT_EQ(own.labels, std::filesystem::path());
+}
+
 TEST_F(StarterScene, OfManyLabelsFeelsTheLargest) {
     DataFile data;
     data.file = folder_ / "many.nii.gz";

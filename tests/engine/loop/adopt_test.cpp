@@ -296,6 +296,26 @@ TEST(Adopt, WhatWasOffIsFeltFromInFrontAndNotFromWithin) {
             }
 }
 
+TEST(Adopt, ABodyThatWasOffIsJudgedWhereItIs) {
+    const double hard = std::numeric_limits<double>::infinity();
+    const Vec3 moved(0.1, 0.0, 0.0);
+    for (const ContactKind contact : {ContactKind::volume, ContactKind::guarded})
+        for (const bool within : {false, true}) {
+            SCOPED_TRACE(std::string(name(contact)) + (within ? ", within" : ""));
+            test::ScriptedClock clock;
+            HapticLoop loop(std::make_shared<const Scene>(ball_of(contact, hard, true)), clock);
+            ASSERT_TRUE(loop.set_pose(0, {moved, {1, 0, 0, 0}}));
+            ASSERT_TRUE(loop.set_gain(0, 0.0));
+            DeviceState state;
+            state.position = within ? moved : Vec3(0.0); // where the scene has the body
+            for (int i = 0; i < 100; ++i)
+                loop.frame(state);
+            loop.adopt(std::make_shared<const Scene>(ball_of(contact, hard, true)));
+            EXPECT_EQ((loop.frame(state).flags & kInsideAtStart) != 0, within);
+            EXPECT_EQ(loop.pose(0).position, moved);
+        }
+}
+
 TEST(Adopt, ItsFlagIsAPartOfTheState) {
     Hand hand(ball("ball", 20));
     hand.press(0.002);

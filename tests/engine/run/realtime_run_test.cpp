@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/realtime_run.h>
 
 #include <algorithm>
@@ -125,6 +126,16 @@ TEST(RealtimeRun, AnAuditComputesTheSameFrames) {
     trace.realtime->dropped = 1;
     audit(scene, trace);
     EXPECT_TRUE(trace.audits.empty()) << "frames are missing: no audit rather than a wrong one";
+
+    RunWatch watch;
+    watch.loop = [](HapticLoop* loop) {
+        if (loop != nullptr) {
+            EXPECT_TRUE(loop->set_gain(0, 0.5));
+        }
+    };
+    trace = run_realtime(scene, {device, {}}, frames(300), watch);
+    audit(scene, trace);
+    EXPECT_TRUE(trace.audits.empty()) << "nor of what was felt more weakly than the scene says";
 }
 
 TEST(RealtimeRun, ThePathsEndEndsIt) {
@@ -212,6 +223,17 @@ TEST(RealtimeRun, AnotherSceneTakesOverWhileNothingIsFelt) {
     EXPECT_EQ(summary.at("preview").at("frames"), at);
     const Recording recording = recorded(*scene, {}, trace);
     EXPECT_THROW(recorded_scene(recording, "r.h5", scene->description(), {}), std::runtime_error);
+}
+
+TEST(RealtimeRun, ASilentDeviceIsNoFreeHand) {
+    test::ScriptedDevice device;
+    device.on_read = [](std::size_t read, DeviceState& state) {
+        state.position = {read < 20 ? 0.06 : 0.049, 0.0, 0.0};
+        if (read >= 200 && read < 400) state.freshness = Freshness::stale;
+    };
+    const auto preview = ball_with(ContactKind::volume);
+    const auto scene = ball_with(ContactKind::mesh); // which waits for a free hand
+    EXPECT_EQ(run_realtime(preview, {device, {}}, frames_before(1000, scene)).before, nullptr);
 }
 
 // `guarded` goes on from `volume`: it does not wait for the hand. A busy machine makes it later,

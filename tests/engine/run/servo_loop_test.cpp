@@ -90,6 +90,37 @@ TEST_F(Servo, RunsAtItsDeadlinesUntilThePathEnds) {
     EXPECT_EQ(device_.forces.back(), Vec3(0.0)) << "the last thing that a device gets";
 }
 
+TEST_F(Servo, WhereStatesEndUnderAForceItIsLedToZero) {
+    device_.states = 400;
+    press(0.005);
+    const std::vector<RunFrame> frames = run();
+    ASSERT_GT(frames.size(), 400u);
+    EXPECT_GT(glm::length(frames[399].frame.force), 2.0);
+    EXPECT_EQ(frames.back().frame.force, Vec3(0.0));
+    constexpr double kSlew_n = 2.0; // a frame
+    for (std::size_t i = 1; i < device_.forces.size(); ++i)
+        EXPECT_LE(glm::distance(device_.forces[i], device_.forces[i - 1]), kSlew_n + 1e-9) << i;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        EXPECT_EQ(frames[i].silence, i < 400 ? Silence::none : Silence::ending) << i;
+}
+
+TEST_F(Servo, ASlowLoopIsNotSilent) {
+    device_.force_n = 0.0;
+    device_.states = 60;
+    device_.on_read = [&](std::size_t read, DeviceState&) {
+        if (read % 10 == 0) clock_.wake_late(50.0);
+    };
+    for (const double rate_hz : {50.0, 100.0}) {
+        device_.reads = 0;
+        settings_.period_us = 1e6 / rate_hz;
+        loop_text_ = "[loop]\nrate_hz = " + std::to_string(rate_hz) + "\n";
+        const std::vector<RunFrame> frames = run();
+        EXPECT_GT(frames.size(), 50u);
+        for (const RunFrame& frame : frames)
+            EXPECT_EQ(frame.silence, Silence::none) << rate_hz;
+    }
+}
+
 TEST_F(Servo, APathGoesOnWhileTheLoopIsLate) {
     device_.force_n = 0.0;
     device_.states = 100;

@@ -11,7 +11,9 @@
 
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/devices/probe_path.h>
+#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
@@ -43,11 +45,12 @@ protected:
     void write(const std::string& name, const std::function<double(const Vec3&)>& value) const {
         write_volume(test::sampled({24, 24, 24}, {Mat3(kMm), Vec3(0.0)}, value), folder_ / name);
     }
-    std::string bake(const std::string& file, const std::string& keys) const {
+    std::string bake(const std::string& file, const std::string& keys,
+                     const ResultCache& cache = {}) const {
         const SceneDescription scene =
             parse_scene("[volume.v]\nfile = \"" + file + "\"\n[surface.s]\nvolume = \"v\"\n" + keys,
                         folder_ / "scene.toml");
-        return complaint([&] { bake_surface(scene, "s", {}); });
+        return complaint([&] { bake_surface(scene, "s", cache); });
     }
 
     test::TemporaryFolder folder_;
@@ -68,9 +71,97 @@ TEST_F(BakedMistakes, AnIsoValueOfALabelMapIsRefused) {
     EXPECT_EQ(bake("atlas.nrrd", "label = 4\n"), "");
     // Two values are a mask; with names beside it, it is a label map.
     write("mask.nrrd", [](const Vec3& p) { return regions(p) > 0.0 ? 1.0 : 0.0; });
-    EXPECT_EQ(bake("mask.nrrd", "iso_value = 0.5\n"), "");
+    // What was kept before does not change that.
+    const ResultCache cache(folder_ / "cache");
+    EXPECT_EQ(bake("mask.nrrd", "iso_value = 0.5\n", cache), "");
+    test::make_file(folder_ / "mask.txt", "Scanned on Monday\n");
+    EXPECT_EQ(bake("mask.nrrd", "iso_value = 0.5\n", cache), "");
     test::make_file(folder_ / "mask.txt", "1 Tumour\n");
-    EXPECT_THAT(bake("mask.nrrd", "iso_value = 0.5\n"), HasSubstr("is of the label map"));
+    EXPECT_THAT(bake("mask.nrrd", "iso_value = 0.5\n", cache), HasSubstr("is of the label map"));
+    write("mask.seg.nrrd", [](const Vec3& p) { return regions(p) > 0.0 ? 1.0 : 0.0; });
+    EXPECT_THAT(bake("mask.seg.nrrd", "iso_value = 0.5\n", cache),
+                HasSubstr("is of the label map"));
+}
+
+TEST_F(BakedMistakes, HowAVolumeOfAnEffectWasReadIsTold) {
+    const std::string header = "NRRD0004\nencoding: raw\nsizes: ";
+    test::make_file(folder_ / "s.nrrd", header +
+                                            "2 2 2\ndimension: 3\ntype: uchar\nspacings: 1 "
+                                            "1 1\n\n" +
+                                            std::string(8, '\1'));
+    test::make_file(folder_ / "v.nrrd", header +
+                                            "3 2 2 2\ndimension: 4\ntype: int8\nkinds: vector "
+                                            "space space space\nspacings: nan 1 1 1\n\n" +
+                                            std::string(24, '\1'));
+    const Scene scene(parse_scene("[volume.s]\nfile = \"s.nrrd\"\n[volume.v]\nfile = \"v.nrrd\"\n"
+                                  "[[effect]]\ntype = \"gradient_force\"\nvolume = \"s\"\n"
+                                  "strength_n = 1.0\n"
+                                  "[[effect]]\ntype = \"vector_force\"\nvolume = \"v\"\n"
+                                  "strength_n = 1.0\n",
+                                  folder_ / "scene.toml"),
+                      SceneResources{.files = scene_files()});
+    EXPECT_THAT(source_warnings(scene),
+                testing::UnorderedElementsAre(
+                    HasSubstr((folder_ / "s.nrrd").string() + ": states no patient space"),
+                    HasSubstr((folder_ / "v.nrrd").string() + ": states no patient space"),
+                    HasSubstr((folder_ / "v.nrrd").string() + ": does not state the axes")));
+}
+
+TEST_F(BakedMistakes, AChoiceThatAVolumeOfVectorsHasNotIsRefusedWithItsLine) {
+    test::make_file(folder_ / "v.nrrd",
+                    "NRRD0004\nencoding: raw\nsizes: 3 1 1 1\ndimension: 4\ntype: int8\nkinds: "
+                    "vector space space space\nspacings: nan 1 1 1\n\n\1\2\3");
+    for (const char* choice : {"grid = \"density\"", "series = \"7\"", "slices = \"repair\"",
+                               "nifti_transform = \"qform\""})
+        EXPECT_THAT(complaint([&] {
+                        Scene(parse_scene(std::string("[volume.v]\nfile = \"v.nrrd\"\n") + choice +
+                                              "\n[[effect]]\ntype = \"vector_force\"\nvolume = "
+                                              "\"v\"\nstrength_n = 1.0\n",
+                                          folder_ / "scene.toml"),
+                              SceneResources{.files = scene_files()});
+                    }),
+                    testing::StartsWith((folder_ / "scene.toml").string() +
+                                        ":1: [volume.v]: " + (folder_ / "v.nrrd").string()))
+            << choice;
+}
+
+TEST_F(BakedMistakes, AMeshThatTheCacheCannotGiveIsMadeAgain) {
+    write("ball.nrrd", [](const Vec3& p) { return glm::length(p - Vec3(12 * kMm)) < 8 * kMm; });
+    const ResultCache cache(folder_ / "cache");
+    const SceneDescription scene = parse_scene(
+        "[volume.v]\nfile = \"ball.nrrd\"\n[surface.s]\nvolume = \"v\"\niso_value = 0.5\n",
+        folder_ / "scene.toml");
+    const BakedSurface baked = bake_surface(scene, "s", cache);
+    const IsosurfaceExtractor extract = [](const Isosurface&, const IsosurfaceSettings&,
+                                           const Progress&) { return test::icosphere(8 * kMm, 2); };
+    const auto mesh = [&] { return mesh_surface(baked, {}, extract, cache); };
+    const BakedMesh first = mesh();
+    EXPECT_FALSE(first.from_cache);
+    EXPECT_TRUE(mesh().from_cache);
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / "cache"))
+        if (entry.path().extension() == ".ply")
+            cache.keep(entry.path().filename().string(),
+                       [](const std::filesystem::path& file) { test::make_file(file, "x"); });
+    const BakedMesh again = mesh();
+    EXPECT_FALSE(again.from_cache);
+    EXPECT_EQ(again.mesh->triangles, first.mesh->triangles);
+    EXPECT_TRUE(mesh().from_cache);
+}
+
+TEST_F(BakedMistakes, WhatHasNoLineIsToldWithoutOne) {
+    const auto of_device = [](const std::string& text, const std::filesystem::path& file) {
+        return complaint([&] {
+            SceneDescription scene = parse_scene(text, file);
+            scene.device.kind = DeviceDescription::Kind::orbit;
+            make_device(Scene(std::move(scene)));
+        });
+    };
+    const std::string words = "there is no surface that is felt to go to";
+    EXPECT_THAT(of_device("[loop]\nrate_hz = 1000\n", "v.toml"),
+                testing::StartsWith("v.toml: [device]: " + words));
+    EXPECT_THAT(of_device("", ""), testing::StartsWith("device: " + words));
+    EXPECT_THAT(of_device("\n[device]\ntype = \"orbit\"\n", ""),
+                testing::StartsWith("scene:2: [device]: " + words));
 }
 
 TEST_F(BakedMistakes, AVolumeThatCannotBeReadIsToldWithTheScenesLine) {

@@ -156,6 +156,32 @@ TEST(LiveMarks, APressOfTheDevicesButtonDropsOneAndIsInTheRecording) {
         EXPECT_EQ(frame.trial, recording.frames.front().trial); // no other effect
 }
 
+TEST(LiveMarks, AButtonIsUpAgainOnceItsPageIsGone) {
+    const HeldBall ball;
+    {
+        Visitor gone(ball);
+        gone.send(kDown);
+        ASSERT_FALSE(gone.marks(1).is_null());
+    }
+    Visitor next(ball);
+    next.wait();
+    next.send(kDown);
+    EXPECT_FALSE(next.marks(2).is_null());
+    // One that goes does not lift it for another that holds it.
+    {
+        Visitor third(ball);
+        third.send(kDown);
+        third.wait();
+    }
+    next.wait();
+    next.send(R"({"do": "mark", "name": "held"})");
+    ASSERT_FALSE(next.marks(3).is_null());
+    next.send(kDown); // down already: no press
+    next.wait();
+    next.send(R"({"do": "mark", "name": "still"})");
+    EXPECT_FALSE(next.marks(4).is_null());
+}
+
 TEST(LiveMarks, AButtonDropsNoneWhereThatIsNotWanted) {
     const HeldBall ball(false);
     Visitor page(ball);

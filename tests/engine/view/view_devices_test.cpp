@@ -152,5 +152,39 @@ TEST(SteeredDevice, FreezesAHandWithoutMotorsInPlaceAndOneWithMotorsWithoutForce
     }
 }
 
+TEST(SteeredDevice, APagesHandDoesNotGoOnUnseenWhileItIsFrozen) {
+    constexpr double kRate_hz = 1000.0;
+    PageDevice mouse(Vec3(0.0), kRate_hz);
+    SteeredDevice device(mouse);
+    DeviceState state, before;
+    mouse.aim_at({0.2, 0.0, 0.0});
+    for (int i = 0; i < 100; ++i)
+        device.read(state);
+    device.freeze(true);
+    const Vec3 held = state.position;
+    for (int i = 0; i < 1000; ++i) {
+        device.read(state);
+        EXPECT_EQ(state.position, held);
+        EXPECT_EQ(state.velocity, Vec3(0.0));
+    }
+    device.freeze(false);
+    for (int i = 0; i < 1000; ++i) {
+        before = state;
+        device.read(state);
+        EXPECT_LE(glm::distance(state.position, before.position) * kRate_hz,
+                  PageDevice::kFastest_m_per_s * (1.0 + 1e-9));
+    }
+    // A trial that begins meanwhile begins where it is said, and stays there.
+    const Vec3 front(0.03, 0.0, 0.0);
+    device.freeze(true);
+    mouse.begin_at(front);
+    device.restart();
+    for (int i = 0; i < 300; ++i) {
+        device.read(state);
+        EXPECT_EQ(state.position, front);
+        EXPECT_EQ(state.trial, 1u);
+    }
+}
+
 } // namespace
 } // namespace palpate

@@ -66,6 +66,29 @@ Vec3 next_probe(std::mt19937_64& random, const Vec3& before) {
     return height > kRadius + 3e-3 ? probe * ((kRadius + 3e-3) / height) : probe;
 }
 
+// Beyond a million metres nobody can say what is on the way.
+TEST(MovingContact, DoesNotPassTheProxyOnAWayThatNobodyCanSee) {
+    {
+        ContactLoop loop({}, moving_ball(Kind::mesh));
+        body(loop).set_pose({{0.3, 0.0, 0.0}, {1, 0, 0, 0}});
+        const Vec3 probe(0.1, 0.0, 0.0);
+        loop.start(probe);
+        body(loop).set_pose({{-999999.95, 0.0, 0.0}, {1, 0, 0, 0}});
+        for (int i = 0; i < 3; ++i)
+            loop.move(probe);
+        EXPECT_LT(body(loop).to_body(loop.proxy()).x, 0.0);
+    }
+    // Where nothing can be on the way, both go on.
+    ContactLoop loop({}, moving_ball(Kind::mesh));
+    body(loop).set_pose({{-999999.95, 0.0, 0.0}, {1, 0, 0, 0}});
+    loop.start({0.1, 0.0, 0.0});
+    loop.move({0.101, 0.0, 0.0});
+    EXPECT_EQ(loop.proxy(), Vec3(0.101, 0.0, 0.0));
+    body(loop).set_pose({});
+    loop.move({0.101, 0.0, 0.0});
+    EXPECT_EQ(body(loop).pose().position, Vec3(0.0));
+}
+
 TEST(MovingContact, FeelsTheSameBitsWhereTheSceneHasIt) {
     for (const Kind kind : kKinds) {
         ContactLoop moving({}, moving_ball(kind)), still({}, still_ball(kind));

@@ -124,5 +124,30 @@ TEST(FrameLag, AHeldProbeAtAGuideOfSteepStrengthMovesNoBit) {
               0);
 }
 
+// A steep force that is made ten times as strong: as restful as one that is written so.
+TEST(FrameLag, KnowsTheGainOfWhatItFollows) {
+    for (const double gain : {1.0, 10.0}) {
+        const double most_n = 2.0 / gain;
+        ContactLoop loop({}, {},
+                         effects(std::make_unique<GradientForce>(
+                             make_solid_sphere(20e-3), function_of({{0.0, 0.0}, {1e-4, most_n}}))));
+        loop.subdivision().gain(0).set(gain);
+        const double radius_m = 19e-3, step_rad = 5e-5 / radius_m; // 0.05 m/s
+        const auto probe = [&](int frame) {
+            return radius_m * Vec3{std::cos(step_rad * frame), std::sin(step_rad * frame), 0.0};
+        };
+        loop.start(probe(0));
+        double before_n = 0.0, unrest_n = 0.0;
+        for (int frame = 1; frame <= 600; ++frame) {
+            loop.move(probe(frame));
+            const double now_n = kK * glm::length(loop.proxy() - probe(frame));
+            if (frame > 500) unrest_n = std::max(unrest_n, std::abs(now_n - before_n));
+            before_n = now_n;
+        }
+        EXPECT_GT(before_n, 0.1) << gain;
+        EXPECT_LT(unrest_n, 0.1) << gain;
+    }
+}
+
 } // namespace
 } // namespace palpate

@@ -65,6 +65,25 @@ TEST(PointGuide, HoldsAndSlipsByItsStrength) {
         }
 }
 
+// A curve that goes straight back ends at its turn.
+TEST(CurveGuide, HoldsWhereItGoesStraightBack) {
+    for (const Vec3& back : {Vec3{0, 0, 0}, Vec3{0.01, 0.01, 0}}) // to the bit, and to rounding
+        for (double strength : {0.3, kInfinite})
+            for (const SteppingSettings& settings : kMethods) {
+                const std::vector<Vec3> points{{0, 0, 0}, {0.03, 0.03, 0}, back};
+                ContactLoop loop(settings, {}, effects(guide(polyline(points), strength)));
+                loop.start({0.025, 0.025, 0});
+                for (int i = 0; i <= 600; ++i) { // out beyond it, and back
+                    const double along = 0.045 - 0.02 * std::abs(i / 300.0 - 1.0);
+                    const Vec3 probe{along - 1e-3, along + 1e-3, 0};
+                    loop.move(probe);
+                    const Vec3 on = nearest_of_all(points, probe);
+                    EXPECT_LE(glm::length(loop.proxy() - slipped(on, probe, strength)), 1e-15)
+                        << along;
+                }
+            }
+}
+
 /// Force on the hand, N, over the way of a probe away from the guide and back.
 template <typename Visit>
 void stroke(ContactLoop& loop, double from, double to, const Visit& at) {

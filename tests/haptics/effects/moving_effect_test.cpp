@@ -75,6 +75,7 @@ TEST(MovingEffect, RefusesNoEffect) {
         bool goes_along(const Vec3&, const Vec3&) noexcept override { return true; }
         Chord carry_relative(const Vec3&, const Vec3&) noexcept override { return {1.0, false}; }
         void take_pose(const Vec3&) noexcept override {}
+        bool restart_at(const RigidPose&, const Vec3&) noexcept override { return false; }
         const RigidPose& pose() const noexcept override { return pose_; }
         Vec3 to_body(const Vec3& scene) const noexcept override { return scene; }
         RigidPose pose_;

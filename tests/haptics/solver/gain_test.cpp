@@ -10,6 +10,7 @@
 
 #include <palpate/haptics/contact/direct_contact.h>
 #include <palpate/haptics/effects/constant_force.h>
+#include <palpate/haptics/effects/viscosity.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/contact_kinds.h"
@@ -389,6 +390,32 @@ TEST(FrictionGain, ScalesTheCoefficientsWithoutAStep) {
         // What it is at gain 1, times the step.
         EXPECT_LE(largest_n, 0.4 * 1.0 * kStep + kTolerance_n) << gain;
     }
+}
+
+// A hand that has just gone 5 mm, and is held: with 2.5 N at most, where the medium is dense.
+TEST(EffectGain, AMediumIsSwitchedOffWithoutAStep) {
+    for (const double period_s : {0.25e-3, 1e-3, 4e-3, 20e-3})
+        for (const double damping_n_s_per_m : {50.0, 300.0, 1000.0}) {
+            std::vector<std::unique_ptr<Effect>> effects;
+            effects.push_back(std::make_unique<Viscosity>(damping_n_s_per_m));
+            ContactLoop loop({}, {}, std::move(effects));
+            loop.start({0, 0, 0});
+            const Vec3 probe{5e-3, 0, 0};
+            const auto frame = [&] { loop.move(probe, period_s); };
+            const auto felt_n = [&] {
+                return ContactLoop::kStiffness * (probe.x - loop.proxy().x);
+            };
+            frame();
+            double before_n = felt_n();
+            loop.subdivision().gain(0).set(0.0);
+            const double step_n = 4.0 * kLimit * period_s / GainRamp::kSecondsPerUnit;
+            for (double time_s = 0.0; time_s < 0.06; time_s += period_s) {
+                frame();
+                EXPECT_LE(before_n - felt_n(), step_n) << damping_n_s_per_m << " " << period_s;
+                before_n = felt_n();
+            }
+            EXPECT_NEAR(before_n, 0.0, kTolerance_n);
+        }
 }
 
 /// Notes which of its functions are called.

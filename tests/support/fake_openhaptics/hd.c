@@ -80,7 +80,10 @@ API HDstring hdGetErrorString(HDerror code) {
     }
 }
 
-API void hdEnable(HDenum what) { has_force = has_force || what == HD_FORCE_OUTPUT; }
+API void hdEnable(HDenum what) {
+    has_force = has_force || what == HD_FORCE_OUTPUT;
+    if (fake_state() == FAKE_LOST) fail(HD_DEVICE_FAULT);
+}
 
 API void hdDisable(HDenum what) {
     const double none[3] = {0.0, 0.0, 0.0};

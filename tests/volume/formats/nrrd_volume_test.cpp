@@ -230,6 +230,22 @@ TEST(NrrdVolume, RefusesWhatIsNotAScalarVolume) {
                    "space units");
 }
 
+TEST(NrrdVolume, RefusesOtherWaysToStateSizeAndPlaceOfAxes) {
+    const TemporaryFolder folder;
+    const auto with = [&](const std::string& fields) {
+        make_file(folder / "a.nrrd", nrrd_text(fields) + counting(24));
+        return folder / "a.nrrd";
+    };
+    EXPECT_REFUSED(with("spacings: 0.1 0.1 0.1\nunits: \"cm\" \"cm\" \"cm\"\n"), "has units");
+    EXPECT_REFUSED(with("spacings: 2 2 2\naxis mins: 100 100 100\n"), "axis mins");
+    EXPECT_REFUSED(with("axismins: 0 0 0\naxis maxs: 20 20 20\n"), "axis maxs");
+    // What says nothing else is taken.
+    const VoxelVolume volume = read_volume(
+        with("spacings: 2 2 2\naxis mins: 0 nan 0\naxis maxs: 8 6 4\nunits: \"mm\" \"\" \"mm\"\n"));
+    EXPECT_EQ(volume.index_to_scene.linear, Mat3(2 * kMm));
+    EXPECT_EQ(volume.index_to_scene.offset, Vec3(0.0));
+}
+
 TEST(NrrdVolume, RefusesSingularAxes) {
     const TemporaryFolder folder;
     for (const char* directions :

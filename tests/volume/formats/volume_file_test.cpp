@@ -2,11 +2,14 @@
 #include <palpate/volume/formats/internal/volume_import.h>
 #include <palpate/volume/formats/volume_file.h>
 
+#include <csignal>
+#include <iterator>
 #include <random>
 #include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "tests/support/test_volumes.h"
 
@@ -76,6 +79,49 @@ TEST(VolumeFile, WritingLeavesOneCompleteFileOrNothing) {
         EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << ending;
     }
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+/// A disk that is full: files of this process end after some bytes, as long as this is there.
+class FullDisk {
+public:
+    explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limit{bytes, before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FullDisk() {
+        setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, handler_);
+    }
+    FullDisk(const FullDisk&) = delete;
+    FullDisk& operator=(const FullDisk&) = delete;
+
+private:
+    void (*handler_)(int);
+    rlimit before_{};
+};
+
+TEST(VolumeFile, OnAFullDiskAnOlderFileStaysAndNothingIsLeft) {
+    const VoxelVolume volume = random_volume(oblique_frame(Vec3(kMm), Vec3(0.0)));
+    ASSERT_GT(volume.values.size() * sizeof(float), 1000U);
+    for (const char* ending : {".nrrd", ".nii", ".nii.gz"}) {
+        const TemporaryFolder folder;
+        const auto target = folder / (std::string("taken") + ending);
+        make_file(target, "an older file");
+        testing::internal::CaptureStderr(); // the NIfTI library says there what it saw
+        std::string said;
+        try {
+            const FullDisk disk(1000);
+            write_volume(volume, target);
+        } catch (const std::runtime_error& error) {
+            said = error.what();
+        }
+        testing::internal::GetCapturedStderr();
+        EXPECT_TRUE(said.starts_with(target.string() + ": cannot be written (")) << said;
+        EXPECT_TRUE(said.ends_with("check the folder and the space on the disk")) << said;
+        EXPECT_EQ(std::filesystem::file_size(target), std::string("an older file").size());
+        EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+    }
 }
 
 TEST(VolumeFile, WritingRefusesWhatIsNoVolumeAndNamesItCannotWrite) {

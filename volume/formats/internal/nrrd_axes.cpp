@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include <palpate/geometry/internal/lower_case.h>
@@ -15,12 +16,16 @@ constexpr double kMetresPerMm = 1e-3;
 constexpr std::size_t kMaxDimensions = 16;       // of the format's own library
 constexpr std::int64_t kMaxComponents = 1 << 16; // layers of a segmentation stay far below
 
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+
 /// An axis as the fields describe it.
 struct Axis {
     std::int64_t size = 0;
     std::string kind;
     NrrdVector direction;
     double spacing = 1.0;
+    std::string unit;
+    double least = kNothing, most = kNothing; ///< of "axis mins" and "axis maxs"
     bool in_space = true;
 };
 
@@ -74,6 +79,15 @@ std::vector<Axis> parse_axes(const std::filesystem::path& file, const NrrdText& 
                      axis.in_space = axis.in_space && is_space_kind(kind);
                  });
     }
+    const auto read_if_there = [&](const char* field, const char* name, const auto& set) {
+        if (text.has(field) && !text.has("spacedirections"))
+            per_axis(file, name, nrrd_words(text.field(field)), axes, set);
+    };
+    read_if_there("units", "units", [](Axis& axis, const std::string& word) { axis.unit = word; });
+    read_if_there("axismins", "axis mins",
+                  [](Axis& axis, const std::string& word) { axis.least = nrrd_number(word); });
+    read_if_there("axismaxs", "axis maxs",
+                  [](Axis& axis, const std::string& word) { axis.most = nrrd_number(word); });
     if (text.has("spacedirections")) {
         std::vector<NrrdVector> directions = nrrd_vectors(text.field("spacedirections"));
         // Some writers leave out the directions of axes that hold nothing.
@@ -130,11 +144,33 @@ bool has_time(const std::string& space) {
            space == "lpst";
 }
 
-void check_units(const std::filesystem::path& file, const NrrdText& text) {
+void check_unit(const std::filesystem::path& file, const NrrdText& text, const char* field,
+                const std::string& name, const std::string& unit) {
+    if (unit == "mm" || unit.empty()) return;
+    throw import_error(file, "has " + name + " " + short_text(text.field(field)) +
+                                 ", of which only \"mm\" is known; state it in \"mm\"");
+}
+
+/// Of the space, or of axes that have a spacing instead.
+void check_units(const std::filesystem::path& file, const NrrdText& text,
+                 const std::vector<Axis>& axes) {
     for (const std::string& unit : nrrd_words(text.field("spaceunits")))
-        if (unit != "mm" && !unit.empty())
-            throw import_error(file, "has space units " + short_text(text.field("spaceunits")) +
-                                         ", of which only \"mm\" is known; state it in \"mm\"");
+        check_unit(file, text, "spaceunits", "space units", unit);
+    for (const Axis& axis : axes)
+        if (axis.in_space) check_unit(file, text, "units", "units", axis.unit);
+}
+
+/// Where an axis begins and ends is another way to state a place and a spacing, which is not read.
+void require_no_other_place(const std::filesystem::path& file, const NrrdText& text,
+                            const std::vector<Axis>& axes) {
+    for (const Axis& axis : axes) {
+        if (!axis.in_space) continue;
+        const bool begins_elsewhere = std::isfinite(axis.least) && axis.least != 0.0;
+        const bool ends = std::isfinite(axis.most) && !text.has("spacings");
+        if (begins_elsewhere || ends)
+            throw import_error(file, "states the place of its voxels by axis mins or axis maxs, "
+                                     "which are not read; state spacings and a space origin");
+    }
 }
 
 Vec3 three_numbers(const std::filesystem::path& file, const NrrdVector& vector, const char* what) {
@@ -223,7 +259,8 @@ NrrdAxes read_nrrd_axes(const std::filesystem::path& file, const NrrdText& text)
     for (const Axis& axis : axes)
         sizes.push_back(axis.size);
     result.size = require_three_dimensions(file, sizes);
-    check_units(file, text);
+    check_units(file, text, axes);
+    require_no_other_place(file, text, axes);
     place(file, text, axes, result);
     read_measurement_frame(file, text, result);
     return result;
