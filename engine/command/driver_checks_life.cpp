@@ -258,7 +258,7 @@ Verdict zero_at_stop(DriverTrial& trial) {
 
 Verdict stop_twice(DriverTrial& trial) {
     trial.first_state();
-    const Verdict first = in_time("stop", 1.0, [&] { trial.stop(); });
+    Verdict first = in_time("stop", 1.0, [&] { trial.stop(); });
     if (first.outcome != Outcome::pass) return first;
     trial.stop();
     return pass(first.text + ", and a second one does no harm");
@@ -388,7 +388,13 @@ Verdict endurance(DriverTrial& trial) {
         const Exchange one = trial.exchange({0.0, 0.0, 0.0});
         if (one.read == PALPATE_PLUGIN_OK) newest_s = std::max(newest_s, one.state.time_s);
     }
-    if (!goes_on(trial, newest_s))
+    // A path ends, and begins again once it is opened again.
+    const auto begins_again = [&] {
+        trial.stop();
+        trial.close();
+        return goes_on(trial, trial.first_state().state.time_s);
+    };
+    if (!goes_on(trial, newest_s) && !(trial.is_own() && begins_again()))
         return fail(fmt::format("after {} frames no state comes for 2 s, or write fails; let it go "
                                 "on, or be there again",
                                 calls));

@@ -22,7 +22,13 @@ ValuesOrLabels read_values_or_labels(const std::filesystem::path& file,
         return read_label_volume(file, settings.labels, settings.selection);
     VoxelVolume volume = read_volume(file, settings.selection);
     const std::filesystem::path table = find_name_table(file);
-    if (!looks_like_labels(volume) && !is_name_table(table)) return volume;
+    if (!looks_like_labels(volume) && !is_name_table(table)) {
+        if (!table.empty())
+            volume.warnings.push_back("is not read as labels, though it has " +
+                                      table.filename().string() +
+                                      " beside it: that is no table of names");
+        return volume;
+    }
     volume = {};
     std::string reason;
     try {

@@ -242,6 +242,14 @@ TEST(FileInfo, NotesBesideAScanDoNotMakeItLabels) {
     const FileInfo info = file_info(folder / "scan.nrrd");
     EXPECT_FALSE(document(info).contains("labels"));
     EXPECT_TRUE(contains(info.words, "warning: is not read as labels, though it has scan.txt"));
+    // Nor where its values are whole numbers.
+    int voxel = 0;
+    const auto whole_number = [&](const Vec3&) { return ++voxel * 37 % 1000 - 500; };
+    write_volume(test::sampled({11, 7, 5}, {1e-3 * Mat3(1.0), Vec3(0.0)}, whole_number),
+                 folder / "scan.nrrd");
+    const FileInfo whole = file_info(folder / "scan.nrrd");
+    EXPECT_FALSE(document(whole).contains("labels"));
+    EXPECT_TRUE(contains(whole.words, "warning: is not read as labels, though it has scan.txt"));
 }
 
 TEST(FileInfo, GivenTableOfAScanThatIsNoLabelVolumeIsAnError) {

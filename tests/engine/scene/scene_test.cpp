@@ -194,7 +194,8 @@ TEST(Scene, AFileWithoutAReaderIsRefusedWithWhatToLink) {
     SceneDescription recording;
     recording.device.kind = DeviceDescription::Kind::recording;
     recording.device.file = "run.h5";
-    EXPECT_NE(refusal(recording).find("[device]: nothing here reads run.h5: "), std::string::npos);
+    EXPECT_TRUE(refusal(recording).starts_with("device: nothing here reads run.h5: "))
+        << refusal(recording);
 }
 
 TEST(Orbit, IsSmoothAtTheGivenSpeedAndNeverTooDeep) {

@@ -160,8 +160,10 @@ TEST_F(BakedMistakes, WhatHasNoLineIsToldWithoutOne) {
     EXPECT_THAT(of_device("[loop]\nrate_hz = 1000\n", "v.toml"),
                 testing::StartsWith("v.toml: [device]: " + words));
     EXPECT_THAT(of_device("", ""), testing::StartsWith("device: " + words));
-    EXPECT_THAT(of_device("\n[device]\ntype = \"orbit\"\n", ""),
-                testing::StartsWith("scene:2: [device]: " + words));
+    EXPECT_THAT(of_device("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 20\n[surface.s]\n"
+                          "volume = \"v\"\n[device]\ntype = \"orbit\"\n",
+                          ""),
+                testing::StartsWith("scene:6: [device]: " + words));
 }
 
 TEST_F(BakedMistakes, AVolumeThatCannotBeReadIsToldWithTheScenesLine) {

@@ -188,24 +188,37 @@ TEST(Study, TellsWhoIsInsideAndWhoHasLostTheWall) {
 }
 
 TEST(Study, ATrialThatBeginsWithNoPlaceIsJudgedFromItsFirstPlace) {
-    std::vector<DeviceState> inputs = along_the_wall(1e-4);
-    inputs.front().position.x = std::numeric_limits<double>::quiet_NaN();
-    test::ScriptedClock clock(1.0);
-    const Study study = run_study(gradient_cavity("[[-1e-9, 0], [0, 1.05], [1e-4, 0]]"), inputs,
-                                  {fixed(1), fixed(64)}, clock);
-    EXPECT_GT(*study.runs[0].lost_contact, kFrames / 4);
-    EXPECT_EQ(*study.runs[1].lost_contact, 0u);
+    for (const bool silent : {false, true}) {
+        std::vector<DeviceState> inputs = along_the_wall(1e-4);
+        DeviceState nowhere = inputs.front();
+        if (silent) {
+            nowhere.freshness = Freshness::stale;
+            nowhere.position *= 1.1; // within the wall
+        } else {
+            nowhere.position.x = std::numeric_limits<double>::quiet_NaN();
+        }
+        for (DeviceState& state : inputs)
+            state.time_s += 1e-3;
+        inputs.insert(inputs.begin(), nowhere);
+        test::ScriptedClock clock(1.0);
+        const Study study = run_study(gradient_cavity("[[-1e-9, 0], [0, 1.05], [1e-4, 0]]"), inputs,
+                                      {fixed(1), fixed(64)}, clock);
+        EXPECT_GT(*study.runs[0].lost_contact, kFrames / 4) << silent;
+        EXPECT_EQ(*study.runs[1].lost_contact, 0u) << silent;
+    }
 }
 
 TEST(Study, NothingIsInsideWhatASilentDeviceDoesNotFeel) {
-    std::vector<DeviceState> inputs = along_the_wall(); // begun inside, so that it is not felt
+    std::vector<DeviceState> inputs = along_the_wall(-1e-3); // begun inside: it is not felt
     for (std::size_t i = inputs.size() - 20; i < inputs.size(); ++i)
         inputs[i].freshness = Freshness::stale;
     test::ScriptedClock clock(1.0);
     EXPECT_EQ(run_trace(surface_cavity(), inputs, clock).audits.front().frames_inside(), 0u);
-    const Study study = run_study(surface_cavity(), inputs, {fixed(4)}, clock);
-    EXPECT_EQ(*study.runs[0].frames_inside, 0u);
-    EXPECT_EQ(*study.runs[0].deepest_um, 0.0);
+    const Study study = run_study(surface_cavity(), inputs, {fixed(4), LoopDescription{}}, clock);
+    for (const StudyRun& run : study.runs) {
+        EXPECT_EQ(*run.frames_inside, 0u) << title(run);
+        EXPECT_EQ(*run.deepest_um, 0.0) << title(run);
+    }
 }
 
 TEST(Study, KnowsNoLossWhereMoreThanLevelsIsFelt) {
