@@ -245,6 +245,7 @@ std::size_t PidDevice::Stick::compose(std::span<std::uint8_t> report) noexcept {
     if (restart) effect.started_s = now_s;
     if (!restart) reports_->set_magnitude(effect.force, magnitude(axis, now_s));
     const std::vector<std::uint8_t>& bytes = restart ? effect.start : effect.force;
+    if (bytes.size() > report.size()) return 0; // PidReports has refused such a device
     std::copy(bytes.begin(), bytes.end(), report.begin());
     return bytes.size();
 }

@@ -37,6 +37,7 @@ Vec3 vec_of(const double (&values)[3]) noexcept { return {values[0], values[1], 
 constexpr const char* kForceMayBeHeld =
     ", so that nobody knows whether a force is held: switch the device off";
 constexpr int kThrew = -1000; // counts as PALPATE_PLUGIN_FAILED
+constexpr const char* kLeaves = "an exception leaves it; catch it there, and let reason() tell it";
 
 /// No exception of a plug-in gets further than this.
 template <class Call>
@@ -113,9 +114,7 @@ private:
     std::string opened();
     std::string failed(const char* function, int result) {
         return address_.path + ": " + function + ": " +
-               (result == kThrew
-                    ? "an exception leaves it; catch it there, and let reason() tell it"
-                    : internal::reason_of(plugin_, device_));
+               (result == kThrew ? kLeaves : internal::reason_of(plugin_, device_));
     }
     void exchange_frames();
     void read_once();
@@ -272,7 +271,8 @@ void PluginDevice::Runner::read_once() {
     const double began_s = steady_s();
     const int result = result_of([&] { return plugin_.read(device_, &said); });
     if (took_too_long(began_s) || result == PALPATE_PLUGIN_NOTHING_NEW) return;
-    if (result != PALPATE_PLUGIN_OK) return note(failed_reads_, nullptr);
+    if (result != PALPATE_PLUGIN_OK)
+        return note(failed_reads_, result == kThrew ? kLeaves : nullptr);
     if (const char* fault = internal::fault_of(said)) return note(faulty_, fault);
     if (said.time_s <= last_time_s_) {
         not_later_.fetch_add(1, std::memory_order_relaxed);
@@ -293,7 +293,7 @@ void PluginDevice::Runner::write_once() {
         untaken_since_s_.store(kInfinite);
         return;
     }
-    note(failed_writes_, nullptr);
+    note(failed_writes_, result == kThrew ? kLeaves : nullptr);
     untaken_since_s_.store(std::min(untaken_since_s_.load(), began_s));
 }
 
@@ -373,14 +373,14 @@ void PluginDevice::stop() noexcept {
     std::string failure;
     if (!runner_) return;
     if (!runner_->ask(Runner::Wish::stop, patience_.stop_s, failure)) return let_go("stop");
-    if (!failure.empty()) failed_to_stop_ = true;
+    failed_to_stop_ = !failure.empty();
 }
 
 void PluginDevice::close() noexcept {
     std::string failure;
     if (!runner_) return;
     const bool returns = runner_->ask(Runner::Wish::close, patience_.close_s, failure);
-    if (!failure.empty()) failed_to_stop_ = true;
+    failed_to_stop_ = !failure.empty();
     let_go(returns ? nullptr : "close");
 }
 

@@ -59,8 +59,8 @@ public:
     struct Patience {
         double open_s = 31.0;  ///< open and properties, > 0
         double start_s = 10.0; ///< start, > 0
-        double stop_s = 1.0;   ///< stop and a call that is under way, > 0
-        double close_s = 5.0;  ///< close, > 0
+        double stop_s = 1.3;   ///< stop, after the read and the write that are under way, > 0
+        double close_s = 6.3;  ///< the same, and close, > 0
     };
 
     /// Loads nothing yet.                                                               [setup]

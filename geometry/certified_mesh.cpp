@@ -65,9 +65,13 @@ CertifiedMesh::CertifiedMesh(std::shared_ptr<const TriangleMesh> mesh,
     uncertain_count_ = static_cast<std::size_t>(
         std::count_if(uncertain_.begin(), uncertain_.end(), [](auto mark) { return mark != 0; }));
     // Of uncertain facets an edge without a neighbour may be a crack.
-    for (std::uint32_t f = 0; f < topology_.facet_count() && !has_border_; ++f)
-        for (int k = 0; k < 3; ++k)
-            if (certified(f) && topology_.is_border(f, k)) has_border_ = true;
+    for (std::uint32_t f = 0; f < topology_.facet_count(); ++f)
+        for (int k = 0; k < 3; ++k) {
+            if (!certified(f) || !topology_.is_border(f, k)) continue;
+            has_border_ = true;
+            open_parts_.resize(topology_.facet_count());
+            open_parts_[topology_.facet(f).part] = true;
+        }
 }
 
 /// Marks facets that are in each other's way.

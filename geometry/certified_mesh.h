@@ -43,6 +43,10 @@ public:
     std::size_t uncertain_count() const noexcept { return uncertain_count_; } ///< facets  [any]
     /// Whether there is an edge of one facet: then the mesh has no inside.
     bool has_border() const noexcept { return has_border_; }
+    /// The same of the connected part that a facet is of.                               [any]
+    bool has_border(std::uint32_t facet) const noexcept {
+        return has_border_ && open_parts_[topology_.facet(facet).part];
+    }
 
     /// How far a point is kept from facets that are not certified, m: twice what closes cracks
     /// between them (60 nm for meshes of 31-62 mm half extent).
@@ -67,6 +71,7 @@ private:
     std::vector<std::uint8_t> uncertain_;
     std::size_t uncertain_count_ = 0;
     bool has_border_ = false;
+    std::vector<bool> open_parts_; // by the number of the part; empty: none is
 };
 
 } // namespace palpate

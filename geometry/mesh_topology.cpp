@@ -2,10 +2,14 @@
 #include <palpate/geometry/mesh_topology.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace palpate {
 namespace {
@@ -52,6 +56,7 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh) {
     weld(mesh);
     link_edges();
     tell_faces();
+    match_doubled();
     mark_vertices();
 }
 
@@ -123,6 +128,7 @@ void MeshTopology::tell_faces() {
     for (std::uint32_t first = 0; first < facets_.size(); ++first) {
         if (is_told[first]) continue;
         is_told[first] = true;
+        facets_[first].part = first;
         part.assign(1, first);
         double area_m2 = 0.0; // twice that of facets as they are, less that of the others
         for (std::size_t i = 0; i < part.size(); ++i) {
@@ -134,6 +140,7 @@ void MeshTopology::tell_faces() {
                 const std::uint32_t next = facet.neighbour[edge];
                 if (is_told[next]) continue; // at a border it is the facet itself
                 is_told[next] = true;
+                facets_[next].part = first;
                 facets_[next].face = static_cast<std::int8_t>(facet.face * facet.turn[edge]);
                 part.push_back(next);
             }
@@ -141,6 +148,36 @@ void MeshTopology::tell_faces() {
         if (area_m2 >= 0.0) continue;
         for (const std::uint32_t facet : part)
             facets_[facet].face = static_cast<std::int8_t>(-facets_[facet].face);
+    }
+}
+
+/// A facet that is there again, as in meshes with two sides, lies on the first one, however it is
+/// wound: they have the same two faces.
+void MeshTopology::match_doubled() {
+    struct Corners {
+        std::array<std::uint32_t, 3> vertices; // in order
+        std::uint32_t facet;
+        std::int8_t wound; // whether that order is the facet's: +1, -1
+    };
+    std::vector<Corners> all;
+    for (std::uint32_t t = 0; t < facets_.size(); ++t) {
+        if (!facets_[t].singular) continue; // its edges have more than two facets
+        Corners one{facets_[t].vertex, t, 1};
+        for (const std::size_t k : {0, 1, 0})
+            if (one.vertices[k] > one.vertices[k + 1]) {
+                std::swap(one.vertices[k], one.vertices[k + 1]);
+                one.wound = static_cast<std::int8_t>(-one.wound);
+            }
+        all.push_back(one);
+    }
+    std::sort(all.begin(), all.end(), [](const Corners& a, const Corners& b) {
+        return std::tie(a.vertices, a.facet) < std::tie(b.vertices, b.facet);
+    });
+    for (std::size_t i = 1; i < all.size(); ++i) {
+        const Corners &before = all[i - 1], &one = all[i];
+        if (one.vertices == before.vertices)
+            facets_[one.facet].face =
+                static_cast<std::int8_t>(facets_[before.facet].face * before.wound * one.wound);
     }
 }
 

@@ -24,7 +24,8 @@ struct Facet {
     /// Not dropped, but has an edge of more than two facets, a vertex with several fans, or lies
     /// beside a dropped facet: its surroundings are not a surface.
     bool singular = false;
-    std::int8_t face = 1; ///< MeshTopology::face() of its side +1
+    std::int8_t face = 1;   ///< MeshTopology::face() of its side +1
+    std::uint32_t part = 0; ///< which connected part it is of: a number, as others of it have
 
     bool dropped() const noexcept { return normal == Vec3{0.0}; } ///< it has no area  [any]
 };
@@ -78,7 +79,8 @@ public:
         return positions_[facets_[facet].vertex[k]];
     }
     /// The face of its connected part that a side of a facet (+1 or -1) belongs to, +1 or -1: the
-    /// same for sides between which one can walk without going round a border. Of most of the
+    /// same for sides between which one can walk without going round a border, and for those of a
+    /// facet that is there twice which lie on one side of it. Of most of the
     /// part's area it is the side itself; of all, where all facets are oriented alike. The other
     /// way round, it gives the side that belongs to a face. A strip that twists has one face in
     /// truth; there it depends on the way. [any]
@@ -100,6 +102,7 @@ private:
     void weld(const TriangleMesh& mesh);
     void link_edges();
     void tell_faces();
+    void match_doubled();
     void mark_vertices();
 
     std::vector<Facet> facets_;

@@ -404,6 +404,11 @@ SurfaceScene::SurfaceScene(std::shared_ptr<const TriangleMesh> mesh)
 
 SurfaceScene::~SurfaceScene() = default;
 
+bool SurfaceScene::is_away(const Vec3& from, const Vec3& to) const noexcept {
+    return glm::any(glm::lessThan(glm::max(from, to), bounds().lower)) ||
+           glm::any(glm::greaterThan(glm::min(from, to), bounds().upper));
+}
+
 std::optional<SurfaceHit> SurfaceScene::first_hit(const Vec3& from, const Vec3& to,
                                                   const SegmentOptions& options) const noexcept {
     if (!answers_at(from) || !answers_at(to)) return std::nullopt;

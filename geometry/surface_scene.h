@@ -72,6 +72,8 @@ public:
     const TriangleMesh& mesh() const noexcept; ///< that was given: not copied  [any]
     /// Of all triangles, and a hair of rounding more, m. [any]
     const Box& bounds() const noexcept;
+    /// Whether a chord's box is apart from bounds(). [any]
+    bool is_away(const Vec3& from, const Vec3& to) const noexcept;
     /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate
     /// (1.1e-16 m at 60 mm, 1.8e-14 at 10 m). A query's own coordinate counts where it is larger.
     double query_error_m() const noexcept;

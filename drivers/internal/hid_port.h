@@ -32,6 +32,9 @@ std::vector<HidDeviceInfo> attached_hid_devices();
 /// else from the node itself; empty where neither gives it.                              [setup]
 std::vector<std::uint8_t> hid_report_descriptor(const std::string& path);
 
+/// Longest report that is written, its number included: of a full-speed or high-speed device.
+inline constexpr std::size_t kLongestHidReport = 1025;
+
 /// What became of a wait for a report.
 enum class HidRead : std::uint8_t {
     report,  ///< there is one

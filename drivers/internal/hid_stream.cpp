@@ -11,8 +11,6 @@ namespace {
 
 /// Longest wait for a report: how late a stop may be noticed.
 constexpr std::chrono::milliseconds kReadWait{10};
-/// Longest report, its number included, that a full-speed or high-speed device of ours has.
-constexpr std::size_t kLongestReport = 1025;
 /// The kernel's queue holds 63: a batch this long may have lost the newest reports.
 constexpr int kOverrunBatch = 60;
 /// So many reports refused in a row: the device does not listen any more.
@@ -92,7 +90,7 @@ void HidStream::read_reports() noexcept {
 }
 
 void HidStream::read_batch() noexcept {
-    std::array<std::uint8_t, kLongestReport> buffer{};
+    std::array<std::uint8_t, kLongestHidReport> buffer{};
     std::size_t size = 0;
     int batch = 0;
     HidRead read = port_->read(buffer, size, kReadWait);
@@ -145,7 +143,7 @@ void HidStream::try_again() noexcept {
 }
 
 void HidStream::write_reports() noexcept {
-    std::array<std::uint8_t, kLongestReport> buffer{};
+    std::array<std::uint8_t, kLongestHidReport> buffer{};
     int refused = 0;
     for (;;) {
         {

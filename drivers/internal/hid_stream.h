@@ -40,7 +40,8 @@ public:
     virtual void received(std::span<const std::uint8_t> report, double time_s) noexcept = 0;
     /// No report waits any more: the last one is of now, and the servo may have it.     [reader]
     virtual void caught_up() noexcept = 0;
-    /// Puts the next report to send, number first; returns its length, 0: there is none to send.
+    /// Puts the next report to send, number first, at most kLongestHidReport bytes; returns its
+    /// length, 0: there is none to send.
     /// Called once after each batch of reports, and where none come every `write_period`.
     ///                                                                                 [writer]
     virtual std::size_t compose(std::span<std::uint8_t> report) noexcept = 0;

@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
+#include <palpate/drivers/internal/hid_port.h>
 #include <palpate/drivers/internal/pid_reports.h>
 
 namespace palpate::internal {
@@ -82,6 +84,12 @@ PidReports::PidReports(HidDescriptor descriptor, std::string name)
         throw std::runtime_error(name_ +
                                  ": its reports are not numbered, as those of force feedback "
                                  "devices are; it cannot be used for force");
+    for (const HidField& written : {force_magnitude_, operation_})
+        if (descriptor_.report_bytes(written.kind, written.report_id) > kLongestHidReport)
+            throw std::runtime_error(name_ + ": its report " + std::to_string(written.report_id) +
+                                     " has more than " + std::to_string(kLongestHidReport) +
+                                     " bytes, which nothing on USB sends at once; it cannot be "
+                                     "used for force");
     const HidField* x = descriptor_.find(HidReportKind::input, kX);
     const HidField* y = descriptor_.find(HidReportKind::input, kY);
     if (x == nullptr || y == nullptr)

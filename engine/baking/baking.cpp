@@ -28,7 +28,7 @@ namespace {
 
 // Raised whenever the same inputs would bake or mesh differently: old cache files are then no
 // longer found.
-constexpr int kCacheVersion = 4;
+constexpr int kCacheVersion = 5;
 
 std::string policy_text(const ComponentPolicy& keep) {
     return fmt::format("{}/{}/{:a}", static_cast<int>(keep.kind), keep.count, keep.volume_mm3);

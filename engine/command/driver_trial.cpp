@@ -78,9 +78,12 @@ DriverTrial::DriverTrial(DeviceMaker make, const Settings& settings)
     : settings_(settings), is_own_(true), plugin_(&plugin_of(std::move(make))) {}
 
 DriverTrial::~DriverTrial() {
-    if (!is_own_ || device_ == nullptr) return;
-    plugin_->stop(device_); // functions of ours that throw nothing
-    plugin_->close(device_);
+    if (!is_own_) return;
+    if (device_ != nullptr) beside_.push_back(device_);
+    for (void* device : beside_) {
+        plugin_->stop(device); // functions of ours that throw nothing
+        plugin_->close(device);
+    }
 }
 
 bool DriverTrial::may_push() const { return settings_.may_push || properties_.is_simulated != 0; }
@@ -91,6 +94,12 @@ const palpate_device_plugin& DriverTrial::plugin() {
 }
 
 void* DriverTrial::try_open(const std::string& key, std::string& reason) {
+    void* device = open_one(key, reason);
+    if (device != nullptr) beside_.push_back(device);
+    return device;
+}
+
+void* DriverTrial::open_one(const std::string& key, std::string& reason) {
     std::vector<const char*> keys, values;
     keys.reserve(address_.options.size() + 1);
     values.reserve(address_.options.size() + 1);
@@ -114,7 +123,7 @@ void* DriverTrial::try_open(const std::string& key, std::string& reason) {
 void* DriverTrial::opened() {
     if (device_ != nullptr) return device_;
     std::string reason;
-    device_ = try_open("", reason);
+    device_ = open_one("", reason);
     if (device_ == nullptr) throw fail(fmt::format("open fails: {}", reason));
     return device_;
 }

@@ -78,11 +78,14 @@ public:
     Exchange first_state();
 
 private:
+    void* open_one(const std::string& key, std::string& reason);
+
     PluginAddress address_;
     Settings settings_;
     bool is_own_ = false;
     const palpate_device_plugin* plugin_ = nullptr;
     void* device_ = nullptr;
+    std::vector<void*> beside_; ///< what try_open() has opened
     bool is_started_ = false;
     palpate_plugin_properties properties_{};
     double due_s_ = 0.0;

@@ -109,6 +109,12 @@ int run_export(const ExportOptions& options) {
         format == Format::ros ? exported_hands(file, options.hand)
                               : std::vector<Recording>{read_shown(file, options.hand)};
     const Recording& recording = hands.front();
+    std::error_code ignored;
+    if (std::filesystem::weakly_canonical(out, ignored) ==
+        std::filesystem::weakly_canonical(marks_file(file), ignored))
+        throw std::runtime_error(fmt::format("{}: is where the recording's named places are read "
+                                             "from; name another output",
+                                             options.out));
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
     check_outputs(std::array{out}, inputs, options.replace);

@@ -26,6 +26,8 @@ struct InfoOptions {
 void check_picture(const InfoOptions& options) {
     if (options.iso && options.picture.empty())
         throw UsageError("--iso: is the surface in the picture; give --picture OUT.png too");
+    if (options.replace == Replace::any && options.picture.empty())
+        throw UsageError("--force: nothing is written without --picture; leave it out");
     if (options.picture.empty()) return;
     const std::filesystem::path picture(options.picture);
     if (picture.extension() != ".png")

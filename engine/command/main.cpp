@@ -154,11 +154,31 @@ std::string unknown_name(const CLI::App& app, const std::vector<std::string>& ar
 
 /// Refuses an argument that is empty: a variable of the shell that nobody has set.
 void refuse_empty(const std::vector<std::string>& arguments) {
-    for (std::size_t i = 0; i < arguments.size(); ++i)
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
         if (arguments[i].empty())
             throw UsageError(fmt::format("{}: is followed by an empty text; give it what it is "
                                          "for, or leave it out",
                                          i > 0 ? arguments[i - 1] : "palpate"));
+        if (arguments[i].starts_with("--") && arguments[i].find('=') == arguments[i].size() - 1)
+            throw UsageError(fmt::format("{}: is followed by nothing; give it what it is for, or "
+                                         "leave it out",
+                                         arguments[i]));
+    }
+}
+
+/// Refuses an option that has taken the next one for its value: between both a variable was empty.
+void refuse_taken_options(const CLI::App& app) {
+    for (const CLI::App* chosen : app.get_subcommands()) {
+        const std::vector<std::string> names = option_names(*chosen);
+        for (const CLI::Option* option : chosen->get_options())
+            for (const std::string& value : option->results())
+                if (!option->get_positional() && option->get_items_expected_min() > 0 &&
+                    value.starts_with("--") &&
+                    std::find(names.begin(), names.end(), value) != names.end())
+                    throw UsageError(fmt::format("{}: is followed by {}, which is an option; give "
+                                                 "it what it is for, or leave it out",
+                                                 option->get_name(), value));
+    }
 }
 
 int run(int argc, char** argv) {
@@ -192,6 +212,7 @@ int run(int argc, char** argv) {
         throw UsageError(fmt::format("{}; --help says what there is", error.what()));
     }
     refuse_empty({argv + 1, argv + argc});
+    refuse_taken_options(app);
     return chosen();
 }
 
@@ -220,8 +241,11 @@ int main(int argc, char** argv) {
              palpate::plain_text(error.path1().string()), error.code().message());
         return kBadInput;
     } catch (const std::runtime_error& error) {
-        end_by_signal(); // whatever it says, this is why
-        tell("palpate: {}\n", palpate::plain_text(error.what()));
+        // What a signal has cut short says no more than that.
+        const bool is_cut_short =
+            stop_wanted() && std::string_view(error.what()).ends_with("cancelled");
+        if (!is_cut_short) tell("palpate: {}\n", palpate::plain_text(error.what()));
+        end_by_signal();
         return kBadInput;
     } catch (const std::invalid_argument& error) {
         tell("palpate: {}\n", palpate::plain_text(error.what()));

@@ -177,16 +177,18 @@ int report(const ReportOptions& options) {
     for (const std::filesystem::path folder : options.folders) {
         const std::vector<Recording> hands = read_recordings(folder / "recording.h5");
         const Recording& recording = hands.front();
-        if (!subject_of.contains(recording.scene_file)) {
-            const auto scene = recorded_scene(recording, folder / "recording.h5", resources());
+        const std::string felt = fmt::format("{}\n{}\n{}", recording.scene_file,
+                                             recording.overrides, recording.scene_text);
+        if (!subject_of.contains(felt)) {
+            const auto scene = felt_scene(recording, folder / "recording.h5");
             if (scene->surfaces().empty())
                 throw std::runtime_error(folder.string() +
                                          ": the scene has no surface that could be drawn");
-            subject_of[recording.scene_file] = subjects.size();
+            subject_of[felt] = subjects.size();
             subjects.push_back({title_of(*scene), drawn_meshes(*scene), {}});
         }
         const std::vector<std::string> summaries = summaries_in(folder, hands);
-        ReportSubject& subject = subjects[subject_of[recording.scene_file]];
+        ReportSubject& subject = subjects[subject_of[felt]];
         for (std::size_t i = 0; i < hands.size(); ++i)
             subject.traces.push_back({title_of(hands[i], summaries[i], folder), summaries[i],
                                       hands[i].frames, playback(options, folder, hands[i])});

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -15,6 +14,7 @@
 #include <palpate/engine/command/interrupt.h>
 #include <palpate/engine/command/run_display.h>
 #include <palpate/engine/command/session.h>
+#include <palpate/engine/command/trace_folder.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/record/recorded_run.h>
@@ -33,8 +33,6 @@ namespace {
 
 /// Of all surfaces: some 6 MB, at 16 bytes a triangle and 28 a point.
 constexpr std::size_t kMostTriangles = 200'000;
-
-constexpr std::array<const char*, 3> kServeFiles{"frames.csv", "recording.h5", "recording.h5.part"};
 
 struct ServeOptions {
     std::string scene;
@@ -86,7 +84,6 @@ Trace run(const std::shared_ptr<const Scene>& scene, const ServeOptions& options
     settings.longest_s = options.seconds;
     settings.keep = journal != nullptr ? RealtimeSettings::Keep::all : RealtimeSettings::Keep::none;
     RunDisplay display(*scene, Shown::line);
-    const SignalsOnlyAsk one_is_enough;
     RunWatch watch = display.watch();
     watch.frame = [&server, &lost, shown = watch.frame](const RunFrame& frame) {
         server.show(frame);
@@ -102,11 +99,13 @@ Trace run(const std::shared_ptr<const Scene>& scene, const ServeOptions& options
     return run_realtime(scene, device, settings, watch);
 }
 
-void write(const Scene& scene, const ServeOptions& options, const ResultFolder& out,
+void write(const Scene& scene, const ServeOptions& options, const TraceFolder& folder,
            const Trace& trace, RecordingJournal& journal) {
+    const ResultFolder& out = folder.all();
     write_frames_csv(out / "frames.csv", trace.frames, felt_names(scene));
     write_recording(out / "recording.h5", recorded(scene, options.overrides, trace));
     journal.remove();
+    folder.remove_earlier();
     print(fmt::format("written to {}: frames.csv recording.h5", plain_text(out.string())));
 }
 
@@ -138,11 +137,11 @@ int serve(const ServeOptions& options) {
     } catch (const std::invalid_argument& error) {
         throw UsageError(fmt::format("serve: {}", error.what()));
     }
-    std::optional<ResultFolder> out;
-    if (!options.out.empty()) {
-        out.emplace(options.out);
-        check_outputs(out->files(kServeFiles), input_files(description), options.replace);
-    }
+    std::optional<TraceFolder> out;
+    if (!options.out.empty())
+        out.emplace(options.out, description, options.replace, TraceFolder::Tables::frames);
+    else if (options.replace == Replace::any)
+        throw UsageError("--force: nothing is written without --out; leave it out");
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     ServedDevice device(*scene);
@@ -160,9 +159,10 @@ int serve(const ServeOptions& options) {
                       });
     print(fmt::format("serve: OpenIGTLink at {} port {}", options.listen.address, server.port()));
     std::optional<RecordingJournal> journal;
-    if (out) journal.emplace(*out / "recording.h5", recorded(*scene, options.overrides, {}));
+    if (out) journal.emplace(out->all() / "recording.h5", recorded(*scene, options.overrides, {}));
     const PlacedDevice placed = device.placed();
     LostDevice lost(description);
+    const SignalsOnlyAsk one_is_enough; // until what was felt is written
     const Trace trace = run(scene, options, placed, server, journal ? &*journal : nullptr, lost);
     print("serve: " + in_words(server.counts()));
     if (const std::string complaint = device_complaint(placed.device); !complaint.empty())

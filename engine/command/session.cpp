@@ -149,8 +149,8 @@ ResultFolder::ResultFolder(std::filesystem::path folder) : folder_(std::move(fol
     std::error_code error;
     made_ = std::filesystem::create_directories(folder_, error);
     if (!std::filesystem::is_directory(folder_))
-        throw std::runtime_error(fmt::format(
-            "{}: cannot be made a folder; name another one with --out", folder_.string()));
+        throw std::runtime_error(
+            fmt::format("{}: cannot be made a folder; name another one", folder_.string()));
 }
 
 std::vector<std::filesystem::path> ResultFolder::files(std::span<const char* const> names) const {

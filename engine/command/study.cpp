@@ -147,6 +147,7 @@ int study(StudyOptions options) {
         throw UsageError("--quick: --frames and --repeat say all that it stands for; leave it out");
     const std::string command = command_of(options);
     if (options.quick && options.frames == 0) options.frames = kQuickFrames;
+    const bool repeats_all = !options.quick || options.repetitions > 0;
     if (options.repetitions == 0) options.repetitions = options.quick ? kQuickRepetitions : 5;
     const SceneDescription description =
         changed_scene(read_scene(options.scene), options.overrides);
@@ -180,8 +181,8 @@ int study(StudyOptions options) {
                    .converged = true,
                    .repetitions = options.repetitions,
                    .resources = &made_with,
-                   .most_repeated_us = options.quick ? kQuickRepeated_us
-                                                     : std::numeric_limits<double>::infinity()});
+                   .most_repeated_us =
+                       repeats_all ? std::numeric_limits<double>::infinity() : kQuickRepeated_us});
     if (options.real_time) add_real_time(scene, inputs, study);
     warn_of_no_contact(*scene, study, inputs);
     study.costs = cost_budget(scene, inputs, study.runs);

@@ -104,7 +104,8 @@ void check_hands(const TraceOptions& options, const SceneDescription& scene) {
 
 /// Limits of a run in frames: those of the device's own time.
 std::uint64_t most_frames(const TraceOptions& options, double rate_hz, const SceneDevice& device) {
-    const double by_time = std::ceil(options.seconds * rate_hz);
+    // 4.03 s at 1 kHz are 4030 frames, though their product is a hair more.
+    const double by_time = std::ceil(options.seconds * rate_hz * (1.0 - 1e-12));
     std::uint64_t most = std::min(options.frames, device.states);
     if (by_time < static_cast<double>(most)) most = static_cast<std::uint64_t>(by_time);
     return most;
@@ -204,7 +205,6 @@ std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
         for (const TracedHand& hand : hands)
             scenes.push_back(hand.scene);
         RunDisplay display(scenes, options.events ? Shown::events : Shown::line);
-        const SignalsOnlyAsk one_is_enough;
         std::vector<RealtimeHand> runs;
         for (const TracedHand& hand : hands)
             lost.emplace_back(hand.scene->description());
@@ -359,6 +359,8 @@ int trace(const TraceOptions& options) {
     warn_of_sources(*scene);
     const std::vector<TracedHand> hands = make_hands(scene, asked.every.value_or(1));
 
+    std::optional<SignalsOnlyAsk> one_is_enough; // until what was felt is written
+    if (options.is_realtime()) one_is_enough.emplace();
     std::optional<RecordingJournal> journal;
     if (options.is_realtime())
         journal = begin_journal(out.all() / "recording.h5", hands, overrides);

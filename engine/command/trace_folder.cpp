@@ -20,6 +20,7 @@ namespace {
 constexpr const char* kJournal = "recording.h5.part";
 constexpr std::array<const char*, 3> kTraceFiles{"summary.json", "recording.h5", kJournal};
 constexpr std::array<const char*, 2> kHandFiles{"frames.csv", "timing.csv"};
+constexpr std::array<const char*, 2> kTables{"summary.json", "timing.csv"}; // not of Tables::frames
 
 /// The hands that a summary.json has; none where there is none that can be read.
 std::vector<std::string> hands_of_summary(const std::filesystem::path& file) {
@@ -33,6 +34,10 @@ std::vector<std::string> hands_of_summary(const std::filesystem::path& file) {
             is_hand_name(one["hand"].get_ref<const std::string&>()))
             hands.push_back(one["hand"]);
     return hands;
+}
+
+bool is_table_of_a_trace(const std::filesystem::path& file) {
+    return std::find(kTables.begin(), kTables.end(), file.filename()) != kTables.end();
 }
 
 bool is_own_file(const std::filesystem::path& file) {
@@ -54,7 +59,8 @@ bool is_of_a_hand(const std::filesystem::path& folder) {
 
 } // namespace
 
-TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace)
+TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace,
+                         Tables tables)
     : all_(folder) {
     const std::vector<std::string> hands = hand_names(scene);
     for (const std::string& hand : hands)
@@ -63,13 +69,17 @@ TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scen
     for (std::size_t i = 0; i < std::max<std::size_t>(1, hands_.size()); ++i)
         for (std::filesystem::path& file : of_hand(i).files(kHandFiles))
             files.push_back(std::move(file));
+    if (tables == Tables::frames) // tables of somebody else stay
+        std::erase_if(files, [](const std::filesystem::path& file) {
+            return is_table_of_a_trace(file) && !is_own_file(file);
+        });
     check_outputs(files, input_files(scene), replace);
-    find_earlier(hands);
+    find_earlier(hands, tables);
 }
 
 /// Of the hands that the summary there names, and of a run of one, whose files are not in a folder
 /// of their own; and of one that was cut off.
-void TraceFolder::find_earlier(const std::vector<std::string>& hands) {
+void TraceFolder::find_earlier(const std::vector<std::string>& hands, Tables tables) {
     std::vector<std::filesystem::path> folders;
     for (const std::string& hand : hands_of_summary(all_ / "summary.json"))
         if (std::find(hands.begin(), hands.end(), hand) == hands.end() &&
@@ -80,6 +90,9 @@ void TraceFolder::find_earlier(const std::vector<std::string>& hands) {
         for (const char* name : kHandFiles)
             if (is_own_file(folder / name)) earlier_.push_back(folder / name);
     if (is_own_file(all_ / kJournal)) earlier_.push_back(all_ / kJournal);
+    if (tables == Tables::all) return;
+    for (const char* name : kTables)
+        if (is_own_file(all_ / name)) earlier_.push_back(all_ / name);
 }
 
 void TraceFolder::remove_earlier() const {

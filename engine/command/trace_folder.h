@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,8 +17,14 @@ namespace palpate::command {
 /// The folder of a trace, with one in it for each hand of several.
 class TraceFolder {
 public:
+    /// What a run writes into it.
+    enum class Tables : std::uint8_t {
+        all,   ///< summary.json and, of each hand, frames.csv and timing.csv
+        frames ///< frames.csv alone
+    };
     /// Makes it before the work. Throws as ResultFolder and check_outputs().
-    TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace);
+    TraceFolder(const std::string& folder, const SceneDescription& scene, Replace replace,
+                Tables tables = Tables::all);
 
     const ResultFolder& all() const { return all_; }
     const ResultFolder& of_hand(std::size_t i) const { return hands_.empty() ? all_ : *hands_[i]; }
@@ -28,7 +35,7 @@ public:
     void remove_earlier() const;
 
 private:
-    void find_earlier(const std::vector<std::string>& hands);
+    void find_earlier(const std::vector<std::string>& hands, Tables tables);
 
     ResultFolder all_;
     std::vector<std::unique_ptr<ResultFolder>> hands_; // go before what they are in

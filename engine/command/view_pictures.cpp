@@ -235,6 +235,7 @@ int view_pictures(const ViewOptions& options) {
     const std::filesystem::path encoder = is_film ? film_program() : std::filesystem::path();
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
+    if (!options.page.empty()) inputs.emplace_back(options.page);
     std::optional<ResultFolder> folder;
     if (!is_film) folder.emplace(wanted.png);
     const std::vector<std::filesystem::path> outputs =

@@ -135,6 +135,7 @@ int view_recording(const ViewOptions& options) {
     const std::array<std::filesystem::path, 1> outputs{out};
     std::vector<std::filesystem::path> inputs = input_files(recording, file);
     inputs.push_back(marks_file(file));
+    if (!options.page.empty()) inputs.emplace_back(options.page);
     check_outputs(outputs, inputs, options.replace);
     write_playback(recording, file, out, options.sub_steps, options.page);
     print(fmt::format("view: {}", std::filesystem::absolute(out).string()));

@@ -100,6 +100,9 @@ void open_browser(const std::string& where) {
 int view_scene(const ViewOptions& options) {
     outlive_readers();
     check_listen(options.listen, kWhoSeesAPage);
+    if (options.replace == Replace::any)
+        throw UsageError("--force: a scene's recordings take free names, and nothing is replaced; "
+                         "leave it out");
     const SceneDescription whole = read_scene(options.volume.file);
     const std::vector<std::string> hands = hand_names(whole);
     SceneOverrides overrides;

@@ -234,10 +234,10 @@ SceneDevice make_attached(const Scene& scene) {
         throw std::runtime_error(fmt::format(
             "{}: the scene has the hands {}, and one of them is asked for; say which: --hand "
             "NAME, or in a program the scene's of_hand()",
-            scene.description().file.string(), hands_in_words(hands)));
+            place_of_scene(scene.description()), hands_in_words(hands)));
     throw std::runtime_error(
         fmt::format("{}: the scene has no device; add [device] with type = \"path\" or \"orbit\"",
-                    scene.description().file.string()));
+                    place_of_scene(scene.description())));
 }
 
 } // namespace

@@ -189,9 +189,14 @@ std::vector<std::filesystem::path> input_files(const SceneDescription& scene) {
 
 std::vector<std::filesystem::path> input_files(const Recording& recording,
                                                const std::filesystem::path& file) {
-    SceneDescription scene = parse_scene(recording.scene_text, recording.scene_file);
-    apply(overrides_from_json(recording.overrides), scene);
-    std::vector<std::filesystem::path> files = input_files(scene);
+    std::vector<std::filesystem::path> files;
+    try {
+        SceneDescription scene = parse_scene(recording.scene_text, recording.scene_file);
+        apply(overrides_from_json(recording.overrides), scene);
+        files = input_files(scene);
+    } catch (const std::runtime_error&) { // what it names is not there any more
+        if (!recording.scene_file.empty()) files.emplace_back(recording.scene_file);
+    }
     files.push_back(file);
     return files;
 }

@@ -31,8 +31,8 @@ bool is_written_by_palpate(const std::filesystem::path& file);
 /// files and tables of names, meshes, lists of points, paths and recordings.             [setup]
 std::vector<std::filesystem::path> input_files(const SceneDescription& scene);
 
-/// The same of a recording that is read from `file`, and of the scene that it was made with.
-/// [setup] Throws as parse_scene().
+/// The same of a recording that is read from `file`, and of the scene that it was made with. Where
+/// that names a file which is gone: the recording and the scene's own alone.             [setup]
 std::vector<std::filesystem::path> input_files(const Recording& recording,
                                                const std::filesystem::path& file);
 

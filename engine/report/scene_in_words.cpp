@@ -11,6 +11,7 @@
 #include <palpate/engine/baking/in_words.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/text/internal/json_text.h>
@@ -203,7 +204,7 @@ std::string scene_as_json(const Scene& scene, std::span<const double> prices) {
 }
 
 std::string scene_in_words(const Scene& scene, std::span<const double> prices) {
-    std::string text = fmt::format("{}: method {}\n", scene.description().file.string(),
+    std::string text = fmt::format("{}: method {}\n", place_of_scene(scene.description()),
                                    name(scene.description().loop.method));
     text +=
         fmt::format("{:<3}{:<18}{:<14}{:<5}{:<9}{:>8}{:>9}{:>7}{:>6}{:>11}  {}\n", "", "effect",

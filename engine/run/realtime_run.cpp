@@ -103,6 +103,9 @@ struct Rings {
     internal::SpscRing<std::uint32_t> decisions{keeps_steps ? kMostDecisions : 1};
 };
 
+/// A fifth more than what drivers hold a force for: a frame that comes a little late is no silence.
+constexpr double kLeastRateOfMotors_hz = 1.2e6 / internal::ServoLoop::kHeld_us;
+
 internal::ServoSettings servo_settings(const RealtimeSettings& run, double rate_hz,
                                        const DeviceProperties& device) {
     internal::ServoSettings servo;
@@ -110,6 +113,11 @@ internal::ServoSettings servo_settings(const RealtimeSettings& run, double rate_
     servo.most_frames = run.most_frames;
     servo.longest_us = 1e6 * run.longest_s;
     servo.takes_force = device.force_n > 0.0;
+    if (servo.takes_force && rate_hz < kLeastRateOfMotors_hz)
+        throw std::invalid_argument(
+            fmt::format("rate_hz = {:.6g}: in real time a device with motors needs at least {:g}, "
+                        "as drivers hold no force for longer than 20 ms; raise it",
+                        rate_hz, kLeastRateOfMotors_hz));
     return servo;
 }
 

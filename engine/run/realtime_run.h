@@ -51,7 +51,8 @@ void check_duty(const LoopDescription& loop);
 /// device that takes one is led to zero, within 50 ms, and what was recorded is the result.
 /// Whatever is thrown meanwhile, the device gets a zero force and is stopped.            [setup]
 /// Nothing is audited in real time: see audit(). Throws DeviceError where the device
-/// cannot be started, std::invalid_argument as check_duty().
+/// cannot be started, std::invalid_argument as check_duty(), and of fewer than 60 frames a second
+/// with motors.
 Trace run_realtime(std::shared_ptr<const Scene> scene, const PlacedDevice& placed,
                    const RealtimeSettings& settings, const RunWatch& watch = {});
 

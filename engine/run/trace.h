@@ -66,7 +66,8 @@ Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const Progre
 Trace run_again(std::shared_ptr<const Scene> scene, const Run& run, const RunWatch& watch);
 
 /// Fills in the audits of a run that had no time for them, by computing its frames again; leaves a
-/// run without of which frames are missing, or which felt two scenes.                   [setup]
+/// run without that cannot be computed again: frames are missing, it felt two scenes, or gains or
+/// bodies were moved.                                                                    [setup]
 /// Throws std::runtime_error when cancelled.
 void audit(std::shared_ptr<const Scene> scene, Trace& trace, const Progress& progress = {});
 

@@ -8,10 +8,14 @@ namespace {
 
 /// "FILE:LINE: [volume.scan]"
 std::string in_file(const SceneDescription& scene, int line, const std::string& part) {
-    return fmt::format("{}:{}: {}", scene.file.empty() ? "scene" : scene.file.string(), line, part);
+    return fmt::format("{}:{}: {}", place_of_scene(scene), line, part);
 }
 
 } // namespace
+
+std::string place_of_scene(const SceneDescription& scene) {
+    return scene.file.empty() ? "scene" : scene.file.string();
+}
 
 std::string place_of_surface(const SceneDescription& scene, const std::string& surface) {
     const int line = scene.surfaces.at(surface).line;

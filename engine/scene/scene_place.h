@@ -11,6 +11,9 @@
 /// "FILE: [device]"; or in code: "surfaces["bone"]".
 namespace palpate {
 
+/// All of it: its file, or "scene" where a program made it.                              [setup]
+std::string place_of_scene(const SceneDescription& scene);
+
 /// A surface. One made from options is its data file alone, which has nothing else.      [setup]
 std::string place_of_surface(const SceneDescription& scene, const std::string& surface);
 

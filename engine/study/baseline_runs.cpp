@@ -26,9 +26,11 @@ public:
         report.trial = input.trial;
         report.time_s = input.time_s;
         report.probe = input.position;
-        if (!is_finite(input.position)) { // as the loop does: nothing moves, and nothing is felt
-            report.flags = kProbeNotFinite;
-            report.proxy = path_[1];
+        const bool is_place = SurfaceScene::answers_at(input.position);
+        if (!is_place || input.freshness == Freshness::stale) {
+            // As the loop and the certified proxy do: nothing moves, and nothing is felt.
+            report.flags = is_place ? kDeviceStale : kProbeNotFinite;
+            report.proxy = path_[0] = path_[1];
             return report;
         }
         if (is_first_ || input.trial != trial_) {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/felt_stiffness.h>
+#include <palpate/engine/scene/scene_place.h>
 #include <palpate/engine/study/converged_proxy.h>
 #include <palpate/engine/study/internal/baseline_contestant.h>
 #include <palpate/engine/truth/certified_proxy.h>
@@ -101,10 +102,10 @@ void check_study(const Scene& scene) {
     const auto& effects = scene.plan().effects;
     if (std::any_of(effects.begin(), effects.end(), [](const auto& effect) { return effect.on; }))
         return;
-    std::string place = scene.description().file.string();
+    std::string place = place_of_scene(scene.description());
     std::string why = "the scene has no [[effect]]";
     if (!effects.empty()) {
-        place += fmt::format(":{}", scene.description().effects.front().line);
+        place = place_of_effect(scene.description(), effects.front().effect);
         why = "no [[effect]] is felt, as of this one " + effects.front().reason;
     }
     throw std::runtime_error(fmt::format("{}: nothing to study: {}; add one with type = "

@@ -87,6 +87,8 @@ void DirectContact::keep_active(const ProxySolution& solution, std::size_t first
 
 Chord DirectContact::carry(const Vec3& from, const Vec3& to) noexcept {
     if (strength_n_ == 0.0) return {};
+    if (!SurfaceScene::answers_at(from) || !SurfaceScene::answers_at(to))
+        return {surface_->is_away(from, to) ? 1.0 : 0.0, false}; // nobody can say more
     ++rays_;
     const std::optional<SurfaceHit> hit = surface_->first_hit(from, to);
     const Vec3 chord = to - from;

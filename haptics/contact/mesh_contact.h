@@ -119,9 +119,10 @@ private:
         Vec3 seen{0.0};             ///< and where it was at the last frame's end
         std::int8_t front_side = 1; ///< face of the mesh that was passed; 0: it was switched off
                                     ///< before, and will be where it is passed
-        Vec3 front_normal{0.0};     ///< unit, of the facet that was last met
-        bool in_front = false;      ///< the proxy came out again, there or elsewhere
-        double held_depth_m = 0.0;  ///< how far from the front the surface holds now
+        std::uint32_t gone_through = 0; ///< facet that was passed last
+        Vec3 front_normal{0.0};         ///< unit, of the facet that was last met
+        bool in_front = false;          ///< the proxy came out again, there or elsewhere
+        double held_depth_m = 0.0;      ///< how far from the front the surface holds now
     };
 
     void locate(const Vec3& proxy) noexcept;
@@ -131,7 +132,6 @@ private:
     void stand(const MeshSpot& spot, const Vec3& proxy) noexcept;
     Vec3 on_plane(std::uint32_t facet, const Vec3& point) const noexcept;
 
-    bool is_away(const Vec3& from, const Vec3& to) const noexcept;
     double fly(const Vec3& from, const Vec3& to) noexcept;
     void land(const Vec3& from, const SurfaceHit& hit) noexcept;
     double stop_above(const Vec3& from, const Vec3& to, const SurfaceHit& hit) noexcept;

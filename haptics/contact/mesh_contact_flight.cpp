@@ -43,7 +43,7 @@ std::optional<SurfaceHit> MeshContact::closest_point(const Vec3& point, double r
 double MeshContact::fly(const Vec3& from, const Vec3& to) noexcept {
     now_.leg = {Leg::Kind::flight, from, to, false, {}, -1.0};
     if (!SurfaceScene::answers_at(from) || !SurfaceScene::answers_at(to)) {
-        if (is_away(from, to)) return 1.0;
+        if (mesh_->scene().is_away(from, to)) return 1.0;
         now_.leg.to = from; // what is between, nobody can say
         return 0.0;
     }
@@ -72,13 +72,6 @@ double MeshContact::fly(const Vec3& from, const Vec3& to) noexcept {
         now_.leg.to = to; // it touches: to the spot it is less than nothing
     }
     return 1.0;
-}
-
-/// Whether a chord's box is apart from that of the mesh.
-bool MeshContact::is_away(const Vec3& from, const Vec3& to) const noexcept {
-    const Box& bounds = mesh_->scene().bounds();
-    return glm::any(glm::lessThan(glm::max(from, to), bounds.lower)) ||
-           glm::any(glm::greaterThan(glm::min(from, to), bounds.upper));
 }
 
 /// The flight ends on a certified facet.

@@ -55,8 +55,10 @@ double MeshContact::trust_m() const noexcept {
 /// The surface gives way: from here on the label of its side is that of the front.
 void MeshContact::pass_through(const Vec3& proxy) noexcept {
     if (now_.mode == Mode::on_surface) {
+        now_.gone_through = now_.spot.facet;
         now_.front_side = mesh_->topology().face(now_.spot.facet, now_.spot.side);
     } else if (const auto near = closest_point(now_.proxy, kBallRadius)) {
+        now_.gone_through = near->triangle;
         now_.front_side = face_seen_from(*near, now_.proxy);
     }
     now_.leg.kind = Leg::Kind::none;
@@ -136,7 +138,7 @@ void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noex
     // On the other side of a thin body too, whose front it may still draw at with its strength.
     if (now_.in_front) yielded = false;
     // Nothing is inside a sheet.
-    bool left = !now_.strength.off && (now_.in_front || mesh_->has_border());
+    bool left = !now_.strength.off && (now_.in_front || mesh_->has_border(now_.gone_through));
     if (left && now_.state == SurfaceState::inside) left = !closest_point(proxy, settings_.free_m);
     now_.state = next_state(now_.state, {felt, yielded, now_.in_front || reached, left});
     if (now_.state == SurfaceState::inside) return;
@@ -167,6 +169,7 @@ void MeshContact::look_back(const Vec3& proxy) noexcept {
     }
     now_.seen = proxy;
     if (!hit) return;
+    now_.gone_through = hit->triangle;
     // A facet may be oriented the other way round than the one that was passed.
     now_.front_normal =
         walk_.outward(hit->triangle, mesh_->topology().face(hit->triangle, now_.front_side));

@@ -87,8 +87,14 @@ void MovingContact::offer(const Vec3& proxy, ContactSet& contacts, NearestPlane*
 }
 
 Chord MovingContact::carry(const Vec3& from, const Vec3& to) noexcept {
-    const Vec3 from_body = proxy_in_body(from);
-    return contact_->carry(from_body, place_in_body(to));
+    const Vec3 from_body = proxy_in_body(from), to_body = place_in_body(to);
+    const Chord chord = contact_->carry(from_body, to_body);
+    // Where it stops it is where the contact means, also where the scene's numbers are coarser than
+    // what the contact can tell apart: kilometres from the origin.
+    if (chord.fraction > 0.0 && chord.fraction < 1.0)
+        remember({from + chord.fraction * (to - from),
+                  from_body + chord.fraction * (to_body - from_body)});
+    return chord;
 }
 
 void MovingContact::commit(const Vec3& proxy, bool yielded, bool felt) noexcept {

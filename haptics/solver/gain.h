@@ -13,7 +13,7 @@ namespace palpate {
 struct Gain {
     double value = 1.0;         ///< g, [0, GainRamp::kHighest]; 0: off, 1: as the scene says
     double force_limit_n = 5.0; ///< F: what hard things are measured by below 1, N, > 0
-    bool moving = false;        ///< on its way to another value
+    bool moving = false;        ///< another value than in the frame before, or on its way there
     std::optional<double> strength_here_n = {}; ///< N: the strength at the proxy, where it depends
                                                 ///< on the place; replaces the constant one
     double most_spring_n_per_m =
@@ -57,7 +57,7 @@ public:
     struct State {
         double wanted = 1.0; ///< where it goes, [0, kHighest]
         double now = 1.0;    ///< where it is, [0, kHighest]
-        bool moving = false; ///< it was not there in the last frame
+        bool moving = false; ///< it moved in the last frame
         bool jumped = false; ///< jump() was called since the last frame
     };
     State save_state() const noexcept { ///< [setup]
@@ -82,17 +82,18 @@ public:
     bool moves() const noexcept {
         return moving_ || jumped_ || now_ != wanted_.load(std::memory_order_relaxed);
     }
-    /// A frame of `period_s` > 0 begins: a step of the way. True when anything changed since the
-    /// frame before.  [loop]
+    /// A frame of `period_s` begins, s: a step of the way; at 0 s it goes on, and nothing changes.
+    /// True when anything changed since the frame before.                               [loop]
     bool advance(double period_s) noexcept {
         // Once, as another thread may set it meanwhile.
         const double wanted = wanted_.load(std::memory_order_relaxed);
+        if (!(period_s > 0.0)) return false; // within a frame
         if (!moving_ && !jumped_ && now_ == wanted) return false;
         jumped_ = false;
         const double longest = period_s / kSecondsPerUnit;
         const double way = wanted - now_;
         now_ = std::abs(way) <= longest ? wanted : now_ + std::copysign(longest, way);
-        moving_ = now_ != wanted;
+        moving_ = way != 0.0;
         return true;
     }
     /// A trial begins: it is where it goes at once.                                      [loop]
@@ -115,8 +116,9 @@ public:
     /// The same for springs, in a frame of `period_s` > 0 of a coupling of `stiffness`, k in N/m,
     /// > 0.                                                                              [loop]
     /// The proxy relaxes against a spring c: in each frame k / (k + c) of what is felt is lost. On
-    /// the way between 0 and 1 that is kept at 4 period / kSecondsPerUnit at least: a stiffer one
-    /// would hold nearly all until its last frame. e^-4 of it, 2 %, is left there.
+    /// the way between 0 and 1, however it is set, that is kept at 4 period / kSecondsPerUnit at
+    /// least: a stiffer one would hold nearly all until its last frame. e^-4 of it, 2 %, is left
+    /// there. Springs that move together share it (PrimitiveSet::add_spring).
     Gain gain(double force_limit_n, double period_s, double stiffness) const noexcept {
         Gain now = gain(force_limit_n);
         if (moving_ && now_ < 1.0)

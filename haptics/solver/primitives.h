@@ -56,7 +56,7 @@ public:
         lines_.clear();
         points_.clear();
         force_ = Vec3{0.0};
-        spring_ = 0.0;
+        spring_ = fading_spring_ = 0.0;
         spring_moment_ = Vec3{0.0};
         overflowed_ = false;
         all_finite_ = true;
@@ -115,14 +115,18 @@ public:
     }
 
     /// Adds a spring that never yields, g/2 |x - q|^2, of stiffness g in N/m, >= 0, to an anchor q
-    /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. [loop]
+    /// in m: what viscosity comes to in one frame (composition.md 1). Several merge exactly. Those
+    /// that fade are together no stiffer than Gain::most_spring_n_per_m.          [loop]
     void add_spring(const Vec3& anchor, double stiffness_n_per_m) noexcept {
-        const double scaled = gain_.spring_n_per_m(stiffness_n_per_m), sum = spring_ + scaled;
+        const double left = std::max(0.0, gain_.most_spring_n_per_m - fading_spring_);
+        const double scaled = std::min(gain_.spring_n_per_m(stiffness_n_per_m), left);
+        const double sum = spring_ + scaled;
         const Vec3 moment = spring_moment_ + scaled * anchor;
         if (!can_be_summed(moment, stiffness_n_per_m >= 0.0 ? sum : stiffness_n_per_m)) return;
         spring_ = sum;
         spring_moment_ = moment;
         draws_ = true;
+        if (std::isfinite(gain_.most_spring_n_per_m)) fading_spring_ += scaled;
     }
 
     /// What was in it when a body's frame was entered.
@@ -225,8 +229,9 @@ private:
     FixedVector<LinePrimitive, kCapacity> lines_;
     FixedVector<PointPrimitive, kCapacity> points_;
     Vec3 force_{0.0};
-    double spring_ = 0.0;     // sum g, N/m
-    Vec3 spring_moment_{0.0}; // sum g q, N
+    double spring_ = 0.0;        // sum g, N/m
+    double fading_spring_ = 0.0; // the part of it that fades
+    Vec3 spring_moment_{0.0};    // sum g q, N
     bool overflowed_ = false;
     bool all_finite_ = true;
     bool draws_ = false; // there are forces or springs

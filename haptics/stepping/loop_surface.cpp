@@ -102,11 +102,15 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
                              double tissue_m) noexcept {
     if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
     const bool inside = restart(proxy, before.moving_ ? &before.moving_->pose() : nullptr);
-    // What was off counts as inside, wherever the proxy was. In front of a level it begins anew; a
-    // mesh alone remembers its side, and a body its pose.
-    const bool begins_anew = before.is_off() && !inside && !moving_ && contact_->of_field();
-    if (begins_anew) return inside;
+    // What was off counts as inside, wherever the proxy was. In front of a level it begins anew, a
+    // body at its pose; a mesh alone remembers its side.
+    const bool begins_anew = before.is_off() && !inside && contact_->of_field();
+    if (begins_anew && !moving_) return inside;
     if (!contact_->go_on_from(*before.contact_)) return moving_ ? restart(proxy) : inside;
+    if (begins_anew) {
+        moving_->restart_at(moving_->pose(), proxy);
+        return inside;
+    }
     bank_ = before.bank_;
     if (soft_) soft_->tissue_m = tissue_m;
     pushes_back_ = before.pushes_back_;
@@ -205,19 +209,24 @@ void LoopSurface::follow_coupling(const FrameContext& frame) noexcept {
 LoopSurface::Press LoopSurface::press(double press_m, double period_s, double ratio) noexcept {
     if (soft_->stiffness) return press_over_lumps(press_m, period_s, ratio);
     const PressLaw& law = soft_->law;
-    const double slope_n_per_m = law.slope(press_m);
-    const double damping = soft_->softness.damping;
-    if (!(damping > 0.0)) return {law.force_n(press_m), slope_n_per_m, 0.0};
-    const PressLaw::Balance balance = law.damped(press_m, soft_->tissue_m, damping, period_s);
-    // However fast it is pressed, it holds no more than its strength.
-    const double force_n = std::min(balance.force_n, law.force_n(soft_->yields_at_m));
-    soft_->tissue_m =
-        force_n < balance.force_n ? press_m - force_n / law.coupling() : balance.tissue_m;
-    return {force_n, slope_n_per_m, 0.0};
+    const bool has_damper = soft_->softness.damping > 0.0;
+    const double force_n = has_damper ? damped_n(law, press_m, period_s) : law.force_n(press_m);
+    return {force_n, law.slope(press_m), 0.0};
 }
 
-/// The same where what lies beneath makes its law `ratio` times as stiff. Of such a surface the
-/// strength is infinite.
+/// The force of a law with the damper beside it. However fast it is pressed, it holds no more than
+/// its strength. A front that gives way goes towards the tip: of that way the damper feels nothing.
+double LoopSurface::damped_n(const PressLaw& law, double press_m, double period_s) noexcept {
+    const PressLaw::Balance balance =
+        law.damped(press_m, soft_->tissue_m, soft_->softness.damping, period_s);
+    const double force_n =
+        yields_ ? law.force_n(press_m) : std::min(balance.force_n, law.force_n(soft_->yields_at_m));
+    soft_->tissue_m =
+        force_n == balance.force_n ? balance.tissue_m : press_m - force_n / law.coupling();
+    return force_n;
+}
+
+/// The same where what lies beneath makes its law `ratio` times as stiff.
 LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s,
                                                  double ratio) noexcept {
     const double within = soft_->law.ratio_within(ratio);
@@ -226,11 +235,9 @@ LoopSurface::Press LoopSurface::press_over_lumps(double press_m, double period_s
     double at_rest_m = press_m; // where the tissue's spring would be with no damper beside it
     if (const double damping = soft_->softness.damping; damping > 0.0) {
         const double before_m = soft_->tissue_m;
-        const PressLaw::Balance balance = law.damped(press_m, before_m, damping, period_s);
-        press.force_n = balance.force_n;
-        soft_->tissue_m = balance.tissue_m;
-        const double viscous_n = damping / period_s * (balance.tissue_m - before_m);
-        at_rest_m = balance.tissue_m + std::max(0.0, press.force_n - viscous_n) / law.coupling();
+        press.force_n = damped_n(law, press_m, period_s);
+        const double viscous_n = yields_ ? 0.0 : damping / period_s * (soft_->tissue_m - before_m);
+        at_rest_m = soft_->tissue_m + std::max(0.0, press.force_n - viscous_n) / law.coupling();
     }
     // Where the coupling is as stiff as the ratio could make it, the ratio changes nothing.
     if (within == ratio && press.force_n > 0.0) press.energy_j = soft_->law.energy_j(at_rest_m);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <typeinfo>
@@ -64,6 +65,11 @@ public:
     /// In this frame, [0, GainRamp::kHighest].                                           [loop]
     double gain_value(SurfacePart part) const noexcept {
         return gains_[static_cast<std::size_t>(part)].value();
+    }
+    /// Of what never yields at gain 1, in this frame, N (Gain::strength_n).               [loop]
+    double strength_n(double force_limit_n) const noexcept {
+        const GainRamp& strength = gains_[static_cast<std::size_t>(SurfacePart::strength)];
+        return strength.gain(force_limit_n).strength_n(std::numeric_limits<double>::infinity());
     }
     /// Whether every gain is 1 in this frame.                                            [loop]
     bool is_as_set() const noexcept { return as_set_; }
@@ -223,6 +229,7 @@ private:
         double tissue_m = 0.0;    // d of the tissue at the last frame's end, with a damper
     };
 
+    double damped_n(const PressLaw& law, double press_m, double period_s) noexcept;
     Press press_over_lumps(double press_m, double period_s, double ratio) noexcept;
     bool is_off() const noexcept { return gain_value(SurfacePart::strength) == 0.0; }
     bool all_gains_are_one() const noexcept;

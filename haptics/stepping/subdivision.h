@@ -137,9 +137,10 @@ public:
         std::span<const std::size_t> effects;  ///< for each effect
     };
     /// Takes the place of `before`, with the proxy where that left it: what goes on is as it was
-    /// there, all else as at a new trial. Of what was soft beside others and is not so any more,
-    /// the front is where the proxy belongs: `proxy` becomes that, where every certificate lets it
-    /// go there. Returns FrameFlag bits.                                                  [loop]
+    /// there, all else as at a new trial. `proxy`: where the last frame ended. Of what was soft
+    /// beside others and is not so any more, the front is where the proxy belongs: `proxy` becomes
+    /// that, where every certificate lets it go there. Where what is soft and alone is so no more,
+    /// it stays, unless something hard is before it now. Returns FrameFlag bits.          [loop]
     std::uint32_t go_on_from(const Subdivision& before, const Heritage& heritage,
                              Vec3& proxy) noexcept;
 
@@ -271,8 +272,8 @@ private:
     void require_alike(const State& state) const;
     const Layer* was_layer(const Subdivision& before, const Heritage& heritage,
                            std::size_t i) const noexcept;
-    bool goes_to(const Subdivision& before, const Heritage& heritage, const Vec3& proxy,
-                 const Vec3& to) noexcept;
+    template <class Asked>
+    bool goes_to(const Vec3& proxy, const Vec3& to, const Asked& asked) noexcept;
     const Layer* layer_of(std::size_t surface) const noexcept {
         for (const Layer& layer : layers_)
             if (layer.surface == surface) return &layer;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include <palpate/geometry/surface_scene.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate {
@@ -114,7 +115,7 @@ Subdivision::Passage Subdivision::between_bodies(const Vec3& proxy, int& looks) 
 /// is to be certified of the one with whose body it goes along, if any.
 Subdivision::Passage Subdivision::relative_way(const Vec3& from, const Vec3& to,
                                                const LoopSurface* along_with, int& looks) noexcept {
-    Passage passage{to, is_a_place(to) ? 1.0 : 0.0};
+    Passage passage{to, SurfaceScene::answers_at(to) ? 1.0 : 0.0};
     for (std::size_t i = 0; i < surfaces_.size() && passage.share > 0.0; ++i) {
         if (&surfaces_[i] == along_with) continue;
         MovingSurface* body = surfaces_[i].moving();

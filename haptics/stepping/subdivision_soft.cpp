@@ -211,10 +211,24 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
     layer.normal = way / layer.indentation_m;
     const PressLaw::Tissue tissue = layer.law.tissue(layer.indentation_m);
     const double viscous = layer.softness.damping / frame_.period_s;
-    const double force_n = tissue.force_n + viscous * (layer.indentation_m - layer.tissue_m);
+    double force_n = tissue.force_n;
+    layer.slope_n_per_m = tissue.slope_n_per_m;
+    const LoopSurface& front = layer.front->surfaces_.front();
+    if (viscous > 0.0 && !front.yields()) { // of a front's own way the damper feels nothing
+        force_n += viscous * (layer.indentation_m - layer.tissue_m);
+        layer.slope_n_per_m += viscous;
+        // However fast it is pressed, it holds no more than its strength: where it would after the
+        // step that this force leads to. Before that step it may be far more.
+        const double most_n = front.strength_n(frame_.force_limit_n), k = frame_.stiffness;
+        const double step_m = (force_n / k + glm::dot(frame_.probe - tip, layer.normal)) /
+                              (1.0 + layer.slope_n_per_m / k);
+        if (force_n - layer.slope_n_per_m * step_m > most_n) {
+            force_n = most_n;
+            layer.slope_n_per_m = 0.0;
+        }
+    }
     if (!(force_n > 0.0)) return; // the tip leaves faster than the tissue comes back
     layer.force_n = force_n;
-    layer.slope_n_per_m = tissue.slope_n_per_m + viscous;
 }
 
 /// By how much the force on the tip falls with its step, N/m: F' n n^T + F H. H says how the front

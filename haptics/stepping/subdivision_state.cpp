@@ -106,28 +106,29 @@ const Subdivision::Layer* Subdivision::was_layer(const Subdivision& before,
     return from == Heritage::kNew || layer_of(i) ? nullptr : before.layer_of(from);
 }
 
-/// Goes to `to` where every surface that has gone on lets the proxy; whether it did.
-bool Subdivision::goes_to(const Subdivision& before, const Heritage& heritage, const Vec3& proxy,
-                          const Vec3& to) noexcept {
-    const auto goes_on = [&](std::size_t i) {
-        return heritage.surfaces[i] != Heritage::kNew && !was_layer(before, heritage, i) &&
-               surfaces_[i].gain_value(SurfacePart::strength) > 0.0;
+/// Goes to `to` where every surface that is asked and on lets the proxy; whether it did.
+template <class Asked>
+bool Subdivision::goes_to(const Vec3& proxy, const Vec3& to, const Asked& asked) noexcept {
+    const auto is_in_the_way = [&](std::size_t i) {
+        return asked(i) && surfaces_[i].gain_value(SurfacePart::strength) > 0.0;
     };
     contacts_.clear();
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-        if (!goes_on(i)) continue;
+        if (!is_in_the_way(i)) continue;
         surfaces_[i].look_anew(); // of a way from where it has not looked a surface knows nothing
         look(i, proxy);
         if (surfaces_[i].contact().carry(proxy, to).fraction < 1.0) return false;
     }
     for (std::size_t i = 0; i < surfaces_.size(); ++i)
-        if (goes_on(i)) surfaces_[i].contact().commit(to, false, false);
+        if (is_in_the_way(i)) surfaces_[i].contact().commit(to, false, false);
     return true;
 }
 
 std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage& heritage,
                                       Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
+    const Vec3 tip = proxy;
+    proxy = before.front(tip);
     for (Layer& layer : layers_) {
         const std::size_t from = heritage.surfaces[layer.surface];
         const bool is_new = from == Heritage::kNew;
@@ -155,7 +156,10 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
             surfaces_[i].go_on_from(before.surfaces_[heritage.surfaces[i]], proxy))
             flags |= kInsideAtStart;
     }
-    if (outermost && goes_to(before, heritage, proxy, outermost->y))
+    const auto has_gone_on = [&](std::size_t i) {
+        return heritage.surfaces[i] != Heritage::kNew && !was_layer(before, heritage, i);
+    };
+    if (outermost && goes_to(proxy, outermost->y, has_gone_on))
         proxy = outermost->y;
     else
         outermost = nullptr;
@@ -168,6 +172,10 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
                 : surfaces_[i].restart(proxy);
         if (inside) flags |= kInsideAtStart;
     }
+    // What was soft and alone is not any more: its tip is where it was, unless something that is
+    // hard now is in front of it.
+    const auto all = [](std::size_t) { return true; };
+    if (!needs_.alone && tip != proxy && !outermost && goes_to(proxy, tip, all)) proxy = tip;
     pressed_ = {0.0, 0.0, proxy};
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         const std::size_t from = heritage.effects[i];

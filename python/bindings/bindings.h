@@ -28,6 +28,18 @@ namespace palpate::python {
 
 namespace py = pybind11;
 
+/// Words for people, in which the name of a file may be no text: what is none of it is replaced.
+inline py::str words(const std::string& text) {
+    return py::reinterpret_steal<py::str>(
+        PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace"));
+}
+
+/// The name of a file, as os.fsdecode() has it.
+inline py::str file_name(const std::string& file) {
+    return py::reinterpret_steal<py::str>(
+        PyUnicode_DecodeFSDefaultAndSize(file.data(), static_cast<py::ssize_t>(file.size())));
+}
+
 // What becomes an exception of the package, palpate/errors.py, by what went wrong with it.
 struct SceneProblem : std::runtime_error {
     using std::runtime_error::runtime_error;

@@ -225,14 +225,15 @@ void add_frames(py::module_& module) {
                                [](const RecordedFrames& s) { return s.recording->scene_text; })
         .def_property_readonly("sources",
                                [](const RecordedFrames& s) {
-                                   std::vector<std::pair<std::string, std::string>> sources;
+                                   std::vector<std::pair<py::str, std::string>> sources;
                                    for (const RecordedSource& source : s.recording->sources)
-                                       sources.emplace_back(source.file, source.sha256);
+                                       sources.emplace_back(file_name(source.file), source.sha256);
                                    return sources;
                                })
         .def_property_readonly("hand", [](const RecordedFrames& s) { return s.recording->hand; })
-        .def_property_readonly("scene_file",
-                               [](const RecordedFrames& s) { return s.recording->scene_file; });
+        .def_property_readonly("scene_file", [](const RecordedFrames& s) {
+            return file_name(s.recording->scene_file);
+        });
     module.attr("column_names") = py::tuple(py::cast(column_names()));
     module.attr("phases") =
         py::make_tuple(phase_name(Touch::Phase::began), phase_name(Touch::Phase::goes_on),

@@ -14,10 +14,7 @@ namespace {
 /// Raises an exception of palpate/errors.py.
 void raise(const char* name, const char* message) {
     const py::object kind = py::module_::import("palpate.errors").attr(name);
-    // The name of a file may be no text; then Python could not raise what names it.
-    const auto text = py::reinterpret_steal<py::object>(
-        PyUnicode_DecodeUTF8(message, static_cast<py::ssize_t>(std::strlen(message)), "replace"));
-    PyErr_SetObject(kind.ptr(), text.ptr());
+    PyErr_SetObject(kind.ptr(), words(message).ptr());
 }
 
 void translate(std::exception_ptr thrown) {
@@ -77,6 +74,6 @@ PYBIND11_MODULE(_palpate, module) {
                "((V, F), warnings) of a mesh file, m, LPS");
     module.def("flag_names", flag_names, py::arg("flags"), "names of the bits of a frame's flags");
     module.def(
-        "usual_cache_folder", [] { return palpate::usual_cache_folder().string(); },
+        "usual_cache_folder", [] { return file_name(palpate::usual_cache_folder().string()); },
         "the command's cache folder");
 }

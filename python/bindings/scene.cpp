@@ -47,10 +47,12 @@ PyScene from_file(const std::string& file, const std::string& cache, const py::o
     return from_text(text, file, cache, extractor, {}, {});
 }
 
-std::vector<std::string> warnings_of(const PyScene& scene) {
-    std::vector<std::string> lines = scene.warnings;
-    for (const auto& more : {source_warnings(*scene.scene), scene_warnings(*scene.scene)})
-        lines.insert(lines.end(), more.begin(), more.end());
+std::vector<py::str> warnings_of(const PyScene& scene) {
+    std::vector<py::str> lines;
+    for (const auto& more :
+         {scene.warnings, source_warnings(*scene.scene), scene_warnings(*scene.scene)})
+        for (const std::string& line : more)
+            lines.push_back(words(line));
     return lines;
 }
 

@@ -138,6 +138,7 @@ TEST_F(Exported, WhatCannotBeWrittenIsRefusedInOneLine) {
     refused({"t", "-o", "run.vtp", "--surface", "bone"}, 2, "surfaces are: s; name one of them");
     refused({"t", "-o", "run.mrk.json", "--step-ms", "0"}, 2, "--step-ms");
     refused({"missing.h5", "-o", "run.vtp"}, 3, "missing.h5");
+    refused({"t", "-o", "t/recording.mrk.json"}, 3, "named places are read from");
     make("mine.vtp", "<?xml version=\"1.0\"?>\n<VTKFile/>\n");
     refused({"t", "-o", "mine.vtp"}, 3, "was not written by Palpate");
     make("mine.mcap", std::string("\x89MCAP0\r\n\x01", 9) + std::string(60, '\0'));
@@ -145,6 +146,13 @@ TEST_F(Exported, WhatCannotBeWrittenIsRefusedInOneLine) {
     make("mine.mrk.json", "{\"markups\": []}");
     refused({"t", "-o", "mine.mrk.json"}, 3, "was not written by Palpate");
     EXPECT_EQ(content_of(*this / "mine.mrk.json"), "{\"markups\": []}");
+}
+
+// What was felt is in the recording: what the scene was made of is not needed any more.
+TEST_F(Exported, PathsOutliveTheFilesOfTheirScene) {
+    std::filesystem::remove(*this / "probe.csv");
+    for (const char* const out : {"run.vtp", "run.mrk.json", "run.mcap"})
+        EXPECT_EQ(run({"export", "t", "-o", out}).exit, 0) << out;
 }
 
 } // namespace

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What only the command says: names that do not exist, options without effect, paths that miss.
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <string>
 #include <thread>
 
 #include <sys/stat.h>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tests/command/command_run.h"
@@ -84,8 +87,33 @@ TEST_F(CommandMessages, OptionsThatWouldChangeNothingAreRefused) {
     expect_usage({"view", "run.h5", "--png", "p.png", "--open"},
                  "--open: run.h5 is a recording, of which pictures are asked for");
     expect_usage({"view", ".", "--device", "hand"}, "--device: . is neither a scene nor");
+    expect_usage({"info", "ball.toml", "--force"}, "--force: nothing is written without --picture");
+    expect_usage({"serve", "ball.toml", "--force"}, "--force: nothing is written without --out");
+    expect_usage({"view", "ball.toml", "--force"}, "--force: a scene's recordings take free names");
     EXPECT_EQ(run({"trace", "ball.toml", "--method", "fixed", "--sub-steps", "8"}).exit, 0);
     EXPECT_EQ(run({"trace", "ball.toml", "--every", "2"}).exit, 0);
+}
+
+// Of a variable that nobody has set, an option had the next one for its value, and made a folder of
+// that name.
+TEST_F(CommandMessages, AnOptionWithoutItsValueIsToldAndTakesNoOther) {
+    expect_usage({"trace", "ball.toml", "--out=", "--force"}, "--out=: is followed by nothing");
+    expect_usage({"trace", "ball.toml", "--out", "--force"}, "--out: is followed by --force");
+    expect_usage({"trace", "ball.toml", "--out=--events"}, "--out: is followed by --events");
+    EXPECT_FALSE(std::filesystem::exists(*this / "--force"));
+    EXPECT_EQ(run({"trace", "ball.toml", "--out=--other"}).exit, 0) << "no option is called so";
+}
+
+TEST_F(CommandMessages, SecondsAreAsManyFramesAsTheyHave) {
+    make("steady.toml", test::ball_scene() + "[loop]\nrate_hz = 5000\n");
+    std::string path = "t_s,x_m,y_m,z_m\n";
+    for (int i = 0; i < 400; ++i)
+        path += fmt::format("{:.17g},0.022,0,0\n", 2e-4 * i);
+    make("probe.csv", path);
+    // 0.07 * 5000 is a hair more than 350.
+    ASSERT_EQ(run({"trace", "steady.toml", "--seconds", "0.07", "--out", "t"}).exit, 0);
+    const std::string frames = test::content_of(*this / "t/frames.csv");
+    EXPECT_EQ(std::count(frames.begin(), frames.end(), '\n'), 351);
 }
 
 // A path in millimetres, or in RAS, gave exit 0 and no contact, without a word.

@@ -127,6 +127,29 @@ TEST_F(CommandOutputs, ReportFailsBeforeItComputes) {
     EXPECT_THAT(result.out, Not(HasSubstr("adaptive"))) << "no table: nothing was computed";
 }
 
+// What is recorded of a run says what was felt; its pictures need no frame that can be replayed.
+// Two scenes of one name are two subjects.
+TEST_F(CommandOutputs, AReportIsOfTheScenesThatWereFelt) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    std::string bigger = test::ball_scene();
+    bigger.replace(bigger.find("radius_mm = 20"), 14, "radius_mm = 21");
+    make("ball.toml", bigger);
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "u"}).exit, 0);
+    ASSERT_EQ(run({"report", "t", "u", "-o", "both.html"}).exit, 0);
+    const std::string page = content_of(*this / "both.html");
+    std::size_t pictures = 0;
+    for (std::size_t at = 0; (at = page.find("<h2>ball", at)) != std::string::npos; ++at)
+        ++pictures;
+    EXPECT_EQ(pictures, 2u);
+}
+
+TEST_F(CommandOutputs, APageThatIsFilledIsNotReplaced) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    make("own.html", "<title>Palpate</title> with words of one's own");
+    expect_refused({"view", "t", "--page", "own.html", "-o", "own.html", "--force"}, "own.html",
+                   "is what is read as");
+}
+
 TEST_F(CommandOutputs, WhatIsNoOrdinaryFileIsNotReplaced) {
     ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
     std::filesystem::create_symlink("nowhere", *this / "page.html");

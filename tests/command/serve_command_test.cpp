@@ -163,6 +163,19 @@ TEST_F(ServeCommand, ASecondCommandFollowsTheFirstOne) {
     EXPECT_THAT(content_of(folder() / "follow" / "frames.csv"), HasSubstr("box"));
 }
 
+// A folder has one run: of a trace that it had before nothing is left that a report would mix up
+// with it.
+TEST_F(ServeCommand, ItsFolderHasNothingOfAnEarlierTrace) {
+    ASSERT_EQ(run({"trace", "scene.toml", "--out", "run"}).exit, 0);
+    const CommandResult served =
+        run({"serve", "scene.toml", "--igtl", "0", "--seconds", "0.3", "--out", "run"});
+    EXPECT_EQ(served.exit, 0) << served.err;
+    EXPECT_THAT(served.err, HasSubstr("removed what an earlier run had left"));
+    EXPECT_TRUE(std::filesystem::exists(folder() / "run/recording.h5"));
+    for (const char* table : {"summary.json", "timing.csv"})
+        EXPECT_FALSE(std::filesystem::exists(folder() / "run" / table)) << table;
+}
+
 TEST_F(ServeCommand, TheDriverOfToolsPassesTheChecksOfDrivers) {
     const pid_t child = start({"serve", "scene.toml", "--igtl", "0"});
     const int at = port();

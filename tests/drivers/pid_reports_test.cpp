@@ -135,6 +135,23 @@ TEST(PidReports, WhateverComesTheStickIsWithinOneAndEffectsHaveNumbers) {
     }
 }
 
+// What says that its forces are longer than any report on USB is no device, and would be written
+// past the end of the writer's room.
+TEST(PidReports, ReportsThatNothingSendsAtOnceAreRefused) {
+    palpate::test::PidLayout layout = kAdapterLayout;
+    layout.padding_bytes = 1000;
+    EXPECT_EQ(reports(layout).constant_force(1, 0.0).size(), 1004u);
+    layout.padding_bytes = 2000;
+    try {
+        reports(layout);
+        FAIL() << "taken";
+    } catch (const std::runtime_error& error) {
+        EXPECT_EQ(std::string(error.what()),
+                  "/dev/hidraw3: its report 5 has more than 1025 bytes, which nothing on USB sends "
+                  "at once; it cannot be used for force");
+    }
+}
+
 TEST(PidReports, ADeviceWithoutConstantForcesIsRefusedByName) {
     const auto mouse = palpate::test::space_mouse_descriptor(true);
     try {

@@ -179,6 +179,25 @@ TEST(PluginDevice, AStopThatFailsIsTold) {
     EXPECT_PART(device.complaint(), "stop failed");
 }
 
+TEST(PluginDevice, AStopThatSucceedsLaterIsTheLastWord) {
+    PluginDevice device(with("STOP_FAILS_ONCE"));
+    device.open();
+    device.start();
+    device.stop();
+    EXPECT_PART(device.complaint(), "stop failed");
+    device.close(); // which stops it once more
+    EXPECT_EQ(device.complaint(), "");
+}
+
+// What takes as long as <palpate/device_plugin.h> allows, each function by itself, is waited for: a
+// stop comes after a read, a write and a period, and a close stops before.
+TEST(PluginDevice, OneThatEndsAsLateAsItMayIsWaitedFor) {
+    constexpr double kStop_s = 1.0, kClose_s = 5.0, kCall_s = 0.1, kPeriod_s = 1.0 / 50.0;
+    constexpr PluginDevice::Patience patience;
+    EXPECT_GE(patience.stop_s, kStop_s + 2.0 * kCall_s + kPeriod_s);
+    EXPECT_GE(patience.close_s, patience.stop_s + kClose_s);
+}
+
 TEST(PluginDevice, CallsThatTakeLongerThanItSaysBringNoState) {
     Rig rig("SLOW_READ");
     ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().slow_calls > 10; }));
@@ -244,6 +263,13 @@ TEST(PluginDevice, AnExceptionOfAPluginIsAFailure) {
     // Also one of the function that is asked for the reason of another's failure.
     EXPECT_PART(refusal({kFolder + "/throwing_device.so", {{"only", "properties"}}}),
                 "throwing_device.so: properties: the plug-in's reason() throws");
+    // And one of those that are called in each frame.
+    PluginDevice device({kFolder + "/throwing_device.so", {{"only", "frames"}}});
+    device.open();
+    device.start();
+    ASSERT_TRUE(test::comes_true([&] { return device.counts().failed_reads > 2; }));
+    device.close();
+    EXPECT_PART(device.complaint(), "an exception leaves it; catch it there");
 }
 
 TEST(PluginDevice, AnAddressIsAFileAndItsOptions) {

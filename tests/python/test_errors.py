@@ -172,6 +172,24 @@ class Errors(unittest.TestCase):
             no_text = folder + os.fsdecode(b"/\xff")
             self.line_of(palpate.FileError, lambda: palpate.Scene(no_text), folder)
 
+    def test_a_folder_whose_name_is_no_text_is_read(self):
+        with tempfile.TemporaryDirectory() as folder:
+            no_text = Path(folder) / os.fsdecode(b"daten_\xe4")
+            no_text.mkdir()
+            phantom = run_command("phantom", "sphere_cavity", "-o", str(Path(folder) / "ball.nii"))
+            self.assertEqual(phantom.returncode, 0, phantom.stderr)
+            header = bytearray((Path(folder) / "ball.nii").read_bytes())
+            header[252:256] = bytes(4)  # neither form: that is warned of
+            (no_text / "ball.nii").write_bytes(header)
+            (no_text / "scene.toml").write_text(VOXELS_TOML)
+            scene = palpate.Scene(str(no_text / "scene.toml"))
+            self.assertTrue(any("states no orientation" in line for line in scene.warnings))
+            trace = palpate.trace(scene, strokes(10))
+            recording = no_text / "recording.h5"
+            trace.save(recording)
+            read = palpate.read_recording(recording)
+            self.assertTrue(os.fsencode(read.scene_file).endswith(b"daten_\xe4/scene.toml"))
+
     def test_arguments_are_refused_with_what_to_give(self):
         scene = palpate.Scene(cavity())
         path = strokes(10)

@@ -36,8 +36,8 @@ std::vector<DeviceState> orbit_of(const Scene& scene, double speed, double secon
     return make_orbit(*surface.baked.field, surface.level.level, orbit, 1000.0);
 }
 
-/// Random strokes of 0.2 to 400 mm per frame round and through the head, each trial from free
-/// space.
+/// Random strokes round and through the head, each trial from free space: 0.2 to 120 mm per frame,
+/// as the probe stays within 60 mm of the middle.
 std::vector<DeviceState> wild_strokes(unsigned seed, int frames) {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> share;

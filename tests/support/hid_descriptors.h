@@ -89,6 +89,7 @@ struct PidLayout {
     bool control_bits = false;        ///< Device Control as bits, not as a choice
     std::int32_t first_button = 0;    ///< of Trigger Button, a byte
     std::int32_t last_button = 255;   ///< of Trigger Button
+    std::uint32_t padding_bytes = 0;  ///< of no use, behind the magnitude
 };
 
 /// As of adapters that put old sticks on USB: short reports, directions of a byte.
@@ -138,7 +139,9 @@ inline std::vector<std::uint8_t> pid_descriptor(const PidLayout& layout) {
 
     w.begin(0x73).id(layout.constant_force);
     index().output();
-    w.usage(0x70).range(-layout.largest_force, layout.largest_force).values(16, 1).output().end();
+    w.usage(0x70).range(-layout.largest_force, layout.largest_force).values(16, 1).output();
+    if (layout.padding_bytes > 0) w.values(8, layout.padding_bytes).output(W::constant);
+    w.end();
 
     w.begin(0x77).id(layout.operation);
     index().output();

@@ -301,6 +301,8 @@ void write_volume(const VoxelVolume& volume, const std::filesystem::path& file) 
         give_up(description(error));
     } catch (const std::filesystem::filesystem_error& error) {
         give_up(error.code().message());
+    } catch (const std::bad_alloc&) {
+        give_up("there is not enough memory to read it back");
     } catch (const std::runtime_error&) {
         give_up("not all of it arrived");
     }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include <palpate/geometry/internal/ordinary_file.h>
+#include <palpate/volume/formats/internal/dicom_series.h>
 #include <palpate/volume/formats/internal/nrrd_text.h>
 #include <palpate/volume/printable.h>
 
@@ -96,7 +97,11 @@ std::size_t number_of_pattern(const std::string& name) {
 
 std::vector<std::filesystem::path> source_files(const std::filesystem::path& file) {
     std::error_code error;
-    if (std::filesystem::is_directory(file, error)) return files_of_folder(file);
+    if (std::filesystem::is_directory(file, error)) {
+        std::vector<std::filesystem::path> files = files_of_folder(file);
+        std::erase_if(files, [](const auto& one) { return !internal::may_be_dicom(one); });
+        return files;
+    }
     std::vector<std::filesystem::path> files{file};
     std::vector<std::string> names;
     const std::filesystem::path ending = file.extension();

@@ -61,7 +61,8 @@ public:
         const bool has_k = k + 1 < volume_.size[2];
         for (int i = 0; i < volume_.size[0]; ++i) {
             const float value = volume_.at(i, j, k);
-            countable_ = countable_ && value >= 0.0F && value == std::trunc(value);
+            countable_ = countable_ && value >= 0.0F && std::isfinite(value) &&
+                         value == std::trunc(value);
             add_value(value);
             if (i + 1 < volume_.size[0]) add_pair(value, volume_.at(i + 1, j, k));
             if (has_j) add_pair(value, volume_.at(i, j + 1, k));

@@ -72,7 +72,13 @@ void require_label_map(const VolumeDescription& source, const LabelVolume& volum
     if (volume.labels.size() <= most_unseen || is_named || volume.layers.size() != 1) return;
     VoxelVolume image;
     image.size = volume.size;
-    image.values.assign(volume.layers.front().begin(), volume.layers.front().end());
+    // Negative values are labels here, as those of a file; they tell images apart elsewhere.
+    const auto lowest =
+        std::min_element(volume.layers.front().begin(), volume.layers.front().end());
+    const std::int64_t shift = std::min<std::int64_t>(0, *lowest);
+    image.values.reserve(volume.layers.front().size());
+    for (const auto value : volume.layers.front())
+        image.values.push_back(static_cast<float>(value - shift));
     if (looks_like_labels(image)) return;
     throw std::runtime_error(fmt::format(
         "{}: label is of {}, which is no label map: it has {} values, most of them beside others; "
@@ -88,6 +94,13 @@ VoxelVolume region_of(const VoxelVolume& volume, const SurfaceDescription& surfa
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(fmt::format("{}: region_mm: {}; correct it", place, error.what()));
     }
+}
+
+/// What is not finite is background: a Gaussian would take it to each voxel around.
+void fill_what_is_not_finite(VoxelVolume& volume, float background) {
+    std::replace_if(
+        volume.values.begin(), volume.values.end(),
+        [](float value) { return !std::isfinite(value); }, background);
 }
 
 /// The level of the smoothed field, as the scene wants it chosen, and how far that moves the
@@ -165,6 +178,7 @@ BakedSurface bake_level(const VolumeDescription& source, const VoxelVolume& volu
     baked.volume_before_mm3 = kMm3PerM3 * volume_above(field, surface.iso_value);
     if (smoothing_of(surface) > 0.0) {
         report(progress, 0.1, "smoothing");
+        fill_what_is_not_finite(field, background);
         const VoxelVolume before = field;
         smooth(field, smoothing_of(surface));
         report(progress, 0.4, "choosing the level again");

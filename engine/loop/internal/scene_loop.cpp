@@ -114,13 +114,13 @@ void SceneLoop::go_on_from(SceneLoop& before) noexcept {
     started_ = before.started_;
     silent_ = before.silent_;
     trial_ = before.trial_;
-    Vec3 front = before.subdivision_->front(before.proxy_);
+    Vec3 proxy = before.proxy_;
     const std::uint32_t found =
-        subdivision_->go_on_from(*before.subdivision_, {surfaces_after_, effects_after_}, front);
+        subdivision_->go_on_from(*before.subdivision_, {surfaces_after_, effects_after_}, proxy);
     flags_of_adoption_ = before.flags_of_adoption_ | kSceneAdopted;
     if (started_) flags_of_adoption_ |= found; // else the trial that begins says it for itself
     // What keeps a front of its own goes on from there, and its tip stays where it was.
-    proxy_ = subdivision_->keeps_front() ? before.proxy_ : front;
+    proxy_ = subdivision_->keeps_front() ? before.proxy_ : proxy;
     unbroken_ = false;
 }
 

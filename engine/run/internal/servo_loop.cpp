@@ -76,7 +76,8 @@ bool ServoLoop::read(std::uint64_t periods, DeviceState& state) noexcept {
 Silence ServoLoop::silence_of(const DeviceState& state, double gap_us) const noexcept {
     if (ending_) return Silence::ending;
     if (state.freshness == Freshness::stale) return Silence::device;
-    const double longest_us = std::max(kLongestGap_us, kLongestGapPeriods * settings_.period_us);
+    double longest_us = std::max(kLongestGap_us, kLongestGapPeriods * settings_.period_us);
+    if (settings_.takes_force) longest_us = std::min(longest_us, kHeld_us);
     return gap_us > longest_us ? Silence::loop : Silence::none;
 }
 

@@ -29,7 +29,8 @@ public:
     /// A force that the loop has not renewed for that long is not to be trusted: the next state
     /// counts as stale, in the recording as well.
     static constexpr double kLongestGap_us = 10e3;
-    static constexpr double kLongestGapPeriods = 2.5; ///< and no less, of a slow loop
+    static constexpr double kLongestGapPeriods = 2.5; ///< and no less, of a slow loop;
+    static constexpr double kHeld_us = 20e3; ///< with motors no more: drivers hold no force longer
     /// When the run ends a force may take that long to get to zero; what is left then is cut.
     static constexpr double kRelease_us = 50e3;
 

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include <palpate/engine/report/internal/spread.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate::internal {
 namespace {
@@ -75,8 +76,9 @@ void StudyTally::add_certified(const FrameReport& frame, const Vec3& certified) 
     const double held_here_m = glm::length(frame.probe - place_on_surface(frame));
     const bool is_lost = held_back_m > kHeldBack_m && held_here_m < kLostShare * held_back_m;
     const bool is_elsewhere = glm::length(place_on_surface(frame) - certified) > kElsewhere_m;
-    run_.lost_contact = run_.lost_contact.value_or(0) + (is_lost ? 1 : 0);
-    run_.elsewhere = run_.elsewhere.value_or(0) + (is_elsewhere ? 1 : 0);
+    const bool counts = is_computed(frame.flags); // of a silent device nothing is where it says
+    run_.lost_contact = run_.lost_contact.value_or(0) + (counts && is_lost ? 1 : 0);
+    run_.elsewhere = run_.elsewhere.value_or(0) + (counts && is_elsewhere ? 1 : 0);
 }
 
 void StudyTally::add_converged(const FrameReport& frame, const Vec3& proxy, bool in_contact) {

@@ -46,9 +46,10 @@ private:
         std::size_t count;
     };
 
-    /// The line with those that a backslash at its end joins to it.
+    /// The line with those that a backslash at its end joins to it; a comment ends with its line,
+    /// whatever path it ends with.
     std::string_view joined(std::string_view line) {
-        if (!line.ends_with('\\')) return line;
+        if (!line.ends_with('\\') || line.starts_with('#')) return line;
         joined_.clear();
         std::optional<std::string_view> next = line;
         while (next) {

@@ -26,19 +26,22 @@
     X(PROPERTIES_CHANGE)                                                                           \
     X(SECOND_OPEN_CRASHES)                                                                         \
     X(CRASH_BEFORE_START)                                                                          \
-    X(FORCE_BEFORE_START) X(START_FAILS) X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK)   \
-        X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY)         \
-            X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES)     \
-                X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) \
-                    X(HOLDS_FOREVER) X(FORCE_AFTER_STOP) X(SECOND_STOP_CRASHES) X(NO_RESTART)      \
-                        X(TAKES_SIGNALS) X(CRASH_LATE) X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE)          \
-                            X(CRASH_UNSTARTED) X(NO_REOPEN) X(LEAKS_FILE) X(LEAKS_THREAD)          \
-                                X(LEAKS_MEMORY) X(HANG_IN_READ) X(HANG_IN_STOP) X(TELLS_FORCE)     \
-                                    X(GARBAGE) X(CHAOS) X(STOP_FAILS) X(STUCK_AFTER_STOP)          \
-                                        X(DIES_LATE) X(FORCE_AFTER_STOP_READ_FAILS) X(LEAKS_LARGE) \
+    X(FORCE_BEFORE_START)                                                                          \
+    X(START_FAILS)                                                                                 \
+    X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) \
+        X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ)  \
+            X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG)      \
+                X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP)         \
+                    X(SECOND_STOP_CRASHES) X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE)            \
+                        X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN)         \
+                            X(LEAKS_FILE) X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)          \
+                                X(HANG_IN_STOP) X(TELLS_FORCE) X(GARBAGE) X(CHAOS) X(STOP_FAILS)   \
+                                    X(STUCK_AFTER_STOP) X(DIES_LATE)                               \
+                                        X(FORCE_AFTER_STOP_READ_FAILS) X(LEAKS_LARGE)              \
                                             X(HOLDS_RWLOCK) X(DIES_OTHERWISE) X(DIES_SILENT)       \
                                                 X(DIES_FROZEN) X(SLOW_STOP) X(WRONG_VELOCITY_FINE) \
-                                                    X(FORCE_AFTER_STOP_NOTHING_NEW)
+                                                    X(FORCE_AFTER_STOP_NOTHING_NEW)                \
+                                                        X(STOP_FAILS_ONCE)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
@@ -393,7 +396,7 @@ static int plugin_stop(void* opened) {
     if (!HAS(FORCE_AFTER_STOP) && !HAS(FORCE_AFTER_STOP_READ_FAILS) &&
         !HAS(FORCE_AFTER_STOP_NOTHING_NEW))
         memset(device->held, 0, sizeof device->held);
-    if (HAS(STOP_FAILS)) {
+    if (HAS(STOP_FAILS) || (HAS(STOP_FAILS_ONCE) && device->stops == 1)) {
         device->reason = "the port is gone";
         return PALPATE_PLUGIN_FAILED;
     }

@@ -296,6 +296,28 @@ TEST(Adopt, WhatWasOffIsFeltFromInFrontAndNotFromWithin) {
             }
 }
 
+// Also where its first frame is the one in which the hand comes in, and where it moves.
+TEST(Adopt, ALevelThatWasOffIsFeltFromTheFirstFrameOn) {
+    const double hard = std::numeric_limits<double>::infinity();
+    for (const ContactKind contact : {ContactKind::volume, ContactKind::guarded})
+        for (const bool moves : {false, true}) {
+            SCOPED_TRACE(std::string(name(contact)) + (moves ? ", moves" : ""));
+            test::ScriptedClock clock;
+            HapticLoop loop(std::make_shared<const Scene>(ball_of(contact, hard, moves)), clock);
+            DeviceState state;
+            state.position = {0, 0, 0.02002};
+            loop.frame(state);
+            ASSERT_TRUE(loop.set_gain(0, 0.0));
+            for (int i = 0; i < 100; ++i)
+                loop.frame(state);
+            loop.adopt(std::make_shared<const Scene>(ball_of(contact, hard, moves)));
+            for (int i = 0; i < 20; ++i) {
+                state.position.z = 0.01997 - 1e-4 * i; // 50 mm/s, then 100
+                EXPECT_GE(loop.frame(state).proxy.z, 0.02 - 50e-6) << i;
+            }
+        }
+}
+
 TEST(Adopt, ABodyThatWasOffIsJudgedWhereItIs) {
     const double hard = std::numeric_limits<double>::infinity();
     const Vec3 moved(0.1, 0.0, 0.0);

@@ -279,10 +279,9 @@ TEST(SoftLoop, DampersGoOnInAnotherScene) {
                     frame = loop.frame(state);
                 }
                 ASSERT_NEAR(frame.force.z, 1.8, 1e-3);
-                const bool from_the_front = before == surface && after != surface;
-                const Vec3 there = from_the_front ? frame.front : frame.proxy;
+                const Vec3 there = frame.proxy;
                 loop.adopt(scene(coupling + after));
-                if (is_late) { // the tip stays; it begins at the front where others may hold it now
+                if (is_late) { // the tip stays
                     DeviceState late = state;
                     late.freshness = Freshness::stale;
                     EXPECT_NEAR(glm::length(loop.frame(late).proxy - there), 0.0, 1e-6);
@@ -294,6 +293,38 @@ TEST(SoftLoop, DampersGoOnInAnotherScene) {
                         << is_late << ' ' << i;
                 }
             }
+}
+
+// Effects that are new hold the tip where it is, not where the front is, also where the surface is
+// gone.
+TEST(SoftLoop, NewEffectsBeginAtTheTip) {
+    const std::string ball = "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n";
+    const std::string skin = "[surface.skin]\nvolume = \"v\"\nstiffness_n_per_mm = 0.2\n"
+                             "[[effect]]\ntype = \"surface\"\nsurface = \"skin\"\n";
+    const std::string medium = "[[effect]]\ntype = \"viscosity\"\ndamping_n_s_per_m = 10\n";
+    const auto scene = [&](const std::string& text) {
+        return std::make_shared<const Scene>(parse_scene(ball + text, "tip.toml"));
+    };
+    for (const std::string& after : {skin + medium, medium}) {
+        test::ScriptedClock clock;
+        HapticLoop loop(scene(skin), clock);
+        DeviceState state;
+        FrameReport frame;
+        for (int i = 0; i < 200; ++i) {
+            state.position = {0, 0, kRadius + 1e-3 - 10e-3 * std::min(1.0, i / 100.0)};
+            frame = loop.frame(state);
+        }
+        ASSERT_NEAR(frame.force.z, 1.8, 1e-6);
+        const Vec3 tip = frame.proxy;
+        loop.adopt(scene(after));
+        for (int i = 0; i < 5; ++i) {
+            frame = loop.frame(state);
+            EXPECT_LE(frame.force.z, 1.8 + 1e-6) << after << i;
+            if (after != medium) {
+                EXPECT_NEAR(glm::length(frame.proxy - tip), 0.0, 1e-6) << i;
+            }
+        }
+    }
 }
 
 // A new bone, between the tip and the front: it is passed by nobody, and the skin is not felt until

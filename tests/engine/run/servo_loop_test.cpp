@@ -121,6 +121,23 @@ TEST_F(Servo, ASlowLoopIsNotSilent) {
     }
 }
 
+// A driver holds no force for longer than 20 ms: after a tick that was missed at 60 Hz it has sent
+// zero, and the force begins anew, without a step.
+TEST_F(Servo, ASlowLoopWithMotorsIsSilentWhereItsDriverIs) {
+    device_.force_n = 5.0;
+    device_.states = 60;
+    device_.on_read = [&](std::size_t read, DeviceState&) {
+        if (read % 20 == 10) clock_.wake_late(16'000.0);
+    };
+    settings_.period_us = 1e6 / 60.0;
+    settings_.takes_force = true;
+    loop_text_ = "[loop]\nrate_hz = 60\n";
+    std::size_t silent = 0;
+    for (const RunFrame& frame : run())
+        silent += frame.silence == Silence::loop ? 1 : 0;
+    EXPECT_EQ(silent, 3u);
+}
+
 TEST_F(Servo, APathGoesOnWhileTheLoopIsLate) {
     device_.force_n = 0.0;
     device_.states = 100;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mistakes in a scene, a path or an option that were taken without a word, or told without a line.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -207,6 +209,49 @@ TEST_F(BakedMistakes, ALabelOfAMeasuredImageIsRefused) {
     EXPECT_THAT(said, HasSubstr("scene.toml:3: [surface.s]: label is of "));
     EXPECT_THAT(said, HasSubstr("which is no label map"));
     EXPECT_THAT(bake("ct.nrrd", "label = \"Femur\"\n"), HasSubstr("which is no label map"));
+}
+
+// Outside is -1 in some atlases: it is a label, and what tells images from label maps is who is
+// beside whom.
+TEST_F(BakedMistakes, ALabelMapWithANegativeOutsideIsOne) {
+    write("atlas.nrrd", [](const Vec3& p) {
+        const auto block = [](double m) { return static_cast<int>(std::lround(m / kMm)) / 4; };
+        const int i = block(p.x), j = block(p.y), k = block(p.z); // 0 to 5: 64 within
+        if (std::min({i, j, k}) < 1 || std::max({i, j, k}) > 5) return -1.0;
+        return 1.0 + (i - 1) + 5 * (j - 1) + 25 * (k - 1);
+    });
+    EXPECT_EQ(bake("atlas.nrrd", "label = 37\n"), "");
+}
+
+// A Gaussian takes what is no number to all voxels around: it is background before.
+TEST_F(BakedMistakes, OneVoxelThatIsNoNumberIsOneHole) {
+    const auto ball = [](double hole) {
+        return [hole](const Vec3& p) {
+            const Vec3 from_middle = p - Vec3(12 * kMm);
+            if (glm::length(from_middle - Vec3(0, 0, 7 * kMm)) < 0.5 * kMm) return hole;
+            return glm::length(from_middle) < 9 * kMm ? 1000.0 : 0.0;
+        };
+    };
+    const auto field_of = [&](const char* file) {
+        const SceneDescription scene =
+            parse_scene(std::string("[volume.v]\nfile = \"") + file +
+                            "\"\n[surface.s]\nvolume = \"v\"\niso_value = 500\nsmooth_voxels = 1\n",
+                        folder_ / "scene.toml");
+        return bake_surface(scene, "s", {});
+    };
+    write("hole.nrrd", ball(0.0));
+    const BakedSurface expected = field_of("hole.nrrd");
+    for (const double no_number :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        write("none.nrrd", ball(no_number));
+        const BakedSurface found = field_of("none.nrrd");
+        EXPECT_EQ(found.level, expected.level);
+        const auto at = found.field->make_sampler(), there = expected.field->make_sampler();
+        for (double z = 0.0; z < 24 * kMm; z += 0.25 * kMm) {
+            const Vec3 p{12.3 * kMm, 11.8 * kMm, z};
+            EXPECT_EQ(at->value(p), there->value(p)) << z;
+        }
+    }
 }
 
 // "level_keeping_position: ..." had neither file nor line.

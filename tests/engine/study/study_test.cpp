@@ -221,6 +221,38 @@ TEST(Study, NothingIsInsideWhatASilentDeviceDoesNotFeel) {
     }
 }
 
+// A baseline stands still while its device is silent, as the loops do, and begins a trial where the
+// device is first heard.
+TEST(Study, BaselinesAreNotJudgedWhereTheDeviceIsSilent) {
+    std::vector<DeviceState> inputs = along_the_wall(1e-4);
+    StudyExtent extent;
+    extent.baselines = true;
+    const auto lost = [&](const Study& study) {
+        std::vector<std::uint64_t> frames;
+        for (const StudyRun& run : study.runs)
+            if (run.baseline) frames.push_back(run.lost_contact.value_or(0));
+        return frames;
+    };
+    const auto scene = surface_cavity();
+    test::ScriptedClock clock(1.0);
+    const auto heard = lost(run_study(scene, inputs, {fixed(64)}, clock, {}, extent));
+    ASSERT_FALSE(heard.empty());
+    DeviceState nowhere = inputs.front();
+    nowhere.freshness = Freshness::stale;
+    nowhere.position *= 1.1; // within the wall
+    inputs.insert(inputs.begin(), nowhere);
+    const DeviceState last = inputs.back();
+    for (int i = 0; i < 500; ++i) { // a hand that goes away, unheard
+        DeviceState state = last;
+        state.freshness = Freshness::stale;
+        state.position *= 1.0 - 1e-3 * i;
+        inputs.push_back(state);
+    }
+    for (std::size_t i = 0; i < inputs.size(); ++i)
+        inputs[i].time_s = 1e-3 * static_cast<double>(i);
+    EXPECT_EQ(lost(run_study(scene, inputs, {fixed(64)}, clock, {}, extent)), heard);
+}
+
 TEST(Study, KnowsNoLossWhereMoreThanLevelsIsFelt) {
     const auto scene = std::make_shared<const Scene>(parse_scene(
         kCavity + "[surface.s]\nvolume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n"
@@ -243,10 +275,20 @@ TEST(Study, RefusesASceneInWhichNothingIsFelt) {
     };
     const std::string remedy = "; add one with type = \"surface\" or \"gradient_surface\"";
     EXPECT_EQ(complaint(""), "scene.toml: nothing to study: the scene has no [[effect]]" + remedy);
-    EXPECT_EQ(complaint("\n[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, 0]\n"),
-              "scene.toml:2: nothing to study: no [[effect]] is felt, as of this one force_n is 0: "
-              "it cannot be felt" +
-                  remedy);
+    EXPECT_EQ(
+        complaint("\n[[effect]]\ntype = \"constant_force\"\nforce_n = [0, 0, 0]\n"),
+        "scene.toml:2: [[effect]]: nothing to study: no [[effect]] is felt, as of this one force_n "
+        "is 0: it cannot be felt" +
+            remedy);
+    SceneDescription in_code;
+    in_code.effects.push_back(effects::ConstantForce{});
+    try {
+        check_study(Scene(in_code));
+        ADD_FAILURE();
+    } catch (const std::runtime_error& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with("effects[0]: nothing to study: "))
+            << error.what();
+    }
     EXPECT_NO_THROW(check_study(*surface_cavity()));
 }
 

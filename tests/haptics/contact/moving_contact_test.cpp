@@ -8,16 +8,19 @@
 #include <optional>
 #include <random>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include <palpate/haptics/contact/direct_contact.h>
 #include <palpate/haptics/contact/latest.h>
 #include <palpate/haptics/contact/moving_contact.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 
 #include "tests/support/contact_kinds.h"
 #include "tests/support/contact_loop.h"
+#include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
@@ -68,15 +71,34 @@ Vec3 next_probe(std::mt19937_64& random, const Vec3& before) {
 
 // Beyond a million metres nobody can say what is on the way.
 TEST(MovingContact, DoesNotPassTheProxyOnAWayThatNobodyCanSee) {
-    {
-        ContactLoop loop({}, moving_ball(Kind::mesh));
+    for (const bool direct : {false, true}) {
+        SCOPED_TRACE(direct);
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces = moving_ball(Kind::mesh);
+        if (direct)
+            surfaces.front() = std::make_unique<MovingContact>(std::make_unique<DirectContact>(
+                std::make_shared<const SurfaceScene>(
+                    std::make_shared<const TriangleMesh>(test::icosphere(kRadius, 4))),
+                make_solid_sphere(kRadius), LevelSettings{}));
+        ContactLoop loop({}, std::move(surfaces));
         body(loop).set_pose({{0.3, 0.0, 0.0}, {1, 0, 0, 0}});
         const Vec3 probe(0.1, 0.0, 0.0);
         loop.start(probe);
         body(loop).set_pose({{-999999.95, 0.0, 0.0}, {1, 0, 0, 0}});
-        for (int i = 0; i < 3; ++i)
-            loop.move(probe);
-        EXPECT_LT(body(loop).to_body(loop.proxy()).x, 0.0);
+        std::uint32_t flags = 0;
+        for (int i = 0; i < 3; ++i) {
+            flags |= loop.move(probe).flags;
+            EXPECT_LT(std::abs(loop.proxy().x), 1e6) << "it is carried no farther";
+            // It may slide round the ball, which the probe pulls at from very far.
+            const auto path = loop.subdivision().path();
+            for (std::size_t c = 1; c < path.size(); ++c) {
+                const Vec3 a = body(loop).to_body(path[c - 1]), b = body(loop).to_body(path[c]);
+                const double length2 = squared_length(b - a);
+                const double share =
+                    length2 > 0.0 ? std::clamp(-glm::dot(a, b - a) / length2, 0.0, 1.0) : 0.0;
+                EXPECT_GT(glm::length(a + share * (b - a)), 0.99 * kRadius) << i << ' ' << c;
+            }
+        }
+        EXPECT_TRUE(flags & kBodyHeldBack);
     }
     // Where nothing can be on the way, both go on.
     ContactLoop loop({}, moving_ball(Kind::mesh));

@@ -68,7 +68,7 @@ TEST(VolumeContact, NoChordIsDeeperThanTheCertificateAtAnySpeed) {
             loop.start(start);
             Vec3 probe = start;
             for (int frame = 0; frame < 1500; ++frame) {
-                // 0.2 to 400 mm per frame: 0.2 to 400 m/s at 1 kHz, around the body.
+                // 0.2 to 140 mm per frame, around the body: 0.2 to 140 m/s at 1 kHz.
                 probe += 0.2e-3 * std::pow(2000.0, share(random)) * random_direction(random);
                 if (glm::length(probe) > 0.07) probe *= 0.07 / glm::length(probe);
                 loop.move(probe);

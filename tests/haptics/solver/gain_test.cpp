@@ -418,6 +418,35 @@ TEST(EffectGain, AMediumIsSwitchedOffWithoutAStep) {
         }
 }
 
+// Neither where the program moves the gain by itself, in steps that are reached at once, nor where
+// several are switched off together.
+TEST(EffectGain, MediaAreSwitchedOffWithoutAStepHoweverThatIsDone) {
+    for (const int media : {1, 2, 3})
+        for (const double own_step : {0.0, 0.01, 0.02}) { // 0: in one set()
+            std::vector<std::unique_ptr<Effect>> effects;
+            for (int i = 0; i < media; ++i)
+                effects.push_back(std::make_unique<Viscosity>(1000.0));
+            ContactLoop loop({}, {}, std::move(effects));
+            loop.start({0, 0, 0});
+            const Vec3 probe{5e-3, 0, 0};
+            const auto felt_n = [&] {
+                return ContactLoop::kStiffness * (probe.x - loop.proxy().x);
+            };
+            loop.move(probe);
+            double before_n = felt_n();
+            for (int i = 0; i < 150; ++i) {
+                const double wanted = own_step > 0.0 ? std::max(0.0, 1.0 - own_step * i) : 0.0;
+                for (int n = 0; n < media; ++n)
+                    loop.subdivision().gain(static_cast<std::size_t>(n)).set(wanted);
+                loop.move(probe);
+                EXPECT_LE(before_n - felt_n(), 0.08 * kLimit + kTolerance_n)
+                    << media << ' ' << own_step << ' ' << i;
+                before_n = felt_n();
+            }
+            EXPECT_NEAR(before_n, 0.0, kTolerance_n);
+        }
+}
+
 /// Notes which of its functions are called.
 class Called final : public Effect {
 public:

@@ -40,6 +40,18 @@ TEST(SourceFiles, OfADetachedHeaderWithAnAttachedOnesNameIncludeItsData) {
     EXPECT_EQ(source_files(folder / "a.mha"), (Files{folder / "a.mha", folder / "c.zraw"}));
 }
 
+// What lies beside slices and is none is not read: it may be written, and it changes nothing.
+TEST(SourceFiles, OfAFolderAreItsSlicesByName) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "2", std::string(128, '\0') + "DICM");
+    test::make_file(folder / "1.dcm", "x");
+    std::filesystem::create_directory(folder / "deeper");
+    test::make_file(folder / "notes.txt", "x");
+    test::make_file(folder / "scene.toml", "[volume.scan]\n");
+    test::make_file(folder / "bone.ply", "ply\n");
+    EXPECT_EQ(source_files(folder.path()), (Files{folder / "1.dcm", folder / "2"}));
+}
+
 TEST(SourceFiles, OfAPatternAreAllThatLieBesideTheHeader) {
     const test::TemporaryFolder folder;
     test::make_file(folder / "p.nhdr", "NRRD0004\ndata file: s%02d.raw 1 2 1\n");
@@ -87,15 +99,6 @@ TEST(SourceFiles, ALineOfBlanksDoesNotEndAnNrrdHeader) {
     EXPECT_EQ(source_files(folder / "a.nhdr"), (Files{folder / "a.nhdr", folder / "b.raw"}));
     test::make_file(folder / "c.nrrd", "NRRD0004\n \n\ndata file: voxels\n");
     EXPECT_EQ(source_files(folder / "c.nrrd"), Files{folder / "c.nrrd"});
-}
-
-TEST(SourceFiles, OfAFolderAreItsFilesByName) {
-    const test::TemporaryFolder folder;
-    for (const char* name : {"2.dcm", "1.dcm", "notes.txt"})
-        test::make_file(folder / name, "x");
-    std::filesystem::create_directory(folder / "deeper");
-    EXPECT_EQ(source_files(folder.path()),
-              (Files{folder / "1.dcm", folder / "2.dcm", folder / "notes.txt"}));
 }
 
 } // namespace

@@ -61,9 +61,8 @@ std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder)
 std::vector<DicomContents> contents_of(const std::filesystem::path& folder) {
     std::vector<DicomContents> result;
     for (const std::filesystem::path& file : files_of(folder)) {
-        const std::vector<char> beginning = beginning_of(file);
-        const bool surely = has_dicom_ending(file) || has_dicom_magic(beginning);
-        if (!surely && !begins_as_dicom(beginning)) continue;
+        if (!may_be_dicom(file)) continue;
+        const bool surely = has_dicom_ending(file) || has_dicom_magic(beginning_of(file));
         DicomContents contents = read_dicom_contents(file);
         const bool unsound = contents.fault.kind == DicomFault::Kind::damaged;
         if (contents.fault.kind != DicomFault::Kind::no_image && (surely || !unsound))
@@ -261,6 +260,12 @@ std::string DicomSeries::text() const {
 bool is_dicom_file(const std::filesystem::path& file) {
     refuse_pipe_or_device(file);
     return has_dicom_ending(file) || has_dicom_magic(beginning_of(file));
+}
+
+bool may_be_dicom(const std::filesystem::path& file) {
+    if (has_dicom_ending(file)) return true;
+    const std::vector<char> beginning = beginning_of(file);
+    return has_dicom_magic(beginning) || begins_as_dicom(beginning);
 }
 
 DicomFolder find_dicom_series(const std::filesystem::path& path) {

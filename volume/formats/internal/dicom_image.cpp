@@ -278,6 +278,8 @@ DicomFault describe_images(const DicomFile& file, DicomContents& contents) {
     for (image.frame = 0; image.frame < image.format.frames; ++image.frame) {
         const DicomFrameAttributes frame(data, image.frame);
         DicomFault fault = read_dicom_place(frame, image);
+        image.slope = 1.0; // a frame that states none has none
+        image.intercept = 0.0;
         if (fault.kind == DicomFault::Kind::none)
             fault = rescale(frame.in(kPixelValueSequence), image);
         if (fault.kind != DicomFault::Kind::none) {

@@ -56,6 +56,10 @@ std::runtime_error fault_error(const DicomFaultyFile& faulty);
 /// True for a file that is DICOM by its ending (.dcm, .ima) or its magic number.        [setup]
 bool is_dicom_file(const std::filesystem::path& file);
 
+/// True where a folder's reader looks into a file: its ending, magic number or look is of DICOM.
+/// [setup]
+bool may_be_dicom(const std::filesystem::path& file);
+
 /// Reads the series of a folder, or of an enhanced file, that `selection` chooses.      [setup]
 /// Throws import_error as read_volume() does.
 VoxelVolume read_dicom_volume(const std::filesystem::path& path, const VolumeSelection& selection);

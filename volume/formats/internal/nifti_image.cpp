@@ -107,9 +107,12 @@ Form sform(const RawHeader& header) {
     return form;
 }
 
-Vec3 pixdim(const RawHeader& header) {
+Vec3 stated_pixdim(const RawHeader& header) {
     return {header.at<float>(80), header.at<float>(84), header.at<float>(88)};
 }
+
+/// Lengths: the sign of a voxel size says nothing, only qfac mirrors.
+Vec3 pixdim(const RawHeader& header) { return glm::abs(stated_pixdim(header)); }
 
 /// Rotation by the unit quaternion (a, b, c, d), a >= 0 left out of the file; k mirrored by qfac.
 Form qform(const RawHeader& header) {
@@ -195,7 +198,7 @@ void warn_of_difference(const RawHeader& header, const std::array<int, 3>& size,
 
 /// Some programs leave a sform without scale: the volume would have another size.
 void warn_of_spacing(const RawHeader& header, std::vector<std::string>& warnings) {
-    const Vec3 stated = glm::abs(pixdim(header));
+    const Vec3 stated = pixdim(header);
     const Vec3 found = column_lengths(sform(header));
     bool differs = false;
     for (int axis = 0; axis < 3; ++axis)
@@ -208,6 +211,15 @@ void warn_of_spacing(const RawHeader& header, std::vector<std::string>& warnings
                   "the sform is taken; the size may be wrong",
                   found.x, found.y, found.z, stated.x, stated.y, stated.z);
     warnings.emplace_back(text.data());
+}
+
+/// Where the voxel size counts.
+void warn_of_signs(const RawHeader& header, std::vector<std::string>& warnings) {
+    const Vec3 stated = stated_pixdim(header);
+    if (std::min({stated.x, stated.y, stated.z}) < 0.0)
+        warnings.emplace_back(
+            "its pixdim has a negative size of voxels, which means nothing: it is "
+            "taken without its sign; left and right may be wrong");
 }
 
 /// The form that was asked for; automatic: the sform where its code is set, else the qform, else
@@ -227,13 +239,14 @@ Form choose_form(const std::filesystem::path& file, const RawHeader& header,
                                      (has_sform ? "choose its sform"
                                                 : "it has no sform either: "
                                                   "do not choose one"));
+    const bool take_sform = has_sform && transform != NiftiTransform::qform;
+    if (!take_sform) warn_of_signs(header, warnings);
     if (!has_sform && !has_qform) {
         warnings.emplace_back("states no orientation (qform and sform codes are 0): i, j, k are "
                               "taken to run to the patient's right, anterior, superior; left and "
                               "right may be wrong");
         return unoriented_form(header);
     }
-    const bool take_sform = has_sform && transform != NiftiTransform::qform;
     if (has_sform && has_qform)
         warn_of_difference(header, size, take_sform ? "sform" : "qform", warnings);
     else if (has_sform)
