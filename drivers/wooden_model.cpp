@@ -10,26 +10,25 @@ namespace palpate {
 
 namespace {
 
-/// The angle between the sides `near_1` and `near_2` of a triangle, and how it changes with them.
+/// The angle between the sides `near_1` and `near_2` of a triangle, and how it changes with near_1.
 /// NaN where there is no such triangle.
 struct Corner {
     double angle;
     double by_near_1;
-    double by_near_2;
 };
 
 Corner corner(double near_1, double near_2, double opposite) noexcept {
     const double cosine =
         (near_1 * near_1 + near_2 * near_2 - opposite * opposite) / (2.0 * near_1 * near_2);
     const double slope = -1.0 / std::sqrt(1.0 - cosine * cosine);
-    return {std::acos(cosine), slope * (1.0 / near_2 - cosine / near_1),
-            slope * (1.0 / near_1 - cosine / near_2)};
+    return {std::acos(cosine), slope * (1.0 / near_2 - cosine / near_1)};
 }
 
 /// Radius from the base's axis and height, with their derivatives by the angles B and C.
 struct Reach {
     double radius, radius_by_b, radius_by_c;
     double height, height_by_b, height_by_c;
+    double pitch; // of the last body, rad, from level downwards
 };
 
 Reach parallelogram_reach(const WoodenModel& model, double b, double c) noexcept {
@@ -39,40 +38,37 @@ Reach parallelogram_reach(const WoodenModel& model, double b, double c) noexcept
             length_c * std::cos(c),
             length_a + length_b * std::cos(b) - length_c * std::cos(c),
             -length_b * std::sin(b),
-            length_c * std::sin(c)};
+            length_c * std::sin(c),
+            0.5 * std::numbers::pi - c};
 }
 
-/// Links 0 to 5. Q is the far end of link 1 as seen from the driven crank's axis, P that of the
-/// crank (link 2) from the same point; the angles of the triangles on them turn link 5.
+/// Links 0 to 5. P is the far end of link 1 as seen from that of the crank (link 2); the triangle
+/// of links 3 and 4 on it turns link 5.
 Reach polhem_reach(const WoodenModel& model, double b, double c) noexcept {
     const auto [link_0, link_2, link_3, link_4] = model.link_length_m;
     const double link_1 = model.body_length_m[1];
     const double link_5 = model.body_length_m[2];
 
-    const double q_x = link_0 + link_1 * std::cos(b);
-    const double q_y = link_1 * std::sin(b);
-    const double q = std::hypot(q_x, q_y);
-    const double p_x = q_x - link_2 * std::cos(c);
-    const double p_y = q_y - link_2 * std::sin(c);
+    const double p_x = link_0 + link_1 * std::cos(b) - link_2 * std::cos(c);
+    const double p_y = link_1 * std::sin(b) - link_2 * std::sin(c);
     const double p = std::hypot(p_x, p_y);
-    const double q_by_b = (-q_x * std::sin(b) + q_y * std::cos(b)) * link_1 / q;
     const double p_by_b = (-p_x * std::sin(b) + p_y * std::cos(b)) * link_1 / p;
     const double p_by_c = (p_x * std::sin(c) - p_y * std::cos(c)) * link_2 / p;
+    const double turn_by_b = (p_x * std::cos(b) + p_y * std::sin(b)) * link_1 / (p * p);
+    const double turn_by_c = -(p_x * std::cos(c) + p_y * std::sin(c)) * link_2 / (p * p);
 
-    const Corner at_q = corner(q, link_1, link_0);
     const Corner at_p = corner(p, link_4, link_3);
-    const Corner between = corner(p, q, link_2);
-    const double lambda = b - at_q.angle - at_p.angle - between.angle;
-    const double lambda_by_b = 1.0 - at_q.by_near_1 * q_by_b - at_p.by_near_1 * p_by_b -
-                               between.by_near_1 * p_by_b - between.by_near_2 * q_by_b;
-    const double lambda_by_c = -(at_p.by_near_1 + between.by_near_1) * p_by_c;
+    const double lambda = std::atan2(p_y, p_x) - at_p.angle;
+    const double lambda_by_b = turn_by_b - at_p.by_near_1 * p_by_b;
+    const double lambda_by_c = turn_by_c - at_p.by_near_1 * p_by_c;
 
     return {0.5 * link_0 + link_1 * std::cos(b) + link_5 * std::cos(lambda),
             -link_1 * std::sin(b) - link_5 * std::sin(lambda) * lambda_by_b,
             -link_5 * std::sin(lambda) * lambda_by_c,
             link_1 * std::sin(b) + link_5 * std::sin(lambda),
             link_1 * std::cos(b) + link_5 * std::cos(lambda) * lambda_by_b,
-            link_5 * std::cos(lambda) * lambda_by_c};
+            link_5 * std::cos(lambda) * lambda_by_c,
+            -lambda};
 }
 
 bool has_gimbal(const WoodenModel& model) noexcept {
@@ -80,12 +76,12 @@ bool has_gimbal(const WoodenModel& model) noexcept {
            model.counts_per_turn[5] > 0.0;
 }
 
-Quaternion handle_orientation(const std::array<double, 6>& angles) noexcept {
+Quaternion handle_orientation(const std::array<double, 6>& angles, double pitch) noexcept {
     const Vec3 x(1.0, 0.0, 0.0);
     const Vec3 y(0.0, 1.0, 0.0);
-    return glm::angleAxis(angles[0], Vec3(0.0, 0.0, 1.0)) *
-           glm::angleAxis(0.5 * std::numbers::pi - angles[2], y) * glm::angleAxis(angles[3], x) *
-           glm::angleAxis(angles[4], y) * glm::angleAxis(angles[5], x);
+    return glm::angleAxis(angles[0], Vec3(0.0, 0.0, 1.0)) * glm::angleAxis(pitch, y) *
+           glm::angleAxis(angles[3], x) * glm::angleAxis(angles[4], y) *
+           glm::angleAxis(angles[5], x);
 }
 
 void require(bool holds, const WoodenModel& model, const char* what) {
@@ -157,7 +153,7 @@ std::optional<WoodenPose> wooden_pose(const WoodenModel& model,
     pose.jacobian =
         Mat3(reach.radius * sideways, reach.radius_by_b * outwards + reach.height_by_b * up,
              reach.radius_by_c * outwards + reach.height_by_c * up);
-    if (has_gimbal(model)) pose.orientation = handle_orientation(angles);
+    if (has_gimbal(model)) pose.orientation = handle_orientation(angles, reach.pitch);
 
     const bool finite = is_finite(pose.position) && is_finite(pose.jacobian[0]) &&
                         is_finite(pose.jacobian[1]) && is_finite(pose.jacobian[2]) &&

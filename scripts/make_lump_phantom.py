@@ -66,11 +66,15 @@ def main():
     if len(sys.argv) != 2 or not sys.argv[1].endswith(".seg.nrrd"):
         sys.exit("usage: make_lump_phantom.py FILE.seg.nrrd")
     values, sizes, first = voxels()
+    part = sys.argv[1] + ".part"
     try:
-        with open(sys.argv[1] + ".part", "wb") as file:
+        os.makedirs(os.path.dirname(part) or ".", exist_ok=True)
+        with open(part, "wb") as file:
             file.write(header(sizes, first) + values)
-        os.replace(sys.argv[1] + ".part", sys.argv[1])
+        os.replace(part, sys.argv[1])
     except OSError as error:
+        if os.path.isfile(part):
+            os.remove(part)
         sys.exit(f"make_lump_phantom.py: {sys.argv[1]}: {error.strerror}; name another file")
 
 

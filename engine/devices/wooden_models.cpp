@@ -174,8 +174,10 @@ WoodenModel parse_wooden_model(const std::string& text, const std::filesystem::p
     for (std::size_t i = 0; i < 6; ++i) {
         const std::string key = (i < 3 ? "motor_and_body_aligned_" : "enc_and_body_aligned_") +
                                 std::string(1, static_cast<char>('a' + static_cast<char>(i)));
-        // default_woody, which stands for what is missing, has B aligned.
-        model.joint_sign[i] = reader.flag(key, i == 1) ? -1.0 : 1.0;
+        // default_woody, which stands for what is missing, has B aligned. The base's counters turn
+        // against motors that are aligned, the gimbal's with encoders that are.
+        const double aligned = i < 3 ? -1.0 : 1.0;
+        model.joint_sign[i] = reader.flag(key, i == 1) ? aligned : -aligned;
     }
     try {
         check(model);

@@ -18,8 +18,9 @@ using namespace view_commands;
 
 constexpr std::string_view kAll = "probe, gain, freeze, restart, record, mark, level, button, iso, "
                                   "labels, save";
-constexpr std::size_t kLongestName = 200; // bytes of a mark's
-constexpr std::size_t kMostLabels = 64;   // of a message: what a page may ask for at a time
+constexpr std::size_t kLongestName =
+    240;                                // bytes of a mark's: 80 letters, as the page's field takes
+constexpr std::size_t kMostLabels = 64; // of a message: what a page may ask for at a time
 constexpr double kGreatest = std::numeric_limits<float>::max(); // of a volume's values
 
 /// The keys of one command, each asked for once; is_done() refuses the others.

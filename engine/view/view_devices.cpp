@@ -82,6 +82,7 @@ void SteeredDevice::start() {
         return;
     }
     device_->start();
+    has_last_ = false; // where it was frozen before is of another run
     has_motors_ = device_->properties().force_n > 0.0;
 }
 

@@ -10,6 +10,7 @@ namespace palpate {
 namespace {
 
 // The account is not spent in one frame: a force that fades is felt less than one that breaks off.
+// Of longer frames one spends all of it at most.
 constexpr double kSpread_s = 5e-3;
 
 } // namespace
@@ -78,7 +79,8 @@ double PassivityControl::work_under_way(const Vec3& velocity) const noexcept {
 Vec3 PassivityControl::control(const Vec3& force, const Vec3& velocity) const noexcept {
     const double squared_speed = squared_length(velocity);
     const double power = glm::dot(force, velocity); // W, on the hand
-    const double allowed = std::max((account_j_ - work_under_way(velocity)) / kSpread_s,
+    const double spread_s = std::max(kSpread_s, settings_.period_s);
+    const double allowed = std::max((account_j_ - work_under_way(velocity)) / spread_s,
                                     -settings_.damping_n_s_per_m * squared_speed);
     if (!(power > allowed)) return force;
     // power > allowed >= -b v^2 needs a movement, unless both are rounding.

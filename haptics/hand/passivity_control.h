@@ -36,7 +36,7 @@ struct PassivitySettings {
 /// where U = |f|^2 / 2k is the energy of a coupling that wants f (times its share): more than that
 /// and the bank cannot be asked back by what is passive, so an hour of friction does not pay for a
 /// blow. The force that is sent next has
-///   f.v <= S / 5 ms,  or where S < 0 what is left of S after -b v^2
+///   f.v <= S / max(5 ms, T),  or where S < 0 what is left of S after -b v^2
 class PassivityControl {
 public:
     /// Throws std::invalid_argument on settings out of range; of a delay beyond 30 T no more than

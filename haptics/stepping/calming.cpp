@@ -83,7 +83,8 @@ bool Calming::rests(const Vec3& asked) noexcept {
         rested_ = 0;
         return false;
     }
-    if (++rested_ <= 2) asked_ = asked;
+    rested_ = std::min(rested_ + 1, 3); // a hand may rest for days
+    if (rested_ <= 2) asked_ = asked;
     if (glm::length(asked - asked_) <= tolerance_m_ || has_come_back_too_often()) return true;
     wake();
     return false;

@@ -387,8 +387,7 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
     if (calming_.begun())
         // Only under a held probe is it asked how far the frame has walked.
         calming_.end(proxy, stepping_.seeks_balance() || !calming_.held() ? 0.0 : path_.length_m(),
-                     (primitives_.total_stiffness(frame_.stiffness) - calming_.spring_n_per_m()) /
-                         frame_.stiffness);
+                     (resistance_n_per_m() - calming_.spring_n_per_m()) / frame_.stiffness);
     for (LoopEffect& effect : effects_)
         effect.commit({proxy, result_.felt});
     for (const PlaneOutcome& plane : solution_.planes)

@@ -283,6 +283,7 @@ private:
         const Layer* layer = layer_of(i);
         return layer ? layer->front->surfaces_.front() : surfaces_[i];
     }
+    double resistance_n_per_m() const noexcept;
     void press_layers(const Vec3& tip) noexcept;
     void correct_for_layers(const Vec3& tip) noexcept;
     void press(Layer& layer, const Vec3& tip) noexcept;

@@ -130,10 +130,18 @@ bool Subdivision::keeps_its_place() noexcept {
     if (result_.residual_m < (friction_.holds() ? kStuck : Stepping::kNoMovement_m)) return true;
     if (first && calming_.rests(solution_.proxy)) return true;
     if (!first || (primitives_.is_free() && !layers_press_)) return false;
-    // Springs shorten every step: in the coupling's own, a viscous creep is not taken for rest.
-    const double unspent_m =
-        primitives_.total_stiffness(frame_.stiffness) / frame_.stiffness * result_.residual_m;
+    // Springs and dampers shorten every step: in the coupling's own, a viscous creep is not taken
+    // for rest.
+    const double unspent_m = resistance_n_per_m() / frame_.stiffness * result_.residual_m;
     return unspent_m < stepping_.tolerance_m();
+}
+
+/// What a step of the proxy meets: the coupling, springs, and the dampers of layers in this period.
+double Subdivision::resistance_n_per_m() const noexcept {
+    double sum = primitives_.total_stiffness(frame_.stiffness);
+    for (const Layer& layer : layers_)
+        if (layer.force_n > 0.0) sum += layer.softness.damping / frame_.period_s;
+    return sum;
 }
 
 Vec3 Subdivision::candidate(const Vec3& proxy) noexcept {

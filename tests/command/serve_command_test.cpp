@@ -196,11 +196,11 @@ TEST_F(ServeCommand, AToolWhoseServerGoesAwayIsAFailedRunWithAllThatWasRecorded)
     make("follow.toml", scene(fmt::format("igtl:Stylus@127.0.0.1:{}", at)));
     standard_out = "follow.txt";
     std::thread end_it([this, child] {
-        std::this_thread::sleep_for(std::chrono::milliseconds(500));
+        has_grown(folder() / "follow/recording.h5.part", 50'000); // it feels what comes
         ::kill(child, SIGINT);
     });
     const CommandResult follow =
-        run({"trace", "follow.toml", "--pace", "realtime", "--seconds", "4", "--out", "follow"});
+        run({"trace", "follow.toml", "--pace", "realtime", "--seconds", "5", "--out", "follow"});
     end_it.join();
     end(child);
     EXPECT_EQ(follow.exit, 4) << follow.err;

@@ -165,11 +165,14 @@ TEST(WoodenModel, PolhemsChainCloses) {
     const auto [l0, l2, l3, l4] = model.link_length_m;
     const double l1 = model.body_length_m[1], l5 = model.body_length_m[2];
     const Angles home = wooden_angles(model, model.home_counts);
-    for (double change = -0.2; change <= 0.2; change += 0.02) {
+    int closed = 0; // wherever the links reach, in the crank's dead points and below level, too
+    for (int n = 0; n < 41 * 41; ++n) {
         Angles angles = home;
-        angles[1] += change, angles[2] -= 0.5 * change;
+        angles[1] += 0.06 * (n % 41 - 20);
+        angles[2] += 0.06 * (n / 41 - 20);
         const auto pose = wooden_pose(model, angles);
         if (!pose) continue;
+        ++closed;
         const Vec3 from_base = pose->position + model.workspace_origin_m;
         const double radius = std::hypot(from_base.x, from_base.y);
         // lambda from height and radius, which are both its function.
@@ -184,23 +187,46 @@ TEST(WoodenModel, PolhemsChainCloses) {
         const double end_y = l1 * std::sin(angles[1]) - l4 * sin_lambda;
         const double crank_x = l2 * std::cos(angles[2]);
         const double crank_y = l2 * std::sin(angles[2]);
-        EXPECT_NEAR(std::hypot(end_x - crank_x, end_y - crank_y), l3, 1e-12) << change;
+        EXPECT_NEAR(std::hypot(end_x - crank_x, end_y - crank_y), l3, 1e-12) << n;
+    }
+    EXPECT_GT(closed, 200);
+}
+
+// With the gimbal at rest the handle goes on along the last body: from the end of the one before to
+// the handle's place.
+TEST(WoodenModel, TheHandleGoesOnAlongTheLastBody) {
+    for (const char* name : {"polhem_v1", "polhem_v3"}) {
+        const WoodenModel model = wooden_model(name);
+        const bool is_polhem = model.linkage == WoodenLinkage::polhem;
+        const double l1 = model.body_length_m[1], last = model.body_length_m[2];
+        for (int n = 0; n < 27; ++n) {
+            Angles angles = wooden_angles(model, model.home_counts);
+            for (std::size_t i = 0; i < 3; ++i)
+                angles[i] += 0.2 * ((n / static_cast<int>(std::pow(3, i))) % 3 - 1);
+            angles[3] = angles[4] = angles[5] = 0.0;
+            const auto pose = wooden_pose(model, angles);
+            if (!pose) continue;
+            const double radius = is_polhem
+                                      ? 0.5 * model.link_length_m[0] + l1 * std::cos(angles[1])
+                                      : l1 * std::sin(angles[1]);
+            const double height = is_polhem ? l1 * std::sin(angles[1])
+                                            : model.body_length_m[0] + l1 * std::cos(angles[1]);
+            const Vec3 end{radius * std::cos(angles[0]), radius * std::sin(angles[0]), height};
+            const Vec3 along = (pose->position + model.workspace_origin_m - end) / last;
+            EXPECT_NEAR(glm::length(pose->orientation * Vec3(1, 0, 0) - along), 0.0, 1e-12)
+                << name << ' ' << n;
+        }
     }
 }
 
 TEST(WoodenModel, HandleTurnsWithTheBaseWhereThereIsAGimbal) {
-    WoodenModel model = wooden_model("polhem_v3");
+    WoodenModel model = wooden_model("polhem_v1");
     Angles angles = wooden_angles(model, model.home_counts);
     angles[2] = 0.5 * std::numbers::pi; // level: the gimbal's frame is the base's
     angles[1] = 2.0;
     angles[0] = 0.7;
     angles[3] = angles[4] = angles[5] = 0.0;
     auto pose = wooden_pose(model, angles);
-    if (!pose) {
-        // The chain need not reach that; the other linkage does.
-        model.linkage = WoodenLinkage::parallelogram;
-        pose = wooden_pose(model, angles);
-    }
     ASSERT_TRUE(pose);
     expect_near(pose->orientation * Vec3(1, 0, 0), {std::cos(0.7), std::sin(0.7), 0.0}, 1e-15);
     angles[4] = 0.5 * std::numbers::pi; // joint E turns x downwards

@@ -81,6 +81,18 @@ export function framesOf(first, count, lost = 0) {
   return {frames: {first, count, lost, columns}, arrays};
 }
 
+/** The same frames with a soft surface pressed in by a millimetre in each. */
+export function softFramesOf(first, count) {
+  const {frames, arrays} = framesOf(first, count);
+  const soft = {indentation_m: new Float32Array(count).fill(1e-3), stiffness_n_per_m: new Float32Array(count).fill(200),
+                pressed: new Uint32Array(count).fill(1), front_m: arrays.proxy_m.slice()};
+  for (const [name, values] of Object.entries(soft)) {
+    arrays[name] = values;
+    frames.columns[name] = name;
+  }
+  return {frames, arrays};
+}
+
 /** A volume whose values are the distance from the sphere's centre: 64 voxels of 2 mm on a side. */
 function volume() {
   const n = 64, spacing = 0.002, voxels = new Uint8Array(n * n * n);

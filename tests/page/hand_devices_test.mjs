@@ -191,6 +191,12 @@ test("the device's button is down while the page's is, by pointer, by key and by
   await page.evaluate(() => document.getElementById('button').click());
   await next(true);
   await next(false);
+  await page.locator('#view canvas').focus();
+  await page.keyboard.down('p');
+  await next(true);
+  await page.focus('#mark-name'); // it comes up wherever the focus is by then
+  await page.keyboard.up('p');
+  await next(false);
   await page.focus('#mark-name'); // a name with p presses nothing
   await page.keyboard.type('pp');
   await page.waitForTimeout(50);

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import {after, test} from 'node:test';
 import {close, closeBrowser, openPage, output, pageText, shown} from './browser.mjs';
-import {container, frame, framesOf, kCenter, kRadius, sphere} from './container.mjs';
+import {container, frame, framesOf, kCenter, kRadius, softFramesOf, sphere} from './container.mjs';
 import {FakeServer} from './fake_server.mjs';
 
 const fine = sphere(kCenter, kRadius, 22); // less than four times the facets, so that there is no level between
@@ -220,6 +220,27 @@ test('the page connects again, begins anew, and sends nothing meanwhile', async 
   server.sendFrames(0, 5, 0);
   await shown(page, 4);
   assert.equal(await page.evaluate(() => window.palpate.frames.count), 5);
+});
+
+test('a page that has shown a soft surface goes on after it connects again, and its zoom stays', async () => {
+  const {frames, arrays} = softFramesOf(5, 20);
+  server.send(container({kind: 'frames', frames}, arrays));
+  await page.waitForSelector('.chart:nth-of-type(3):visible');
+  const connections = server.connections;
+  server.socket.terminate();
+  await page.waitForFunction(() => document.getElementById('link').textContent.startsWith('no connection'));
+  while (server.connections === connections) await new Promise(done => setTimeout(done, 20));
+  server.sendFrames(0, 500, 0);
+  await page.waitForFunction(() => window.palpate.frames.count === 500);
+  await page.waitForFunction(() => window.palpate.charts.cells[0].chart.data[0].length === 500);
+  assert.equal(await page.evaluate(() => window.palpate.charts.cells.filter(one => one.isSoft && !one.cell.hidden).length), 0);
+  const scale = () => page.evaluate(() => { const {min, max} = window.palpate.charts.cells[0].chart.scales.x; return [min, max]; });
+  await page.evaluate(() => window.palpate.charts.cells[0].chart.setScale('x', {min: 0.1, max: 0.2}));
+  server.sendFrames(500, 20, 0);
+  await page.waitForFunction(() => window.palpate.charts.cells[0].chart.data[0].length === 520);
+  assert.deepEqual(await scale(), [0.1, 0.2]);
+  await page.evaluate(() => window.palpate.charts.rebuild()); // as other colours do: all is shown again
+  assert.deepEqual(await scale(), [0, 0.519]);
 });
 
 test('a loop that is silent is said to be', async () => {

@@ -12,6 +12,19 @@ from support import CAVITY_TOML, cavity, main, run_command, strokes
 import palpate
 
 
+HEAD_TOML = """
+[volume.head]
+file = "head.nii"
+[surface.bone]
+volume = "head"
+iso_value = 226
+contact = "volume"
+[[effect]]
+type = "surface"
+surface = "bone"
+"""
+
+
 def changed(table, key, value):
     """The cavity with another value."""
     scene = cavity()
@@ -176,12 +189,12 @@ class Errors(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             no_text = Path(folder) / os.fsdecode(b"daten_\xe4")
             no_text.mkdir()
-            phantom = run_command("phantom", "sphere_cavity", "-o", str(Path(folder) / "ball.nii"))
+            phantom = run_command("phantom", "head.nii", cwd=folder)
             self.assertEqual(phantom.returncode, 0, phantom.stderr)
-            header = bytearray((Path(folder) / "ball.nii").read_bytes())
+            header = bytearray((Path(folder) / "head.nii").read_bytes())
             header[252:256] = bytes(4)  # neither form: that is warned of
-            (no_text / "ball.nii").write_bytes(header)
-            (no_text / "scene.toml").write_text(VOXELS_TOML)
+            (no_text / "head.nii").write_bytes(header)
+            (no_text / "scene.toml").write_text(HEAD_TOML)
             scene = palpate.Scene(str(no_text / "scene.toml"))
             self.assertTrue(any("states no orientation" in line for line in scene.warnings))
             trace = palpate.trace(scene, strokes(10))

@@ -76,15 +76,22 @@ export class Charts {
     this.update();
   }
 
-  /** The charts that there is something for; others come with the first frame that has it. */
+  /** The charts that there is something for; others come with the first frame that has it, and go where all begins anew. */
   shown() {
-    const come = this.cells.filter(cell => cell.cell.hidden && this.frames.isSoft);
-    for (const {cell} of come) cell.hidden = false;
-    if (come.length) {
-      this.host.classList.add('many');
+    const {isSoft} = this.frames;
+    const changed = this.cells.filter(one => one.isSoft && one.cell.hidden === isSoft);
+    for (const {cell} of changed) cell.hidden = !isSoft;
+    if (changed.length) {
+      this.host.classList.toggle('many', isSoft);
       this.resize();
     }
     return this.cells.filter(({cell}) => !cell.hidden);
+  }
+
+  /** Whether a drag has chosen a part of the time that is there. */
+  isZoomed({chart}) {
+    const {min, max} = chart.scales.x, [times] = chart.data;
+    return times.length > 0 && (min > times[0] || max < times[times.length - 1]);
   }
 
   /** Draws frames that came, at most the last seconds of a live loop. */
@@ -96,7 +103,9 @@ export class Charts {
     for (const cell of this.shown()) {
       const values = new Float64Array(times.length);
       for (let i = 0; i < values.length; ++i) values[i] = cell.of(frames, begin + i);
-      cell.chart.setData([times, values]);
+      const isZoomed = this.isZoomed(cell); // it stays until a double click
+      cell.chart.setData([times, values], !isZoomed);
+      if (isZoomed) cell.chart.redraw();
       const most = values.reduce((a, b) => (b > a ? b : a), 0);
       cell.plot.setAttribute('role', 'img');
       cell.plot.setAttribute('aria-label', `${cell.name} over time, at most ${most.toPrecision(3)} ${cell.unit}`);

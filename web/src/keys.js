@@ -11,7 +11,10 @@ export const kViews = [
 ];
 
 function actions(app) {
-  const press = id => document.getElementById(id).click();
+  const press = id => { // what is not there cannot be pressed
+    const button = document.getElementById(id);
+    if (!button.closest('[hidden]')) button.click();
+  };
   const digits = Object.fromEntries(kViews.map((view, i) => [String(i + 1), () => app.view.lookFrom(view.from)]));
   return {
     ...digits, '0': () => press('center'), ' ': () => app.player.toggle(),
@@ -52,7 +55,8 @@ export function bindKeys(app) {
   const table = actions(app);
   const isPress = event => event.key.toLowerCase() === 'p' && !event.ctrlKey && !event.metaKey && !isText(event.target);
   const isText = target => target.closest?.('input:not([type=range]):not([type=checkbox]), select, textarea');
-  document.addEventListener('keyup', event => isPress(event) && app.button?.release());
+  // Whatever has the focus by now, and whichever keys are down: it is up.
+  document.addEventListener('keyup', event => event.key.toLowerCase() === 'p' && app.button?.release());
   document.addEventListener('keydown', event => {
     if (isPress(event) && app.button) return event.repeat ? undefined : app.button.press();
     if (event.ctrlKey || event.metaKey || isText(event.target)) return;

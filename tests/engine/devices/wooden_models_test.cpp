@@ -56,7 +56,10 @@ TEST(WoodenModels, AFileOfTheReferenceHostIsReadWithItsCommaTooMany) {
     EXPECT_EQ(model.capstan_diameter_m[0], 0.0138);
     EXPECT_EQ(model.body_length_m[2], 0.111);
     EXPECT_EQ(model.home_counts[2], -6000.0);
-    EXPECT_EQ(model.joint_sign, (std::array<double, 6>{1, 1, -1, 1, 1, 1}));
+    // Of a motor that is aligned the angle falls as its counter rises, of a gimbal's encoder it
+    // rises.
+    EXPECT_EQ(model.joint_sign, (std::array<double, 6>{1, 1, -1, -1, -1, -1}));
+    EXPECT_EQ(parsed(R"({"enc_and_body_aligned_e": true})").joint_sign[4], 1.0);
 }
 
 TEST(WoodenModels, ACommaTooManyMayBeFarFromTheEnd) {

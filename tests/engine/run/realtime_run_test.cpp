@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -345,6 +346,25 @@ TEST(RealtimeRun, WhatTheSystemRefusesIsSaidOnceWithTheRemedy) {
     }
     EXPECT_EQ(about_processors, 1u);
     EXPECT_LE(warnings.size(), 3u);
+}
+
+// Drivers hold a force for 20 ms: with fewer frames it would end before it is renewed.
+TEST(RealtimeRun, MotorsNeedSixtyFramesASecond) {
+    for (const auto& [rate_hz, force_n, is_refused] :
+         {std::tuple{59, 5.0, true}, {60, 5.0, false}, {50, 0.0, false}}) {
+        test::ScriptedDevice device;
+        device.force_n = force_n;
+        const auto scene = ball("[loop]\nrate_hz = " + std::to_string(rate_hz) + "\n");
+        try {
+            run_realtime(scene, {device, {}}, frames(3));
+            EXPECT_FALSE(is_refused) << rate_hz;
+        } catch (const std::invalid_argument& error) {
+            EXPECT_TRUE(is_refused) << error.what();
+            EXPECT_EQ(std::string(error.what()).rfind("rate_hz = 59: in real time", 0), 0u)
+                << error.what();
+            EXPECT_EQ(device.calls.back(), "close");
+        }
+    }
 }
 
 TEST(RealtimeRun, ABudgetThatLeavesLessThanATenthIsRefused) {

@@ -216,6 +216,20 @@ TEST(ExplorePreview, MeansOfBlocksKeepPlaceAndMean) {
     EXPECT_NEAR(sum, coarse_sum, 64'000 * 20.0 * 1.2e-7);
 }
 
+// A wire of one voxel is 3000 there, and 750 in the mean of a block of 8: single voxels are asked.
+TEST(ExplorePreview, WhatMeansOfBlocksDoNotReachIsDrawnFromTheVoxels) {
+    DataFile data;
+    data.content =
+        test::sampled({130, 130, 130}, {Mat3(kSpacing_m), Vec3(0.0)}, [](const Vec3& at) {
+            const bool is_wire = std::abs(at.x - 0.064) < 1e-4 && std::abs(at.y - 0.064) < 1e-4;
+            return is_wire ? 3000.0 : 1e3 * at.z; // up to 129
+        });
+    ExplorePreview preview(std::move(data));
+    const TriangleMesh wire =
+        preview.isosurface(800.0, kSoonVoxels, [](double, std::string_view) { return true; });
+    EXPECT_GT(wire.triangles.size(), 100u);
+}
+
 // A wish that nobody has any more ends at the next step of its work.
 TEST(ExplorePreview, IsCancelledByItsProgress) {
     DataFile data;

@@ -106,6 +106,25 @@ TEST(SteeredDevice, BeginsAnewWithEachRun) {
     }
 }
 
+// A recording that begins while the hand is frozen begins where it is to begin, not where the hand
+// was before: that may be within a surface.
+TEST(SteeredDevice, ARunThatBeginsFrozenBeginsWhereItIsTold) {
+    PageDevice mouse({0.0, 0.0, 0.0}, 1000.0);
+    SteeredDevice page(mouse);
+    DeviceState state;
+    page.start();
+    page.read(state);
+    page.freeze(true);
+    page.read(state);
+    const Vec3 front{0.0, 0.0, 0.0305};
+    mouse.begin_at(front);
+    page.start();
+    for (int i = 0; i < 5; ++i) {
+        page.read(state);
+        EXPECT_EQ(state.position, front) << i;
+    }
+}
+
 TEST(SteeredDevice, FrozenStaysWhereItIsWhileTimeGoesOn) {
     SteeredDevice device(row(100), 1000.0);
     DeviceState state;

@@ -95,6 +95,21 @@ TEST(PassivityControl, WhatPushesAlongIsLimitedToTheAccountsPower) {
     EXPECT_EQ(kept.y, 2.0) << "across the movement nothing is taken";
 }
 
+// At a constant velocity the bank suffices at every rate: a long frame spends no more than it has.
+TEST(PassivityControl, AtAConstantVelocityTheReserveIsNotUsed) {
+    for (const double rate_hz : {60.0, 100.0, 150.0, 1000.0}) {
+        PassivitySettings settings;
+        settings.period_s = 1.0 / rate_hz;
+        PassivityControl control(settings);
+        const Vec3 velocity{0.3, 0, 0}, wanted{3, 0, 0};
+        for (int i = 0; i < 100; ++i) {
+            control.observe(i / rate_hz * velocity, velocity, {0, 0, 0});
+            EXPECT_GT(control.account_j(), -1e-12) << rate_hz << ' ' << i;
+            control.sent(control.control(wanted, velocity));
+        }
+    }
+}
+
 // Two forces of 1 N that are under way will do 0.4 mJ before what is sent now is at work.
 TEST(PassivityControl, WhatIsUnderWayIsSpent) {
     PassivitySettings settings;

@@ -256,6 +256,22 @@ TEST(SoftLayers, SeveralLayersOverBone) {
     }
 }
 
+// Each step of a damped layer is short, the shorter the higher the rate: that is no rest.
+TEST(SoftLayers, WithADamperItCreepsToTheLaw) {
+    constexpr double kSkin = 200.0;
+    for (const double period_s : {1e-3, 50e-6})
+        for (const double depth_m : {1e-3, 5e-3}) {
+            SurfaceFinish skin = soft(kSkin, 80.0);
+            ContactLoop loop({}, surfaces(ball(30e-3), ball(60e-3)), {}, 0.0, {{}, skin});
+            loop.start({61e-3, 0, 0});
+            const Vec3 probe{60e-3 - depth_m, 0, 0};
+            for (int i = 0; i < static_cast<int>(2.0 / period_s); ++i)
+                loop.move(probe, period_s);
+            EXPECT_NEAR(force(loop, probe).x, kSkin * depth_m, 2.0 * kK * 0.1e-6)
+                << period_s << ' ' << depth_m;
+        }
+}
+
 TEST(SoftLayers, ADampedOneHoldsNoMoreThanItsStrength) {
     for (const double stiffness : {50.0, 100.0})
         for (const double damping : {2.0, 10.0, 20.0})
