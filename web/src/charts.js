@@ -58,7 +58,7 @@ export class Charts {
 
   /** Makes the charts anew, for other colours. */
   rebuild() {
-    this.times = undefined;
+    this.isZoomed = false;
     for (const cell of this.cells) {
       cell.chart?.destroy();
       cell.chart = new uPlot(this.options(cell), [[], []], cell.plot);
@@ -68,10 +68,11 @@ export class Charts {
       let down;
       cell.chart.over.addEventListener('pointerdown', event => (down = event.clientX));
       cell.chart.over.addEventListener('pointerup', event => {
-        if (Math.abs(event.clientX - down) > 3) return; // a zoom
+        if (Math.abs(event.clientX - down) > 3) return void (this.isZoomed = true); // until a double click
         const left = event.clientX - cell.chart.over.getBoundingClientRect().left;
-        this.onSeek(this.frames.at(cell.chart.posToVal(left, 'x')));
+        return void this.onSeek(this.frames.at(cell.chart.posToVal(left, 'x')));
       });
+      cell.chart.over.addEventListener('dblclick', () => (this.isZoomed = false));
     }
     this.update();
   }
@@ -88,24 +89,18 @@ export class Charts {
     return this.cells.filter(({cell}) => !cell.hidden);
   }
 
-  /** Whether a drag has chosen a part of the time that is there. */
-  isZoomed({chart}) {
-    const {min, max} = chart.scales.x, [times] = chart.data;
-    return times.length > 0 && (min > times[0] || max < times[times.length - 1]);
-  }
-
   /** Draws frames that came, at most the last seconds of a live loop. */
   update() {
     const {frames} = this;
+    if (!frames.count) this.isZoomed = false; // all begins anew
     const newest = frames.count ? frames.columns.time_s[frames.count - 1] : 0;
     const begin = this.isLive ? frames.at(newest - kLiveWindow_s) : 0;
     const times = frames.columns.time_s.subarray(begin, frames.count);
     for (const cell of this.shown()) {
       const values = new Float64Array(times.length);
       for (let i = 0; i < values.length; ++i) values[i] = cell.of(frames, begin + i);
-      const isZoomed = this.isZoomed(cell); // it stays until a double click
-      cell.chart.setData([times, values], !isZoomed);
-      if (isZoomed) cell.chart.redraw();
+      cell.chart.setData([times, values], !this.isZoomed);
+      if (this.isZoomed) cell.chart.redraw();
       const most = values.reduce((a, b) => (b > a ? b : a), 0);
       cell.plot.setAttribute('role', 'img');
       cell.plot.setAttribute('aria-label', `${cell.name} over time, at most ${most.toPrecision(3)} ${cell.unit}`);
