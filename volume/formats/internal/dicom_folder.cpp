@@ -62,7 +62,7 @@ std::vector<DicomContents> contents_of(const std::filesystem::path& folder) {
     std::vector<DicomContents> result;
     for (const std::filesystem::path& file : files_of(folder)) {
         if (!may_be_dicom(file)) continue;
-        const bool surely = has_dicom_ending(file) || has_dicom_magic(beginning_of(file));
+        const bool surely = is_dicom_file(file);
         DicomContents contents = read_dicom_contents(file);
         const bool unsound = contents.fault.kind == DicomFault::Kind::damaged;
         if (contents.fault.kind != DicomFault::Kind::no_image && (surely || !unsound))
@@ -263,9 +263,7 @@ bool is_dicom_file(const std::filesystem::path& file) {
 }
 
 bool may_be_dicom(const std::filesystem::path& file) {
-    if (has_dicom_ending(file)) return true;
-    const std::vector<char> beginning = beginning_of(file);
-    return has_dicom_magic(beginning) || begins_as_dicom(beginning);
+    return is_dicom_file(file) || begins_as_dicom(beginning_of(file));
 }
 
 DicomFolder find_dicom_series(const std::filesystem::path& path) {
