@@ -77,13 +77,16 @@ test('a cap moves the hand along the view, as long and as strongly as it is push
   // The cap counts right, towards the reader, down; seen from the front: +x, -y, -z.
   for (const [numbers, axis, sign] of [[[350, 0, 0], 0, 1], [[0, 350, 0], 1, -1], [[0, 0, 350], 2, -1], [[-350, 0, 0], 0, -1]]) {
     const ways = await push(page, [...numbers, 0, 0, 0], 1000);
-    const last = ways.at(-1);
+    const lengths = ways.map(way => Math.hypot(...way)), farthest = ways[lengths.indexOf(Math.max(...lengths))];
     assert.ok(ways.length > 2, `${ways.length} places`);
-    [0, 1, 2].filter(other => other !== axis).forEach(other => assert.ok(Math.abs(last[other]) < 1e-6, `${last}`));
+    [0, 1, 2].filter(other => other !== axis).forEach(other => assert.ok(Math.abs(farthest[other]) < 1e-6, `${farthest}`));
     // 0.1 m/s: over 1 s 100 mm, but for a picture at each end, and 0.1 s until silence would have stopped it; less where
     // pictures are slow, as the hand goes on for at most 0.05 s with each.
-    assert.ok(sign * last[axis] > 0.004 && sign * last[axis] < 0.12, `${numbers}: ${last}`);
-    ways.slice(1).forEach((way, i) => assert.ok(Math.hypot(...way.map((v, k) => v - ways[i][k])) <= 0.1 * 0.05 + 1e-9, 'faster than 0.1 m/s'));
+    assert.ok(sign * farthest[axis] > 0.004 && sign * farthest[axis] < 0.12, `${numbers}: ${farthest}`);
+    // Where a picture takes longer than 0.1 s the cap was silent in it, and the hand begins anew at the probe, which stays
+    // where it is here.
+    ways.slice(1).forEach((way, i) => assert.ok([ways[i], [0, 0, 0]].some(from =>
+      Math.hypot(...way.map((v, k) => v - from[k])) <= 0.1 * 0.05 + 1e-9), `faster than 0.1 m/s: ${ways[i]} to ${way}`));
   }
   assert.deepEqual(await push(page, [17, -17, 10, 0, 0, 0], 100), []); // within the dead zone of 5 %
   assert.ok(await page.evaluate(() => { // beyond the full deflection, and in two directions at once, it is no faster
