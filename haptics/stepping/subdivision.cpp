@@ -340,8 +340,9 @@ bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& prox
         if (proxy != move.to) stepping_.cut_short(); // it was not the last
         more = stepping_.goes_on(budget_);
     }
-    if (!more && stepping_.is_unfinished()) result_.flags |= kEvaluationCap;
-    return more;
+    const bool is_spent = budget_.work_left <= 0;
+    if (more ? is_spent : stepping_.is_unfinished()) result_.flags |= kEvaluationCap;
+    return more && !is_spent;
 }
 
 bool Subdivision::has_given_up() const noexcept {

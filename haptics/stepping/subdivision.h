@@ -62,9 +62,9 @@ public:
     /// A frame may spend kWorkOfSolvers, and 3 kWorkOfEvaluation for each evaluation that its
     /// method may make. An evaluation costs kWorkOfEvaluation without its solver. Evaluations,
     /// steps around a mesh's edges, friction's repeated solutions and solver passes all spend from
-    /// this budget. When it is spent, an adaptive frame ends where it is (kEvaluationCap). Other
-    /// methods go on with one short solver pass for each evaluation (kSolverCap if that is not
-    /// enough).
+    /// this budget. When it is spent, the frame ends where it is (kEvaluationCap). Methods but
+    /// adaptive do not follow what the solver then had no time to solve (kSolverCap), but in a
+    /// frame's first sub-step.
     static constexpr int kWorkOfSolvers = 8192;
     static constexpr int kWorkOfEvaluation = 64;
     /// The most legs (SlideLeg: straight pieces of way along a surface) in one frame, besides one

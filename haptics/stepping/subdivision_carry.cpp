@@ -100,6 +100,13 @@ Vec3 along_slopes(const Vec3& proxy, const Vec3& pull, const ContactSet& contact
 // ---- where it is to go -------------------------------------------------------------------------
 
 Subdivision::Move Subdivision::next_move(const Vec3& proxy) noexcept {
+    // Where a method that counts its steps leaves the solver no time, hard planes may not hold in
+    // what it gives.
+    if (budget_.work_left <= 0 && solution_.status == SolveStatus::capped &&
+        budget_.evaluations > 1 && !stepping_.seeks_balance()) {
+        result_.flags |= kEvaluationCap;
+        return {Move::Kind::none, proxy};
+    }
     if (one_surface_leads())
         return {Move::Kind::slide,
                 stepping_.seeks_balance() ? pull() : stepping_.share(proxy, pull())};

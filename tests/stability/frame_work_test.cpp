@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // A frame's work is one budget: evaluations, bends, friction's rounds and solver passes alike.
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include <palpate/haptics/contact/direct_contact.h>
 #include <palpate/haptics/contact/mesh_contact.h>
 #include <palpate/haptics/effects/vector_follow.h>
+#include <palpate/haptics/effects/workspace.h>
 #include <palpate/haptics/stepping/frame_flags.h>
+#include <palpate/volume/fields/analytic_fields.h>
 #include <palpate/volume/fields/grid_vector_field.h>
+#include <palpate/volume/vector_field.h>
 
 #include "tests/support/contact_loop.h"
 #include "tests/support/effect_lists.h"
@@ -19,7 +24,7 @@
 namespace palpate {
 namespace {
 
-/// The budget of an adaptive frame, and what its last evaluation may go beyond it: itself, and one
+/// The budget of a frame, and what its last evaluation may go beyond it: itself, and one
 /// round of the fewest passes, up to 16 more of them to end a step, over all primitives.
 std::uint32_t most_work(int evaluation_cap) {
     constexpr int kPasses = CoulombFriction::kLeastPasses + 16;
@@ -83,6 +88,43 @@ TEST(FrameWork, AnyMixOfEffectsIsWithinTheBudget) {
         const int cap = scene.stepping.evaluation_cap;
         EXPECT_LE(test::hold(scene, 200, clock).most_work, most_work(cap)) << scene.words;
     }
+}
+
+// Where hard planes leave little room, solutions take many passes: a workspace's wall, the cut way
+// along a fibre and a rubbing ball. At the end of the budget the solver has a pass or two for each
+// solution, which is millimetres off, and a thousand small sub-steps led along them into the ball.
+TEST(FrameWork, WhatTheSolverHadNoTimeForLeadsIntoNothing) {
+    constexpr double kBall = 9.2e-3;
+    SteppingSettings settings;
+    settings.method = SteppingMethod::fixed;
+    settings.sub_steps = 1245;
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    const TriangleMesh mesh = test::icosphere(kBall, 3);
+    surfaces.push_back(std::make_unique<DirectContact>(
+        std::make_shared<const SurfaceScene>(std::make_shared<const TriangleMesh>(mesh)),
+        make_solid_sphere(kBall), LevelSettings{}));
+    SurfaceFinish finish;
+    finish.friction = {0.887, 0.758, false};
+    test::ContactLoop loop(
+        settings, std::move(surfaces),
+        test::effects(std::make_unique<VectorFollow>(make_helix(9.09e-3, 10.53e-3),
+                                                     TransferFunction::constant(1.21)),
+                      std::make_unique<WorkspaceSphere>(Vec3(-1.22e-3, -2.90e-3, -1.47e-3), 10.6e-3,
+                                                        std::numeric_limits<double>::infinity())),
+        0.0, {finish});
+    loop.start({-6.39e-3, 10.38e-3, -15.80e-3});
+    int spent = 0;
+    // Far outside of the workspace, from one side to another.
+    for (const Vec3& probe_mm : {Vec3(-6.4, 10.4, -15.8), Vec3(-22.9, -17.4, -15.3),
+                                 Vec3(2.6, 15.9, -2.4), Vec3(-5.4, 16.7, 6.0),
+                                 Vec3(12.3, 18.7, -17.6), Vec3(13.4, -9.1, 6.4),
+                                 Vec3(8.8, -18.1, -8.3), Vec3(-0.7, -14.5, 20.5)}) {
+        const SubdivisionResult frame = loop.move(1e-3 * probe_mm, 1e-4);
+        EXPECT_LE(frame.work, most_work(settings.sub_steps)) << probe_mm.x;
+        if (frame.flags & kSolverCap) ++spent;
+        EXPECT_GE(glm::length(loop.proxy()), kBall - 0.05e-3) << probe_mm.x;
+    }
+    EXPECT_GT(spent, 0);
 }
 
 } // namespace

@@ -206,19 +206,19 @@ public:
         if (seen.report.evaluations > static_cast<std::uint32_t>(most_))
             return fmt::format("{} evaluations, at most {}", seen.report.evaluations, most_);
         if (is_soft_) return std::nullopt; // each front has a budget of its own
-        // A method that counts its steps ends before its last one only where it has gone round more
-        // corners than a frame may; each of its steps may be one more.
+        // A method that counts its steps ends before its last one only where its work is spent, or
+        // where it has gone round more corners than a frame may; each of its steps may be one more.
         const std::uint32_t corners = Subdivision::kMostLegs + seen.report.evaluations / 2;
         if (counts_steps_ && (seen.report.flags & kEvaluationCap) &&
-            seen.report.sub_steps < corners)
+            seen.report.sub_steps < corners && static_cast<long>(seen.report.work) < budget_)
             return fmt::format("evaluation_cap after {} evaluations and {} sub-steps",
                                seen.report.evaluations, seen.report.sub_steps);
         constexpr long kPasses = CoulombFriction::kLeastPasses + 16; // 16: to end a step
         constexpr long kLast =
             Subdivision::kWorkOfEvaluation + kPasses * static_cast<long>(PrimitiveSet::kCapacity);
-        const long most = budget_ + kLast * (counts_steps_ ? seen.report.evaluations : 1L);
-        if (static_cast<long>(seen.report.work) <= most) return std::nullopt;
-        return fmt::format("solvers and evaluations spent {}, at most {}", seen.report.work, most);
+        if (static_cast<long>(seen.report.work) <= budget_ + kLast) return std::nullopt;
+        return fmt::format("solvers and evaluations spent {}, at most {}", seen.report.work,
+                           budget_ + kLast);
     }
 
 private:
