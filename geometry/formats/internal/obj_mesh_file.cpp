@@ -46,14 +46,25 @@ private:
         std::size_t count;
     };
 
+    static bool is_comment(std::string_view line) {
+        return line.substr(std::min(line.find_first_not_of(" \t"), line.size())).starts_with('#');
+    }
+
+    /// A line up to a comment that follows something; one that is a comment is left as it is.
+    static std::string_view without_comment(std::string_view line) {
+        if (is_comment(line)) return line;
+        return line.substr(0, std::min(line.find(" #"), line.find("\t#")));
+    }
+
     /// The line with those that a backslash at its end joins to it; a comment ends with its line,
     /// whatever path it ends with.
     std::string_view joined(std::string_view line) {
-        if (!line.ends_with('\\') || line.starts_with('#')) return line;
+        line = without_comment(line);
+        if (!line.ends_with('\\') || is_comment(line)) return line;
         joined_.clear();
         std::optional<std::string_view> next = line;
         while (next) {
-            joined_ += *next;
+            joined_ += without_comment(*next);
             if (!joined_.ends_with('\\')) break;
             joined_.back() = ' ';
             next = source_.line();

@@ -49,6 +49,21 @@ TEST_F(ObjFile, PolygonsAreCutIntoFansAndLinesMayBeContinued) {
     EXPECT_EQ(file.mesh.vertices[2], Vec3(0.01, 0.01, 0.0));
 }
 
+TEST_F(ObjFile, ACommentIsNotContinued) {
+    const MeshFile file = read("a.obj", "# C:\\scans\\\nv 0 0 0\nv 10 0 0 # one \\\nv 0 10 0\n"
+                                        "f 1 2 3\n");
+    EXPECT_EQ(file.mesh.vertices.size(), 3u);
+    EXPECT_EQ(file.mesh.triangles.size(), 1u);
+}
+
+TEST_F(ObjFile, ACommentMayFollowALine) {
+    const MeshFile file =
+        read("a.obj", "  # one\\\nv 0 0 0 # first\nv 10 0 \\\n0 # second\nv 0 10 0\n"
+                      "g #1 upper\nf 1 2 3 # all\n");
+    EXPECT_EQ(file.mesh.vertices.size(), 3u);
+    EXPECT_EQ(file.mesh.triangles.size(), 1u);
+}
+
 TEST_F(ObjFile, ErrorsSayWhereAndWhat) {
     const std::string start = "# a comment\nv 0 0 0\nv 10 0 0\nv 0 10 0\n";
     EXPECT_EQ(complaint("a.obj", start + "f 1 2 4\n"),

@@ -469,6 +469,23 @@ TEST(DicomSlices, FramesOfAnEnhancedFileAreStackedByPosition) {
     }
 }
 
+TEST(DicomSlices, AFrameThatStatesNoRescaleHasNone) {
+    const VoxelVolume volume = numbered({6, 5, 4}, straight_frame());
+    DicomSeriesOptions options;
+    options.slope = 0.25;
+    options.intercept = 3.0;
+    DicomDataSet file = dicom_enhanced(volume, {0, 1, 2, 3}, options);
+    auto& frames = file.elements.at(0x52009230).items;
+    frames[2].elements.at(0x00289145).items[0] = DicomDataSet{};
+    const TemporaryFolder folder;
+    make_file(folder / "all.dcm", dicom_file(file));
+    const VoxelVolume read = read_volume(folder / "all.dcm");
+    for (std::size_t n = 0; n < volume.values.size(); ++n)
+        ASSERT_EQ(read.values[n],
+                  n / 30 == 2 ? (volume.values[n] - 3.0F) / 0.25F : volume.values[n])
+            << n;
+}
+
 TEST(DicomSlices, CompressedFramesAreDecodedOneByOne) {
     const VoxelVolume volume = numbered({6, 5, 4}, straight_frame());
     DicomDataSet file = dicom_enhanced(volume, {0, 1, 2, 3});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/formats/volume_file.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -150,6 +151,30 @@ TEST(NiftiVolume, WithoutAnyFormTheVoxelSizeAloneIsTakenAndSaid) {
     EXPECT_LT(glm::length(volume.spacing_m() - Vec3(0.5, 1, 2) * kMm), 1e-15);
     ASSERT_EQ(volume.warnings.size(), 1U);
     EXPECT_NE(volume.warnings[0].find("no orientation"), std::string::npos);
+}
+
+TEST(NiftiVolume, NegativeSizesOfVoxelsMirrorNothingAndAreWarnedOf) {
+    const TemporaryFolder folder;
+    const auto read = [&](float i, float j, bool has_qform) {
+        Nifti nifti;
+        if (has_qform) nifti.qform(0.0F, 0.0F, 0.5F, 1.0F, 2.0F, 3.0F);
+        nifti.spacing(i, j, 2.0F);
+        make_file(folder / "a.nii", nifti.with(counting(24)));
+        return read_volume(folder / "a.nii");
+    };
+    for (const bool has_qform : {true, false}) {
+        const VoxelVolume plain = read(0.5F, 1.0F, has_qform);
+        for (const auto& [i, j] : {std::pair{-0.5F, 1.0F}, {0.5F, -1.0F}, {-0.5F, -1.0F}}) {
+            const VoxelVolume volume = read(i, j, has_qform);
+            EXPECT_EQ(distance(volume.index_to_scene, plain.index_to_scene), 0.0) << i << ' ' << j;
+            ASSERT_EQ(volume.warnings.size(), plain.warnings.size() + 1) << i << ' ' << j;
+            EXPECT_EQ(std::count_if(volume.warnings.begin(), volume.warnings.end(),
+                                    [](const std::string& words) {
+                                        return words.find("negative size") != std::string::npos;
+                                    }),
+                      1);
+        }
+    }
 }
 
 TEST(NiftiVolume, UnitsOtherThanMillimetresAreHeeded) {
