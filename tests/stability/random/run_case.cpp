@@ -220,12 +220,16 @@ private:
         // A body that is still on its way pushes, and where no solution is found none is kept.
         constexpr std::uint32_t kSaysWhy = kBodyHeldBack | kBodyMoved | kSolverCap;
         // What hardly is a movement; or what goes on the same way, slowly as through a viscous
-        // medium, or where frames say that they do not come to their end.
+        // medium, or where frames say that they do not come to their end. Of two frames the second
+        // may correct the first, within the loop's tolerance: it is the way of both that goes on.
         constexpr double kHardly_m = 1e-9, kCreep_m = 1e-5;
-        const Vec3 step_before = moved ? std::exchange(step_before_, step) : step_before_;
         const bool unfinished = (report.flags & (kEvaluationCap | kStalled)) != 0;
-        const bool creeps =
-            moved && (way_m < kCreep_m || unfinished) && glm::dot(step, step_before) > 0.0;
+        bool creeps = false;
+        if (moved) {
+            const Vec3 two_steps = std::exchange(step_before_, step) + step;
+            creeps = (way_m < kCreep_m || unfinished) &&
+                     glm::dot(two_steps, std::exchange(two_steps_before_, two_steps)) > 0.0;
+        }
         // Damped tissue creeps, and so may what follows a stream: each way is shorter than the one
         // before.
         const bool fades = moved && way_m < std::exchange(way_before_m_, way_m);
@@ -277,7 +281,7 @@ private:
     int still_ = 0;     // frames in a row without a bit that moves
     int explained_ = 0; // the same, or it creeps, or a flag says why it moves
     double way_before_m_ = 0.0;
-    Vec3 step_before_{0.0};
+    Vec3 step_before_{0.0}, two_steps_before_{0.0};
     Vec3 proxy_{0.0};
 };
 
