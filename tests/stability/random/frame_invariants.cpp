@@ -248,6 +248,7 @@ public:
         constexpr std::uint32_t kOfTheForce = kForceClamped | kForceSlewed | kLiveGain;
         const FrameReport& report = seen.report;
         const Vec3& probe = seen.state.position;
+        if ((report.flags & kProbeNotFinite) != 0) return std::nullopt; // before it was elsewhere
         const bool is_held = std::exchange(probe_, probe) == probe; // it may have come to rest
         if (!looks_ || is_held || report.contacts != 0 || report.surfaces_felt != 0 ||
             (report.flags & ~kOfTheForce) != 0)
