@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cstdint>
 #include <fstream>
 #include <new>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -171,6 +174,18 @@ struct RecordingWriter::State {
     }
 };
 
+namespace {
+
+/// A name that no file has, and no other recording in this process. HDF5 takes an image only under
+/// such a name. Two files in memory of one name are one file for it. And a file in memory that has
+/// the name of a real one begins with that one's bytes, all of which are read.
+std::string name_in_memory() {
+    static std::atomic<std::uint64_t> count{0};
+    return "/dev/null/recording-" + std::to_string(++count);
+}
+
+} // namespace
+
 RecordingWriter::RecordingWriter(const std::filesystem::path& file)
     : state_(std::make_unique<State>()) {
     constexpr std::size_t kGrowth = std::size_t{4} << 20; // bytes
@@ -180,8 +195,8 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& file)
     // The oldest format: H5Fget_file_image of 1.10 spoils the superblock's checksum of the newer
     // ones.
     H5Pset_libver_bounds(access.id(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
-    state_->file =
-        Handle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
+    state_->file = Handle(
+        H5Fcreate(name_in_memory().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
     if (!state_->file.valid()) fail_to_store(file, "anything");
 }
 
@@ -324,8 +339,7 @@ RecordingReader::RecordingReader(const std::filesystem::path& file, std::string 
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_fapl_core(access.id(), bytes.size(), 0);
     H5Pset_file_image(access.id(), bytes.data(), bytes.size());
-    // HDF5 takes an image only under a name that no file has.
-    state_->file = Handle(H5Fopen("/dev/null/recording", H5F_ACC_RDONLY, access.id()), H5Fclose);
+    state_->file = Handle(H5Fopen(name_in_memory().c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose);
     if (!state_->file.valid()) state_->fail("cannot be opened by HDF5");
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/record/recording.h>
 
+#include <array>
 #include <string>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -129,6 +131,24 @@ TEST_F(RecordingFile, NothingIsLeftWhereItCannotBeWritten) {
     const std::filesystem::path missing = folder() / "missing" / "recording.h5";
     message_of(missing, [&] { write_recording(missing, random_recording(5, 8)); });
     EXPECT_EQ(test::files_in(folder()), 0u);
+}
+
+// HDF5 takes two files in memory of one name for one.
+TEST_F(RecordingFile, TwoThatAreReadAtOnceAreTwo) {
+    const std::array<Recording, 2> recordings{random_recording(300, 17), random_recording(500, 18)};
+    const auto file_of = [this](std::size_t i) { return folder() / (i == 0 ? "a.h5" : "b.h5"); };
+    for (std::size_t i = 0; i < 2; ++i)
+        write_recording(file_of(i), recordings[i]);
+    std::array<int, 2> different{};
+    std::array<std::thread, 2> threads;
+    for (std::size_t i = 0; i < 2; ++i)
+        threads[i] = std::thread([&, i] {
+            for (int turn = 0; turn < 100; ++turn)
+                if (!same_bits(read_recording(file_of(i)), recordings[i])) ++different[i];
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(different, (std::array<int, 2>{}));
 }
 
 TEST_F(RecordingFile, Hdf5StaysSilentAndItsSettingIsPutBack) {
