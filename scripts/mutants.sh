@@ -74,7 +74,8 @@ failed_tests() {
     local executable=${tests[$1]%% *} filter=${tests[$1]#* } status=0
     if [ "$executable" = palpate_stability ]; then # the invariant that fails, and where
         # shellcheck disable=SC2086 # options, not a filter
-        timeout $most_seconds "$build/$executable" $filter >"$build/tests.log" 2>&1 || status=$?
+        rm -rf "$build/failures" # of the safeguard before, beside which it would not begin
+        timeout $most_seconds "$build/$executable" $filter --out "$build/failures" >"$build/tests.log" 2>&1 || status=$?
         [ $status -eq 0 ] && return
         sed -nE 's/^seed ([0-9]+): (.*) in frame.*/\2 (seed \1)/p; s/^seed ([0-9]+): ((hangs|ends).*);.*/\2 (seed \1)/p' \
             "$build/tests.log" | grep . || echo "ends with $status"

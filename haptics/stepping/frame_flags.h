@@ -45,8 +45,8 @@ inline constexpr std::array<FrameFlagText, 21> kFrameFlagTexts{{
      "the device gave a position that is not a number, or 1000 km away and more: proxy held, force "
      "to zero; check the device or path"},
     {kEvaluationCap, "evaluation_cap",
-     "the proxy is certified but not at its end yet and goes on in the next frame; move slower or "
-     "raise the cap"},
+     "the proxy is certified but not at its end yet and goes on in the next frame; move slower, "
+     "raise the cap, or use fewer effects in one place"},
     {kStalled, "stalled",
      "no certified step was left towards the probe: the proxy stays; where it lasts, lead the "
      "probe "

@@ -17,7 +17,7 @@ namespace palpate {
 struct SubStep {
     /// How the proxy went on.
     enum class Kind : std::uint8_t {
-        none,   ///< it is where it has to be
+        none,   ///< it is where it has to be, or the frame's work is spent: it stays
         look,   ///< not yet: primitives are gathered again with this solution known
         chord,  ///< straight to `wanted`, as far as every certificate holds
         slide,  ///< along the surface that alone holds it, drawn to `wanted`

@@ -115,10 +115,10 @@ TEST(FrameWork, WhatTheSolverHadNoTimeForLeadsIntoNothing) {
     loop.start({-6.39e-3, 10.38e-3, -15.80e-3});
     int spent = 0;
     // Far outside of the workspace, from one side to another.
-    for (const Vec3& probe_mm : {Vec3(-6.4, 10.4, -15.8), Vec3(-22.9, -17.4, -15.3),
-                                 Vec3(2.6, 15.9, -2.4), Vec3(-5.4, 16.7, 6.0),
-                                 Vec3(12.3, 18.7, -17.6), Vec3(13.4, -9.1, 6.4),
-                                 Vec3(8.8, -18.1, -8.3), Vec3(-0.7, -14.5, 20.5)}) {
+    for (const Vec3& probe_mm :
+         {Vec3(-6.4, 10.4, -15.8), Vec3(-22.9, -17.4, -15.3), Vec3(2.6, 15.9, -2.4),
+          Vec3(-5.4, 16.7, 6.0), Vec3(12.3, 18.7, -17.6), Vec3(13.4, -9.1, 6.4),
+          Vec3(8.8, -18.1, -8.3), Vec3(-0.7, -14.5, 20.5)}) {
         const SubdivisionResult frame = loop.move(1e-3 * probe_mm, 1e-4);
         EXPECT_LE(frame.work, most_work(settings.sub_steps)) << probe_mm.x;
         if (frame.flags & kSolverCap) ++spent;

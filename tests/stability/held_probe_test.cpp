@@ -48,8 +48,9 @@ TEST(HeldProbe, ComesToRestWithAnyMethod) {
             expect_rest(seed, method);
 }
 
-// Two faces of a notch in turns: one plane an evaluation cannot hold both. It is said, and ends.
-TEST(HeldProbe, OneEvaluationAFrameInANotchRestsAndSaysSo) {
+// Two faces of a notch, of which an evaluation finds one: the other is remembered from the frame
+// before, and both hold the proxy in the edge.
+TEST(HeldProbe, OneEvaluationAFrameInANotchRestsInItsEdge) {
     test::ContactLoop loop(test::stepping(SteppingMethod::single),
                            test::one_surface(make_wedge(240.0)));
     loop.start({0, 0, 5e-3});
@@ -61,6 +62,8 @@ TEST(HeldProbe, OneEvaluationAFrameInANotchRestsAndSaysSo) {
         if (!(loop.proxy() == before)) last_moved = i;
     }
     EXPECT_LE(last_moved, kRestBy);
+    EXPECT_EQ(flags, 0u);
+    EXPECT_LE(std::hypot(loop.proxy().x, loop.proxy().z), 1e-12);
 }
 
 // Where every voxel is another number, planes of a frame need not be those of the next, and no
@@ -145,9 +148,8 @@ bool is_one_problem(const std::string& scene) {
     constexpr std::array others{"gradient_surface", "gradient_force", "vector_force",
                                 "vector_follow",    "fibre_follow",   "front_shape",
                                 "vortex",           "viscosity",      "strength_n = [["};
-    return std::none_of(others.begin(), others.end(), [&](const char* other) {
-        return scene.find(other) != std::string::npos;
-    });
+    return std::none_of(others.begin(), others.end(),
+                        [&](const char* other) { return scene.find(other) != std::string::npos; });
 }
 
 // A frame without a flag has found its balance: the next one, with the probe held, stays within the

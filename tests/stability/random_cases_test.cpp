@@ -62,6 +62,8 @@ TEST(RandomCases, SeedsThatHaveFailedHold) {
         stability::write_case(stability::make_case(seed, kPathFrames), folder / "case");
         const Outcome outcome = stability::run_case(folder / "case");
         EXPECT_FALSE(outcome.failure) << seed << ": " << outcome.failure->words;
+        EXPECT_EQ(outcome.refused, "") << seed;
+        EXPECT_GT(outcome.frames, 0) << seed;
     }
 }
 

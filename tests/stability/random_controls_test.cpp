@@ -115,15 +115,20 @@ std::vector<Spoilt> spoilt_reports() {
         if (report.frame == 120)
             report.proxy += 31e-6 * glm::normalize(report.proxy - report.probe);
     };
-    all.push_back({"rest", false, true, {}});
-    all.back().options.spoil_first = [before = Vec3{}](FrameReport& report,
-                                                       std::vector<Vec3>& path) mutable {
-        if (report.frame > 0) {
-            report.proxy.x += report.frame % 2 == 0 ? 2e-8 : 0.0;
-            path = {before, report.proxy};
-        }
-        before = report.proxy;
-    };
+    // It goes to and fro, in one place or with a drift.
+    for (const auto& [way_m, drift_m] :
+         {std::pair{2e-8, 0.0}, {2e-8, 1e-12}, {5e-6, 1e-12}, {5e-6, 1e-9}}) {
+        all.push_back({"rest", false, true, {}});
+        all.back().options.spoil_first = [before = Vec3{}, way_m, drift_m](
+                                             FrameReport& report, std::vector<Vec3>& path) mutable {
+            if (report.frame >= 120) { // the probe is held
+                const auto frame = static_cast<double>(report.frame);
+                report.proxy.x += drift_m * frame + (report.frame % 2 == 0 ? way_m : 0.0);
+                path = {before, report.proxy};
+            }
+            before = report.proxy;
+        };
+    }
     all.push_back({"same bits", false, false, {}});
     all.back().options.spoil_twin = [](FrameReport& report) {
         if (report.frame == kSpoiltFrame) report.force.x = std::nextafter(report.force.x, 1.0);

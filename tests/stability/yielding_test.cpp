@@ -112,6 +112,21 @@ INSTANTIATE_TEST_SUITE_P(Contacts, SkinOverBone,
                                     (std::get<1>(of.param) == Yielding::holds ? "Holds" : "Opens");
                          });
 
+/// How far from the centre a probe on that way has to be for a force, m: by the plane that holds
+/// the proxy of one that presses nearly as hard. Facets and voxels are not where the sphere is.
+double radius_for(double force_n, ContactLoop& loop, const Vec3& direction) {
+    const double depth_m = 0.98 * kStrength / ContactLoop::kStiffness;
+    loop.start(0.062 * direction);
+    for (double r = 0.062; r > kSkin - depth_m; r -= 1e-4)
+        loop.move(r * direction);
+    const Vec3 probe = (kSkin - depth_m) * direction;
+    for (int i = 0; i < 10; ++i)
+        loop.move(probe);
+    const Vec3 normal = glm::normalize(loop.proxy() - probe);
+    const double offset_m = glm::dot(normal, loop.proxy());
+    return (offset_m - force_n / ContactLoop::kStiffness) / glm::dot(normal, direction);
+}
+
 class AtTheStrength : public testing::TestWithParam<Case> {};
 
 // A probe held so that the force is the strength, give or take rounding: nothing chatters.
@@ -122,14 +137,15 @@ TEST_P(AtTheStrength, AHeldProbeMeansAHeldProxy) {
         surfaces.push_back(test::ball(kind, kSkin, kStrength, yielding, 5));
         ContactLoop loop({}, std::move(surfaces));
         const Vec3 direction = glm::normalize(Vec3{0.36, 0.48, 0.8});
-        const double depth = kStrength / ContactLoop::kStiffness * (1.0 + share);
-        loop.start(0.062 * direction);
-        for (double r = 0.062; r > kSkin - depth; r -= 2e-4)
-            loop.move(r * direction);
-        const Vec3 probe = (kSkin - depth) * direction;
+        const Vec3 probe = radius_for(kStrength * (1.0 + share), loop, direction) * direction;
         for (int i = 0; i < 10; ++i)
             loop.move(probe);
         const Vec3 held = loop.proxy();
+        if (yielding == Yielding::holds) {
+            EXPECT_NEAR(ContactLoop::kStiffness * glm::length(held - probe), kStrength,
+                        1e-3 * kStrength)
+                << share;
+        }
         for (int i = 0; i < 2000; ++i) {
             loop.move(probe);
             ASSERT_EQ(loop.proxy(), held) << share << ", frame " << i;
@@ -154,19 +170,17 @@ TEST_P(TremblingHand, OpensAMembraneOnce) {
     surfaces.push_back(test::ball(GetParam(), kSkin, kStrength, Yielding::opens, 5));
     ContactLoop loop({}, std::move(surfaces));
     const Vec3 direction = glm::normalize(Vec3{0.36, 0.48, 0.8});
-    loop.start(0.062 * direction);
-    for (double r = 0.062; r > 0.0561; r -= 1e-4)
-        loop.move(r * direction);
+    const double radius_m = radius_for(kStrength, loop, direction);
     int toggles = 0;
     SurfaceState before = loop.surface(0).state();
     for (int i = 0; i < 5000; ++i) {
         const double tremble = 1e-6 * std::sin(2.399963 * i);
-        loop.move((0.056 + tremble) * direction);
+        loop.move((radius_m + tremble) * direction);
         const SurfaceState now = loop.surface(0).state();
         if ((now == SurfaceState::inside) != (before == SurfaceState::inside)) ++toggles;
         before = now;
     }
-    EXPECT_LE(toggles, 1);
+    EXPECT_EQ(toggles, 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Contacts, TremblingHand,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <string>
@@ -25,6 +26,10 @@ inline constexpr double kMm = 1e-3;
 inline constexpr double kSamePlace = 1e-9; // m: 1e-6 mm
 
 inline const VolumeSelection kRepair{{}, {}, VolumeSelection::Slices::repair, {}};
+
+inline constexpr DicomEncoding kExplicit{true, false, false};
+inline constexpr DicomEncoding kImplicit{false, false, false};
+inline constexpr DicomEncoding kBig{true, true, false};
 
 inline AffineTransform straight_frame() {
     return {Mat3(0.5 * kMm, 0, 0, 0, 0.75 * kMm, 0, 0, 0, 2.5 * kMm), Vec3(-0.1, -0.12, 0.03)};
@@ -54,6 +59,30 @@ inline double displacement(const VoxelVolume& read, const VoxelVolume& written) 
             }
     return largest;
 }
+
+/// DICOM RLE: a segment for each byte of the numbers, the most significant first, in literal runs.
+inline std::string rle(const std::string& bytes) {
+    std::string segments;
+    std::vector<std::uint32_t> header(16, 0);
+    header[0] = 2;
+    for (const std::size_t part : {std::size_t{1}, std::size_t{0}}) {
+        header[2 - part] = static_cast<std::uint32_t>(64 + segments.size());
+        std::string plane;
+        for (std::size_t at = part; at < bytes.size(); at += 2)
+            plane += bytes[at];
+        for (std::size_t at = 0; at < plane.size(); at += 128) {
+            const std::string run = plane.substr(at, 128);
+            segments += static_cast<char>(run.size() - 1) + run;
+        }
+        if (segments.size() % 2 != 0) segments += '\0';
+    }
+    std::string result;
+    for (const std::uint32_t number : header)
+        append(result, number);
+    return result + segments;
+}
+
+inline constexpr const char* kRle = "1.2.840.10008.1.2.5";
 
 /// One line, with a remedy, nothing of the patient in it.
 inline std::string refusal_of(const std::filesystem::path& path,

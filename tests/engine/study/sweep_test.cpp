@@ -71,10 +71,11 @@ TEST(Sweep, TheErrorOfVoxelsFallsWithTheirSquare) {
     test::ScriptedClock clock(1.0);
     const Sweep sweep =
         run_sweep(SweepKind::voxels, surface_cavity(), along_the_wall(1e-4), {}, 1, clock);
-    for (const PowerFit& fit : sweep.fits)
-        if (fit.of == "adaptive: level um rms over voxels") {
-            EXPECT_NEAR(fit.exponent, 2.0, 3.0 * fit.standard_error + 0.1);
-        }
+    const auto fit = std::find_if(sweep.fits.begin(), sweep.fits.end(), [](const PowerFit& of) {
+        return of.of == "adaptive: level um rms over voxels";
+    });
+    ASSERT_NE(fit, sweep.fits.end());
+    EXPECT_NEAR(fit->exponent, 2.0, 3.0 * fit->standard_error + 0.1);
     // Of error and of time; but the time of paper is its budget.
     EXPECT_EQ(sweep.fits.size(), 2 * (4 + kBaselines.size()) - 1);
 }

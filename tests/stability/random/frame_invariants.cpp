@@ -184,8 +184,7 @@ public:
 
 /// Evaluations: what the method makes, one for each edge of a mesh up to 64, and new approaches:
 /// a surface may open and begin to slip once in a frame. And what solvers spend: the budget of a
-/// frame, and its last evaluation beyond it; methods that count their steps make all of these, each
-/// with the fewest passes. A frame says that it was cut short only where it was.
+/// frame, and its last evaluation beyond it. A frame says that it was cut short only where it was.
 class Work final : public Invariant {
 public:
     explicit Work(const Scene& scene) {

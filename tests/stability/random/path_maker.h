@@ -15,7 +15,7 @@ inline constexpr int kHeldFrames = 1600;
 
 /// Gives a case some `frames` steps: slow, fast, held, to and fro, straight through, with jitter,
 /// with leaps, with places that are none. And events: gains and bodies that move, the twin's
-/// detours. With a share of 1/6 the probe is held at the end for kHeldFrames.
+/// detours. Every other path, on average, holds the probe at its end for kHeldFrames.
 void make_path(RandomCase& of, test::Random& random, int frames);
 
 /// One whole case of a seed. With an atlas every surface is of labels that meet somewhere in it.

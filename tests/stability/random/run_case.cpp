@@ -220,16 +220,10 @@ private:
         // A body that is still on its way pushes, and where no solution is found none is kept.
         constexpr std::uint32_t kSaysWhy = kBodyHeldBack | kBodyMoved | kSolverCap;
         // What hardly is a movement; or what goes on the same way, slowly as through a viscous
-        // medium, or where frames say that they do not come to their end. Of two frames the second
-        // may correct the first, within the loop's tolerance: it is the way of both that goes on.
+        // medium, or where frames say that they do not come to their end.
         constexpr double kHardly_m = 1e-9, kCreep_m = 1e-5;
         const bool unfinished = (report.flags & (kEvaluationCap | kStalled)) != 0;
-        bool creeps = false;
-        if (moved) {
-            const Vec3 two_steps = std::exchange(step_before_, step) + step;
-            creeps = (way_m < kCreep_m || unfinished) &&
-                     glm::dot(two_steps, std::exchange(two_steps_before_, two_steps)) > 0.0;
-        }
+        const bool creeps = moved && goes_on(step) && (way_m < kCreep_m || unfinished);
         // Damped tissue creeps, and so may what follows a stream: each way is shorter than the one
         // before.
         const bool fades = moved && way_m < std::exchange(way_before_m_, way_m);
@@ -246,6 +240,17 @@ private:
              fmt::format("held for {} frames, the proxy moved {} frames ago", frame - *hold_ + 1,
                          still_));
         return false;
+    }
+
+    /// Whether a step goes the way of the one before it. Or of these two one corrects the other:
+    /// it is at most half as long, and within the loop's tolerance. Then the way of both goes on.
+    bool goes_on(const Vec3& step) {
+        const double tolerance_m = 1e-6 * scene_->description().loop.tolerance_um;
+        const Vec3 before = std::exchange(step_before_, step), two = before + step;
+        const Vec3 two_before = std::exchange(two_steps_before_, two);
+        if (glm::dot(step, before) > 0.0) return true;
+        const auto [shorter, longer] = std::minmax({glm::length(step), glm::length(before)});
+        return shorter <= std::min(tolerance_m, 0.5 * longer) && glm::dot(two, two_before) > 0.0;
     }
 
     /// What is calmed may rest, go on and come back up to eight times, each time as long as a

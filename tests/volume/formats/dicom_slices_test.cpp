@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the slices of a series hold: numbers in every representation, gaps, malformed slices, and
-// files of several frames.
+// What the slices of a series hold: numbers in every representation, gaps, and malformed slices.
 #include <palpate/volume/formats/volume_file.h>
 
 #include <algorithm>
@@ -16,7 +15,6 @@
 namespace palpate {
 namespace {
 
-using test::dicom_enhanced;
 using test::dicom_file;
 using test::dicom_slice;
 using test::DicomDataSet;
@@ -24,13 +22,18 @@ using test::DicomEncoding;
 using test::DicomSeriesOptions;
 using test::displacement;
 using test::joined;
+using test::kBig;
+using test::kExplicit;
+using test::kImplicit;
 using test::kMm;
 using test::kRepair;
+using test::kRle;
 using test::kSamePlace;
 using test::make_file;
 using test::numbered;
 using test::oblique_frame;
 using test::refusal_of;
+using test::rle;
 using test::sampled;
 using test::straight_frame;
 using test::TemporaryFolder;
@@ -38,10 +41,6 @@ using test::write_changed;
 using test::write_dicom_series;
 
 // --- numbers -------------------------------------------------------------------------------------
-
-constexpr DicomEncoding kExplicit{true, false, false};
-constexpr DicomEncoding kImplicit{false, false, false};
-constexpr DicomEncoding kBig{true, true, false};
 
 TEST(DicomSlices, NumbersSurviveInEveryRepresentation) {
     for (const DicomEncoding& encoding : {kExplicit, kImplicit, kBig})
@@ -122,30 +121,6 @@ TEST(DicomSlices, InvertedLossyAndLookedUpPixelsAreReadAsStoredWithAWarning) {
     EXPECT_SAYS(joined(read.warnings), "with loss");
     EXPECT_SAYS(joined(read.warnings), "lookup table");
 }
-
-/// DICOM RLE: a segment for each byte of the numbers, the most significant first, in literal runs.
-std::string rle(const std::string& bytes) {
-    std::string segments;
-    std::vector<std::uint32_t> header(16, 0);
-    header[0] = 2;
-    for (const std::size_t part : {std::size_t{1}, std::size_t{0}}) {
-        header[2 - part] = static_cast<std::uint32_t>(64 + segments.size());
-        std::string plane;
-        for (std::size_t at = part; at < bytes.size(); at += 2)
-            plane += bytes[at];
-        for (std::size_t at = 0; at < plane.size(); at += 128) {
-            const std::string run = plane.substr(at, 128);
-            segments += static_cast<char>(run.size() - 1) + run;
-        }
-        if (segments.size() % 2 != 0) segments += '\0';
-    }
-    std::string result;
-    for (const std::uint32_t number : header)
-        test::append(result, number);
-    return result + segments;
-}
-
-constexpr const char* kRle = "1.2.840.10008.1.2.5";
 
 void compress(DicomDataSet& slice) {
     auto& pixels = slice.elements.at(0x7FE00010);
@@ -446,67 +421,6 @@ TEST(DicomSlices, SequencesOfEveryKindArePassed) {
                 options);
             EXPECT_EQ(read_volume(folder.path()).values, volume.values);
         }
-}
-
-// --- several frames in a file --------------------------------------------------------------------
-
-TEST(DicomSlices, FramesOfAnEnhancedFileAreStackedByPosition) {
-    const VoxelVolume volume =
-        numbered({6, 5, 4}, oblique_frame(Vec3(0.3, 0.9, 1.7) * kMm, Vec3(-0.12, 0.034, 0.21)));
-    DicomSeriesOptions options;
-    options.slope = 0.25;
-    options.intercept = 3.0;
-    for (const DicomEncoding& encoding :
-         {kExplicit, kImplicit, kBig, DicomEncoding{true, false, true}}) {
-        const TemporaryFolder folder;
-        make_file(folder / "all.dcm",
-                  dicom_file(dicom_enhanced(volume, {2, 0, 3, 1}, options), encoding));
-        for (const auto& path : {folder / "all.dcm", folder.path()}) {
-            const VoxelVolume read = read_volume(path);
-            EXPECT_LT(displacement(read, volume), kSamePlace);
-            EXPECT_TRUE(read.warnings.empty()) << joined(read.warnings);
-        }
-    }
-}
-
-TEST(DicomSlices, AFrameThatStatesNoRescaleHasNone) {
-    const VoxelVolume volume = numbered({6, 5, 4}, straight_frame());
-    DicomSeriesOptions options;
-    options.slope = 0.25;
-    options.intercept = 3.0;
-    DicomDataSet file = dicom_enhanced(volume, {0, 1, 2, 3}, options);
-    auto& frames = file.elements.at(0x52009230).items;
-    frames[2].elements.at(0x00289145).items[0] = DicomDataSet{};
-    const TemporaryFolder folder;
-    make_file(folder / "all.dcm", dicom_file(file));
-    const VoxelVolume read = read_volume(folder / "all.dcm");
-    for (std::size_t n = 0; n < volume.values.size(); ++n)
-        ASSERT_EQ(read.values[n],
-                  n / 30 == 2 ? (volume.values[n] - 3.0F) / 0.25F : volume.values[n])
-            << n;
-}
-
-TEST(DicomSlices, CompressedFramesAreDecodedOneByOne) {
-    const VoxelVolume volume = numbered({6, 5, 4}, straight_frame());
-    DicomDataSet file = dicom_enhanced(volume, {0, 1, 2, 3});
-    auto& pixels = file.elements.at(0x7FE00010);
-    pixels.vr = "OB";
-    pixels.fragments = {""};
-    for (std::size_t k = 0; k < 4; ++k)
-        pixels.fragments.push_back(rle(pixels.bytes.substr(60 * k, 60)));
-    pixels.bytes.clear();
-    const TemporaryFolder folder;
-    make_file(folder / "all.dcm", dicom_file(file, {}, kRle));
-    EXPECT_EQ(read_volume(folder / "all.dcm").values, volume.values);
-}
-
-TEST(DicomSlices, FramesWithoutAPositionEachAreRefusedWithAWayOut) {
-    const TemporaryFolder folder;
-    DicomDataSet file = dicom_enhanced(numbered({6, 5, 4}, straight_frame()), {0, 1, 2, 3});
-    file.remove(0x52009230);
-    make_file(folder / "all.dcm", dicom_file(file));
-    EXPECT_SAYS(refusal_of(folder / "all.dcm"), "4 frames that do not state a position each");
-    EXPECT_SAYS(refusal_of(folder / "all.dcm"), "dcm2niix");
 }
 
 } // namespace
