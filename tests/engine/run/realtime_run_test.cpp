@@ -3,6 +3,7 @@
 #include <palpate/engine/run/realtime_run.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -187,16 +188,26 @@ RealtimeSettings frames_before(std::uint64_t most, std::shared_ptr<const Scene> 
     return settings;
 }
 
+// A busy machine makes the other scene later: the hand stays out until it is there.
 TEST(RealtimeRun, AnotherSceneTakesOverWhileNothingIsFelt) {
+    constexpr std::size_t kSeen = 400;
+    std::atomic<bool> has_taken_over = false; // the device's thread reads it
     test::ScriptedDevice device;
-    device.on_read = [](std::size_t read, DeviceState& state) {
+    device.on_read = [&](std::size_t read, DeviceState& state) {
         // In contact before it has been free for long enough, then free, then again.
-        const bool out = read < 20 || (read >= 200 && read < 600);
+        const bool out = read < 20 || (read >= 200 && !has_taken_over);
         state.position = {out ? 0.06 : 0.049, 0.0, 0.0};
     };
+    RunWatch watch;
+    std::size_t seen = 0; // frames from the first of the scene itself on
+    watch.frame = [&](const RunFrame& run) {
+        if (has_taken_over || (run.frame.flags & kSceneAdopted) != 0) ++seen;
+        has_taken_over = seen > 0;
+    };
+    watch.progress = [&](double, std::string_view) { return seen < kSeen; };
     const auto preview = ball_with(ContactKind::volume);
     const auto scene = ball_with(ContactKind::mesh); // which does not go on from a volume
-    Trace trace = run_realtime(preview, {device, {}}, frames_before(1000, scene));
+    Trace trace = run_realtime(preview, {device, {}}, frames_before(60000, scene), watch);
     ASSERT_EQ(trace.before, preview);
     std::size_t adopted = 0, at = 0;
     for (std::size_t i = 0; i < trace.frames.size(); ++i)
