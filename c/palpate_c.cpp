@@ -16,6 +16,7 @@
 #include <palpate/c/internal/handles.h>
 #include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/device_safety.h>
+#include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/text/text_file.h>
 #include <palpate/palpate.h>
@@ -67,6 +68,9 @@ std::unique_ptr<palpate_scene> make_scene(const palpate_scene_options* given,
     made->resources.progress = nullptr; // its user need not be there any more
     for (const palpate::SceneSurface& surface : made->scene->surfaces())
         made->surfaces.push_back(surface.name);
+    made->warnings = palpate::source_warnings(*made->scene);
+    for (std::string& warning : palpate::scene_warnings(*made->scene))
+        made->warnings.push_back(std::move(warning));
     return made;
 }
 
@@ -121,9 +125,6 @@ palpate::DeviceProperties properties_of(const palpate_device* given) {
 /// What the options change, as recordings keep it.
 palpate::SceneOverrides overrides_of(const palpate_loop_options& options,
                                      const palpate::LoopDescription& loop) {
-    require(options.rate_hz == 0.0 && options.evaluation_cap == 0,
-            "palpate_loop_options: recorded_frames does not go with rate_hz or evaluation_cap; "
-            "give these in the scene's [loop]");
     palpate::SceneOverrides overrides;
     if (options.method != PALPATE_METHOD_OF_SCENE)
         overrides.method = std::string(palpate::name(loop.method));
@@ -138,8 +139,11 @@ std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Sce
     constexpr std::uint64_t kMostFrames = 10'000'000; // of a record: some hours, 7 GB
     const auto options = known(given, kFirstLoopOptions, "palpate_loop_options");
     const palpate::LoopDescription loop = description_of(options, scene->description().loop);
+    const palpate::SceneOverrides overrides = overrides_of(options, loop);
+    palpate::SceneDescription changed = scene->description();
+    changed.loop = loop;
+    palpate::check_used(overrides, changed);
     auto made = std::make_unique<palpate_loop>();
-    made->scene = scene;
     palpate::DeviceProperties device;
     if (options.device == nullptr) {
         made->loop.emplace(scene, made->clock, loop);
@@ -155,9 +159,13 @@ std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Sce
     require(options.recorded_frames <= kMostFrames,
             "palpate_loop_options: recorded_frames = " + std::to_string(options.recorded_frames) +
                 " is out of range; give an integer in [0, 1e7]");
-    if (options.recorded_frames > 0)
-        made->record.emplace(options.recorded_frames, device, loop.method,
-                             overrides_of(options, loop));
+    if (options.recorded_frames > 0) {
+        require(options.rate_hz == 0.0 && options.evaluation_cap == 0,
+                "palpate_loop_options: recorded_frames does not go with rate_hz or evaluation_cap; "
+                "give these in the scene's [loop]");
+        made->record.emplace(options.recorded_frames, device, loop.method, overrides);
+        made->recorded = scene;
+    }
     return made;
 }
 
@@ -242,11 +250,11 @@ const char* palpate_scene_surface(const palpate_scene* scene, size_t i) {
 }
 
 size_t palpate_scene_warning_count(const palpate_scene* scene) {
-    return scene == nullptr ? 0 : scene->scene->plan().warnings.size();
+    return scene == nullptr ? 0 : scene->warnings.size();
 }
 
 const char* palpate_scene_warning(const palpate_scene* scene, size_t i) {
-    return scene == nullptr ? nullptr : line_of(scene->scene->plan().warnings, i);
+    return scene == nullptr ? nullptr : line_of(scene->warnings, i);
 }
 
 palpate_code palpate_loop_make(const palpate_scene* scene, const palpate_loop_options* options,

@@ -54,7 +54,7 @@ extern "C" {
 #define PALPATE_C_ABI 0
 
 /* The version of the library that runs, as "0.1.0". [any] */
-const char *palpate_version(void);
+const char* palpate_version(void);
 /* PALPATE_C_ABI of the library that runs: compare it with your own. [any] */
 uint32_t palpate_abi(void);
 
@@ -64,7 +64,8 @@ uint32_t palpate_abi(void);
 typedef enum palpate_code {
     PALPATE_OK = 0,
     PALPATE_BAD_CALL = 2,  /* a null pointer, a wrong size, a number out of range */
-    PALPATE_BAD_INPUT = 3, /* a scene or a file: the message names it, its line or field */
+    PALPATE_BAD_INPUT = 3, /* a scene, a file, data, or what a loop's options make of a scene: the
+                              message names it, its line or field */
     PALPATE_INTERNAL = 5,  /* a mistake of Palpate's: please report it */
     PALPATE_NO_MEMORY = 6
 } palpate_code;
@@ -84,16 +85,16 @@ typedef struct palpate_error {
 typedef struct palpate_data palpate_data;
 
 /* Empty data; free it with palpate_data_free(). [setup] */
-palpate_code palpate_data_make(palpate_data **data, palpate_error *error);
+palpate_code palpate_data_make(palpate_data** data, palpate_error* error);
 /* Frees it. Scenes that were made with it keep what they need. NULL is allowed. [setup] */
-void palpate_data_free(palpate_data *data);
+void palpate_data_free(palpate_data* data);
 
 /* Numbers at the points of a grid: a scan. */
 typedef struct palpate_voxels {
     size_t size;
     int32_t voxels[3];   /* how many along i, j, k; >= 1 each, 1e12 in all at most */
     size_t value_count;  /* how many numbers are in `values`: voxels[0] * voxels[1] * voxels[2] */
-    const float *values; /* in a unit of your own (HU ..), growing into the material, i fastest:
+    const float* values; /* in a unit of your own (HU ..), growing into the material, i fastest:
                             values[i + voxels[0] * (j + voxels[1] * k)]. What is not finite is taken
                             for background */
     /* Voxel (i, j, k) is at the point whose coordinate r is, in m, scene frame:
@@ -105,7 +106,7 @@ typedef struct palpate_voxels {
 /* What a value of a label volume stands for. */
 typedef struct palpate_label {
     size_t size;
-    const char *name; /* not empty */
+    const char* name; /* not empty */
     int32_t value;    /* of its voxels; not 0, which is the background */
     int32_t layer;    /* of palpate_labels, from 0 */
 } palpate_label;
@@ -116,9 +117,9 @@ typedef struct palpate_labels {
     int32_t voxels[3];           /* as those of palpate_voxels */
     int32_t layer_count;         /* labels that overlap lie in several layers; 0 is 1 */
     size_t value_count;          /* of all layers */
-    const int32_t *values;       /* layer after layer, each as palpate_voxels.values */
+    const int32_t* values;       /* layer after layer, each as palpate_voxels.values */
     double index_to_scene[3][4]; /* as that of palpate_voxels */
-    const palpate_label *labels; /* values that occur and are not in it are named by their digits */
+    const palpate_label* labels; /* values that occur and are not in it are named by their digits */
     size_t label_count;          /* of `labels`; 0: none */
 } palpate_labels;
 
@@ -134,33 +135,33 @@ typedef struct palpate_vectors {
     int32_t voxels[3];           /* as those of palpate_voxels; >= 2 each */
     int32_t kind;                /* a palpate_vector_kind */
     size_t value_count;          /* 3 or 6 for each voxel */
-    const float *values;         /* scene axes; those of a voxel together, then i fastest */
+    const float* values;         /* scene axes; those of a voxel together, then i fastest */
     double index_to_scene[3][4]; /* as that of palpate_voxels */
 } palpate_vectors;
 
 /* Triangles. */
 typedef struct palpate_mesh {
     size_t size;
-    const double *vertices_m; /* 3 numbers each: m, scene frame */
-    size_t vertex_count;      /* the numbers of vertices_m are 3 times as many */
-    const uint32_t *triangles; /* 3 vertices each, from 0; counter-clockwise seen from free space */
+    const double* vertices_m;  /* 3 numbers each: m, scene frame */
+    size_t vertex_count;       /* the numbers of vertices_m are 3 times as many */
+    const uint32_t* triangles; /* 3 vertices each, from 0; counter-clockwise seen from free space */
     size_t triangle_count;     /* the same of triangles */
 } palpate_mesh;
 
 /* Adds a copy of voxels: you may free yours when it returns. `name`: of the text's table
    [volume.NAME]; one that has data already is refused. [setup] */
-palpate_code palpate_data_add_voxels(palpate_data *data, const char *name,
-                                     const palpate_voxels *voxels, palpate_error *error);
+palpate_code palpate_data_add_voxels(palpate_data* data, const char* name,
+                                     const palpate_voxels* voxels, palpate_error* error);
 /* The same for labels. [setup] */
-palpate_code palpate_data_add_labels(palpate_data *data, const char *name,
-                                     const palpate_labels *labels, palpate_error *error);
+palpate_code palpate_data_add_labels(palpate_data* data, const char* name,
+                                     const palpate_labels* labels, palpate_error* error);
 /* The same for vectors and tensors. [setup] */
-palpate_code palpate_data_add_vectors(palpate_data *data, const char *name,
-                                      const palpate_vectors *vectors, palpate_error *error);
+palpate_code palpate_data_add_vectors(palpate_data* data, const char* name,
+                                      const palpate_vectors* vectors, palpate_error* error);
 /* The same for a mesh. `surface`: of the text's table [surface.NAME], which names no mesh file.
    [setup] */
-palpate_code palpate_data_add_mesh(palpate_data *data, const char *surface,
-                                   const palpate_mesh *mesh, palpate_error *error);
+palpate_code palpate_data_add_mesh(palpate_data* data, const char* surface,
+                                   const palpate_mesh* mesh, palpate_error* error);
 
 /* A scalar field as a function of yours: felt as it is, as a formula is, neither smoothed nor
    meshed. For contact `guarded` add a mesh beside it. */
@@ -171,11 +172,13 @@ typedef struct palpate_scalar_field {
        material.
        It is called [loop], and by several threads at once: no allocation, no lock, no system call,
        an end in bounded time. The same point gives the same bits. */
-    int32_t (*sample)(const double *point_m, double *value, double *gradient_per_m, void *user);
-    void *user; /* for `sample` and `release` */
-    /* Called once, when the last data, scene, loop and state that may call `sample` is freed, by
-       the thread that frees it. May be NULL. Not called where adding the field fails. */
-    void (*release)(void *user);
+    int32_t (*sample)(const double* point_m, double* value, double* gradient_per_m, void* user);
+    void* user; /* for `sample` and `release` */
+    /* Called once, when the last data, scene, loop, state and distance that may call `sample` is
+       freed, by the thread that frees it. A loop that has adopted another scene lets go of the one
+       that it left in the next palpate_loop_adopt(). May be NULL. Not called where adding the field
+       fails. */
+    void (*release)(void* user);
     double lower_m[3]; /* where it can have a surface: the lower corner, m, scene frame */
     double upper_m[3]; /* and the upper one */
     /* Two bounds, which prove that a movement passes no wall. Where they do not hold, or where the
@@ -192,9 +195,9 @@ typedef struct palpate_scalar_field {
 typedef struct palpate_vector_field {
     size_t size;
     /* As palpate_scalar_field.sample; `value` takes 3 numbers, scene axes. */
-    int32_t (*sample)(const double *point_m, double *value, void *user);
-    void *user;                  /* for `sample` and `release` */
-    void (*release)(void *user); /* as palpate_scalar_field.release */
+    int32_t (*sample)(const double* point_m, double* value, void* user);
+    void* user;                  /* for `sample` and `release` */
+    void (*release)(void* user); /* as palpate_scalar_field.release */
     double lower_m[3];           /* where it has something to show: the lower corner, m */
     double upper_m[3];           /* and the upper one */
     double feature_size_m;       /* the smallest length on which it turns, m, > 0 */
@@ -203,18 +206,16 @@ typedef struct palpate_vector_field {
 /* Adds a field. Its function and `user` are borrowed until `release`. The function is called at
    once, some 100,000 times: where it is not finite, or not what the struct says, it is refused.
    [setup] */
-palpate_code palpate_data_add_scalar_field(palpate_data *data, const char *name,
-                                           const palpate_scalar_field *field,
-                                           palpate_error *error);
+palpate_code palpate_data_add_scalar_field(palpate_data* data, const char* name,
+                                           const palpate_scalar_field* field, palpate_error* error);
 /* The same for a vector field. [setup] */
-palpate_code palpate_data_add_vector_field(palpate_data *data, const char *name,
-                                           const palpate_vector_field *field,
-                                           palpate_error *error);
+palpate_code palpate_data_add_vector_field(palpate_data* data, const char* name,
+                                           const palpate_vector_field* field, palpate_error* error);
 
 /* How often the function of field `name` gave a number that is not finite since it was added. Such
    a point has no value: nothing is felt there. 0 where there is no such field. [any], but not while
    something is added. */
-uint64_t palpate_data_failures(const palpate_data *data, const char *name);
+uint64_t palpate_data_failures(const palpate_data* data, const char* name);
 
 /* ---- scenes --------------------------------------------------------------------------------- */
 
@@ -227,65 +228,66 @@ typedef struct palpate_extractor palpate_extractor;
 /* How a scene is loaded. */
 typedef struct palpate_scene_options {
     size_t size;
-    const char *cache;                  /* folder for what takes long to compute, so that the next
+    const char* cache;                  /* folder for what takes long to compute, so that the next
                                            start is quick; NULL: nothing is kept */
-    const palpate_extractor *extractor; /* NULL: no meshes of volumes; what would need one is felt
+    const palpate_extractor* extractor; /* NULL: no meshes of volumes; what would need one is felt
                                            through its volume alone */
     /* Called now and then with the share of a step that is done, in [0, 1], and with the step's
        name. If it returns 0, loading ends. May be NULL. */
-    int32_t (*progress)(double fraction, const char *step, void *user);
-    void *user;               /* for `progress` */
-    const palpate_data *data; /* data in memory that the text refers to; NULL: none */
+    int32_t (*progress)(double fraction, const char* step, void* user);
+    void* user;               /* for `progress` */
+    const palpate_data* data; /* data in memory that the text refers to; NULL: none */
 } palpate_scene_options;
 
 /* Reads a scene file (TOML) and loads what it names. `options` may be NULL. The scene goes to
-   *scene; free it with palpate_scene_free(). [setup] */
-palpate_code palpate_scene_read(const char *file, const palpate_scene_options *options,
-                                palpate_scene **scene, palpate_error *error);
+ *scene; free it with palpate_scene_free(). [setup] */
+palpate_code palpate_scene_read(const char* file, const palpate_scene_options* options,
+                                palpate_scene** scene, palpate_error* error);
 
 /* The same for a text that ends with a 0 byte. Messages call it `name`. Files that it names are
    looked for in the folder of `name`. [setup] */
-palpate_code palpate_scene_parse(const char *text, const char *name,
-                                 const palpate_scene_options *options, palpate_scene **scene,
-                                 palpate_error *error);
+palpate_code palpate_scene_parse(const char* text, const char* name,
+                                 const palpate_scene_options* options, palpate_scene** scene,
+                                 palpate_error* error);
 
 /* Frees a scene. Its loops keep what they need. NULL is allowed. [setup] */
-void palpate_scene_free(palpate_scene *scene);
+void palpate_scene_free(palpate_scene* scene);
 
 /* How many surfaces are felt. Surface i is bit i of the surfaces_... members of palpate_frame, for
    i < 64. [any] */
-size_t palpate_scene_surface_count(const palpate_scene *scene);
+size_t palpate_scene_surface_count(const palpate_scene* scene);
 /* The name of surface i, valid as long as the scene. NULL: there is no such surface. [any] */
-const char *palpate_scene_surface(const palpate_scene *scene, size_t i);
+const char* palpate_scene_surface(const palpate_scene* scene, size_t i);
 
 /* How soft a surface is felt: docs/palpation.md. */
 typedef struct palpate_softness {
     size_t size;
-    int32_t is_soft;        /* 0: it is nowhere softer than the coupling, and felt as hard */
-    int32_t has_beneath;    /* not 0: it has a map of what lies beneath it */
+    int32_t is_soft;          /* 0: it is nowhere softer than the coupling, and felt as hard */
+    int32_t has_beneath;      /* not 0: it has a map of what lies beneath it */
     double stiffness_n_per_m; /* at the hand, where pressing begins and no lump lies beneath, N/m */
     double press_damping_n_s_per_m; /* of the tissue, N s/m */
-    double contact_radius_m;  /* of the contact that feels what lies beneath, m; 0: nothing does */
-    double asked_radius_m;    /* what the scene asked for, m: less where the map had to be smoothed */
-    double node_spacing_m;    /* of the map, m */
-    double stiffest;          /* the greatest stiffness on the surface, times stiffness_n_per_m */
-    double softest;           /* the least one; both are 1 where nothing lies beneath */
+    double contact_radius_m; /* of the contact that feels what lies beneath, m; 0: nothing does */
+    double asked_radius_m; /* what the scene asked for, m: less where the map had to be smoothed */
+    double node_spacing_m; /* of the map, m */
+    double stiffest;       /* the greatest stiffness on the surface, times stiffness_n_per_m */
+    double softest;        /* the least one; both are 1 where nothing lies beneath */
 } palpate_softness;
 
 /* Of surface i. PALPATE_BAD_CALL: there is no such surface, a pointer is NULL or the size is too
    small. [any] */
-palpate_code palpate_scene_softness(const palpate_scene *scene, size_t i,
-                                    palpate_softness *softness);
+palpate_code palpate_scene_softness(const palpate_scene* scene, size_t i,
+                                    palpate_softness* softness);
 /* The stiffness in N/m that the hand feels of surface i where it begins to press at a place, m,
    scene frame, with what lies beneath; of a hard surface the coupling's. PALPATE_BAD_CALL: there is
    no such surface, or a pointer is NULL. [any] */
-palpate_code palpate_scene_stiffness_at(const palpate_scene *scene, size_t i,
-                                        const double place_m[3], double *n_per_m);
+palpate_code palpate_scene_stiffness_at(const palpate_scene* scene, size_t i,
+                                        const double place_m[3], double* n_per_m);
 
-/* How many warnings there are: what will not be felt as the scene says. [any] */
-size_t palpate_scene_warning_count(const palpate_scene *scene);
+/* How many warnings there are: how volumes and meshes were read, where the file leaves that open,
+   and what will not be felt as the scene says. [any] */
+size_t palpate_scene_warning_count(const palpate_scene* scene);
 /* Warning i, one line, valid as long as the scene. NULL: there is no such warning. [any] */
-const char *palpate_scene_warning(const palpate_scene *scene, size_t i);
+const char* palpate_scene_warning(const palpate_scene* scene, size_t i);
 
 /* ---- loops ---------------------------------------------------------------------------------- */
 
@@ -316,10 +318,11 @@ typedef struct palpate_device {
                      allowed is the hand's */
 } palpate_device;
 
-/* A member that is 0 takes its value from the scene. */
+/* A member that is 0 takes its value from the scene. One that is of another method than the loop's
+   changes nothing, and is refused. */
 typedef struct palpate_loop_options {
     size_t size;
-    const palpate_device *device; /* NULL: no motors. Only the length and the slew (change per
+    const palpate_device* device; /* NULL: no motors. Only the length and the slew (change per
                                      second) of the force are limited */
     double rate_hz;               /* [50, 20000] */
     double budget_us;             /* method paper, (0, 1e6 / rate_hz] */
@@ -335,11 +338,11 @@ typedef struct palpate_loop_options {
 
 /* `options` may be NULL. The loop goes to *loop; free it with palpate_loop_free(). It keeps what it
    needs of the scene. [setup] */
-palpate_code palpate_loop_make(const palpate_scene *scene, const palpate_loop_options *options,
-                               palpate_loop **loop, palpate_error *error);
+palpate_code palpate_loop_make(const palpate_scene* scene, const palpate_loop_options* options,
+                               palpate_loop** loop, palpate_error* error);
 
 /* NULL is allowed. [setup] */
-void palpate_loop_free(palpate_loop *loop);
+void palpate_loop_free(palpate_loop* loop);
 
 /* The state of a device at one instant, in the scene frame. */
 typedef struct palpate_probe {
@@ -356,18 +359,18 @@ typedef struct palpate_probe {
 /* The result of a frame, in the scene frame. */
 typedef struct palpate_frame {
     size_t size;
-    uint64_t frame;           /* from 0 */
-    double time_s;            /* of the probe */
-    double probe_m[3];        /* m */
-    double proxy_m[3];        /* m, after the frame */
-    double force_n[3];        /* N, on the hand, after all limits: what is sent to the device */
-    double residual_m;        /* length of the last movement that the solver asked for, m */
-    double spent_us;          /* time of the frame; differs from run to run */
-    uint64_t surfaces_felt;   /* bit i: palpate_scene_surface(i) pushed back at the end */
-    uint64_t surfaces_open;   /* bit i: it yielded, or the proxy was inside */
+    uint64_t frame;            /* from 0 */
+    double time_s;             /* of the probe */
+    double probe_m[3];         /* m */
+    double proxy_m[3];         /* m, after the frame */
+    double force_n[3];         /* N, on the hand, after all limits: what is sent to the device */
+    double residual_m;         /* length of the last movement that the solver asked for, m */
+    double spent_us;           /* time of the frame; differs from run to run */
+    uint64_t surfaces_felt;    /* bit i: palpate_scene_surface(i) pushed back at the end */
+    uint64_t surfaces_open;    /* bit i: it yielded, or the proxy was inside */
     uint64_t surfaces_guarded; /* bit i: its mesh held, where its volume alone would not have */
-    uint32_t trial;           /* of the probe */
-    uint32_t sub_steps;       /* movements of the proxy */
+    uint32_t trial;            /* of the probe */
+    uint32_t sub_steps;        /* movements of the proxy */
     uint32_t evaluations;     /* how often primitives (planes, lines ..) were gathered and solved */
     uint32_t contacts;        /* primitives that push at the end */
     uint32_t flags;           /* bits, see palpate_flag_name() */
@@ -383,30 +386,30 @@ typedef struct palpate_frame {
 /* One haptic frame: probe in, force out. PALPATE_BAD_CALL: a pointer is NULL or a size is too
    small; no frame was computed, and you must not send a force. If the probe is not finite, beyond
    1e6 m or stale, the frame is computed, and its force goes to zero. [loop] */
-palpate_code palpate_loop_frame(palpate_loop *loop, const palpate_probe *probe,
-                                palpate_frame *frame);
+palpate_code palpate_loop_frame(palpate_loop* loop, const palpate_probe* probe,
+                                palpate_frame* frame);
 
 /* The next force on the way to zero, N, scene frame. When a run ends, call it once a period until
    the force is zero. [loop] */
-palpate_code palpate_loop_release(palpate_loop *loop, double force_n[3]);
+palpate_code palpate_loop_release(palpate_loop* loop, double force_n[3]);
 
 /* The *count corners of the proxy's way in the last frame: 3 numbers each, scene frame, m; none
    after a frame whose probe was stale or no place. Valid until the next frame. [loop] */
-const double *palpate_loop_path(const palpate_loop *loop, size_t *count);
+const double* palpate_loop_path(const palpate_loop* loop, size_t* count);
 
 /* How many effects palpate_loop_set_gain() knows: the scene's, in the file's order. [any] */
-size_t palpate_loop_effect_count(const palpate_loop *loop);
+size_t palpate_loop_effect_count(const palpate_loop* loop);
 
 /* Scales what an effect does, while the loop runs. `gain` in [0, 10]: 0 is off, 1 is as the scene
    says; it moves by 1 in 50 ms. PALPATE_BAD_CALL: there is no such effect, it was left out, or the
    gain is out of range; nothing has changed. [any] */
-palpate_code palpate_loop_set_gain(palpate_loop *loop, size_t effect, double gain);
+palpate_code palpate_loop_set_gain(palpate_loop* loop, size_t effect, double gain);
 
 /* How many warnings there are: what this loop will not render as the scene says. An example is a
    coupling that was lowered for the device. [any] */
-size_t palpate_loop_warning_count(const palpate_loop *loop);
+size_t palpate_loop_warning_count(const palpate_loop* loop);
 /* Warning i, one line, valid as long as the loop. NULL: there is no such warning. [any] */
-const char *palpate_loop_warning(const palpate_loop *loop, size_t i);
+const char* palpate_loop_warning(const palpate_loop* loop, size_t i);
 
 /* ---- what is touched ------------------------------------------------------------------------ */
 
@@ -422,11 +425,11 @@ typedef enum palpate_phase {
    without force. docs/embedding.md, "What is touched", says what the forces add up to. */
 typedef struct palpate_touch {
     size_t size;
-    uint32_t surface;   /* palpate_scene_surface(surface) */
-    int32_t phase;      /* a palpate_phase */
-    double point_m[3];  /* m, on the contact's plane, nearest to the proxy */
-    double normal[3];   /* unit, out of the surface */
-    double force_n[3];  /* N: what the surface puts on the proxy here, with its friction */
+    uint32_t surface;  /* palpate_scene_surface(surface) */
+    int32_t phase;     /* a palpate_phase */
+    double point_m[3]; /* m, on the contact's plane, nearest to the proxy */
+    double normal[3];  /* unit, out of the surface */
+    double force_n[3]; /* N: what the surface puts on the proxy here, with its friction */
 } palpate_touch;
 
 /* No frame has more touches than this. */
@@ -437,8 +440,8 @@ typedef struct palpate_touch {
    and *count says how many there are. None after a frame that did not move the proxy, as its probe
    was stale or no place. PALPATE_BAD_CALL: a pointer is NULL, or touches[0].size is wrong.
    [loop] */
-palpate_code palpate_loop_touches(const palpate_loop *loop, palpate_touch *touches,
-                                  size_t capacity, size_t *count);
+palpate_code palpate_loop_touches(const palpate_loop* loop, palpate_touch* touches, size_t capacity,
+                                  size_t* count);
 
 /* In words, how the proxy stands with a surface. */
 typedef enum palpate_standing {
@@ -462,34 +465,34 @@ typedef struct palpate_surface_state {
 /* The state of each surface after the last frame, in the order of palpate_scene_surface(); none
    before the first frame. Arrays, *count and PALPATE_BAD_CALL as for palpate_loop_touches(). A
    depth takes many microseconds: ask when you show it, not in each frame. [loop] */
-palpate_code palpate_loop_surface_states(const palpate_loop *loop, palpate_surface_state *states,
-                                         size_t capacity, size_t *count);
+palpate_code palpate_loop_surface_states(const palpate_loop* loop, palpate_surface_state* states,
+                                         size_t capacity, size_t* count);
 
 /* The labels that the surfaces of a scene are made of, to be asked by places. */
 typedef struct palpate_label_probe palpate_label_probe;
 
 /* Reads the scene's label volumes again, and takes those in memory as they are. Free it with
    palpate_label_probe_free(). [setup] */
-palpate_code palpate_label_probe_make(const palpate_scene *scene, palpate_label_probe **probe,
-                                      palpate_error *error);
+palpate_code palpate_label_probe_make(const palpate_scene* scene, palpate_label_probe** probe,
+                                      palpate_error* error);
 /* Frees it. NULL is allowed. [setup] */
-void palpate_label_probe_free(palpate_label_probe *probe);
+void palpate_label_probe_free(palpate_label_probe* probe);
 /* Name of the label behind a contact, where the scene has it: of a body that moves, give point and
    normal in the body's frame. NULL: there is none. Valid as long as `probe`. [any] */
-const char *palpate_touched_label(const palpate_label_probe *probe, const palpate_touch *touch);
+const char* palpate_touched_label(const palpate_label_probe* probe, const palpate_touch* touch);
 /* Name of the label of the voxel around a point, m, scene frame. NULL: there is none. Valid as long
    as `probe`. [any] */
-const char *palpate_label_at(const palpate_label_probe *probe, const double point_m[3]);
+const char* palpate_label_at(const palpate_label_probe* probe, const double point_m[3]);
 
 /* Distances from one surface: for planning and display, not for the loop. */
 typedef struct palpate_distance palpate_distance;
 
 /* Makes one for `surface`, a name of palpate_scene_surface(). Free it with palpate_distance_free().
    [setup] */
-palpate_code palpate_distance_make(const palpate_scene *scene, const char *surface,
-                                   palpate_distance **distance, palpate_error *error);
+palpate_code palpate_distance_make(const palpate_scene* scene, const char* surface,
+                                   palpate_distance** distance, palpate_error* error);
 /* Frees it. NULL is allowed. [setup] */
-void palpate_distance_free(palpate_distance *distance);
+void palpate_distance_free(palpate_distance* distance);
 
 /* The point of a surface that is nearest to another one, scene frame. */
 typedef struct palpate_nearest {
@@ -503,8 +506,8 @@ typedef struct palpate_nearest {
 
 /* The point of the surface that is nearest to point_m, m, scene frame. Not by two threads at once.
    PALPATE_BAD_CALL: a pointer is NULL, or a size is too small. [setup] */
-palpate_code palpate_distance_nearest(const palpate_distance *distance, const double point_m[3],
-                                      palpate_nearest *nearest);
+palpate_code palpate_distance_nearest(const palpate_distance* distance, const double point_m[3],
+                                      palpate_nearest* nearest);
 
 /* ---- bodies that move, a scene that changes ------------------------------------------------- */
 
@@ -520,9 +523,9 @@ typedef struct palpate_pose {
    it; where it has no room left, the body waits (flag body_held_back). PALPATE_BAD_CALL: there is
    no such surface, it does not move, or the pose is out of range; nothing has changed. From any
    thread, but for each surface from one at a time. [any] */
-palpate_code palpate_loop_set_pose(palpate_loop *loop, size_t surface, const palpate_pose *pose);
+palpate_code palpate_loop_set_pose(palpate_loop* loop, size_t surface, const palpate_pose* pose);
 /* Where the body was in the last frame; not turned and at the origin if it does not move. [loop] */
-palpate_code palpate_loop_pose(const palpate_loop *loop, size_t surface, palpate_pose *pose);
+palpate_code palpate_loop_pose(const palpate_loop* loop, size_t surface, palpate_pose* pose);
 
 /* What the hand puts on a body. */
 typedef struct palpate_wrench {
@@ -533,16 +536,17 @@ typedef struct palpate_wrench {
 
 /* The opposite of the last frame's touches of a surface, without its magnet; 0 where there are
    none. [loop] */
-palpate_code palpate_loop_wrench(const palpate_loop *loop, size_t surface, palpate_wrench *wrench);
+palpate_code palpate_loop_wrench(const palpate_loop* loop, size_t surface, palpate_wrench* wrench);
 
 /* Goes on with another scene, from the next frame on. The proxy stays where it is on each surface
    that is still there: of the same name, data, level and contact, or guarded after volume. What is
    new, and holds the proxy inside, is not felt until the proxy has left it. The force follows
    within the slew limit. Gains are 1. PALPATE_BAD_INPUT: coupling or limits differ from the loop's.
-   A recording ends, and palpate_loop_warning() stays about the first scene. From any thread but
-   that of palpate_loop_frame(), also while it runs. [setup] */
-palpate_code palpate_loop_adopt(palpate_loop *loop, const palpate_scene *scene,
-                                palpate_error *error);
+   A recording ends, and palpate_loop_warning() stays about the first scene. The scene that was left
+   lives until the next call, or as long as the loop; a recording keeps the first one. From any
+   thread but that of palpate_loop_frame(), also while it runs. [setup] */
+palpate_code palpate_loop_adopt(palpate_loop* loop, const palpate_scene* scene,
+                                palpate_error* error);
 
 /* ---- recordings ----------------------------------------------------------------------------- */
 
@@ -550,12 +554,12 @@ palpate_code palpate_loop_adopt(palpate_loop *loop, const palpate_scene *scene,
    keeps what it was given and what it felt, from its first frame on. It stops when it has kept that
    many frames, or four touches for each of them, and at palpate_loop_release(),
    palpate_loop_restore() and palpate_loop_adopt(). [loop] */
-uint64_t palpate_loop_recorded_frames(const palpate_loop *loop);
+uint64_t palpate_loop_recorded_frames(const palpate_loop* loop);
 
 /* Writes what was kept as recording.h5 (docs/files.md), whole or not at all. A file that Palpate
    did not write is not replaced. Not while palpate_loop_frame() runs. [setup] */
-palpate_code palpate_loop_write_recording(const palpate_loop *loop, const char *file,
-                                          palpate_error *error);
+palpate_code palpate_loop_write_recording(const palpate_loop* loop, const char* file,
+                                          palpate_error* error);
 
 /* What came of computing the frames of a recording again. */
 typedef struct palpate_check {
@@ -570,8 +574,8 @@ typedef struct palpate_check {
    its name, and so is a recording in which a gain was changed or a body moved. Of several hands all
    frames are computed, hand by hand, and are counted like that. Bakes and meshes the scene again,
    unless it has a cache. [setup] */
-palpate_code palpate_recording_check(const char *recording, const palpate_scene *scene,
-                                     palpate_check *check, palpate_error *error);
+palpate_code palpate_recording_check(const char* recording, const palpate_scene* scene,
+                                     palpate_check* check, palpate_error* error);
 
 /* ---- a loop's state ------------------------------------------------------------------------- */
 
@@ -579,24 +583,24 @@ palpate_code palpate_recording_check(const char *recording, const palpate_scene 
 typedef struct palpate_state palpate_state;
 
 /* Saves the state; free it with palpate_state_free(). [setup] */
-palpate_code palpate_loop_save(const palpate_loop *loop, palpate_state **state,
-                               palpate_error *error);
+palpate_code palpate_loop_save(const palpate_loop* loop, palpate_state** state,
+                               palpate_error* error);
 /* After this call, the same probes give the same frames as they gave after the save, to the last
    bit, except spent_us; with method paper only if the clock decides in the same way. Restore into
    the same loop, or into one that was made of the same palpate_scene with the same options. The
    force may jump: with motors, restore only when palpate_loop_release() has come to zero. [setup]
  */
-palpate_code palpate_loop_restore(palpate_loop *loop, const palpate_state *state,
-                                  palpate_error *error);
+palpate_code palpate_loop_restore(palpate_loop* loop, const palpate_state* state,
+                                  palpate_error* error);
 /* NULL is allowed. [setup] */
-void palpate_state_free(palpate_state *state);
+void palpate_state_free(palpate_state* state);
 
 /* ---- flags ---------------------------------------------------------------------------------- */
 
 /* Name of bit `bit` of palpate_frame.flags; NULL: there is no such flag. [any] */
-const char *palpate_flag_name(uint32_t bit);
+const char* palpate_flag_name(uint32_t bit);
 /* What that flag means and what to do about it, in one line; NULL as above. [any] */
-const char *palpate_flag_meaning(uint32_t bit);
+const char* palpate_flag_meaning(uint32_t bit);
 
 #ifdef __cplusplus
 }

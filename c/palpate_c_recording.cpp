@@ -27,7 +27,7 @@ void write(const palpate_loop& loop, const std::filesystem::path& file) {
         !loop.record->run().frames.empty(),
         "palpate_loop_write_recording: no frame is kept: none has been computed, or another scene "
         "was adopted before; call palpate_loop_frame() first");
-    const palpate::Scene& scene = *loop.scene;
+    const palpate::Scene& scene = *loop.recorded;
     const std::vector<std::filesystem::path> outputs{file};
     palpate::check_outputs(outputs, palpate::input_files(scene.description()),
                            palpate::Replace::own);

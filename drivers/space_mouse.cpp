@@ -102,8 +102,7 @@ void SpaceMouseDevice::Mouse::received(std::span<const std::uint8_t> report,
 
 /// Connected, and at rest or lately heard of.
 bool SpaceMouseDevice::Mouse::says_enough(double now_s) const noexcept {
-    const internal::HidStreamCounts& counts = stream_.counts();
-    if (counts.connections.load() == counts.losses.load()) return false;
+    if (!stream_.is_connected()) return false;
     return !probe_.moved_by(newest_.reading.deflection) ||
            now_s - newest_.motion_s <= settings_.silence_s;
 }

@@ -18,6 +18,12 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // Rounding of a difference of coordinates and of the few products after it, in units of the largest
 // coordinate involved.
 constexpr double kRoundings = 8.0;
+// Between a point of a segment and the triangle's nearest point where they are one, in such
+// roundings: both are computed.
+constexpr double kRoundingsOfNearest = 8.0;
+// The square of how thin a triangle is multiplies that, up to where closest_point_on_triangle()
+// takes it for a sliver and is exact.
+constexpr double kThinOfSliver = 1.0e4;
 // A float32 ray in the box of half extent L strays by ulp(L)/2 (origin) and 2 sqrt(3) L 2^-24
 // (direction) at most, together under 4 ulp(L); boxes are rounded outwards and grown by twice that,
 // so that no box of a triangle that is met is passed by.
@@ -29,6 +35,10 @@ constexpr double kWideningUlps = 8.0;
 constexpr double kNearInWidenings = 8.0;
 constexpr double kBoxUlps =
     std::max(kRayUlps + 2.0 * kWideningUlps, 0.5 * kNearInWidenings * kWideningUlps + 1.0);
+
+// A mesh that is smaller than this part of its distance from the origin is taken to have this size:
+// its boxes have room, and what is widened is so by 2000 to 4000 roundings of a position there.
+constexpr double kLeastHalfExtent = 1.0e-5;
 
 constexpr double kParallel =
     1.0e-30; // m; a segment that moves less along an axis does not leave a slab, nor overflow
@@ -74,6 +84,45 @@ double sum_of_sizes(const Vec3& v) noexcept {
     return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
 }
 
+/// Whether a point of the segment, on its line in `on_line` at `distance` from its start, is one of
+/// the triangle too, to `room`: the nearer end of the segment where it is none of the segment's.
+bool meets_at(const Segment& s, const Corners& corner, const Vec3& on_line, double distance,
+              double room, Crossing& crossing) noexcept {
+    const double at = std::clamp(distance, 0.0, s.length);
+    const Vec3 of_segment = at == distance ? on_line : s.from + at * s.direction;
+    crossing.point = closest_point_on_triangle(of_segment, corner.a, corner.b, corner.c);
+    crossing.distance = std::clamp(glm::dot(crossing.point - s.from, s.direction), 0.0, s.length);
+    return squared_length(crossing.point - of_segment) <= room * room;
+}
+
+/// Where the segment's line comes nearest to the line pq: on it, from its point nearest to zero.
+double approach_to(const Vec3& direction, const Vec3& p, const Vec3& q) noexcept {
+    const Vec3 edge = q - p;
+    const Vec3 edge_across = edge - glm::dot(edge, direction) * direction;
+    const Vec3 p_across = p - glm::dot(p, direction) * direction;
+    const double squared = squared_length(edge_across);
+    const double t =
+        squared > 0.0 ? std::clamp(-glm::dot(p_across, edge_across) / squared, 0.0, 1.0) : 0.0;
+    return glm::dot(p + t * edge, direction);
+}
+
+/// A segment in the triangle's plane meets it where it begins, or first passes an edge. `a`, `b`,
+/// `c`: the corners from the point of the line at `near` from its start.
+bool meets_in_plane(const Segment& s, const Corners& corner, const Corners& from_line, double near,
+                    double room, Crossing& crossing) noexcept {
+    const Corners& c = from_line;
+    bool found = false;
+    for (const double distance :
+         {0.0, near + approach_to(s.direction, c.a, c.b), near + approach_to(s.direction, c.b, c.c),
+          near + approach_to(s.direction, c.c, c.a)}) {
+        Crossing one;
+        if (!meets_at(s, corner, s.from + distance * s.direction, distance, room, one)) continue;
+        if (!found || one.distance < crossing.distance) crossing = one;
+        found = true;
+    }
+    return found;
+}
+
 /// A triangle that the segment meets exactly is never refused (so a closed mesh lets nothing
 /// through, at edges and vertices too), one that it passes by more than a few times the rounding
 /// never taken.
@@ -109,17 +158,27 @@ bool crosses(const Segment& s, const Corners& corner, double widening,
     const bool right = u <= room_u && v <= room_v && w <= room_w;
     if (!left && !right) return false;
 
-    // The plane's point; where the line nearly lies in the plane and meets it nowhere near, the one
-    // we have.
+    // What rounding may put between a point of the line and the plane: the more, the thinner the
+    // triangle. Beside a corner the widened edges reach farther out than beside an edge.
     const Vec3 n = glm::cross(b - a, c - a);
     const double across = glm::dot(n, s.direction), height = glm::dot(n, a);
-    const bool within_reach = std::abs(height) < reach * std::abs(across);
-    const Vec3 on_line = origin + (within_reach ? height / across : 0.0) * s.direction;
-    crossing.point = closest_point_on_triangle(on_line, corner.a, corner.b, corner.c);
-    const double distance = glm::dot(crossing.point - s.from, s.direction);
-    if (distance < -s.rounding || distance > s.length + s.rounding) return false;
-    crossing.distance = std::clamp(distance, 0.0, s.length);
-    return true;
+    const double size = glm::length(n); // twice the area, m^2
+    const double thin = std::max(1.0, reach * reach / size);
+    const double rounding = s.rounding * thin;
+    const double near_by = kRoundingsOfNearest * s.rounding *
+                           std::max(thin, std::pow(std::min(thin, kThinOfSliver), 2));
+
+    // The flatter the line comes, the less is known of where it meets the plane; beyond an edge it
+    // then is that edge that it passes. If it lies in the plane the three above say nothing at all.
+    if (std::abs(height) < reach * std::abs(across) && rounding * size < reach * std::abs(across)) {
+        const double along = height / across, distance = near + along;
+        const double beyond = distance - std::clamp(distance, 0.0, s.length);
+        if (std::abs(beyond * across) > rounding * size) return false;
+        if (meets_at(s, corner, origin + along * s.direction, distance,
+                     near_by + 2.0 * widening * thin, crossing))
+            return true;
+    }
+    return meets_in_plane(s, corner, {a, b, c}, near, near_by, crossing);
 }
 
 /// The radius of Embree's ball for a distance: its centre is rounded, and so is a squared distance,
@@ -159,7 +218,7 @@ struct SurfaceScene::Embree {
         triangle_of;       // by Embree's primitive: degenerate triangles are left out
     Box bounds;            // of the triangles that are left, grown by box_room
     Vec3 origin{0.0};      // m, scene frame: Embree's zero
-    double largest = 0.0;  // m, largest coordinate of a vertex
+    double largest = 0.0;  // m, largest coordinate of a triangle's vertex
     double box_room = 0.0; // m
     double widening = 0.0; // m
     RTCDevice device = nullptr;
@@ -231,8 +290,7 @@ SurfaceScene::Embree::Embree(std::shared_ptr<const TriangleMesh> surface)
     choose_triangles();
     const Vec3 half = 0.5 * bounds.extent();
     origin = bounds.center();
-    // The half extent never being zero keeps a flat mesh's boxes from having no room.
-    const double ulp = ulp32(std::max(largest_coordinate(half), kEpsilon * largest));
+    const double ulp = ulp32(std::max(largest_coordinate(half), kLeastHalfExtent * largest));
     box_room = kBoxUlps * ulp;
     widening = kWideningUlps * ulp;
     bounds.lower -= box_room;
@@ -250,7 +308,6 @@ void SurfaceScene::Embree::choose_triangles() {
         if (!answers_at(mesh->vertices[v]))
             throw std::invalid_argument("vertex " + std::to_string(v) +
                                         " is not finite or beyond 1e6 m; repair the mesh");
-        largest = std::max(largest, largest_coordinate(mesh->vertices[v]));
     }
     triangle_of.reserve(mesh->triangles.size());
     for (std::size_t t = 0; t < mesh->triangles.size(); ++t) {
@@ -262,8 +319,10 @@ void SurfaceScene::Embree::choose_triangles() {
         const Corners corner = corners(static_cast<std::uint32_t>(t));
         if (is_degenerate(corner.a, corner.b, corner.c)) continue;
         triangle_of.push_back(static_cast<std::uint32_t>(t));
-        for (const Vec3& p : {corner.a, corner.b, corner.c})
+        for (const Vec3& p : {corner.a, corner.b, corner.c}) {
             bounds.add(p);
+            largest = std::max(largest, largest_coordinate(p));
+        }
     }
     if (triangle_of.empty())
         throw std::invalid_argument("mesh has no triangle with an area; give one with a surface");

@@ -77,8 +77,8 @@ public:
     /// Rounding of a position of a query near the mesh, m: 1.8e-15 times the largest coordinate
     /// (1.1e-16 m at 60 mm, 1.8e-14 at 10 m). A query's own coordinate counts where it is larger.
     double query_error_m() const noexcept;
-    /// By how much SegmentOptions::widened widens, m: 8 float32 units of the mesh's half extent (30
-    /// nm at 31-62 mm).
+    /// By how much SegmentOptions::widened widens, m: 8 float32 units of the half extent of the
+    /// mesh's triangles, or of 1e-5 of their largest coordinate (30 nm at 31-62 mm).
     double widening_m() const noexcept;
     /// How near for_pairs_near() looks, m: eight times widening_m().
     double near_m() const noexcept;

@@ -26,12 +26,13 @@ struct palpate_scene {
     std::shared_ptr<const palpate::Scene> scene;
     palpate::SceneResources resources; ///< that it was made with, but for its progress
     std::vector<std::string> surfaces;
+    std::vector<std::string> warnings;
 };
 
 struct palpate_loop {
     palpate::SteadyClock clock;
-    std::shared_ptr<const palpate::Scene> scene;
     std::optional<palpate::HapticLoop> loop;
     std::vector<std::string> warnings;
-    std::optional<palpate::c::LoopRecord> record; ///< nothing where none is kept
+    std::optional<palpate::c::LoopRecord> record;   ///< nothing where none is kept
+    std::shared_ptr<const palpate::Scene> recorded; ///< the scene that `record` is of
 };

@@ -45,12 +45,14 @@ void HidStream::connect() {
     port_ = std::move(port);
     seen_empty_s_ = hid_time_s();
     ++counts_.connections;
+    is_connected_.store(true);
 }
 
 void HidStream::start() {
     if (reader_.joinable()) return;
     stopping_ = false;
     untaken_since_s_.store(kAllTaken);
+    refuses_reports_.store(false);
     seen_empty_s_ = kNever; // what came before is as old as that
     protocol_.forget_force();
     reader_ = std::thread([this] { read_reports(); });
@@ -70,6 +72,7 @@ void HidStream::stop() noexcept {
 
 void HidStream::close() noexcept {
     stop();
+    is_connected_.store(false);
     port_.reset();
 }
 
@@ -129,6 +132,7 @@ void HidStream::lose() noexcept {
     protocol_.release(*port_);
     port_.reset();
     refuses_reports_.store(false);
+    is_connected_.store(false);
     ++counts_.losses;
 }
 

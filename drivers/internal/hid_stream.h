@@ -92,6 +92,9 @@ public:
     /// waiting, refuses, or is gone. Infinity: it has taken all.                        [loop]
     double untaken_since_s() const noexcept { return untaken_since_s_.load(); }
 
+    /// Whether the device is open, and not lost.                                         [any]
+    bool is_connected() const noexcept { return is_connected_.load(); }
+
     const HidStreamCounts& counts() const noexcept { return counts_; }
 
 private:
@@ -109,6 +112,7 @@ private:
     HidStreamCounts counts_;
     std::atomic<double> untaken_since_s_;
     std::atomic<bool> refuses_reports_{false};
+    std::atomic<bool> is_connected_{false};
     double seen_empty_s_; ///< the reader's: when no report waited
 
     /// The writer's while it writes, the reader's while it exchanges the port.

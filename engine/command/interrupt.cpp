@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/command/interrupt.h>
 
+#include <atomic>
 #include <csignal>
 #include <string_view>
 
@@ -9,9 +10,12 @@
 namespace palpate::command {
 namespace {
 
-volatile std::sig_atomic_t asked_signal = 0; // the signal
-
-volatile std::sig_atomic_t only_asks = 0; // SignalsOnlyAsk
+// Threads of a view ask for them too.
+std::atomic<int> asked_signal = 0;   // the signal
+std::atomic<bool> only_asks = false; // SignalsOnlyAsk
+static_assert(decltype(asked_signal)::is_always_lock_free &&
+                  decltype(only_asks)::is_always_lock_free,
+              "a signal's handler may not lock");
 
 extern "C" void remember(int signal) {
     asked_signal = signal;
@@ -35,12 +39,12 @@ void listen(int flags) {
 void stop_on_signals() { listen(SA_RESETHAND); }
 
 SignalsOnlyAsk::SignalsOnlyAsk() {
-    only_asks = 1;
+    only_asks = true;
     listen(0);
 }
 
 SignalsOnlyAsk::~SignalsOnlyAsk() {
-    only_asks = 0;
+    only_asks = false;
     if (asked_signal == 0) {
         stop_on_signals();
         return;

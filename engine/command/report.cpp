@@ -18,6 +18,7 @@
 #include <palpate/engine/report/report_page.h>
 #include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/scene_overrides.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/text/text_file.h>
 
@@ -169,6 +170,16 @@ std::string title_of(const Recording& recording, const std::string& summary,
                        hand, hand.empty() ? "" : ", ", method_of(summary, folder));
 }
 
+/// Of what was overridden, that which decides what is drawn.
+std::string drawn_overrides(const Recording& recording) {
+    const SceneOverrides all = overrides_from_json(recording.overrides);
+    SceneOverrides drawn;
+    drawn.hand = all.hand;
+    drawn.contact = all.contact;
+    drawn.preview = all.preview;
+    return to_json(drawn);
+}
+
 /// Traces over the same scene are one subject: its first surface gives the picture.
 int report(const ReportOptions& options) {
     check_output(options);
@@ -178,7 +189,7 @@ int report(const ReportOptions& options) {
         const std::vector<Recording> hands = read_recordings(folder / "recording.h5");
         const Recording& recording = hands.front();
         const std::string felt = fmt::format("{}\n{}\n{}", recording.scene_file,
-                                             recording.overrides, recording.scene_text);
+                                             drawn_overrides(recording), recording.scene_text);
         if (!subject_of.contains(felt)) {
             const auto scene = felt_scene(recording, folder / "recording.h5");
             if (scene->surfaces().empty())

@@ -17,10 +17,10 @@
 #include <palpate/engine/command/trace_folder.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/record/recording_journal.h>
 #include <palpate/engine/record/trace_files.h>
-#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/serve/igtl_server.h>
@@ -106,7 +106,6 @@ void write(const Scene& scene, const ServeOptions& options, const TraceFolder& f
     write_recording(out / "recording.h5", recorded(scene, options.overrides, trace));
     journal.remove();
     folder.remove_earlier();
-    print(fmt::format("written to {}: frames.csv recording.h5", plain_text(out.string())));
 }
 
 std::string in_words(const IgtlServerCounts& counts) {
@@ -164,10 +163,14 @@ int serve(const ServeOptions& options) {
     LostDevice lost(description);
     const SignalsOnlyAsk one_is_enough; // until what was felt is written
     const Trace trace = run(scene, options, placed, server, journal ? &*journal : nullptr, lost);
+    // First: nothing is lost where nobody reads what is said.
+    if (journal) write(*scene, options, *out, trace, *journal);
     print("serve: " + in_words(server.counts()));
     if (const std::string complaint = device_complaint(placed.device); !complaint.empty())
         tell("palpate: warning: {}\n", complaint);
-    if (journal) write(*scene, options, *out, trace, *journal);
+    if (out)
+        print(
+            fmt::format("written to {}: frames.csv recording.h5", plain_text(out->all().string())));
     const std::string failed = lost.in_words(trace.device.name, placed.device);
     if (!failed.empty()) tell("palpate: {}\n", plain_text(failed));
     return failed.empty() ? kDone : kDevice;

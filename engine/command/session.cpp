@@ -9,9 +9,9 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/record/recording.h>
 #include <palpate/engine/record/recording_journal.h>
-#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/text/plain_text.h>
 

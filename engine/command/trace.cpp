@@ -24,11 +24,11 @@
 #include <palpate/engine/command/trace_folder.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/record/recording_journal.h>
 #include <palpate/engine/record/trace_files.h>
 #include <palpate/engine/report/report_page.h>
-#include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/report/trace_summary.h>
 #include <palpate/engine/run/realtime_run.h>
 #include <palpate/engine/run/trace.h>
@@ -139,7 +139,8 @@ std::vector<HandTrace> run_each_asap(const std::vector<TracedHand>& hands,
                                      const TraceOptions& options) {
     std::vector<HandTrace> traces;
     for (const TracedHand& hand : hands) {
-        if (options.events && hands.size() > 1) print(said_of(hand.name) + "begins");
+        if (options.events && hands.size() > 1)
+            try_print(said_of(hand.name) + "begins"); // as events: what cannot be told ends nothing
         traces.push_back({hand.scene, run_asap(hand, options)});
     }
     return traces;
@@ -237,7 +238,15 @@ std::vector<HandTrace> run_by_the_clock(const std::vector<TracedHand>& hands,
             !complaint.empty())
             tell("palpate: warning: {}{}\n", hand, complaint);
         // A signal has ended the run, not what is to be said of it.
-        audit(traces[i].scene, trace, stop_wanted() ? Progress{} : progress_bar());
+        // Another one, while it is audited, ends that alone: what was felt is written.
+        try {
+            audit(traces[i].scene, trace, stop_wanted() ? Progress{} : progress_bar());
+        } catch (const std::runtime_error&) {
+            if (!stop_wanted()) throw;
+            tell("palpate: warning: {}stopped before the run was audited: its summary does not say "
+                 "how far the proxy was from the surface; `palpate replay` of its recording does\n",
+                 hand);
+        }
         if (trace.before) traces[i].scene = next.get();
     }
     return traces;

@@ -19,6 +19,7 @@
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/scene/hands.h>
 #include <palpate/engine/scene/scene_file.h>
@@ -89,8 +90,18 @@ void open_browser(const std::string& where) {
              "open this yourself: {}\n",
              link);
     };
-    if (posix_spawnp(&process, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0)
-        return fail(where);
+    // A browser that stays has neither this program's sockets nor its Ctrl-C.
+    posix_spawn_file_actions_t files{};
+    posix_spawnattr_t how{};
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
+    posix_spawnattr_init(&how);
+    posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP);
+    const int failed =
+        posix_spawnp(&process, program.c_str(), &files, &how, arguments.data(), environ);
+    posix_spawnattr_destroy(&how);
+    posix_spawn_file_actions_destroy(&files);
+    if (failed != 0) return fail(where);
     std::thread([process, where, fail] {
         int status = 0;
         if (waitpid(process, &status, 0) == process && status != 0) fail(where);

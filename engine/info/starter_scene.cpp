@@ -300,7 +300,7 @@ std::string list_of(const std::vector<Part>& parts) {
     std::string text = "[", row;
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const std::string one = toml_text(parts[i].key) + (i + 1 < parts.size() ? ", " : "]");
-        if (row.size() + one.size() > kWidth) {
+        if (!row.empty() && row.size() + one.size() > kWidth) {
             row.pop_back();
             text += std::exchange(row, {}) + "\n    ";
         }

@@ -57,7 +57,8 @@ std::string felt_warning(const Scene& scene) {
     const std::size_t count = scene.surfaces().size();
     if (count <= kFeltBits) return {};
     return fmt::format("the scene has {} surfaces, and only of the first {} it is recorded which "
-                       "one is felt; trace fewer at a time where that matters",
+                       "one is felt, and a vibration answers these alone; trace fewer at a time "
+                       "where that matters",
                        count, kFeltBits);
 }
 

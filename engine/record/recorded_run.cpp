@@ -142,9 +142,9 @@ bool same_frame(const FrameReport& a, const FrameReport& b, bool felt_is_recorde
            a.sub_steps == b.sub_steps && a.evaluations == b.evaluations &&
            a.contacts == b.contacts && same_bits(a.residual_m, b.residual_m) &&
            a.flags == b.flags && same_bits(a.indentation_m, b.indentation_m) &&
-           same_bits(a.stiffness_n_per_m, b.stiffness_n_per_m) &&
            (!(a.indentation_m > 0.0) ||
-            (same_bits(a.front, b.front) && a.pressed_surface == b.pressed_surface));
+            (same_bits(a.stiffness_n_per_m, b.stiffness_n_per_m) && same_bits(a.front, b.front) &&
+             a.pressed_surface == b.pressed_surface));
 }
 
 /// The touches of one frame: `rows` begins with them, and has them no more afterwards.

@@ -248,7 +248,8 @@ Scene::Scene(SceneDescription description, const SceneResources& resources)
     effect_order_ = order_of(description_, plan_);
     shape_surfaces();
     const LoopParts parts = make_parts();
-    plan_.warnings = internal::warnings_of(*this, internal::felt_effects(*this, parts));
+    plan_.warnings = internal::warnings_of(*this, internal::felt_effects(*this, parts),
+                                           description_.limits.force_n);
     for (std::string& warning : internal::warnings_of_soft_borders(*this))
         plan_.warnings.push_back(std::move(warning));
 }

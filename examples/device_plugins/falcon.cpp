@@ -207,6 +207,7 @@ int device_stop(void* opened) {
     device.told_s = -1e9; // no force from here on
     for (int i = 0; i < 50 && !exchange(device); ++i)
         std::this_thread::sleep_for(kPeriod);
+    device.measured_s = 0.0; // what was measured is not of the next start
     return PALPATE_PLUGIN_OK;
 }
 

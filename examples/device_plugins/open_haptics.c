@@ -226,6 +226,7 @@ static int device_stop(void* opened) {
     device->is_started = device->is_forsaken = 0;
     device->told_s = device->held_s = LONG_AGO_S;
     device->error = HD_SUCCESS;
+    device->measured_s = 0.0; /* what was measured is not of the next start */
     return PALPATE_PLUGIN_OK;
 }
 

@@ -17,14 +17,8 @@ namespace palpate {
 
 /// A triangle mesh as something to touch.
 struct MeshContactSettings {
-    /// What is looked at before a flight ends above facets that are not certified.
-    enum class Guard {
-        clearance, ///< what is nearer than the skin
-        rays_only, ///< nothing: shows in tests what the look is for
-    };
     double strength_n = std::numeric_limits<double>::infinity(); ///< yields above, N, > 0
     double free_m = 5e-6; ///< where it yielded: further than this in front nothing is felt, m, > 0
-    Guard guard = Guard::clearance;
     Yielding yielding = Yielding::holds; ///< what it does above its strength
 };
 

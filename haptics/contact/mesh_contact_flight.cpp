@@ -135,7 +135,6 @@ double MeshContact::stop_clear(const Vec3& from, const Vec3& to, double share) n
     for (int i = 0; i <= kPullBacks; ++i) {
         now_.leg.to = from + share * (to - from);
         if (share == 0.0) break;
-        if (settings_.guard == MeshContactSettings::Guard::rays_only) return share;
         const std::optional<SurfaceHit> near = closest_point(now_.leg.to, kNearlySkin * skin_m_);
         if (!near) return share;
         // Nearer to a certified facet than that, a later flight could not tell its sides.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -162,18 +163,23 @@ void MeshContact::commit_behind(const Vec3& proxy, bool yielded, bool felt) noex
 /// On which side of the surface that it last went through the proxy is.
 void MeshContact::look_back(const Vec3& proxy) noexcept {
     now_.leaving.clear();
-    const std::optional<SurfaceHit> hit = first_hit(proxy, now_.seen);
+    const Vec3 seen = std::exchange(now_.seen, proxy);
+    const std::optional<SurfaceHit> hit = first_hit(proxy, seen);
     if (hit && now_.front_side == 0) {
-        const std::optional<SurfaceHit> first = first_hit(now_.seen, proxy);
-        now_.front_side = face_seen_from(first ? *first : *hit, now_.seen);
+        const std::optional<SurfaceHit> first = first_hit(seen, proxy);
+        now_.front_side = face_seen_from(first ? *first : *hit, seen);
     }
-    now_.seen = proxy;
     if (!hit) return;
-    now_.gone_through = hit->triangle;
     // A facet may be oriented the other way round than the one that was passed.
-    now_.front_normal =
+    const Vec3 front_normal =
         walk_.outward(hit->triangle, mesh_->topology().face(hit->triangle, now_.front_side));
-    now_.in_front = glm::dot(now_.front_normal, proxy - hit->position) > 0.0;
+    const double height_m = glm::dot(front_normal, proxy - hit->position);
+    const double before_m = glm::dot(front_normal, seen - hit->position);
+    // Along the facet, from a place on it to another one: rounding would say on which side.
+    if (std::max(std::abs(height_m), std::abs(before_m)) < tolerance_m_) return;
+    now_.gone_through = hit->triangle;
+    now_.front_normal = front_normal;
+    now_.in_front = height_m > 0.0;
     if (!now_.in_front) return;
     // In a groove what is in front of one wall's plane may be behind the other wall: the nearest
     // place of the surface tells.

@@ -41,6 +41,7 @@ public:
     Vec3 device_force_n() const noexcept override { return now_.sine_n; }
     bool is_active() const noexcept override { return true; }
     bool only_pushes() const noexcept override { return true; }
+    double highest_tone_hz() const noexcept override { return settings_.frequency_hz; }
     std::size_t most_primitives() const noexcept override { return 0; }
     QueryCount queries() const noexcept override { return {}; }
     std::any save_state() const override { return now_; }

@@ -75,6 +75,9 @@ public:
     /// Whether all that it does to the proxy is to push it with one force, the same wherever the
     /// frame ends, or nothing. No is always right, and may cost more (docs/palpation.md). [any]
     virtual bool only_pushes() const noexcept { return false; }
+    /// The highest tone that it gives the device, Hz, >= 0: a loop needs more than two frames for
+    /// each of its periods, else another tone is felt; it refuses the effect there.      [any]
+    virtual double highest_tone_hz() const noexcept { return 0.0; }
     /// How many planes, lines and points it adds in an evaluation at most; forces and springs need
     /// no room.                                                                          [setup]
     virtual std::size_t most_primitives() const noexcept { return 1; }

@@ -35,6 +35,7 @@ public:
     double unasked_force_n() const noexcept override { return effect_->unasked_force_n(); }
     bool is_active() const noexcept override { return effect_->is_active(); }
     bool only_pushes() const noexcept override { return effect_->only_pushes(); }
+    double highest_tone_hz() const noexcept override { return effect_->highest_tone_hz(); }
     std::size_t most_primitives() const noexcept override { return effect_->most_primitives(); }
     QueryCount queries() const noexcept override { return effect_->queries(); }
     std::any save_state() const override;

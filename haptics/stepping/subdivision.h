@@ -235,6 +235,7 @@ private:
         Vec3 touched_at{0.0}; // where the tip was when it pushed last, m
         Vec3 touched_normal{0.0};
         bool pushed_before = false; // the same of the frame before
+        bool gave_way = false;      // its front, in this frame
         // Of the last evaluation.
         Vec3 y{0.0};                // where the front is, m
         Vec3 normal{0.0};           // from the tip to there

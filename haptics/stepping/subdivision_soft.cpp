@@ -166,6 +166,7 @@ void Subdivision::press_layers(const Vec3& tip) noexcept {
     if (budget_.evaluations == 0) {
         for (Layer& layer : layers_) {
             layer.pushed_before = layer.pushes;
+            layer.gave_way = false;
             layer.flags = 0;
         }
     }
@@ -200,6 +201,7 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
         const SubdivisionResult front = layer.front->advance(follows);
         budget_.work_left -= static_cast<int>(front.work);
         layer.flags = (layer.flags & kOnceInAFrame) | front.flags;
+        layer.gave_way |= layer.front->surfaces_.front().yields();
         if (is_a_place(front.proxy)) layer.y = front.proxy;
         follows.period_s = 0.0;
         if (!(front.flags & kEvaluationCap)) break;
@@ -213,16 +215,16 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
     const double viscous = layer.softness.damping / frame_.period_s;
     double force_n = tissue.force_n;
     layer.slope_n_per_m = tissue.slope_n_per_m;
-    const LoopSurface& front = layer.front->surfaces_.front();
-    if (viscous > 0.0 && !front.yields()) { // of a front's own way the damper feels nothing
+    if (viscous > 0.0 && !layer.gave_way) { // of a front's own way the damper feels nothing
         force_n += viscous * (layer.indentation_m - layer.tissue_m);
         layer.slope_n_per_m += viscous;
         // However fast it is pressed, it holds no more than its strength: where it would after the
         // step that this force leads to. Before that step it may be far more.
+        const LoopSurface& front = layer.front->surfaces_.front();
         const double most_n = front.strength_n(frame_.force_limit_n), k = frame_.stiffness;
         const double step_m = (force_n / k + glm::dot(frame_.probe - tip, layer.normal)) /
                               (1.0 + layer.slope_n_per_m / k);
-        if (force_n - layer.slope_n_per_m * step_m > most_n) {
+        if (force_n - layer.slope_n_per_m * step_m > most_n && force_n >= most_n) {
             force_n = most_n;
             layer.slope_n_per_m = 0.0;
         }

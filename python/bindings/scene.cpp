@@ -4,6 +4,7 @@
 #include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/loop/felt_surfaces.h>
+#include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/record/output_files.h>
 #include <palpate/engine/report/scene_in_words.h>
 #include <palpate/engine/run/effect_prices.h>
@@ -65,11 +66,11 @@ std::vector<std::string> effects_of(const PyScene& scene) {
 
 std::vector<std::string> surfaces_of(const PyScene& scene) { return surface_names(*scene.scene); }
 
-std::string in_words(const PyScene& scene, bool json) {
-    return about_long<SceneProblem>([&] {
+py::str in_words(const PyScene& scene, bool json) {
+    return words(about_long<SceneProblem>([&] {
         const std::vector<double> prices = measure_prices(*scene.scene);
         return json ? scene_as_json(*scene.scene, prices) : scene_in_words(*scene.scene, prices);
-    });
+    }));
 }
 
 py::object mesh_of(const PyScene& scene, const std::string& surface) {

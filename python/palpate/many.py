@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate import _palpate, _toml
 from palpate._arguments import file_name, integer
-from palpate.errors import ArgumentError, Error, FileError
+from palpate.errors import ArgumentError, Error, FileError, SceneError
 from palpate.runs import PathLike
 from palpate.scene import Scene, _extractor
 from palpate.studies import Study, study
@@ -68,14 +68,21 @@ def _unit(given: Any, i: int, folder: Path) -> _Unit:
             raise refuse(f"{key} = {given.get(key)!r} is no name", "give a text of one line")
     scene = given.get("scene")
     every, baselines = given.get("every", 1), given.get("baselines", True)
-    if not isinstance(every, int) or every < 1:
-        raise refuse(f"every = {every!r} is out of range", "give an integer >= 1")
+    if isinstance(every, bool):
+        raise refuse(f"every = {every!r} is no number", "give an integer")
+    try:
+        every = integer(f"{place}: every", every, 1)
+    except TypeError as error:
+        raise ArgumentError(str(error)) from None
     if not isinstance(baselines, bool):
         raise refuse(f"baselines = {baselines!r} is no choice", "give True or False")
     unit: _Unit = {"scan": given["scan"], "structure": given["structure"]}
     unit.update(every=every, baselines=baselines, path=None)
     if isinstance(scene, Mapping):
-        unit.update(scene=_toml.scene_text(scene), file=str(folder / "dict"))
+        try:
+            unit.update(scene=_toml.scene_text(scene), file=str(folder / "dict"))
+        except (SceneError, TypeError) as error:
+            raise ArgumentError(f"{place}: {error}") from None
     elif isinstance(scene, (str, os.PathLike)):
         unit.update(scene=None, file=str(folder / _name(f"{place}: scene", scene)))
     else:

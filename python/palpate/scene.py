@@ -190,7 +190,7 @@ class Scene:
 
         Data in memory are in it as they were given.
         """
-        tables = tomllib.loads(self.text)
+        tables = tomllib.loads(self.text.removeprefix("\ufeff"))  # a byte-order mark
         tables.get("volume", {}).update(self._volumes)
         for name, mesh in self._meshes.items():
             tables["surface"][name]["mesh"] = mesh

@@ -283,6 +283,27 @@ TEST(DataInC, AFunctionIsReleasedOnceWhenNothingCanAskItAnyMore) {
     EXPECT_EQ(ball.releases, 1) << "what was refused is the caller's";
 }
 
+// As embedding.md says: a scan of before is not kept until the end of the run.
+TEST(DataInC, AFunctionIsReleasedOnceALoopHasLeftItsScene) {
+    Ball ball;
+    const palpate_scalar_field given = field_of(ball);
+    test::DataPtr data = test::no_data();
+    ASSERT_EQ(palpate_data_add_scalar_field(data.get(), "own", &given, nullptr), PALPATE_OK);
+    test::ScenePtr scene = test::parsed(kFieldBall, data);
+    const test::LoopPtr loop = test::made(scene);
+    data.reset();
+    scene.reset();
+    const test::ScenePtr other =
+        test::parsed("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 30\n[surface.s]\n"
+                     "volume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n");
+    for (const int released : {0, 1, 1}) {
+        ASSERT_EQ(palpate_loop_adopt(loop.get(), other.get(), nullptr), PALPATE_OK);
+        EXPECT_EQ(ball.releases, released);
+        for (int i = 0; i < 3; ++i)
+            test::frame_of(loop.get(), test::probe_of(DeviceState{}));
+    }
+}
+
 TEST(DataInC, AFunctionThatFailsInTheLoopIsCountedAndNothingIsFeltThere) {
     for (const bool says_so : {false, true}) {
         Ball ball;

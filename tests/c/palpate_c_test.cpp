@@ -17,6 +17,7 @@
 #include <palpate/palpate.h>
 
 #include "tests/c/c_handles.h"
+#include "tests/support/temporary_folder.h"
 
 namespace palpate {
 namespace {
@@ -176,6 +177,42 @@ TEST(PalpateC, GainsScaleAndAreRefusedOutOfRange) {
     EXPECT_EQ(palpate_loop_set_gain(loop.get(), 2, 1.0), PALPATE_BAD_CALL);
     for (int i = 0; i < 300; ++i)
         EXPECT_EQ(vec(frame_of(loop.get(), probe_at(i)).force_n), Vec3(0.0)) << "it is off";
+}
+
+TEST(PalpateC, ScenesTellWhatIsNotFeltAsTheySay) {
+    const ScenePtr drifts =
+        parsed("[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n[[effect]]\n"
+               "type = \"gradient_surface\"\nvolume = \"v\"\n"
+               "strength_n = [[-1e-9, 0], [0, 1e3]]\n");
+    ASSERT_EQ(palpate_scene_warning_count(drifts.get()), 1u);
+    EXPECT_THAT(palpate_scene_warning(drifts.get(), 0),
+                testing::AllOf(testing::StartsWith("ball.toml: "), HasSubstr("drifts")));
+    EXPECT_EQ(palpate_scene_warning(drifts.get(), 1), nullptr);
+    EXPECT_EQ(palpate_scene_warning(nullptr, 0), nullptr);
+}
+
+TEST(PalpateC, ScenesTellHowTheirFilesWereRead) {
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "m.obj", "v 0 0 0\nv 30 0 0\nv 0 30 0\nf 1 2 3\n");
+    const ScenePtr scene = parsed("[surface.s]\nmesh = \"" + (folder / "m.obj").string() +
+                                  "\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n");
+    std::string all;
+    for (std::size_t i = 0; i < palpate_scene_warning_count(scene.get()); ++i)
+        all += std::string(palpate_scene_warning(scene.get(), i)) + "\n";
+    EXPECT_THAT(all, HasSubstr("states no frame"));
+    EXPECT_THAT(all, HasSubstr("states no unit"));
+}
+
+TEST(PalpateC, OptionsOfAnotherMethodAreRefused) {
+    const ScenePtr scene = parsed(kBall);
+    palpate_loop_options options{};
+    options.size = sizeof options;
+    options.sub_steps = 8;
+    palpate_error error = no_error();
+    palpate_loop* loop = nullptr;
+    EXPECT_EQ(palpate_loop_make(scene.get(), &options, &loop, &error), PALPATE_BAD_INPUT);
+    EXPECT_EQ(loop, nullptr);
+    EXPECT_THAT(error.message, HasSubstr("is of method fixed and changes nothing with adaptive"));
 }
 
 TEST(PalpateC, SurfacesAndFlagsHaveNames) {

@@ -43,6 +43,14 @@ protected:
     }
 };
 
+TEST_F(HandsCommand, WhatEventsCannotSayIsWrittenNevertheless) {
+    standard_out = "/dev/full";
+    const test::CommandResult result = run({"trace", "two.toml", "--events", "--out", "two"});
+    EXPECT_EQ(result.exit, 3) << result.err;
+    for (const char* file : {"summary.json", "recording.h5", "left/frames.csv", "right/frames.csv"})
+        EXPECT_TRUE(is_there(std::string("two/") + file)) << file << '\n' << result.err;
+}
+
 TEST_F(HandsCommand, ATraceHasAFolderForEachHandAndOneOfAll) {
     const test::CommandResult result = run({"trace", "two.toml", "--out", "two"});
     ASSERT_EQ(result.exit, 0) << result.err;

@@ -143,6 +143,17 @@ TEST_F(CommandOutputs, AReportIsOfTheScenesThatWereFelt) {
     EXPECT_EQ(pictures, 2u);
 }
 
+// Nor does it matter how the loop steps: the surface is the same.
+TEST_F(CommandOutputs, TracesOfOneSceneShareItsPicture) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    ASSERT_EQ(run({"trace", "ball.toml", "--method", "single", "--out", "u"}).exit, 0);
+    ASSERT_EQ(run({"report", "t", "u", "-o", "both.html"}).exit, 0);
+    const std::string page = content_of(*this / "both.html");
+    const std::size_t first = page.find("<h2>ball");
+    ASSERT_NE(first, std::string::npos);
+    EXPECT_EQ(page.find("<h2>ball", first + 1), std::string::npos);
+}
+
 TEST_F(CommandOutputs, APageThatIsFilledIsNotReplaced) {
     ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
     make("own.html", "<title>Palpate</title> with words of one's own");

@@ -178,6 +178,17 @@ TEST_P(SpaceMouseKinds, Case9UnpluggedAtRestIsStaleAndBackIsFreshWhereItWas) {
     EXPECT_EQ(rig.state.velocity, Vec3(0.0));
 }
 
+TEST_P(SpaceMouseKinds, Case9UnpluggedAfterItWasOpenedAgainIsStale) {
+    Rig rig(GetParam());
+    rig.device.close();
+    EXPECT_TRUE(rig.reads([&] { return !rig.fresh(); }));
+    rig.device.open();
+    rig.device.start();
+    EXPECT_TRUE(rig.reads([&] { return rig.fresh(); }));
+    rig.node.unplug();
+    EXPECT_TRUE(rig.reads([&] { return !rig.fresh(); }));
+}
+
 TEST(SpaceMouseDevice, TakesNoForceAndSaysWhereItsProbeGets) {
     SpaceMouseDevice device;
     EXPECT_EQ(device.properties().force_n, 0.0);

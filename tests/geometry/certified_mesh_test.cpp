@@ -186,5 +186,24 @@ TEST(CertifiedMesh, LengthsFollowTheSize) {
     EXPECT_NEAR(at(5.0, Vec3{0.0}).tolerance_m(), 1e-10, 1e-13);
 }
 
+// Else a proxy that is within the tolerance of the skin would be at the facets.
+TEST(CertifiedMesh, TheSkinIsWiderThanTheToleranceWhereverTheMeshIs) {
+    for (const double radius : {1e-5, 5e-5, 1e-3, 0.05, 5.0})
+        for (const double away : {0.0, 1.0, 100.0, 1e4, 9e5}) {
+            const CertifiedMesh mesh(
+                std::make_shared<const TriangleMesh>(test::icosphere(radius, 1, {away, 0, 0})));
+            EXPECT_GE(mesh.skin_m(), 4.0 * mesh.tolerance_m()) << radius << " at " << away;
+        }
+}
+
+TEST(CertifiedMesh, AVertexOfNoTriangleChangesNoLength) {
+    TriangleMesh mesh = test::icosphere(5e-5, 1);
+    const CertifiedMesh alone(std::make_shared<const TriangleMesh>(mesh));
+    mesh.vertices.push_back({1000.0, 0.0, 0.0});
+    const CertifiedMesh with(std::make_shared<const TriangleMesh>(mesh));
+    EXPECT_EQ(with.skin_m(), alone.skin_m());
+    EXPECT_EQ(with.tolerance_m(), alone.tolerance_m());
+}
+
 } // namespace
 } // namespace palpate

@@ -197,6 +197,7 @@ class Errors(unittest.TestCase):
             (no_text / "scene.toml").write_text(HEAD_TOML)
             scene = palpate.Scene(str(no_text / "scene.toml"))
             self.assertTrue(any("states no orientation" in line for line in scene.warnings))
+            self.assertIn("scene.toml", scene.explain())
             trace = palpate.trace(scene, strokes(10))
             recording = no_text / "recording.h5"
             trace.save(recording)

@@ -218,7 +218,11 @@ class Many(unittest.TestCase):
             ([good, {**good, "scan": "c", "path": "a\0b.csv"}], "units[1]: path = ", "none"),
             ([{**good, "path": "\ud800.csv"}], "units[0]: path = "),
             ([{**good, "scene": "a\0.toml"}], "units[0]: scene = "),
-            ([{**good, "every": 0}], "every = 0"),
+            ([{**good, "every": 0}], "units[0]: every = 0"),
+            ([{**good, "every": True}], "units[0]: every = True"),
+            ([{**good, "every": 2.0}], "units[0]: every"),
+            ([good, {**good, "structure": "c", "every": 2**31}], "units[1]: every = 2147483648"),
+            ([{**good, "scene": {"loop": {"rate_hz": None}}}], "units[0]: ", "loop.rate_hz"),
             ([{**good, "baselines": 1}], "baselines = 1"),
         ):
             with self.assertRaises(palpate.ArgumentError) as caught:

@@ -59,6 +59,12 @@ class Scenes(unittest.TestCase):
         self.assertEqual(tomllib.loads(_toml.scene_text({"a": PurePosixPath("b/c")})), {"a": "b/c"})
         self.assertEqual(tomllib.loads(_toml.scene_text({"a": np.eye(2)}))["a"], [[1, 0], [0, 1]])
 
+    def test_a_file_with_a_byte_order_mark_is_described(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "marked.toml"
+            file.write_text("\ufeff" + _toml.scene_text(cavity()), encoding="utf-8")
+            self.assertEqual(palpate.Scene(file).description, cavity())
+
     def test_a_scene_says_what_it_is(self):
         scene = palpate.Scene(cavity(method="fixed"))
         self.assertEqual(scene.surfaces, ["wall"])

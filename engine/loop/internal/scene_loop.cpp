@@ -46,6 +46,16 @@ auto pointers(const Owners& owners) {
     return result;
 }
 
+/// What is sampled less than twice a period is another tone. A scene refuses it at its own rate.
+void check_tones(const std::vector<FeltEffect>& effects, double rate_hz) {
+    for (const FeltEffect& felt : effects)
+        if (const double tone_hz = felt.effect->highest_tone_hz(); !(2.0 * tone_hz < rate_hz))
+            throw std::invalid_argument(
+                fmt::format("{}: its tone of {} Hz is not below half of the loop's rate_hz = {}; "
+                            "lower it, or raise the rate",
+                            felt.name, tone_hz, rate_hz));
+}
+
 /// The scene, once all that the loop is made of has been checked.
 std::shared_ptr<const Scene> checked(std::shared_ptr<const Scene> scene,
                                      const LoopDescription& loop, const DeviceProperties& device,
@@ -82,6 +92,7 @@ SceneLoop::SceneLoop(std::shared_ptr<const Scene> scene, Clock& clock, const Loo
     const std::vector<Effect*> customs = pointers(custom_);
     effects_.insert(effects_.begin() + static_cast<std::ptrdiff_t>(effects_before_limits()),
                     customs.begin(), customs.end());
+    check_tones(named_effects(), loop.rate_hz);
     effects_after_.resize(effects_.size());
     subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts), effects_,
                                                  clock_, std::move(felt_.finish));
@@ -210,7 +221,7 @@ Wrench SceneLoop::wrench(std::size_t surface) const noexcept {
     return wrench;
 }
 
-std::vector<std::string> SceneLoop::warnings() const {
+std::vector<FeltEffect> SceneLoop::named_effects() const {
     std::vector<FeltEffect> effects;
     const std::vector<std::size_t>& order = scene_->effect_order();
     const std::size_t scene_count = order.size(), before = effects_before_limits();
@@ -222,7 +233,11 @@ std::vector<std::string> SceneLoop::warnings() const {
             {custom ? "custom effect " + std::to_string(number + 1) : effect_name(*scene_, number),
              effects_[i]});
     }
-    return warnings_of(*scene_, effects);
+    return effects;
+}
+
+std::vector<std::string> SceneLoop::warnings() const {
+    return warnings_of(*scene_, named_effects(), safety_.force_n());
 }
 
 FrameReport SceneLoop::frame(const DeviceState& device, std::span<const std::uint32_t> steps_left,

@@ -12,6 +12,7 @@
 #include <palpate/engine/loop/internal/loop_state_parts.h>
 #include <palpate/engine/loop/internal/surface_identity.h>
 #include <palpate/engine/loop/internal/surface_statuses.h>
+#include <palpate/engine/scene/internal/plan_warnings.h>
 #include <palpate/engine/scene/loop_parts.h>
 #include <palpate/haptics/hand/safety_chain.h>
 #include <palpate/haptics/hand/velocity_estimator.h>
@@ -66,6 +67,7 @@ public:
 private:
     MovingSurface* body_of(std::size_t surface) const noexcept;
     std::size_t effects_before_limits() const;
+    std::vector<FeltEffect> named_effects() const;
     bool keeps_from_surfaces(std::size_t effect) const noexcept;
     std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,

@@ -13,6 +13,9 @@
 namespace palpate::internal {
 namespace {
 
+// Values nearer to each other than this share of the largest are one: their steps are rounding.
+constexpr double kLeastSpan = 1.0e-12;
+
 /// The digits of an exponent, raised, in UTF-8.
 std::string raised(int exponent) {
     constexpr std::array<const char*, 10> digits{"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
@@ -37,8 +40,9 @@ ChartRuler::ChartRuler(std::span<const ChartSeries> series, const ChartAxis& axi
     if (axis_.scale == ChartScale::logarithmic) {
         low_ = std::floor(low_);
         high_ = std::max(std::ceil(high_), low_ + 1.0);
-    } else if (is_empty() || high_ == low_) {
-        high_ = low_ + 1.0;
+    } else if (const double most = std::max(std::abs(low_), std::abs(high_));
+               is_empty() || high_ - low_ <= kLeastSpan * most) {
+        high_ = low_ + std::max(1.0, 10.0 * kLeastSpan * most);
     }
 }
 

@@ -89,16 +89,15 @@ void warn_of_what_stays(const Scene& scene, std::vector<std::string>& warnings) 
 } // namespace
 
 std::size_t most_planes(const SceneSurface& surface) {
-    // Of what gives way as a whole several planes would resist more than it.
+    // A mesh that gives way as a whole keeps its proxy's facets alone.
     const bool gives_way =
         std::isfinite(surface.level.strength_n) && surface.level.yielding == Yielding::holds;
     switch (surface.contact) {
     case ContactKind::mesh:
         return gives_way ? kTouches : GuardPlanes::kCapacity;
     case ContactKind::guarded:
-        return kLeash + (gives_way ? 1 : PlaneBundle::kCapacity);
+        return kLeash + PlaneBundle::kCapacity;
     case ContactKind::volume:
-        return gives_way ? 1 : PlaneBundle::kCapacity;
     case ContactKind::direct:
         break;
     }
@@ -118,7 +117,8 @@ std::vector<FeltEffect> felt_effects(const Scene& scene, const LoopParts& parts)
     return effects;
 }
 
-std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEffect> effects) {
+std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEffect> effects,
+                                     double limit_n) {
     std::vector<std::string> warnings;
     std::size_t most = most_where_surfaces_meet(scene);
     for (const FeltEffect& felt : effects)
@@ -129,13 +129,13 @@ std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEff
                         "lines and points; an evaluation has room for {}, and the last ones are "
                         "left out (flag primitives_full): use fewer effects at one place",
                         most, PrimitiveSet::kCapacity));
-    const double limit_n = scene.description().limits.force_n;
+    const bool is_devices = limit_n < scene.description().limits.force_n;
     for (const FeltEffect& felt : effects)
         if (const double force_n = felt.effect->unasked_force_n(); force_n > limit_n)
-            warnings.push_back(
-                fmt::format("{} alone is up to {:.4g} N, and limits.force_n = {:.4g} N is all that "
-                            "is sent: make it weaker or raise the limit",
-                            felt.name, force_n, limit_n));
+            warnings.push_back(fmt::format(
+                "{} alone is up to {:.4g} N, and {}{:.4g} N is all that is sent: make it weaker{}",
+                felt.name, force_n, is_devices ? "the device's " : "limits.force_n = ", limit_n,
+                is_devices ? "" : " or raise the limit"));
     warn_of_grooves(scene.description(), warnings);
     warn_of_what_stays(scene, warnings);
     return warnings;

@@ -29,8 +29,10 @@ std::string effect_name(const Scene& scene, std::size_t effect);
 std::vector<FeltEffect> felt_effects(const Scene& scene, const LoopParts& parts);
 
 /// What will not be felt as a scene says it: primitives beyond what an evaluation has room for, of
-/// the scene's surfaces with their finish and of `effects`; forces of these beyond the limit;
-/// grooves that a surface's own mesh leaves between labels. In words, a line each.      [setup]
-std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEffect> effects);
+/// the scene's surfaces with their finish and of `effects`; forces of these beyond `limit_n`, the
+/// longest that is sent, N; grooves that a surface's own mesh leaves between labels. In words, a
+/// line each.                                                                           [setup]
+std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEffect> effects,
+                                     double limit_n);
 
 } // namespace palpate::internal

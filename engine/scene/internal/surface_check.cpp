@@ -88,6 +88,20 @@ void check_volume_part(const FieldCheck& check, const SceneDescription& scene,
     if (surface.region_mm) refuse("region_mm");
 }
 
+/// What a volume is made into before it is felt says nothing of a mesh alone.
+void refuse_volume_part(const FieldCheck& check, const SurfaceDescription& surface) {
+    const auto refuse = [&](std::string_view field) {
+        check.fail(field, "is of a volume, and the surface is a mesh alone",
+                   fmt::format("give volume, or leave {} as it is by default", field));
+    };
+    if (!surface.labels.empty()) refuse("labels");
+    if (surface.iso_value != 0.0) refuse("iso_value");
+    if (surface.region_mm) refuse("region_mm");
+    if (surface.smooth_voxels) refuse("smooth_voxels");
+    if (surface.iso_after_smoothing) refuse("iso_after_smoothing");
+    if (surface.keep.kind != ComponentPolicy::Kind::all) refuse("keep");
+}
+
 void check_region(const FieldCheck& check, const Box& region) {
     check.triple("region_mm.lower", region.lower, kFiniteRange);
     check.triple("region_mm.upper", region.upper, kFiniteRange);
@@ -223,7 +237,10 @@ void check_surface(const FieldCheck& check, const SceneDescription& scene,
         check.number("facet_distance_mm", *surface.facet_distance_mm, kFacetDistanceMm);
 
     check_mesh_source(check, surface);
-    if (!surface.volume.empty()) check_volume_part(check, scene, surface);
+    if (surface.volume.empty())
+        refuse_volume_part(check, surface);
+    else
+        check_volume_part(check, scene, surface);
     if (surface.contact) {
         check.choice("contact", *surface.contact, ContactKind::direct);
         if (const auto no = obstacle(scene, surface, *surface.contact))

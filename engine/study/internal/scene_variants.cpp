@@ -74,6 +74,10 @@ SceneDescription SceneVariants::felt_in(std::shared_ptr<const VoxelVolume> voxel
     volume.voxels = std::move(voxels);
     volume.line = description.volumes.at(volume_).line;
     description.volumes.at(volume_) = std::move(volume);
+    // What is not felt may be of labels, which the voxels are none of.
+    std::erase_if(description.surfaces, [&](const auto& other) {
+        return other.first != surface_ && other.second.volume == volume_;
+    });
     return description;
 }
 

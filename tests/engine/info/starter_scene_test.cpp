@@ -156,6 +156,15 @@ TEST_F(StarterScene, OfLabelsNamesEachByWhatIsItsAlone) {
     EXPECT_EQ(numbers, (std::set<std::string>{"4", "7"}));
 }
 
+TEST_F(StarterScene, OfLabelsWithNamesLongerThanALine) {
+    const std::string one(100, 'a'), two(120, 'b');
+    const DataFile data = labels("4 " + one + "\n7 " + two + "\n");
+    const std::filesystem::path file = folder_ / "scene.toml";
+    const SceneDescription scene = parse_scene(starter_scene(starter_data(data), {}, file), file);
+    EXPECT_TRUE(scene.surfaces.contains(one));
+    EXPECT_TRUE(scene.surfaces.contains(two));
+}
+
 TEST_F(StarterScene, ATextBesideDataThatNamesNothingIsNoTable) {
     test::make_file(folder_ / "ball.txt", "Scanned on Monday\n");
     EXPECT_TRUE(

@@ -384,6 +384,62 @@ TEST(LoopWarnings, AreAskedOfTheEffectsThemselves) {
     EXPECT_NE(full[0].find("up to 43 planes, lines and points"), std::string::npos) << full[0];
 }
 
+TEST(LoopWarnings, GoByTheForceThatIsSent) {
+    test::ScriptedClock clock;
+    DeviceProperties weak = motors();
+    weak.force_n = 2.0;
+    const auto heavy =
+        HapticLoop(ball(), clock, LoopDescription{}, weak, pushing(3.0, true)).warnings();
+    ASSERT_EQ(heavy.size(), 1u);
+    EXPECT_EQ(heavy[0], "custom effect 1 alone is up to 3 N, and the device's 2 N is all that is "
+                        "sent: make it weaker");
+    EXPECT_TRUE(
+        HapticLoop(ball(), clock, LoopDescription{}, weak, pushing(1.9, true)).warnings().empty());
+}
+
+// A surface that yields holds the proxy with as many planes.
+TEST(LoopWarnings, CountThePlanesOfASurfaceThatYields) {
+    class Fence final : public Effect {
+    public:
+        void begin(const FrameContext&) noexcept override {}
+        void gather(const Vec3&, PrimitiveSet&) noexcept override {}
+        std::size_t most_primitives() const noexcept override { return 40; }
+        QueryCount queries() const noexcept override { return {}; }
+    };
+    test::ScriptedClock clock;
+    for (const char* strength : {"", "strength_n = 1.0\n"}) {
+        std::vector<std::unique_ptr<Effect>> own;
+        own.push_back(std::make_unique<Fence>());
+        const std::string text =
+            "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[surface.s]\n"
+            "volume = \"v\"\ncontact = \"volume\"\n" +
+            std::string(strength) + "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n";
+        const auto scene = std::make_shared<const Scene>(parse_scene(text, "ball.toml"));
+        const auto full = HapticLoop(scene, clock, std::move(own)).warnings();
+        ASSERT_EQ(full.size(), 1u);
+        EXPECT_NE(full[0].find("up to 43 planes"), std::string::npos) << full[0];
+    }
+}
+
+// A scene refuses it at its own rate; a loop may have another.
+TEST(VibrationInALoop, AToneThatItsRateDoesNotCarryIsRefused) {
+    const auto scene =
+        ball("[[effect]]\ntype = \"vibration\"\nsurface = \"s\"\nfrequency_hz = 300\n");
+    test::ScriptedClock clock;
+    LoopDescription loop;
+    EXPECT_NO_THROW(HapticLoop(scene, clock, loop));
+    loop.rate_hz = 601.0;
+    EXPECT_NO_THROW(HapticLoop(scene, clock, loop));
+    loop.rate_hz = 600.0;
+    try {
+        const HapticLoop slow(scene, clock, loop);
+        ADD_FAILURE() << "300 Hz at 600 frames a second";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_STREQ(error.what(), "effect 2 (vibration): its tone of 300 Hz is not below half of "
+                                   "the loop's rate_hz = 600; lower it, or raise the rate");
+    }
+}
+
 TEST(OnPaths, NothingOfTheChainButItsLimitsActs) {
     test::ScriptedClock clock;
     HapticLoop loop(ball("[limits]\nslew_n_per_s = 1e6\n"), clock);

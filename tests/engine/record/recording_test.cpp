@@ -2,16 +2,22 @@
 #include <palpate/engine/record/recording.h>
 
 #include <array>
+#include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/record/recording_journal.h>
+#include <palpate/engine/run/trace.h>
+#include <palpate/engine/scene/scene_file.h>
 
 #include "tests/engine/record/recording_file.h"
+#include "tests/support/scripted_clock.h"
 
 namespace palpate {
 namespace {
@@ -88,6 +94,27 @@ TEST_F(RecordingFile, AJournalOfARunThatWasCutOffHasAllThatWasKept) {
     }
     ASSERT_GT(whole.touches.size(), 10u);
     EXPECT_TRUE(same_bits(read_recording(file()), whole));
+}
+
+// As good as hard: it is not pressed in, so the file has no columns of what was.
+TEST_F(RecordingFile, ATissueAsStiffAsTheCouplingComesBackTheSame) {
+    const auto scene = std::make_shared<const Scene>(
+        parse_scene("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n[surface.s]\n"
+                    "volume = \"v\"\nstiffness_n_per_mm = 2.0\n[[effect]]\ntype = \"surface\"\n"
+                    "surface = \"s\"\n",
+                    "ball.toml"));
+    std::vector<DeviceState> inputs(100);
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        inputs[i].time_s = 1e-3 * static_cast<double>(i);
+        inputs[i].position = {51e-3 - 3e-5 * static_cast<double>(i), 0.0, 0.0};
+    }
+    test::ScriptedClock clock;
+    const Trace trace = run_trace(scene, inputs, clock);
+    EXPECT_GT(glm::length(trace.frames.back().force), 0.5);
+    write_recording(file(), recorded(*scene, {}, trace));
+    const Recording read = read_recording(file());
+    const Trace again = run_again(recorded_scene(read, "r.h5", {}), read);
+    EXPECT_EQ(difference(read, again).frames, 0u);
 }
 
 TEST_F(RecordingFile, EmptyRecordingComesBackEmpty) {

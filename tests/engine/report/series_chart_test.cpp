@@ -54,6 +54,17 @@ TEST(SeriesChart, DecadesAreEquallyFarApart) {
     EXPECT_LT(at[3], at[1]); // upwards
 }
 
+// Ticks between them would be rounding, and never get from one to the next.
+TEST(SeriesChart, ValuesThatDifferByRoundingAreOneLine) {
+    for (const double value : {1.0, -3e-7, 1e17, 1e300}) {
+        const double next = std::nextafter(value, 2.0 * value);
+        const std::string svg =
+            series_chart(chart_of({{value, value}, {next, next}}, ChartScale::linear), "c");
+        EXPECT_EQ(line_of(svg).size(), 4u) << value;
+        EXPECT_LT(svg.size(), 20000u) << value;
+    }
+}
+
 TEST(SeriesChart, WhatIsTooSmallForALogarithmIsDrawnAtTheSmallest) {
     const SeriesChart chart = chart_of({{0.0, 1}, {1, 1000}}, ChartScale::logarithmic);
     SeriesChart at_smallest = chart;

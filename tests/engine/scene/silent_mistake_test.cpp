@@ -15,7 +15,7 @@
 #include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/device_factory.h>
 #include <palpate/engine/devices/probe_path.h>
-#include <palpate/engine/report/scene_in_words.h>
+#include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>

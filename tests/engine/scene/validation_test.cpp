@@ -15,6 +15,7 @@
 #include <palpate/engine/scene/scene_file.h>
 
 #include "tests/support/scripted_clock.h"
+#include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
@@ -70,6 +71,36 @@ std::string complaint(const std::function<void(SceneDescription&)>& change) {
 TEST(SceneFromCode, ThatIsRightIsFelt) {
     EXPECT_EQ(complaint([](SceneDescription&) {}), "");
     EXPECT_NO_THROW(validate(SceneDescription{}));
+}
+
+// Labels of no volume ended in what looks labels up.
+TEST(SceneFromCode, AMeshAloneHasNothingOfAVolume) {
+    const auto complaint_of = [](const std::function<void(SurfaceDescription&)>& change) {
+        return complaint([&](SceneDescription& scene) {
+            SurfaceDescription& plate = scene.surfaces["plate"];
+            plate.triangle_mesh = std::make_shared<const TriangleMesh>(test::plate());
+            change(plate);
+        });
+    };
+    using S = SurfaceDescription;
+    EXPECT_EQ(complaint_of([](S&) {}), "");
+    const std::vector<std::pair<std::string, std::function<void(S&)>>> of_volume{
+        {"labels", [](S& s) { s.labels = {"bone"}; }},
+        {"iso_value", [](S& s) { s.iso_value = 300.0; }},
+        {"region_mm",
+         [](S& s) {
+             s.region_mm = Box{Vec3{0.0}, Vec3{1.0}};
+         }},
+        {"smooth_voxels", [](S& s) { s.smooth_voxels = 1.0; }},
+        {"iso_after_smoothing",
+         [](S& s) { s.iso_after_smoothing = S::IsoAfterSmoothing::as_given; }},
+        {"keep", [](S& s) { s.keep.kind = ComponentPolicy::Kind::largest; }}};
+    for (const auto& [field, change] : of_volume)
+        EXPECT_EQ(complaint_of(change),
+                  "surfaces[\"plate\"]." + field +
+                      " is of a volume, and the surface is a mesh alone; give "
+                      "volume, or leave " +
+                      field + " as it is by default");
 }
 
 TEST(SceneFromCode, NumbersOutOfRangeNameFieldValueAndRange) {

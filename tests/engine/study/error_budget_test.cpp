@@ -185,8 +185,9 @@ TEST(ErrorBudget, VoxelisationOfNoiseIsNotKnown) {
 }
 
 /// A block of labels, its top at z = 0, with a ball of 5 mm in it, 3 mm deep; soft, over the ball
-/// `ratio` times as stiff a tissue.
-std::shared_ptr<const Scene> block_with_lump(double ratio, const SceneResources& resources) {
+/// `ratio` times as stiff a tissue. The ball may be a surface too, which is not felt.
+std::shared_ptr<const Scene> block_with_lump(double ratio, const SceneResources& resources,
+                                             bool lump_is_surface = false) {
     const AffineTransform frame{Mat3(1e-3), Vec3{-25.0, -25.0, -29.5} * 1e-3};
     SceneDescription scene;
     scene.volumes["v"].label_volume = std::make_shared<const LabelVolume>(
@@ -200,6 +201,10 @@ std::shared_ptr<const Scene> block_with_lump(double ratio, const SceneResources&
     block.contact = ContactKind::volume;
     block.softness = Softness::linear(150.0);
     if (ratio != 1.0) block.beneath["2"] = ratio;
+    if (lump_is_surface) {
+        scene.surfaces["lump"].volume = "v";
+        scene.surfaces["lump"].labels = {"2"};
+    }
     scene.effects.push_back(effects::Surface{.surface = "block"});
     return std::make_shared<const Scene>(std::move(scene), resources);
 }
@@ -217,12 +222,16 @@ TEST(ErrorBudget, OfASurfaceOverLumpsIsTheOneWithoutThem) {
     }
     const auto with = error_budget(block_with_lump(10.0, resources), inputs, resources);
     const auto without = error_budget(block_with_lump(1.0, resources), inputs, resources);
+    const auto beside = error_budget(block_with_lump(1.0, resources, true), inputs, resources);
     ASSERT_EQ(with.size(), without.size());
+    ASSERT_EQ(beside.size(), without.size());
     int known = 0;
     for (std::size_t i = 0; i < with.size(); ++i) {
         EXPECT_EQ(with[i].source, without[i].source);
         EXPECT_EQ(with[i].why_not, without[i].why_not);
         EXPECT_EQ(with[i].position.rms_um, without[i].position.rms_um) << with[i].source;
+        EXPECT_EQ(beside[i].why_not, without[i].why_not);
+        EXPECT_EQ(beside[i].position.rms_um, without[i].position.rms_um) << with[i].source;
         known += with[i].position.frames > 0 ? 1 : 0;
     }
     EXPECT_GE(known, 2);

@@ -100,6 +100,39 @@ TEST(MeshContact, AHeldProbeMeansAHeldProxy) {
     }
 }
 
+// The cap beside the way is as high as the way, to the last bit: it is not in it, and nothing leads
+// round the wall. Both are turned about the height, so that the way goes through the cap's box.
+TEST(MeshContact, AWallBesideAFlatFacetInThePlaneOfTheWayIsNotPassed) {
+    constexpr double kHeight = 0.01, kWall = 0.02, kHalf = 0.004;
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> size(0.002, 0.02), way(-0.03, 0.06), turn(0.3, 1.2);
+    for (int trial = 0; trial < 200; ++trial) {
+        TriangleMesh mesh = test::box_mesh({kWall, -kHalf, -0.02}, {kWall + 0.001, kHalf, 0.03});
+        const double x = way(random), y = kHalf + 0.1 * size(random);
+        test::append(mesh,
+                     test::box_mesh({x, y, -0.01}, {x + size(random), y + size(random), kHeight}));
+        const double angle = turn(random), c = std::cos(angle), s = std::sin(angle);
+        const auto turned = [&](const Vec3& p) {
+            return Vec3(c * p.x - s * p.y, s * p.x + c * p.y, p.z);
+        };
+        for (Vec3& vertex : mesh.vertices)
+            vertex = turned(vertex);
+        ContactLoop loop({}, one_mesh(certified(mesh)));
+        loop.start(turned({-0.035, 0.0, kHeight}));
+        double furthest = -0.035;
+        for (int i = 0; i < 40; ++i) {
+            const double probe = way(random);
+            loop.move(turned({probe, 0.0, kHeight}));
+            const double proxy = c * loop.proxy().x + s * loop.proxy().y;
+            ASSERT_LE(proxy, kWall + kExact) << trial << ", " << i;
+            // Nothing else holds it.
+            ASSERT_NEAR(proxy, std::min(probe, kWall), 1e-7) << trial << ", " << i;
+            furthest = std::max(furthest, probe);
+        }
+        ASSERT_GT(furthest, kWall + 0.001);
+    }
+}
+
 TEST(MeshContact, JumpsEndOnTheWallInTheSameFrame) {
     const TriangleMesh mesh = test::icosphere(kRadius, 6);
     ContactLoop loop({}, one_mesh(certified(mesh)));

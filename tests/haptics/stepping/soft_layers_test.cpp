@@ -286,6 +286,40 @@ TEST(SoftLayers, ADampedOneIsSwitchedOffWithoutAStep) {
                 expect_no_step_where_it_is_switched_off(stiffness, damping, settings);
 }
 
+// The front goes on by the gain in the frame's first evaluation alone; the rest of the frame must
+// know of it.
+TEST(SoftLayers, ADampedOneWhoseGainFallsUnderAHandThatMovesFadesWithoutAStep) {
+    for (const double damping : {2.0, 10.0, 40.0})
+        for (const double speed_m : {0.0, 0.05e-3, 0.2e-3})
+            for (const double gain : {0.0, 0.1, 0.5})
+                for (const SteppingSettings& settings : {SteppingSettings{}, precise_layers()}) {
+                    ContactLoop loop(settings, surfaces(ball(20e-3), ball(60e-3)), {}, 0.0,
+                                     {{}, soft(100.0, damping)});
+                    loop.start({61e-3, 0, 0});
+                    Vec3 probe{45e-3, 0, 0};
+                    for (int i = 0; i < 2000; ++i)
+                        loop.move(probe);
+                    const double pressed_n = force(loop, probe).x;
+                    ASSERT_GT(pressed_n, 1.0);
+                    const double most_n =
+                        std::min(pressed_n, gain < 1.0 ? 5.0 * gain / (1.0 - gain) : pressed_n);
+                    loop.subdivision().gain(1, SurfacePart::strength).set(gain);
+                    double least_n = pressed_n;
+                    for (int i = 0; i < 60; ++i) {
+                        probe.y += speed_m; // along the surface
+                        loop.move(probe);
+                        const double now_n = glm::length(force(loop, probe));
+                        // 8 % of the limit: what a gain may take in a frame of its ramp.
+                        EXPECT_LE(least_n - now_n, 0.08 * 5.0 + 1e-3)
+                            << damping << ' ' << speed_m << ' ' << gain << ' ' << i;
+                        least_n = now_n;
+                    }
+                    // A hand that moves along a ball comes out of it, and a damper follows later.
+                    if (speed_m > 0.0) continue;
+                    EXPECT_GE(least_n, most_n - 1e-2) << damping << ' ' << gain;
+                }
+}
+
 TEST(SoftLayers, BoneIsNeverPassedAtAnySpeed) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
