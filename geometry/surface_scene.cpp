@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <palpate/geometry/internal/embree.h>
+#include <palpate/geometry/internal/segment_crossing.h>
 
 namespace palpate {
 namespace {
@@ -18,12 +19,6 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // Rounding of a difference of coordinates and of the few products after it, in units of the largest
 // coordinate involved.
 constexpr double kRoundings = 8.0;
-// Between a point of a segment and the triangle's nearest point where they are one, in such
-// roundings: both are computed.
-constexpr double kRoundingsOfNearest = 8.0;
-// The square of how thin a triangle is multiplies that, up to where closest_point_on_triangle()
-// takes it for a sliver and is exact.
-constexpr double kThinOfSliver = 1.0e4;
 // A float32 ray in the box of half extent L strays by ulp(L)/2 (origin) and 2 sqrt(3) L 2^-24
 // (direction) at most, together under 4 ulp(L); boxes are rounded outwards and grown by twice that,
 // so that no box of a triangle that is met is passed by.
@@ -60,125 +55,6 @@ double ulp32(double v) noexcept {
 
 double largest_coordinate(const Vec3& v) noexcept {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
-struct Corners {
-    Vec3 a, b, c;
-};
-
-/// A segment and what its rounding allows.
-struct Segment {
-    Vec3 from;
-    Vec3 direction;        // unit
-    double length = 0.0;   // m, > 0
-    double rounding = 0.0; // m
-};
-
-/// Where the segment meets the triangle: distance from its start, within its length, and the point.
-struct Crossing {
-    double distance = 0.0;
-    Vec3 point{0.0};
-};
-
-double sum_of_sizes(const Vec3& v) noexcept {
-    return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
-}
-
-/// Whether a point of the segment, on its line in `on_line` at `distance` from its start, is one of
-/// the triangle too, to `room`: the nearer end of the segment where it is none of the segment's.
-bool meets_at(const Segment& s, const Corners& corner, const Vec3& on_line, double distance,
-              double room, Crossing& crossing) noexcept {
-    const double at = std::clamp(distance, 0.0, s.length);
-    const Vec3 of_segment = at == distance ? on_line : s.from + at * s.direction;
-    crossing.point = closest_point_on_triangle(of_segment, corner.a, corner.b, corner.c);
-    crossing.distance = std::clamp(glm::dot(crossing.point - s.from, s.direction), 0.0, s.length);
-    return squared_length(crossing.point - of_segment) <= room * room;
-}
-
-/// Where the segment's line comes nearest to the line pq: on it, from its point nearest to zero.
-double approach_to(const Vec3& direction, const Vec3& p, const Vec3& q) noexcept {
-    const Vec3 edge = q - p;
-    const Vec3 edge_across = edge - glm::dot(edge, direction) * direction;
-    const Vec3 p_across = p - glm::dot(p, direction) * direction;
-    const double squared = squared_length(edge_across);
-    const double t =
-        squared > 0.0 ? std::clamp(-glm::dot(p_across, edge_across) / squared, 0.0, 1.0) : 0.0;
-    return glm::dot(p + t * edge, direction);
-}
-
-/// A segment in the triangle's plane meets it where it begins, or first passes an edge. `a`, `b`,
-/// `c`: the corners from the point of the line at `near` from its start.
-bool meets_in_plane(const Segment& s, const Corners& corner, const Corners& from_line, double near,
-                    double room, Crossing& crossing) noexcept {
-    const Corners& c = from_line;
-    bool found = false;
-    for (const double distance :
-         {0.0, near + approach_to(s.direction, c.a, c.b), near + approach_to(s.direction, c.b, c.c),
-          near + approach_to(s.direction, c.c, c.a)}) {
-        Crossing one;
-        if (!meets_at(s, corner, s.from + distance * s.direction, distance, room, one)) continue;
-        if (!found || one.distance < crossing.distance) crossing = one;
-        found = true;
-    }
-    return found;
-}
-
-/// A triangle that the segment meets exactly is never refused (so a closed mesh lets nothing
-/// through, at edges and vertices too), one that it passes by more than a few times the rounding
-/// never taken.
-/// `widening` moves its edges outwards, m.
-bool crosses(const Segment& s, const Corners& corner, double widening,
-             Crossing& crossing) noexcept {
-    // From the point of the line that is nearest to a corner, so that what is multiplied is small.
-    const double near = glm::dot(corner.a - s.from, s.direction);
-    const Vec3 origin = s.from + near * s.direction;
-    const Vec3 a = corner.a - origin, b = corner.b - origin, c = corner.c - origin;
-    const double reach =
-        std::max({sum_of_sizes(a), sum_of_sizes(b), sum_of_sizes(c)}) + s.rounding + widening;
-    if (near + 2.0 * reach < 0.0 || near - 2.0 * reach > s.length) return false;
-
-    // The line passes all three edges on the same side: (a x b) . d is its distance from the edge
-    // times the edge's length.
-    const double room = 2.0 * s.rounding * reach;
-    const double u = glm::dot(s.direction, glm::cross(b, c));
-    const double v = glm::dot(s.direction, glm::cross(c, a));
-    const double w = glm::dot(s.direction, glm::cross(a, b));
-    double room_u = room, room_v = room, room_w = room;
-    if (widening > 0.0) {
-        // Where the line meets the plane it may be that far beside an edge; seen along the line
-        // that is less the flatter it comes, and nothing when it runs along the plane.
-        const Vec3 across_plane = glm::cross(b - a, c - a);
-        const double foreshortened =
-            widening * std::abs(glm::dot(across_plane, s.direction)) / glm::length(across_plane);
-        room_u += foreshortened * glm::length(c - b);
-        room_v += foreshortened * glm::length(a - c);
-        room_w += foreshortened * glm::length(b - a);
-    }
-    const bool left = u >= -room_u && v >= -room_v && w >= -room_w;
-    const bool right = u <= room_u && v <= room_v && w <= room_w;
-    if (!left && !right) return false;
-
-    // What rounding may put between a point of the line and the plane: the more, the thinner the
-    // triangle. Beside a corner the widened edges reach farther out than beside an edge.
-    const Vec3 n = glm::cross(b - a, c - a);
-    const double across = glm::dot(n, s.direction), height = glm::dot(n, a);
-    const double size = glm::length(n); // twice the area, m^2
-    const double thin = std::max(1.0, reach * reach / size);
-    const double rounding = s.rounding * thin;
-    const double near_by = kRoundingsOfNearest * s.rounding *
-                           std::max(thin, std::pow(std::min(thin, kThinOfSliver), 2));
-
-    // The flatter the line comes, the less is known of where it meets the plane; beyond an edge it
-    // then is that edge that it passes. If it lies in the plane the three above say nothing at all.
-    if (std::abs(height) < reach * std::abs(across) && rounding * size < reach * std::abs(across)) {
-        const double along = height / across, distance = near + along;
-        const double beyond = distance - std::clamp(distance, 0.0, s.length);
-        if (std::abs(beyond * across) > rounding * size) return false;
-        if (meets_at(s, corner, origin + along * s.direction, distance,
-                     near_by + 2.0 * widening * thin, crossing))
-            return true;
-    }
-    return meets_in_plane(s, corner, {a, b, c}, near, near_by, crossing);
 }
 
 /// The radius of Embree's ball for a distance: its centre is rounded, and so is a squared distance,
@@ -228,10 +104,10 @@ struct SurfaceScene::Embree {
     struct SegmentQuery {
         internal::RayContext context;
         const Embree* surface;
-        Segment segment;
+        internal::Segment segment;
         SegmentOptions options;
         double start; // m, from the segment's start to where Embree's ray begins
-        Crossing best;
+        internal::Crossing best;
         std::uint32_t triangle;
         bool found;
     };
@@ -261,12 +137,12 @@ struct SurfaceScene::Embree {
     Embree(const Embree&) = delete;
     Embree& operator=(const Embree&) = delete;
 
-    Corners corners(std::uint32_t triangle) const noexcept {
+    internal::Corners3 corners(std::uint32_t triangle) const noexcept {
         const auto& t = mesh->triangles[triangle];
         return {mesh->vertices[t[0]], mesh->vertices[t[1]], mesh->vertices[t[2]]};
     }
     SurfaceHit hit(std::uint32_t triangle, const Vec3& point, double distance) const noexcept {
-        const Corners corner = corners(triangle);
+        const internal::Corners3 corner = corners(triangle);
         const Vec3 normal = glm::normalize(glm::cross(corner.b - corner.a, corner.c - corner.a));
         return {point, normal, distance, triangle};
     }
@@ -316,7 +192,7 @@ void SurfaceScene::Embree::choose_triangles() {
                 throw std::invalid_argument(
                     "triangle " + std::to_string(t) + " names vertex " + std::to_string(vertex) +
                     " of " + std::to_string(mesh->vertices.size()) + "; repair the mesh");
-        const Corners corner = corners(static_cast<std::uint32_t>(t));
+        const internal::Corners3 corner = corners(static_cast<std::uint32_t>(t));
         if (is_degenerate(corner.a, corner.b, corner.c)) continue;
         triangle_of.push_back(static_cast<std::uint32_t>(t));
         for (const Vec3& p : {corner.a, corner.b, corner.c}) {
@@ -383,7 +259,7 @@ RTCRayHit SurfaceScene::Embree::ray(const Vec3& start, const Vec3& direction,
 
 void SurfaceScene::Embree::box_of(const RTCBoundsFunctionArguments* arguments) {
     const auto& surface = *static_cast<const Embree*>(arguments->geometryUserPtr);
-    const Corners corner = surface.corners(surface.triangle_of[arguments->primID]);
+    const internal::Corners3 corner = surface.corners(surface.triangle_of[arguments->primID]);
     const Vec3 lower =
         glm::min(corner.a, glm::min(corner.b, corner.c)) - surface.origin - surface.box_room;
     const Vec3 upper =
@@ -405,9 +281,9 @@ void SurfaceScene::Embree::cross(const RTCIntersectFunctionNArguments* arguments
     if (std::find(options.except.begin(), options.except.end(), triangle) != options.except.end())
         return;
     const bool wide = !options.widened.empty() && options.widened[triangle] != 0;
-    Crossing crossing;
-    if (!crosses(query.segment, query.surface->corners(triangle),
-                 wide ? query.surface->widening : 0.0, crossing))
+    internal::Crossing crossing;
+    if (!internal::crosses(query.segment, query.surface->corners(triangle),
+                           wide ? query.surface->widening : 0.0, crossing))
         return;
     if (query.found && (crossing.distance > query.best.distance ||
                         (crossing.distance == query.best.distance && triangle > query.triangle)))
@@ -428,7 +304,7 @@ void SurfaceScene::Embree::cross(const RTCIntersectFunctionNArguments* arguments
 bool SurfaceScene::Embree::approach(RTCPointQueryFunctionArguments* arguments) {
     auto& query = *static_cast<BallQuery*>(arguments->userPtr);
     const std::uint32_t triangle = query.surface->triangle_of[arguments->primID];
-    const Corners corner = query.surface->corners(triangle);
+    const internal::Corners3 corner = query.surface->corners(triangle);
     const Vec3 point = closest_point_on_triangle(query.center, corner.a, corner.b, corner.c);
     const double squared = squared_length(point - query.center);
     if (squared > query.best) return false;

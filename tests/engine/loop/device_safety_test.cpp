@@ -364,14 +364,16 @@ TEST(OnMotorsUnasked, AClaimThatIsNoNumberIsNone) {
     EXPECT_EQ(felt_x(loop), 0.0);
 }
 
+/// Takes 40 of the places that an evaluation has for planes, lines and points.
+class Fence final : public Effect {
+public:
+    void begin(const FrameContext&) noexcept override {}
+    void gather(const Vec3&, PrimitiveSet&) noexcept override {}
+    std::size_t most_primitives() const noexcept override { return 40; }
+    QueryCount queries() const noexcept override { return {}; }
+};
+
 TEST(LoopWarnings, AreAskedOfTheEffectsThemselves) {
-    class Fence final : public Effect {
-    public:
-        void begin(const FrameContext&) noexcept override {}
-        void gather(const Vec3&, PrimitiveSet&) noexcept override {}
-        std::size_t most_primitives() const noexcept override { return 40; }
-        QueryCount queries() const noexcept override { return {}; }
-    };
     test::ScriptedClock clock;
     EXPECT_TRUE(HapticLoop(ball(), clock, pushing(5.0, true)).warnings().empty());
     const auto heavy = HapticLoop(ball(), clock, pushing(5.5, true)).warnings();
@@ -399,13 +401,6 @@ TEST(LoopWarnings, GoByTheForceThatIsSent) {
 
 // A surface that yields holds the proxy with as many planes.
 TEST(LoopWarnings, CountThePlanesOfASurfaceThatYields) {
-    class Fence final : public Effect {
-    public:
-        void begin(const FrameContext&) noexcept override {}
-        void gather(const Vec3&, PrimitiveSet&) noexcept override {}
-        std::size_t most_primitives() const noexcept override { return 40; }
-        QueryCount queries() const noexcept override { return {}; }
-    };
     test::ScriptedClock clock;
     for (const char* strength : {"", "strength_n = 1.0\n"}) {
         std::vector<std::unique_ptr<Effect>> own;

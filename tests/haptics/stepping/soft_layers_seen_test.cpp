@@ -51,30 +51,6 @@ TEST(SoftLayers, TouchesBalanceTheCoupling) {
     EXPECT_GT(both, 50);
 }
 
-// Bone holds the tip, so the tissue over it is not pressed on: its strength is none of its force.
-TEST(SoftLayers, OverBoneADampedOneAtALowGainPressesByItsLaw) {
-    constexpr double kSkin = 50.0, kGain = 0.2, kThick_m = 2e-3;
-    ContactLoop loop(precise_layers(), surfaces(ball(50e-3), ball(50e-3 + kThick_m)), {}, 0.0,
-                     {{}, soft(kSkin, 2.0)});
-    loop.start({53e-3, 0, 0});
-    loop.subdivision().gain(1, SurfacePart::strength).set(kGain);
-    for (int i = 0; i < 60; ++i)
-        loop.move({53e-3, 0, 0});
-    const Vec3 probe{45e-3, 0, 0};
-    for (int i = 0; i < 1000; ++i)
-        loop.move(probe);
-    TouchList touches;
-    loop.subdivision().find_touches(touches);
-    const PressLaw law(Softness::linear(kSkin), kK);
-    int found = 0;
-    for (const Touch& touch : touches) {
-        if (touch.surface != 1) continue;
-        EXPECT_NEAR(glm::length(touch.force), law.tissue(kThick_m).force_n, 1e-4);
-        ++found;
-    }
-    EXPECT_EQ(found, 1);
-}
-
 TEST(SoftLayers, StatesAreValues) {
     const auto make = [] {
         return std::make_unique<ContactLoop>(SteppingSettings{}, surfaces(ball(50e-3), ball(60e-3)),
