@@ -143,6 +143,10 @@ std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Sce
     palpate::SceneDescription changed = scene->description();
     changed.loop = loop;
     palpate::check_used(overrides, changed);
+    if (options.evaluation_cap != 0 && loop.method != palpate::SteppingMethod::adaptive)
+        throw std::invalid_argument(
+            "evaluation_cap is of method adaptive and changes nothing with " +
+            std::string(palpate::name(loop.method)) + "; leave it 0");
     auto made = std::make_unique<palpate_loop>();
     palpate::DeviceProperties device;
     if (options.device == nullptr) {

@@ -74,7 +74,7 @@ std::optional<Implausible> implausible_grid(const std::array<int, 3>& size,
     };
     if (!is_within(smallest(step), PatientSize::kSmallestVoxel, PatientSize::kLargestVoxel) ||
         !is_within(largest(step), PatientSize::kSmallestVoxel, PatientSize::kLargestVoxel))
-        return spacing("where 1e-06 mm (1 nm) to 1000 mm are taken for a patient");
+        return spacing("where 2e-05 mm (20 nm) to 1000 mm are taken for a patient");
     if (!(largest(step) <= PatientSize::kMostUneven * kRounding * smallest(step)))
         return spacing("of which one side is more than 10000 times another");
     Box box;

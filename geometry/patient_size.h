@@ -12,9 +12,9 @@ namespace palpate {
 /// What sizes a patient, or a specimen, can have: what is beyond is a damaged header or a wrong
 /// unit, and nothing can be computed with it. Of every volume and mesh, whatever it is read from.
 struct PatientSize {
-    static constexpr double kSmallestVoxel = 1e-9;  ///< m, along each axis
-    static constexpr double kLargestVoxel = 1.0;    ///< m, along each axis
-    static constexpr double kMostUneven = 1e4;      ///< longest side of a voxel by its shortest
+    static constexpr double kSmallestVoxel = 2e-8; ///< m, along each axis; OpenVDB's least is 14 nm
+    static constexpr double kLargestVoxel = 1.0;   ///< m, along each axis
+    static constexpr double kMostUneven = 1e4;     ///< longest side of a voxel by its shortest
     static constexpr double kLargestExtent = 100.0; ///< m, along each axis
     static constexpr double kFarthest = 1000.0;     ///< m from the scene's origin, along each axis
 };

@@ -179,14 +179,21 @@ check_guards() {
 }
 
 check_licences() {
-    local file status=0
-    while read -r file; do
-        # Beside the first line, the second: scripts begin with their interpreter.
-        head -n 2 "$file" | grep -q 'SPDX-License-Identifier: Apache-2.0' && continue
-        echo "$file:1: no line SPDX-License-Identifier: Apache-2.0"
-        status=1
-    done < <(licensed_files)
-    return $status
+    local files
+    mapfile -t files < <(licensed_files)
+    [ ${#files[@]} -gt 0 ] || return 0
+    # Beside the first line, the second: scripts begin with their interpreter.
+    awk '
+    FNR <= 2 && /SPDX-License-Identifier: Apache-2[.]0/ { is_licensed[FILENAME] = 1 }
+    FNR == 2 { nextfile }
+    END {
+        for (i = 1; i < ARGC; ++i) {
+            if (ARGV[i] in is_licensed) continue
+            print ARGV[i] ":1: no line SPDX-License-Identifier: Apache-2.0"
+            bad = 1
+        }
+        exit bad
+    }' "${files[@]}"
 }
 
 status=0

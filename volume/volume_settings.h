@@ -22,9 +22,9 @@ struct VolumeSelection {
         qform
     };
 
-    std::string series; ///< DICOM folder: a series' number, description or instance UID; empty: the
-                        ///< only one
-    std::string grid;   ///< .vdb: name of a grid; empty: the one named "density", or the only one
+    std::string series = {}; ///< DICOM folder: a series' number, description or instance UID;
+                             ///< empty: the only one
+    std::string grid = {};   ///< .vdb: name of a grid; empty: "density", or the only one
     Slices slices = Slices::refuse;                             ///< of a DICOM series
     NiftiTransform nifti_transform = NiftiTransform::automatic; ///< of a NIfTI file
     std::filesystem::path reference = {}; ///< DICOM structure set: the image whose grid its

@@ -35,7 +35,10 @@ inline palpate_code fail(palpate_error* error, palpate_code code,
     constexpr std::string_view cut = "...";
     const std::size_t room = sizeof error->message - 1;
     const bool fits = message.size() <= room;
-    const std::size_t size = fits ? message.size() : room - cut.size();
+    std::size_t size = fits ? message.size() : room - cut.size();
+    const auto continues = [&] { return (static_cast<unsigned char>(message[size]) >> 6) == 0b10; };
+    while (!fits && size > 0 && continues()) // a character of UTF-8 is not cut
+        --size;
     char* end = std::copy_n(message.data(), size, error->message);
     if (!fits) end = std::copy(cut.begin(), cut.end(), end);
     *end = '\0';

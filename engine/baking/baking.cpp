@@ -28,7 +28,7 @@ namespace {
 
 // Raised whenever the same inputs would bake or mesh differently: old cache files are then no
 // longer found.
-constexpr int kCacheVersion = 5;
+constexpr int kCacheVersion = 6;
 
 std::string policy_text(const ComponentPolicy& keep) {
     return fmt::format("{}/{}/{:a}", static_cast<int>(keep.kind), keep.count, keep.volume_mm3);
@@ -314,6 +314,10 @@ BakedMesh mesh_surface(const BakedSurface& surface, const IsosurfaceSettings& se
         const TriangleMesh preview = surface.grid->preview(surface.level);
         require_affordable(preview, settings.facet_size_m);
         wanted.seeds = choose_seeds(preview, settings.facet_size_m, kSmallestComponentTriangles);
+        if (wanted.seeds.empty())
+            throw std::runtime_error(
+                "the surface is of a few voxels, too small to make a mesh of; use contact = "
+                "\"volume\", or give the volume with finer voxels");
         auto mesh = std::make_shared<TriangleMesh>(extract(wanted, settings, progress));
         cache.keep(name, [&](const std::filesystem::path& to) {
             write_ply(*mesh, to, {"palpate mesh " + key});

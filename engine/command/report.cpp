@@ -14,6 +14,7 @@
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/view_options.h>
+#include <palpate/engine/files/sha256.h>
 #include <palpate/engine/record/recorded_run.h>
 #include <palpate/engine/report/report_page.h>
 #include <palpate/engine/report/trace_summary.h>
@@ -61,15 +62,31 @@ std::string title_of(const Scene& scene) {
                       : fmt::format("{}: {} surfaces", stem, count);
 }
 
-/// Method and contact of a summary, as "adaptive, volume".
-std::string method_of(const std::string& summary, const std::filesystem::path& folder) {
+/// What `take` finds in a summary; throws std::runtime_error where it is not as it was written.
+template <class Take>
+auto taken_from(const std::string& summary, const std::filesystem::path& folder, const Take& take) {
     try {
-        const nlohmann::json json = nlohmann::json::parse(summary);
-        return json.value("method", "?") + ", " + json.value("contact", "?");
+        return take(nlohmann::json::parse(summary));
     } catch (const nlohmann::json::exception&) {
         throw std::runtime_error((folder / "summary.json").string() +
                                  ": is damaged; trace the scene again");
     }
+}
+
+/// Method and contact of a summary, as "adaptive, volume".
+std::string method_of(const std::string& summary, const std::filesystem::path& folder) {
+    return taken_from(summary, folder, [](const nlohmann::json& json) -> std::string {
+        return json.value("method", "?") + ", " + json.value("contact", "?");
+    });
+}
+
+/// Whether a summary may be of this recording: it has as many frames of the same scene.
+bool is_of(const std::string& summary, const Recording& hand, const std::filesystem::path& folder) {
+    return taken_from(summary, folder, [&hand](const nlohmann::json& json) {
+        const std::string scene = sha256_of_text(hand.scene_text);
+        return json.value("frames", hand.frames.size()) == hand.frames.size() &&
+               json.value(nlohmann::json::json_pointer("/scene/sha256"), scene) == scene;
+    });
 }
 
 /// What the command line said.
@@ -159,6 +176,12 @@ std::vector<std::string> summaries_in(const std::filesystem::path& folder,
     if (!is_of_these)
         throw std::runtime_error((folder / "summary.json").string() +
                                  ": has other hands than recording.h5; trace the scene again");
+    for (std::size_t i = 0; i < hands.size(); ++i)
+        if (!is_of(summaries[i], hands[i], folder))
+            throw std::runtime_error(
+                (folder / "summary.json").string() +
+                ": is of another scene than recording.h5, or has another number of frames; trace "
+                "the scene again");
     return summaries;
 }
 

@@ -40,6 +40,15 @@ std::vector<std::uint64_t> wanted_frames(const std::string& words, const Run& ru
             fmt::format("--sub-steps {}: give FROM-TO, frames of the recording, at most "
                         "{} of them, as 1200-1300; or none",
                         words, kMost));
+    const auto is_wanted = [&](const FrameReport& frame) {
+        return frame.frame >= from && frame.frame <= to;
+    };
+    if (std::none_of(run.frames.begin(), run.frames.end(), is_wanted))
+        throw UsageError(fmt::format("--sub-steps {}: the recording has none of them; {}", words,
+                                     run.frames.empty() ? "it has no frame: leave it out"
+                                                        : fmt::format("its frames are {}-{}",
+                                                                      run.frames.front().frame,
+                                                                      run.frames.back().frame)));
     std::vector<std::uint64_t> frames;
     for (std::uint64_t i = 0; i <= to - from; ++i) // `to` may be the greatest number
         frames.push_back(from + i);

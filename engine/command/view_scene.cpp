@@ -29,8 +29,10 @@
 namespace palpate::command {
 namespace {
 
-/// Where a hand begins that a page moves: in front of the first surface, as a simulated one does.
+/// Where a hand begins that a page moves: in front of the first surface, as a simulated one does,
+/// or where there is none at the scene's origin.
 Vec3 start_of(const Scene& scene) {
+    if (scene.surfaces().empty()) return Vec3{0.0};
     const SceneDevice hand = make_device(scene);
     DeviceState state;
     hand.device->read(state);
@@ -69,6 +71,23 @@ std::string device_in_words(const SceneDescription& scene, bool by_mouse) {
     if (shown.kind == DeviceDescription::Kind::plugin)
         shown.address = std::filesystem::path(shown.address).filename().string();
     return device_type(shown);
+}
+
+/// Refuses a folder for recordings that could not be made, before there is one to be lost.
+void check_folder(const std::filesystem::path& folder) {
+    std::error_code ignored;
+    std::filesystem::path there = std::filesystem::absolute(folder);
+    while (!std::filesystem::exists(there, ignored) && there.has_relative_path())
+        there = there.parent_path();
+    if (!std::filesystem::is_directory(there, ignored))
+        throw std::runtime_error(
+            fmt::format("{}: {} is no folder; name a folder for recordings with -o",
+                        folder.string(), there.string()));
+    if (::access(there.c_str(), W_OK) != 0)
+        throw std::runtime_error(fmt::format(
+            "{}: {} cannot be written; name another folder for recordings with -o, or change its "
+            "rights",
+            folder.string(), there.string()));
 }
 
 /// Which of several hands is shown, and how another one is.
@@ -131,6 +150,9 @@ int view_scene(const ViewOptions& options) {
     } catch (const std::invalid_argument& error) {
         throw UsageError(fmt::format("view: {}", error.what()));
     }
+    const std::string folder =
+        options.out.empty() ? description.file.stem().string() + "-view" : options.out;
+    check_folder(folder);
     const auto scene = std::make_shared<const Scene>(description, resources());
     warn_of_sources(*scene);
     SteeredScene device(*scene, by_mouse);
@@ -154,8 +176,7 @@ int view_scene(const ViewOptions& options) {
     settings.run.longest_s = options.seconds;
     settings.overrides = overrides;
     settings.button_marks = !options.no_button_marks;
-    settings.folder =
-        options.out.empty() ? description.file.stem().string() + "-view" : options.out;
+    settings.folder = folder;
     LiveView view(scene, std::move(document),
                   {*device.steered, device.placement(), device.mouse ? &*device.mouse : nullptr},
                   settings, std::move(page));

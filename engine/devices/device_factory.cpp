@@ -72,6 +72,11 @@ std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::
     DeviceDescription orbit = scene.description().device;
     orbit.speed_m_per_s *= every;
     orbit.duration_s /= static_cast<double>(surfaces.size());
+    if (orbit.duration_s * rate_hz < 1.0)
+        throw std::runtime_error(
+            fmt::format("{}: duration_s = {} leaves no frame for each of {} surface{}; raise it",
+                        place_of_device(scene.description()), scene.description().device.duration_s,
+                        surfaces.size(), surfaces.size() == 1 ? "" : "s"));
     PathChain chain(rate_hz);
     for (const SceneSurface* surface : surfaces) {
         Orbit found;

@@ -146,8 +146,8 @@ public:
     /// `gain` in [0, 10]: 0 switches it off, 1 is as the scene says. The gain moves by 1 in 50 ms;
     /// a new trial takes it at once (GainRamp). Returns false and changes nothing if there is no
     /// such effect, if the plan left it out, or if the gain is out of range. The plan may have left
-    /// out a surface because a workspace keeps the proxy away from it. Then a gain below 1 for a
-    /// workspace is refused, too.                                                           [any]
+    /// out a surface because a workspace keeps the proxy of trials that begin in it away from it.
+    /// Then a gain below 1 for a workspace is refused, too.                                 [any]
     bool set_gain(std::size_t effect, double gain) noexcept;
 
     /// Moves the body of a surface that `moves` (SurfaceDescription), Scene::surfaces()[surface],

@@ -127,7 +127,12 @@ public:
     NextScene(std::shared_ptr<const Scene> now, const RealtimeSettings& settings)
         : now_(std::move(now)), next_(settings.next),
           enough_(static_cast<std::uint64_t>(
-              std::ceil(RealtimeSettings::kFree_s * now_->description().loop.rate_hz))) {}
+              std::ceil(RealtimeSettings::kFree_s * now_->description().loop.rate_hz))) {
+        using namespace std::chrono_literals;
+        if (next_.valid() && next_.wait_for(0s) == std::future_status::deferred)
+            throw std::invalid_argument("the scene that is to follow would never be made: its "
+                                        "future is deferred; give one of std::launch::async");
+    }
 
     void see(const FrameReport& frame) noexcept {
         const bool is_free = is_computed(frame.flags) && frame.surfaces_felt == 0;
@@ -140,6 +145,8 @@ public:
         if (!next_.valid() || next_.wait_for(0s) != std::future_status::ready) return;
         try {
             const std::shared_ptr<const Scene>& next = next_.get();
+            if (next == nullptr)
+                throw std::invalid_argument("the scene that is to follow is null; give a scene");
             if (!waits_) {
                 require_same_surfaces(*next);
                 waits_ = !goes_on_in_contact(*next);

@@ -33,8 +33,9 @@ struct RealtimeSettings {
     /// Another scene with the same surfaces, which the loop adopts (HapticLoop::adopt()) as soon as
     /// it is ready, if each contact goes on from what it was, as `guarded` does from `volume`. Else
     /// once no surface has been felt for kFree_s: a new contact with a surface that holds the proxy
-    /// might find it inside. Empty: there is none. If making it throws, or its surfaces are
-    /// others, `watch.warning` says so, and the run goes on as it began.
+    /// might find it inside. Empty: there is none. If making it throws, or it is null, or its
+    /// surfaces are others, `watch.warning` says so, and the run goes on as it began. A deferred
+    /// one, which nobody would make, throws std::invalid_argument.
     std::shared_future<std::shared_ptr<const Scene>> next;
     static constexpr double kFree_s = 0.05; ///< of frames without contact, s
 };

@@ -119,7 +119,8 @@ void turn_off_what_has_no_surface(const SceneDescription& scene,
         const std::string& surface = surface_of(scene.effects[planned.effect]);
         if (!planned.on || !out_of_reach.contains(surface)) continue;
         turn_off(planned,
-                 "surface " + surface + " is outside of the workspace: it cannot be reached");
+                 "surface " + surface +
+                     " is outside of the workspace: a trial that begins in it stays there");
         plan.relies_on_workspace = true;
     }
     const bool any_is_felt =

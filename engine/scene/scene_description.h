@@ -107,7 +107,9 @@ struct SurfaceDescription {
     };
 
     std::string volume;         ///< key of SceneDescription::volumes; empty: the mesh file alone
-    std::string material;       ///< key of SceneDescription::materials; may be empty
+    std::string material;       ///< key of SceneDescription::materials; may be empty. A scene made
+                                ///< in code only shows it: there the surface and its effects say
+                                ///< themselves what a file's take from the material
     std::filesystem::path mesh; ///< PLY, STL or OBJ; absolute, or relative to the working folder;
                                 ///< empty: extracted from the volume where a contact needs a mesh
     MeshFileSettings mesh_file; ///< what `mesh` is to be read as

@@ -61,6 +61,9 @@ void set_device(const std::string& text, DeviceDescription& device) {
     } else if (text == "tour") {
         device.kind = Kind::tour;
     } else if (text == "hand") {
+        // It takes its time, which an orbit of the scene may not have.
+        if (device.kind != Kind::hand && device.duration_s < internal::kPressDurationS.low)
+            device.duration_s = DeviceDescription{}.duration_s;
         device.kind = Kind::hand;
         device.file.clear();
     } else if (const auto intent = behind("hand:")) {

@@ -123,7 +123,10 @@ private:
     LiveReply drop(std::string name, const FrameReport& at);
     void use(HapticLoop* loop);
     std::string state() const;
-    void tell(const std::string& said, bool is_error) { server_.tell(said, is_error, state()); }
+    void tell(const std::string& said, bool is_error) {
+        const std::lock_guard in_turn(telling_); // a state is told before each later one
+        server_.tell(said, is_error, state());
+    }
 
     const std::shared_ptr<const Scene> scene_;
     const ViewDocument document_;
@@ -139,6 +142,7 @@ private:
     std::size_t presses_ = 0;    ///< of the button that drops marks
     bool end_is_told_ = false;   ///< of the device
 
+    std::mutex telling_;
     mutable std::mutex mutex_; ///< of what follows
     bool is_recording_ = false;
     HapticLoop* loop_ = nullptr;

@@ -173,7 +173,7 @@ public:
     /// A frame begins with another gain than the one before: its strength is from now on
     /// Gain::strength_n() of its own. At 0 it is as if open, and inside until the gain has risen
     /// and the proxy has left it. While the gain moves, a membrane gives way as a surface that
-    /// holds, so that the hand is let in as gently as the gain falls. [loop]
+    /// holds; where that ends above 0, one that is pressed with its strength opens. [loop]
     virtual void set_gain(const Gain& gain) noexcept = 0;
 
     /// Adds the planes felt at `proxy`: none in free space. If `nearest` is not null, also answers

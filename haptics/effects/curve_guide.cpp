@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -11,7 +10,6 @@ namespace palpate {
 namespace {
 
 constexpr int kFirstEvaluation = 2; // as counted when its solution is judged
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // Below this part of a unit vector its direction is noise: the pull leads straight on beyond an
 // end, or the curve straight back.
 constexpr double kStraightOn = 1e-9;
@@ -82,7 +80,8 @@ void CurveGuide::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     }
     primitives.add_line({anchor_, axis_, capture_.strength_n()});
     if (place_.cut)
-        primitives.add({anchor_, (place_.along_m > 0.0 ? -1.0 : 1.0) * axis_, kInfinite});
+        primitives.add(
+            {anchor_, (place_.along_m > 0.0 ? -1.0 : 1.0) * axis_, capture_.strength_n()});
 }
 
 /// Under a held probe, the place that the proxy is at: where it rests, nothing else need be tried.

@@ -7,7 +7,7 @@
 namespace palpate {
 
 /// Carries the weight of the device's handle, so that the hand need not: -m g on the device, beside
-/// the coupling, always. Scene frame.
+/// the coupling, whose limits and softening it shares. Scene frame.
 class GravityCompensation final : public Effect {
 public:
     static constexpr double kStandardGravity = 9.80665; ///< m/s^2

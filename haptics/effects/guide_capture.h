@@ -19,9 +19,9 @@ struct GuideSettings {
 
 /// Whether a guide has the proxy: it snaps on within the capture distance and lets go beyond
 /// kRelease times that, which a hand's tremor does not bridge. Decided at a frame's start and kept
-/// during the frame. What the hand feels then jumps by at most min(s, k capture): the spring's
-/// energy is convex of modulus k, so a pull of at most s shifts its minimiser by at most s / k; and
-/// nobody is drawn further than onto the guide.
+/// during the frame. Where it snaps on, what the hand feels jumps by at most min(s, k capture): the
+/// spring's energy is convex of modulus k, so a pull of at most s shifts its minimiser by at most
+/// s / k, and nobody is drawn further than onto the guide. Where it lets go, by s at most.
 class GuideCapture {
 public:
     static constexpr double kRelease = 1.25;

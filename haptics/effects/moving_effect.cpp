@@ -37,12 +37,6 @@ void MovingEffect::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept 
     primitives.leave(map_, before, most_n_);
 }
 
-Vec3 MovingEffect::within(const Vec3& wanted) const noexcept {
-    const Vec3 seen = map_.point_back(wanted);
-    const Vec3 allowed = effect_->within(seen);
-    return allowed == seen ? wanted : map_.point(allowed); // what is allowed keeps its bits
-}
-
 void MovingEffect::commit(const FrameOutcome& outcome) noexcept {
     proxy_ = map_.point_back(outcome.proxy);
     effect_->commit({proxy_, outcome.felt});

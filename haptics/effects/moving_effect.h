@@ -27,7 +27,7 @@ public:
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     void solved(const Vec3& end) noexcept override { effect_->solved(map_.point_back(end)); }
-    Vec3 within(const Vec3& wanted) const noexcept override;
+    // Not within(): it yields at the longest force, so the proxy may end anywhere.
     void commit(const FrameOutcome& outcome) noexcept override;
     Vec3 device_force_n() const noexcept override {
         return map_.direction(effect_->device_force_n());

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/haptics/effects/vector_follow.h>
 
-#include <limits>
 #include <utility>
 
 #include <palpate/geometry/range.h>
@@ -72,8 +71,7 @@ void VectorFollow::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept 
     if (!(evaluations_ > 0 && foot_.cut)) foot_ = next_foot();
     ++evaluations_;
     primitives.add_line({foot_.position, foot_.tangent, start_->strength_n});
-    if (foot_.cut)
-        primitives.add({foot_.position, -foot_.tangent, std::numeric_limits<double>::infinity()});
+    if (foot_.cut) primitives.add({foot_.position, -foot_.tangent, start_->strength_n});
 }
 
 } // namespace palpate

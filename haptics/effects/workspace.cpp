@@ -15,7 +15,7 @@ namespace {
 // Of the coordinates at hand: a place this little outside is outside by rounding.
 constexpr double kRounding = 1e-15;
 
-// What a proxy on a plane may be behind it.
+// What a proxy on a plane may be behind it, and outside of a region that is never left.
 constexpr double kOnPlane = 1e-9; // m
 
 /// How far from the pull a candidate may be. With nothing but forces, springs and planes that the
@@ -92,7 +92,14 @@ WorkspaceBox::WorkspaceBox(const Box& box, LocalStrength strength)
         throw std::invalid_argument("workspace: box.upper is below box.lower; swap them");
 }
 
+Vec3 WorkspaceBox::within(const Vec3& wanted) const noexcept {
+    if (!never_left_) return wanted;
+    const Vec3 inside = glm::clamp(wanted, box_.lower, box_.upper);
+    return glm::length(wanted - inside) > kOnPlane ? inside : wanted;
+}
+
 void WorkspaceBox::gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept {
+    never_left_ = std::isinf(primitives.scaled_n(strength_.now()));
     if (!(strength_.now() > 0.0)) return;
     const Vec3 pull = primitives.pull(frame_.probe, frame_.stiffness);
     const double reach = reach_of(primitives, pull, proxy);

@@ -22,8 +22,9 @@ namespace palpate {
 /// satisfies, so that a step ends outside by at most e^2 / (2 R), e its length: less than a
 /// picometre where a frame converges. What would be more than a nanometre, as where
 /// curved walls and a jump use the frame up (kEvaluationCap) or its method has too few sub-steps,
-/// is taken back to the ball where the frame ends, as far as certificates of surfaces hold. Of a
-/// finite strength the last plane alone, lest strengths add up.
+/// is taken back where the frame ends, to the ball or to where its way left it: what starts a frame
+/// inside ends it inside, if a surface is not in the way back, as it may be where the proxy was
+/// deep in its band. Of a finite strength the last plane alone, lest strengths add up.
 class WorkspaceSphere final : public Effect {
 public:
     static constexpr std::size_t kCuts = 4;
@@ -68,7 +69,8 @@ private:
 };
 
 /// The proxy stays in a box along the scene's axes: s max(0, depth behind it) for each face.
-/// composition.md 1. Exact in one evaluation, in edges and corners too; each face yields by itself.
+/// composition.md 1. Exact in one evaluation, in edges and corners too, but beside curved surfaces:
+/// there what starts a frame inside ends it inside, as with the ball. Each face yields by itself.
 class WorkspaceBox final : public Effect {
 public:
     /// Box in m, scene frame, not empty; strength in N, >= 0, may be infinite. Throws
@@ -84,6 +86,7 @@ public:
     }
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
     std::size_t most_primitives() const noexcept override { return 6; } // a plane for each side
+    Vec3 within(const Vec3& wanted) const noexcept override;
     QueryCount queries() const noexcept override { return {strength_.samples(), 0, 0}; }
     std::any save_state() const override { return strength_.save_state(); }
     void restore_state(const std::any& state) override {
@@ -94,6 +97,7 @@ private:
     Box box_;
     LocalStrength strength_; // N
     FrameContext frame_;
+    bool never_left_ = false; // with the gain of the last gather()
 };
 
 } // namespace palpate

@@ -40,8 +40,9 @@ struct Door {
 } // namespace
 
 const Vec3& VelocityEstimator::update(double time_s, const Vec3& position) noexcept {
-    if (!std::isfinite(time_s) || !is_finite(position)) return without_news();
+    if (!is_finite(position)) return without_news();
     time_s = time_of(time_s, position);
+    if (!std::isfinite(time_s)) return without_news();
     if (count_ > 0 && !(time_s > newest(0).time_s)) {
         older_ = time_s < newest(0).time_s ? older_ + 1 : 0;
         if (older_ <= kMostRepeats) return without_news();
@@ -57,10 +58,11 @@ const Vec3& VelocityEstimator::update(double time_s, const Vec3& position) noexc
     return velocity_;
 }
 
-/// The device's own time, or a period after the last sample where its clock stands. Samples of two
-/// clocks do not go together: where one takes the other's place, all begins anew.
+/// The device's own time, or a period after the last sample where its clock stands. One that is no
+/// number stands too. Samples of two clocks do not go together: where one takes the other's place,
+/// all begins anew.
 double VelocityEstimator::time_of(double time_s, const Vec3& position) noexcept {
-    if (time_s != clock_s_) {
+    if (std::isfinite(time_s) && time_s != clock_s_) {
         if (clock_stands()) restart();
         clock_s_ = time_s;
         stands_s_ = 0.0;
@@ -69,7 +71,9 @@ double VelocityEstimator::time_of(double time_s, const Vec3& position) noexcept 
         if (clock_stands()) restart();
     }
     seen_ = position;
-    return clock_stands() && count_ > 0 ? newest(0).time_s + settings_.period_s : time_s;
+    if (!clock_stands()) return time_s;
+    if (count_ > 0) return newest(0).time_s + settings_.period_s;
+    return std::isfinite(time_s) ? time_s : 0.0;
 }
 
 const Vec3& VelocityEstimator::without_news() noexcept {

@@ -24,8 +24,8 @@ struct VelocitySettings {
 /// sample of it within a step, which is what rounding both may have done. (The adaptive window of
 /// Janabi-Sharifi, Hayward and Chen 2000, with all lines at once instead of one that is tried.)
 ///
-/// At a constant velocity the window W grows to longest_s, and the error is at most 2 step / W; a
-/// handle that rests, also between two steps, has exactly 0.
+/// At a constant velocity the window W grows to longest_s, or to kCapacity samples, and the error
+/// is at most 2 step / W; a handle that rests, also between two steps, has exactly 0.
 class VelocityEstimator {
 public:
     static constexpr std::size_t kCapacity = 64; ///< samples
@@ -42,8 +42,9 @@ public:
     /// last, or not finite, changes nothing, until there have been more than kMostRepeats: a device
     /// that reports changes alone says by that that it rests. After so many that are older than the
     /// newest its clock has been set back, or the newest was wrong: then it begins anew. A clock
-    /// that stands while the position has changed for longest_s was never set: from then on, and
-    /// until it runs, a sample is a period later than the one before.                    [loop]
+    /// that stands, or says what is no number, while the position has changed for longest_s was
+    /// never set: from then on, and until it runs, a sample is a period later than the one before.
+    /// [loop]
     const Vec3& update(double time_s, const Vec3& position) noexcept;
 
     /// Forgets every sample: what comes next is somewhere else.                          [loop]

@@ -39,9 +39,9 @@ struct Gain {
 
 /// A gain that any thread may set while one loop follows it, without a lock. It moves by 1 in
 /// kSecondsPerUnit at most, linearly, and at the beginnings of frames alone: no frame sees it
-/// change. From one to the next no force of a hand that is held steps because of it by more than
-/// period / kSecondsPerUnit times what it is at gain 1 or, of what is stronger than the force limit
-/// F, times 4 F (Gain::strength_n).
+/// change. No force of a hand that is held steps because of it by more than period /
+/// kSecondsPerUnit times what it is at gain 1 or, of what is stronger than the force limit F, times
+/// 4 F (Gain::strength_n); but where a guide or a magnet lets go for it, or a membrane opens.
 class GainRamp {
 public:
     static constexpr double kHighest = 10.0;        ///< no unit

@@ -33,7 +33,8 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
                          const std::vector<Effect*>& effects, Clock& clock,
                          std::vector<SurfaceFinish> finish)
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
-      calming_(settings.tolerance_m), path_(2 * most_evaluations(surfaces.size()) + kMostLegs) {
+      calming_(settings.tolerance_m),
+      path_(2 * (most_evaluations(surfaces.size()) + kMostLegs)) { // there, and back
     work_of_a_frame_ = kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
     finish.resize(std::max(finish.size(), surfaces.size()));
     make_layers(settings, surfaces, finish, clock, effects);

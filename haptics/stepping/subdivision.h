@@ -341,7 +341,9 @@ private:
     Vec3 final_proxy(Vec3 proxy) noexcept;
     Vec3 settled(const Vec3& proxy, const Vec3& to) noexcept;
     bool is_astray(const Vec3& proxy) const noexcept;
+    Vec3 taken_back(Vec3 proxy) noexcept;
     Vec3 within(Vec3 wanted) const noexcept;
+    bool is_inside(const Vec3& proxy) const noexcept;
 
     Stepping stepping_;
     std::vector<LoopSurface> surfaces_;

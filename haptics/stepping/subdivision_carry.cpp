@@ -28,6 +28,9 @@ constexpr int tries_before_lift(bool seeks_balance) noexcept {
     return seeks_balance ? kTriesBeforeSlopes : kTriesBeforeSlopes - 1;
 }
 
+// To where a piece of the way leads out of a workspace, to 1e-9 of its length.
+constexpr int kExitHalvings = 30;
+
 // From so many evaluations on the tip of soft layers is damped no more while its steps lead on.
 constexpr std::uint32_t kEvaluationsToLengthen = 8;
 // Cosine of the angle between two steps that lead the same way.
@@ -341,7 +344,8 @@ Vec3 Subdivision::record_move(const Vec3& proxy) noexcept {
 // ---- where the frame ends ----------------------------------------------------------------------
 
 /// Where the frame ends. If the forces do not balance yet, it ends on the level, and no farther
-/// away than is_astray() allows. It always ends inside what effects never let the proxy leave.
+/// away than is_astray() allows. If it began inside what effects never let the proxy leave, it ends
+/// there too, as far as the surfaces let it go back.
 Vec3 Subdivision::final_proxy(Vec3 proxy) noexcept {
     // A frame of one evaluation has no second try: if it did not move, it is stalled.
     if (path_.sub_steps() == 0 && path_.stands_still()) result_.flags |= kStalled;
@@ -352,7 +356,29 @@ Vec3 Subdivision::final_proxy(Vec3 proxy) noexcept {
                 proxy = settled(proxy, *level);
     }
     const Vec3 inside = within(proxy);
-    return inside == proxy ? proxy : settled(proxy, inside);
+    if (inside == proxy) return proxy;
+    proxy = settled(proxy, inside);
+    return is_inside(proxy) ? proxy : taken_back(proxy);
+}
+
+/// Back on the frame's own way to where that led out: a surface may be in the way to any nearer
+/// place, and here it has let the proxy pass. It may not again where that way led out of its band.
+/// A frame that began outside ends where it is.
+Vec3 Subdivision::taken_back(Vec3 proxy) noexcept {
+    const std::span<const Vec3> way = path_.corners(); // room is kept, so they stay where they are
+    std::size_t left = way.size() - 1;
+    while (left > 0 && !is_inside(way[left]))
+        --left;
+    if (!is_inside(way[left])) return proxy;
+    const Vec3 out = way[left + 1] - way[left];
+    double inside = 0.0, outside = 1.0; // shares of that piece
+    for (int i = 0; i < kExitHalvings; ++i) {
+        const double middle = 0.5 * (inside + outside);
+        (is_inside(way[left] + middle * out) ? inside : outside) = middle;
+    }
+    for (std::size_t i = way.size() - 2; i > left; --i)
+        proxy = settled(proxy, way[i]);
+    return settled(proxy, way[left] + inside * out);
 }
 
 /// As far on a last chord as the certificates hold.
@@ -377,5 +403,7 @@ Vec3 Subdivision::within(Vec3 wanted) const noexcept {
         wanted = effect.within(wanted);
     return wanted;
 }
+
+bool Subdivision::is_inside(const Vec3& proxy) const noexcept { return within(proxy) == proxy; }
 
 } // namespace palpate

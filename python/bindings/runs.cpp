@@ -50,8 +50,7 @@ std::string study(const PyScene& scene, const py::object& path, int every, bool 
     return about_long<SceneProblem>([&] {
         check_study(*scene.scene);
         Study result =
-            run_study(scene.scene, states, study_settings(scene.scene->description().loop), clock,
-                      interruptible());
+            run_study(scene.scene, states, study_settings(*scene.scene), clock, interruptible());
         if (baselines)
             for (StudyRun& run : run_baselines(*scene.scene, states, clock, interruptible()))
                 result.runs.push_back(std::move(run));

@@ -213,6 +213,13 @@ TEST(PalpateC, OptionsOfAnotherMethodAreRefused) {
     EXPECT_EQ(palpate_loop_make(scene.get(), &options, &loop, &error), PALPATE_BAD_INPUT);
     EXPECT_EQ(loop, nullptr);
     EXPECT_THAT(error.message, HasSubstr("is of method fixed and changes nothing with adaptive"));
+    options = {};
+    options.size = sizeof options;
+    options.method = PALPATE_SINGLE;
+    options.evaluation_cap = 64;
+    EXPECT_EQ(palpate_loop_make(scene.get(), &options, &loop, &error), PALPATE_BAD_INPUT);
+    EXPECT_EQ(loop, nullptr);
+    EXPECT_THAT(error.message, HasSubstr("is of method adaptive and changes nothing with single"));
 }
 
 TEST(PalpateC, SurfacesAndFlagsHaveNames) {
@@ -319,6 +326,22 @@ TEST(PalpateC, ALongMessageIsCutAndEnded) {
     const std::string message = error.message;
     EXPECT_EQ(message.size(), sizeof error.message - 1);
     EXPECT_TRUE(message.ends_with("...")) << message;
+}
+
+TEST(PalpateC, ALongMessageIsCutBetweenCharacters) {
+    const std::string euro = "\u20AC"; // three bytes
+    for (const char* before : {"", "k", "kk"}) {
+        std::string name = before;
+        for (int i = 0; i < 1000; ++i)
+            name += euro;
+        palpate_error error = no_error();
+        palpate_scene* scene = nullptr;
+        EXPECT_EQ(palpate_scene_parse("a = 1\n", name.c_str(), nullptr, &scene, &error),
+                  PALPATE_BAD_INPUT);
+        const std::string message = error.message;
+        ASSERT_TRUE(message.ends_with(euro + "...")) << message;
+        EXPECT_GE(message.size(), sizeof error.message - euro.size()) << "as long as there is room";
+    }
 }
 
 TEST(PalpateC, AProgramOfALaterVersionGivesMoreAndKeepsWhatIsBehind) {

@@ -94,6 +94,32 @@ TEST_F(CommandMessages, OptionsThatWouldChangeNothingAreRefused) {
     EXPECT_EQ(run({"trace", "ball.toml", "--every", "2"}).exit, 0);
 }
 
+// The page had no sub-steps, and nobody was told.
+TEST_F(CommandMessages, SubStepsOfFramesThatARecordingHasNotAreToldWithThoseItHas) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    expect_usage({"view", "t", "--sub-steps", "200-210", "-o", "v.html"},
+                 "--sub-steps 200-210: the recording has none of them; its frames are 0-199");
+    EXPECT_FALSE(std::filesystem::exists(*this / "v.html"));
+    EXPECT_EQ(run({"view", "t", "--sub-steps", "190-210", "-o", "v.html"}).exit, 0);
+}
+
+// A page told of it when its first recording was lost.
+TEST_F(CommandMessages, AViewWhoseRecordingsHaveNowhereToGoIsRefused) {
+    for (const char* folder : {"ball.toml", "ball.toml/here", "/dev/null/here"}) {
+        const test::CommandResult result = run({"view", "ball.toml", "-o", folder});
+        EXPECT_EQ(result.exit, 3) << result.err;
+        EXPECT_THAT(result.err, HasSubstr("is no folder; name a folder for recordings with -o"));
+    }
+}
+
+// The page's mouse began in front of a surface, and there was none.
+TEST_F(CommandMessages, AViewOfASceneWithoutASurfaceHasAHand) {
+    make("guide.toml", "[[effect]]\ntype = \"guide\"\npoints_mm = [[0, 0, 0], [10, 0, 0]]\n"
+                       "strength_n = 2\n");
+    const test::CommandResult result = run({"view", "guide.toml", "--seconds", "0.1"});
+    EXPECT_EQ(result.exit, 0) << result.err;
+}
+
 // Of a variable that nobody has set, an option had the next one for its value, and made a folder of
 // that name.
 TEST_F(CommandMessages, AnOptionWithoutItsValueIsToldAndTakesNoOther) {

@@ -143,6 +143,23 @@ TEST_F(CommandOutputs, AReportIsOfTheScenesThatWereFelt) {
     EXPECT_EQ(pictures, 2u);
 }
 
+// Its numbers stood beside the charts of the recording.
+TEST_F(CommandOutputs, TheSummaryOfAnotherSceneIsRefused) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    std::string bigger = test::ball_scene();
+    bigger.replace(bigger.find("radius_mm = 20"), 14, "radius_mm = 21");
+    make("bigger.toml", bigger);
+    ASSERT_EQ(run({"trace", "bigger.toml", "--out", "u"}).exit, 0);
+    ASSERT_EQ(run({"report", "t", "u", "-o", "both.html"}).exit, 0);
+    std::filesystem::copy_file(*this / "u/summary.json", *this / "t/summary.json",
+                               std::filesystem::copy_options::overwrite_existing);
+    expect_refused({"report", "t", "u", "-o", "both.html"}, "both.html",
+                   "t/summary.json: is of another scene than recording.h5");
+    make("t/summary.json", "{");
+    expect_refused({"report", "t", "u", "-o", "both.html"}, "both.html",
+                   "t/summary.json: is damaged; trace the scene again");
+}
+
 // Nor does it matter how the loop steps: the surface is the same.
 TEST_F(CommandOutputs, TracesOfOneSceneShareItsPicture) {
     ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);

@@ -14,8 +14,8 @@ AffineTransform grid(double i, double j, double k, const Vec3& origin = Vec3(0.0
 
 TEST(PatientSize, WhatIsMeasuredIsPlausible) {
     EXPECT_FALSE(implausible_grid({512, 512, 700}, grid(4e-4, 4e-4, 1e-3, {-0.2, -0.1, -1.5})));
-    EXPECT_FALSE(implausible_grid({2000, 2000, 100}, grid(4e-9, 4e-9, 3e-8))) << "electrons";
-    EXPECT_FALSE(implausible_grid({2, 2, 2}, grid(1e-9, 1e-9, 1e-9))) << "the bound itself";
+    EXPECT_FALSE(implausible_grid({2000, 2000, 100}, grid(1e-7, 1e-7, 5e-7))) << "a microscope";
+    EXPECT_FALSE(implausible_grid({2, 2, 2}, grid(2e-8, 2e-8, 2e-8))) << "the bound itself";
     EXPECT_FALSE(implausible_grid({101, 1, 1}, grid(1.0, 1.0, 1.0))) << "the bounds themselves";
     EXPECT_FALSE(implausible_bounds({{-1, -1, 0}, {1, 1, 2}}));
     EXPECT_FALSE(implausible_bounds(Box{}));
@@ -25,8 +25,8 @@ TEST(PatientSize, WhatNoPatientHasIsSaidWithItsPart) {
     using Part = Implausible::Part;
     const double infinite = std::numeric_limits<double>::infinity();
     for (const AffineTransform& wrong :
-         {grid(1e-33, 1e-3, 1e-3), grid(1e-12, 1e-3, 1e6), grid(1e-7, 1e-3, 1e-2),
-          grid(2.0, 1.0, 1.0), grid(infinite, 1, 1)}) {
+         {grid(1e-33, 1e-3, 1e-3), grid(1.9e-8, 1e-5, 1e-5), grid(1e-12, 1e-3, 1e6),
+          grid(1e-7, 1e-3, 1e-2), grid(2.0, 1.0, 1.0), grid(infinite, 1, 1)}) {
         const auto found = implausible_grid({4, 4, 4}, wrong);
         ASSERT_TRUE(found);
         EXPECT_EQ(found->part, Part::spacing) << found->what;

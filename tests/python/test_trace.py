@@ -150,6 +150,15 @@ class Traces(unittest.TestCase):
                 theirs[name] = [float(cell) if cell else "" for cell in theirs[name]]
             self.assertEqual(cells, [cell for cell, kept in zip(theirs[name], is_ours) if kept])
 
+    def test_a_study_of_soft_layers_is_of_the_one_method_that_they_have(self):
+        scene = cavity()
+        del scene["effect"][1]
+        scene["volume"]["skin"] = {"analytic": "sphere_cavity", "radius_mm": 48}
+        scene["surface"]["skin"] = {"volume": "skin", "stiffness_n_per_mm": 0.2}
+        scene["effect"].append({"type": "surface", "surface": "skin"})
+        study = palpate.study(palpate.Scene(scene), strokes(100), baselines=False)
+        self.assertEqual(set(study["method"]), {"adaptive"})
+
     def test_a_dataframe_goes_in_and_out(self):
         try:
             import pandas

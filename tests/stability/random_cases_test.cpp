@@ -44,9 +44,10 @@ TEST(RandomCases, EveryInvariantHolds) {
                    << test::content_of(folder / "small" / "scene.toml") << "\n"
                    << test::content_of(folder / "small" / "path.csv");
     }
-    for (const char* name : {"finite", "limits", "coupling", "flags", "work", "certificate",
-                             "crossing", "side", "leash", "energy", "code", "same bits", "rest",
-                             "smooth", "second hand", "follows", "as one", "path"})
+    for (const char* name :
+         {"finite",      "limits",  "coupling", "flags", "work",       "certificate", "crossing",
+          "side",        "leash",   "energy",   "code",  "same bits",  "rest",        "smooth",
+          "second hand", "follows", "as one",   "path",  "workspaces", "goes on",     "press"})
         EXPECT_GT(checks[name], 0) << name << " had nothing to look at";
     EXPECT_GT(touched, kFrames / 4) << "it is about contact";
     EXPECT_TRUE(flags & kEvaluationCap) << "hard enough that frames do not end";

@@ -15,6 +15,7 @@
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/support/dicom_writer.h"
+#include "tests/support/expect_says.h"
 #include "tests/support/test_volumes.h"
 
 /// Volumes that are written as DICOM slices, and what a test says of reading them back.
@@ -99,12 +100,6 @@ inline std::string refusal_of(const std::filesystem::path& path,
     EXPECT_EQ(message.find("Nobody"), std::string::npos) << message;
     return message;
 }
-
-#define EXPECT_SAYS(message, words)                                                                \
-    do {                                                                                           \
-        const std::string said_ = message;                                                         \
-        EXPECT_NE(said_.find(words), std::string::npos) << said_;                                  \
-    } while (false)
 
 inline std::string joined(const std::vector<std::string>& lines) {
     std::string text;

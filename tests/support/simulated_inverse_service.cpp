@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -113,9 +114,12 @@ public:
 private:
     struct Connection {
         explicit Connection(Tcp::socket accepted)
-            : socket(std::move(accepted)), number(socket.next_layer().native_handle()) {}
+            : socket(std::move(accepted)), number(::dup(socket.next_layer().native_handle())) {}
+        ~Connection() { ::close(number); }
+        Connection(const Connection&) = delete;
+        Connection& operator=(const Connection&) = delete;
         beast::websocket::stream<Tcp::socket> socket;
-        int number;
+        int number; ///< ours alone: Beast closes its own, which then is another socket's
         std::thread thread;
     };
     void accept();

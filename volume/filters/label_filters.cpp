@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -105,8 +106,7 @@ double cells_above(const VoxelVolume& volume, double level) {
                 for (std::size_t corner = 0; corner < 8; ++corner)
                     c[corner] =
                         v[i + (corner & 1) + (corner & 2 ? row : 0) + (corner & 4 ? slice : 0)];
-                const double share = cell_share(c, level);
-                if (std::isfinite(share)) sum += share; // else a corner is NaN: no material
+                sum += cell_share(c, level);
             }
             sum += static_cast<double>(whole_cells);
         }
@@ -127,7 +127,13 @@ struct VolumeSample {
 
 double volume_above(const VoxelVolume& volume, double level) {
     require_filled(volume, "volume_above");
-    return voxel_volume_m3(volume) * cells_above(volume, level);
+    const auto finite = [](float value) { return std::isfinite(value); };
+    if (std::all_of(volume.values.begin(), volume.values.end(), finite))
+        return voxel_volume_m3(volume) * cells_above(volume, level);
+    VoxelVolume filled = volume;
+    std::replace_if(filled.values.begin(), filled.values.end(), std::not_fn(finite),
+                    static_cast<float>(value_range(volume)[0]));
+    return voxel_volume_m3(filled) * cells_above(filled, level);
 }
 
 double level_keeping_volume(const VoxelVolume& smoothed, double volume_m3) {

@@ -49,7 +49,7 @@ inline constexpr double kGrooveReach = 0.3;
 /// Volume in m3 where the trilinear interpolation of `volume` is >= level, between its voxel
 /// centres: its surface is closed where the border is below the level.                   [setup]
 /// Exact where the level lies flat in its cells; of a ball of 4 voxels' radius within 1e-3, larger
-/// ones better. A cell with a NaN at a corner counts as below.
+/// ones better. A voxel that is not finite counts as the lowest value, as a grid takes it.
 double volume_above(const VoxelVolume& volume, double level);
 
 /// The level of a smoothed occupancy that encloses `volume_m3`, to 1e-4 of it.          [setup]

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -96,6 +97,13 @@ VoxelVolume region_of(const VoxelVolume& volume, const SurfaceDescription& surfa
     }
 }
 
+/// What is infinite is no measurement, and no material: there are no data, as where it is NaN.
+void empty_what_is_infinite(VoxelVolume& volume) {
+    std::replace_if(
+        volume.values.begin(), volume.values.end(), [](float value) { return std::isinf(value); },
+        std::numeric_limits<float>::quiet_NaN());
+}
+
 /// What is not finite is background: a Gaussian would take it to each voxel around.
 void fill_what_is_not_finite(VoxelVolume& volume, float background) {
     std::replace_if(
@@ -172,6 +180,7 @@ BakedSurface bake_level(const VolumeDescription& source, const VoxelVolume& volu
                             ? padded(region_of(volume, surface, place), kPadding, background)
                             : padded(volume, kPadding, background);
     if (surface.region_mm) require_level_in_range(field, surface.iso_value, place);
+    empty_what_is_infinite(field);
     BakedSurface baked;
     baked.level = surface.iso_value;
     baked.warnings = volume.warnings;

@@ -183,6 +183,13 @@ void check_address_of(const TomlTable& table, const DeviceDescription& device) {
     }
 }
 
+/// "wooden:arm.json" with its file's path, which is relative to the scene as all of its paths.
+std::string with_model_of_scene(const std::string& address, const std::filesystem::path& folder) {
+    const std::size_t colon = address.find(':');
+    if (colon == std::string::npos || !address.ends_with(".json")) return address;
+    return address.substr(0, colon + 1) + (folder / address.substr(colon + 1)).string();
+}
+
 /// Hardware, by its address or through a plug-in's file. Whether it is there, a run asks.
 void read_attached(const TomlTable& table, const SceneDescription& scene, std::string_view start,
                    const std::string& address, DeviceDescription& device) {
@@ -194,7 +201,8 @@ void read_attached(const TomlTable& table, const SceneDescription& scene, std::s
                    is_hid ? "add what `palpate devices` lists"
                           : "add the plug-in's shared library");
     device.kind = is_hid ? Kind::hid : Kind::plugin;
-    device.address = is_hid ? address : (scene.file.parent_path() / address).string();
+    const std::filesystem::path folder = scene.file.parent_path();
+    device.address = is_hid ? with_model_of_scene(address, folder) : (folder / address).string();
     check_address_of(table, device);
     allow_only(table, kPlacedKeys, fmt::format("with type = \"{}...\"", start), device);
     device.placement = read_placement(table);

@@ -103,7 +103,7 @@ TEST(BakedStiffness, OfTissueLikeTheOneAroundThereIsNoMap) {
 
 TEST(BakedStiffness, ALabelWhoseNameIsNotUtf8IsKeptToo) {
     const test::TemporaryFolder folder;
-    const std::string name = "Tumeur gonfl\xE9e";
+    const std::string name = "Tumeur gonfl\351e"; // Latin-1
     auto labels = std::make_shared<LabelVolume>(*phantom());
     labels->labels[1].name = name;
     SceneDescription scene = scene_of({{name, 10.0}});

@@ -2,6 +2,8 @@
 #include <palpate/engine/baking/baking.h>
 
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -86,6 +88,32 @@ TEST_F(LabelledBall, TheCacheGivesTheSameWithoutReadingTheVolume) {
 }
 
 // A header stays as it is while the files that it names are swapped.
+TEST(BakedSurface, VoxelsThatAreInfiniteAreNoMaterial) {
+    // A ball, one voxel of its middle, and one that is far from it.
+    const auto baked = [](float inside, float outside) {
+        VoxelVolume voxels = test::sampled({24, 24, 24}, {Mat3(kMm), Vec3(0.0)}, [](const Vec3& p) {
+            return 100.0 - 1e4 * glm::length(p - Vec3(11.5 * kMm));
+        });
+        voxels.values[voxels.index(11, 11, 11)] = inside;
+        voxels.values[voxels.index(2, 2, 2)] = outside;
+        SceneDescription scene;
+        scene.volumes["v"].voxels = std::make_shared<const VoxelVolume>(voxels);
+        scene.surfaces["s"].volume = "v";
+        scene.surfaces["s"].iso_value = 30.0;
+        return bake_surface(scene, "s", ResultCache{});
+    };
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    const BakedSurface expected = baked(nan, nan);
+    ASSERT_EQ(expected.components.size(), 1U) << "the ball";
+    const BakedSurface found = baked(infinity, infinity);
+    EXPECT_EQ(found.components.size(), 1U);
+    EXPECT_EQ(found.volume_before_mm3, expected.volume_before_mm3);
+    EXPECT_EQ(found.volume_mm3, expected.volume_mm3);
+    const Vec3 at = Vec3(11.3 * kMm);
+    EXPECT_EQ(found.field->make_sampler()->value(at), expected.field->make_sampler()->value(at));
+}
+
 TEST(BakedSurface, SwappedFilesOfAHeaderAreAnotherVolume) {
     const test::TemporaryFolder folder;
     constexpr int kSide = 12;

@@ -3,6 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,6 +19,7 @@
 #include "tests/engine/scene/scene_file_fixture.h"
 #include "tests/support/scripted_clock.h"
 #include "tests/support/scripted_device.h"
+#include "tests/support/test_meshes.h"
 
 namespace palpate {
 namespace {
@@ -49,6 +54,17 @@ TEST_F(DeviceTable, APlacementIsReadKeyByKey) {
     EXPECT_EQ(bare.placement.right, PatientSide::left);
     EXPECT_EQ(bare.placement.up, PatientSide::superior);
     EXPECT_EQ(bare.placement.scale, 1.0);
+}
+
+TEST_F(DeviceTable, AFileOfABoardsModelIsRelativeToTheScene) {
+    const auto address = [&](const std::string& type) {
+        return parse("[device]\ntype = \"hid:" + type + "\"\n").device.address;
+    };
+    const std::string folder = scene_file().parent_path().string();
+    EXPECT_EQ(address("wooden:mine.json"), "wooden:" + folder + "/mine.json");
+    EXPECT_EQ(address("/dev/hidraw3:mine.json"), "/dev/hidraw3:" + folder + "/mine.json");
+    EXPECT_EQ(address("wooden:/home/me/mine.json"), "wooden:/home/me/mine.json");
+    EXPECT_EQ(address("wooden:polhem_v3"), "wooden:polhem_v3");
 }
 
 TEST_F(DeviceTable, AnInverse3IsReadWithItsAddressAndPlacement) {
@@ -103,6 +119,11 @@ TEST_F(DeviceTable, OptionsNameEveryDevice) {
     EXPECT_EQ(with("hand:h.csv").kind, Kind::hand);
     EXPECT_EQ(scene.device.file, std::filesystem::absolute("h.csv"));
     EXPECT_EQ(with("hand").file, "") << "it presses";
+    scene.device.kind = Kind::orbit;
+    scene.device.duration_s = 2.0;
+    EXPECT_EQ(with("hand").duration_s, 20.0) << "a hand takes its time, an orbit need not";
+    scene.device.duration_s = 4.0;
+    EXPECT_EQ(with("hand").duration_s, 4.0);
     EXPECT_EQ(with("path:a.csv").file, std::filesystem::absolute("a.csv"));
     EXPECT_EQ(with("recording:r.h5").kind, Kind::recording);
     EXPECT_EQ(scene.device.file, std::filesystem::absolute("r.h5"));
@@ -184,6 +205,50 @@ TEST(DeviceFactory, AHandPressesIntoTheSurfaceFromItsSideAndGoesBack) {
         ASSERT_EQ(second.frames[i].force, trace.frames[i].force) << i;
         ASSERT_EQ(replayed.frames[i].force, trace.frames[i].force) << i;
         ASSERT_EQ(replayed.frames[i].flags, trace.frames[i].flags) << i;
+    }
+}
+
+/// Two balls of one mesh, far apart along x: nothing is in their middle.
+std::shared_ptr<const Scene> two_balls(const char* from) {
+    auto both = std::make_shared<TriangleMesh>(test::icosphere(20e-3, 3, {-0.05, 0.01, 0.0}));
+    const TriangleMesh other = test::icosphere(20e-3, 3, {0.05, 0.0, 0.005});
+    const auto first = static_cast<std::uint32_t>(both->vertices.size());
+    both->vertices.insert(both->vertices.end(), other.vertices.begin(), other.vertices.end());
+    for (const auto& [a, b, c] : other.triangles)
+        both->triangles.push_back({a + first, b + first, c + first});
+    SceneDescription scene =
+        parse_scene(fmt::format("[device]\ntype = \"hand\"\nfrom = \"{}\"\n", from) +
+                        "[surface.s]\nvolume = \"v\"\n[volume.v]\nanalytic = \"solid_sphere\"\n"
+                        "radius_mm = 1\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+                    "x.toml");
+    scene.volumes.clear();
+    scene.surfaces["s"] = {};
+    scene.surfaces["s"].triangle_mesh = both;
+    scene.surfaces["s"].contact = ContactKind::mesh;
+    return std::make_shared<const Scene>(scene);
+}
+
+TEST(DeviceFactory, AHandMeetsWhatHasNothingInItsMiddle) {
+    for (const char* from : {"patient_anterior", "patient_posterior", "patient_superior",
+                             "patient_inferior", "patient_left", "patient_right"}) {
+        const auto scene = two_balls(from);
+        SteadyClock clock;
+        const SceneDevice device = make_device(*scene);
+        const Trace trace = run_trace(scene, device.placed(), clock, 1000000);
+        EXPECT_EQ(trace.frames.front().surfaces_felt, 0u) << from;
+        const auto felt = [](const FrameReport& frame) { return frame.surfaces_felt != 0; };
+        EXPECT_GT(std::count_if(trace.frames.begin(), trace.frames.end(), felt), 10000) << from;
+    }
+}
+
+TEST(DeviceFactory, AnOrbitWithoutAFrameIsRefused) {
+    const auto scene = scene_of("[device]\ntype = \"orbit\"\nduration_s = 0.0009\n");
+    try {
+        device_states(*scene);
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "x.toml:9: [device]: duration_s = 0.0009 leaves no frame for "
+                                   "each of 1 surface; raise it");
     }
 }
 

@@ -303,6 +303,29 @@ TEST(RealtimeRun, ASceneThatCannotBeMadeLeavesThePreview) {
               1);
 }
 
+TEST(RealtimeRun, ASceneThatIsNoneLeavesThePreview) {
+    test::ScriptedDevice device;
+    device.on_read = [](std::size_t, DeviceState& state) { state.position = {0.06, 0.0, 0.0}; };
+    std::vector<std::string> warnings;
+    RunWatch watch;
+    watch.warning = [&](const std::string& warning) { warnings.push_back(warning); };
+    const Trace trace = run_realtime(ball_with(ContactKind::volume), {device, {}},
+                                     frames_before(300, nullptr), watch);
+    EXPECT_EQ(trace.before, nullptr);
+    EXPECT_EQ(std::count(warnings.begin(), warnings.end(),
+                         "what is felt stays a preview: the scene that is to follow is null; give "
+                         "a scene"),
+              1);
+}
+
+TEST(RealtimeRun, ASceneThatNobodyWouldMakeIsRefused) {
+    test::ScriptedDevice device;
+    device.on_read = go_round;
+    RealtimeSettings settings = frames(300);
+    settings.next = std::async(std::launch::deferred, [] { return ball(); }).share();
+    EXPECT_THROW(run_realtime(ball(), {device, {}}, settings, {}), std::invalid_argument);
+}
+
 TEST(RealtimeRun, AnExceptionLeavesAStoppedDeviceWithoutForce) {
     test::ScriptedDevice device;
     device.on_read = go_round;

@@ -96,7 +96,8 @@ TEST(EffectPlan, WhatIsOutOfReachIsPlannedAsIfItWereNotThere) {
         EXPECT_EQ(effects[off].samples + effects[off].start_samples + effects[off].roots, 0.0);
         EXPECT_EQ(effects[off].sharing, "") << off;
     }
-    EXPECT_EQ(effects[2].reason, "surface s is outside of the workspace: it cannot be reached");
+    EXPECT_EQ(effects[2].reason,
+              "surface s is outside of the workspace: a trial that begins in it stays there");
     EXPECT_EQ(effects[3].reason, "no surface is felt");
     EXPECT_EQ(effects[1].start_samples, 1.0) << "the surface's sample is nobody's any more";
     EXPECT_EQ(effects[1].sharing, "");
@@ -265,7 +266,8 @@ TEST(EffectPlan, AnOrbitAroundNothingSaysWhy) {
               "add an effect of type \"surface\" for it");
     EXPECT_EQ(complaint(orbit + ball(0.0) + kTouch + workspace("[[80, -9, -9], [90, 9, 9]]")),
               "x.toml:1: [device]: there is no surface that is felt to go to (effect 1: surface s "
-              "is outside of the workspace: it cannot be reached); change that, or give a path");
+              "is outside of the workspace: a trial that begins in it stays there); change that, "
+              "or give a path");
     EXPECT_EQ(
         complaint(orbit + "surface = \"s\"\n" + ball(0.0)),
         "x.toml:1: [device]: surface s is not felt; add an effect of type \"surface\" for it");

@@ -214,8 +214,9 @@ TEST(EffectScene, ASurfaceOutsideOfTheWorkspaceIsLeftOut) {
     EXPECT_EQ(beside.surfaces().size(), 0u);
     for (int i : {0, 1}) {
         EXPECT_FALSE(beside.plan().effects[i].on);
-        EXPECT_EQ(beside.plan().effects[i].reason,
-                  "surface near is outside of the workspace: it cannot be reached");
+        EXPECT_EQ(
+            beside.plan().effects[i].reason,
+            "surface near is outside of the workspace: a trial that begins in it stays there");
     }
 }
 

@@ -127,6 +127,18 @@ TEST_F(BakedMistakes, AChoiceThatAVolumeOfVectorsHasNotIsRefusedWithItsLine) {
             << choice;
 }
 
+TEST_F(BakedMistakes, AStructureOfAFewVoxelsIsTooSmallToMesh) {
+    write("dot.nrrd", [](const Vec3& p) { return glm::length(p - Vec3(12 * kMm)) < 0.5 * kMm; });
+    const SceneDescription scene = parse_scene(
+        "[volume.v]\nfile = \"dot.nrrd\"\n[surface.s]\nvolume = \"v\"\niso_value = 0.5\n",
+        folder_ / "scene.toml");
+    const BakedSurface baked = bake_surface(scene, "s", ResultCache{});
+    const IsosurfaceExtractor extract = [](const Isosurface&, const IsosurfaceSettings&,
+                                           const Progress&) { return TriangleMesh{}; };
+    EXPECT_THAT(complaint([&] { mesh_surface(baked, {}, extract, ResultCache{}); }),
+                testing::HasSubstr("too small to make a mesh of; use contact = \"volume\""));
+}
+
 TEST_F(BakedMistakes, AMeshThatTheCacheCannotGiveIsMadeAgain) {
     write("ball.nrrd", [](const Vec3& p) { return glm::length(p - Vec3(12 * kMm)) < 8 * kMm; });
     const ResultCache cache(folder_ / "cache");

@@ -196,6 +196,26 @@ TEST(VectorFollow, AJumpIsFollowedAlongTheStreamline) {
     EXPECT_GT(loop.proxy().z, 0.1);
 }
 
+// The end of what is looked at ahead, 80 mm a frame here, held a fast hand with any force.
+TEST(VectorFollow, WhereItsWayIsCutItHoldsWithNoMoreThanItsStrength) {
+    constexpr double kStrength = 0.1; // N
+    const auto straight = std::make_shared<FormulaVectorField>([](const Vec3&) {
+        return VectorSample{Vec3(0, 0, 1), Mat3(0.0), true};
+    });
+    ContactLoop loop(
+        stepping(SteppingMethod::adaptive), {},
+        effects(std::make_unique<VectorFollow>(straight, TransferFunction::constant(kStrength))));
+    loop.start(Vec3{0.0});
+    double most = 0.0;
+    for (int i = 1; i <= 40; ++i) {
+        const Vec3 probe{1e-3 * (i % 2), 0.0, 0.16 * i};
+        loop.move(probe);
+        most = std::max(most, ContactLoop::kStiffness * glm::length(probe - loop.proxy()));
+    }
+    EXPECT_GT(most, 0.99 * kStrength) << "across";
+    EXPECT_LT(most, 1.001 * std::sqrt(2.0) * kStrength) << "across and along";
+}
+
 // Where a way is cut there is a plane beside the line; the loop has room for what is promised.
 TEST(VectorFollow, AddsNoMoreThanItPromises) {
     for (FollowGuide guide :

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -212,6 +215,78 @@ TEST(WorkspaceSphere, EndsEveryFrameInsideWhereCurvedWallsAndJumpsUseItUp) {
     }
     EXPECT_GT(used_up, 20);
 }
+
+// Over a ball that bulges out of a hard workspace a step along its curvature leads out, and the way
+// straight back leads through the ball: frames ended up to 2 mm outside. What starts a frame inside
+// ends it inside, and is not kept from where the forces balance.
+class BesideABall : public testing::TestWithParam<bool> {
+protected:
+    static constexpr double kBall = 20e-3, kTop = 19.5e-3; // the ball is cut there
+    // The sphere has its middle far below, and meets the ball in the same circle, at 11 degrees.
+    static constexpr double kSphere = 200e-3;
+
+    static std::unique_ptr<Effect> workspace() {
+        if (GetParam())
+            return std::make_unique<WorkspaceBox>(Box{{-0.1, -0.1, -0.1}, {0.1, 0.1, kTop}},
+                                                  kInfinite);
+        return std::make_unique<WorkspaceSphere>(center(), kSphere, kInfinite);
+    }
+    static double circle() { return std::sqrt(kBall * kBall - kTop * kTop); }
+    static Vec3 center() {
+        return {0.0, 0.0, kTop - std::sqrt(kSphere * kSphere - circle() * circle())};
+    }
+    static double outside(const Vec3& p) {
+        return GetParam() ? p.z - kTop : glm::length(p - center()) - kSphere;
+    }
+    static std::vector<SteppingSettings> all_settings() {
+        std::vector<SteppingSettings> all(std::begin(kMethods), std::end(kMethods));
+        for (const int cap : {1, 2, 3, 5}) {
+            all.push_back(stepping(SteppingMethod::adaptive));
+            all.back().evaluation_cap = cap;
+        }
+        return all;
+    }
+    static ContactLoop loop(const SteppingSettings& settings) {
+        return {settings, test::one_surface(make_solid_sphere(kBall)), effects(workspace())};
+    }
+};
+
+TEST_P(BesideABall, EveryFrameEndsInside) {
+    int frames_at_the_border = 0;
+    for (const SteppingSettings& settings : all_settings()) {
+        Anywhere anywhere;
+        ContactLoop hand = loop(settings);
+        hand.start({0.021, 0.0, 0.0});
+        Vec3 probe{0.021, 0.0, 0.0}, way{0.0};
+        for (int i = 0; i < 3000; ++i) {
+            if (i % 50 == 0) way = std::array{2e-4, 1e-3, 3e-3}[i / 50 % 3] * anywhere.vector();
+            probe = glm::clamp(probe + way, Vec3(-0.03), Vec3(0.03));
+            hand.move(probe);
+            ASSERT_LE(outside(hand.proxy()), 1e-9 + kRounding) << i;
+            frames_at_the_border += outside(hand.proxy()) > -1e-6;
+        }
+    }
+    EXPECT_GT(frames_at_the_border, 100);
+}
+
+TEST_P(BesideABall, TheProxyGetsToWhereTheForcesBalance) {
+    const Vec3 probe{1e-3, 0.5e-3, 12e-3};
+    const Vec3 across = glm::normalize(Vec3(probe.x, probe.y, 0.0));
+    const Vec3 expected = circle() * across + Vec3(0.0, 0.0, kTop);
+    for (const SteppingSettings& settings : all_settings()) {
+        ContactLoop hand = loop(settings);
+        hand.start({0.021, 0.0, 0.0});
+        for (int i = 0; i < 1000; ++i) {
+            hand.move(probe);
+            ASSERT_LE(outside(hand.proxy()), 1e-9 + kRounding) << i;
+        }
+        // As deep as the certificate of the ball lets it be, along the border of the workspace.
+        EXPECT_LE(glm::length(hand.proxy() - expected), 2e-4)
+            << static_cast<int>(settings.method) << " " << settings.evaluation_cap;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Workspaces, BesideABall, testing::Bool());
 
 // A magnet draws the proxy further than the coupling does: the box counts on no less. The plate's
 // face is 0.4 mm outside of it, and within the magnet's reach.

@@ -155,28 +155,30 @@ TEST(VelocityEstimator, AfterAClockThatWasSetBackItGoesOn) {
     }
 }
 
-// Somebody who never sets the time of a state: the velocity was 0 for ever, and whatever bounds
-// energy by it was off.
+// Somebody who never sets the time of a state, or to no number: the velocity was 0 for ever, and
+// whatever bounds energy by it was off.
 TEST(VelocityEstimator, AClockThatWasNeverSetIsReplacedByThePeriod) {
-    VelocityEstimator estimator({.step_m = kStep, .period_s = 2.0 * kPeriod});
-    const Vec3 velocity{0.2, -0.1, 0.05}; // m/s
-    for (int i = 0; i < 200; ++i) {
-        const Vec3 found = estimator.update(0.0, rounded(2.0 * kPeriod * i * velocity));
-        ASSERT_LT(glm::length(found), 1.05 * glm::length(velocity) + kStep / kPeriod) << i;
-        // The window of 50 ms, by changes of a position that is rounded; then the next window.
-        if (i > 60) {
-            EXPECT_LT(glm::length(found - velocity), 2.0 * std::sqrt(3.0) * kStep / 0.046) << i;
+    for (const double never_set : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
+        VelocityEstimator estimator({.step_m = kStep, .period_s = 2.0 * kPeriod});
+        const Vec3 velocity{0.2, -0.1, 0.05}; // m/s
+        for (int i = 0; i < 200; ++i) {
+            const Vec3 found = estimator.update(never_set, rounded(2.0 * kPeriod * i * velocity));
+            ASSERT_LT(glm::length(found), 1.05 * glm::length(velocity) + kStep / kPeriod) << i;
+            // The window of 50 ms, by changes of a position that is rounded; then the next window.
+            if (i > 60) {
+                EXPECT_LT(glm::length(found - velocity), 2.0 * std::sqrt(3.0) * kStep / 0.046) << i;
+            }
         }
+        // At rest, and then on from where it is.
+        const Vec3 place = rounded(200 * 2.0 * kPeriod * velocity);
+        for (int i = 0; i < 60; ++i)
+            estimator.update(never_set, place);
+        EXPECT_EQ(estimator.velocity(), Vec3(0.0));
+        // The clock runs after all: no velocity is made of one time of each clock.
+        EXPECT_EQ(estimator.update(7.0, place + velocity * kPeriod), Vec3(0.0));
+        const Vec3 next = estimator.update(7.0 + kPeriod, place + 2.0 * kPeriod * velocity);
+        EXPECT_LT(glm::length(next - velocity), std::sqrt(3.0) * kStep / kPeriod);
     }
-    // At rest, and then on from where it is.
-    const Vec3 place = rounded(200 * 2.0 * kPeriod * velocity);
-    for (int i = 0; i < 60; ++i)
-        estimator.update(0.0, place);
-    EXPECT_EQ(estimator.velocity(), Vec3(0.0));
-    // The clock runs after all: no velocity is made of one time of each clock.
-    EXPECT_EQ(estimator.update(7.0, place + velocity * kPeriod), Vec3(0.0));
-    const Vec3 next = estimator.update(7.0 + kPeriod, place + 2.0 * kPeriod * velocity);
-    EXPECT_LT(glm::length(next - velocity), std::sqrt(3.0) * kStep / kPeriod);
 }
 
 // A device that stamps each state with whole milliseconds, read more often than that.

@@ -2,6 +2,7 @@
 // What a report alone has to keep: numbers, limits, the coupling's law, flags, work.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <variant>
 
@@ -248,7 +249,7 @@ public:
         const FrameReport& report = seen.report;
         const Vec3& probe = seen.state.position;
         if ((report.flags & kProbeNotFinite) != 0) return std::nullopt; // before it was elsewhere
-        const bool is_held = std::exchange(probe_, probe) == probe; // it may have come to rest
+        const bool is_held = std::exchange(probe_, probe) == probe;     // it may have come to rest
         if (!looks_ || is_held || report.contacts != 0 || report.surfaces_felt != 0 ||
             (report.flags & ~kOfTheForce) != 0)
             return std::nullopt;
@@ -262,6 +263,54 @@ private:
     bool looks_ = false;
     double most_m_ = 0.0;
     Vec3 probe_{0.0};
+};
+
+/// A frame that begins within all workspaces that never yield ends within them. Where it has to be
+/// taken back, surfaces may be in its way: of those that touch one, only what came to its end.
+class Workspaces final : public Invariant {
+public:
+    explicit Workspaces(const Watched& watched)
+        : ends_(watched.scene.description().loop.method == SteppingMethod::adaptive) {
+        const SceneDescription& scene = watched.scene.description();
+        for (std::size_t i = 0; i < scene.effects.size(); ++i) {
+            const auto* settings = std::get_if<effects::Workspace>(&scene.effects[i].settings);
+            if (settings && std::isinf(settings->strength_n) && settings->volume.empty() &&
+                scene.effects[i].moves_with.empty() && !has_moving_gain(watched, i))
+                hard_.push_back(*settings);
+        }
+    }
+    const char* name() const override { return "workspaces"; }
+    std::optional<std::string> check(const SeenFrame& seen) override {
+        if (hard_.empty() || seen.path.empty() || outside_m(seen.path.front()) > kOutside_m)
+            return std::nullopt;
+        constexpr std::uint32_t kCutShort = kEvaluationCap | kStalled | kSolverCap;
+        const bool touches = seen.report.surfaces_felt != 0 || seen.report.surfaces_guarded != 0;
+        if (touches && (!ends_ || (seen.report.flags & kCutShort) != 0)) return std::nullopt;
+        ++checks_;
+        const double outside = outside_m(seen.path.back());
+        if (outside <= kOutside_m) return std::nullopt;
+        return fmt::format("it has left a workspace by {} m", outside);
+    }
+
+private:
+    static constexpr double kOutside_m = 1.001e-9; // a picometre for rounding
+
+    /// Of the one that is left farthest; less than 0 in all of them.
+    double outside_m(const Vec3& p) const {
+        double most = -std::numeric_limits<double>::infinity();
+        for (const effects::Workspace& one : hard_) {
+            const Vec3 beyond = glm::max(one.box_m.lower - p, p - one.box_m.upper);
+            const double outside = one.radius_m > 0.0 ? glm::length(p - one.center_m) - one.radius_m
+                                                      : glm::length(glm::max(beyond, Vec3(0.0))) +
+                                                            std::min(0.0, largest(beyond));
+            most = std::max(most, outside);
+        }
+        return most;
+    }
+    static double largest(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
+
+    bool ends_; // its frames come to an end, or say that they do not
+    std::vector<effects::Workspace> hard_;
 };
 
 } // namespace
@@ -301,6 +350,7 @@ void add_frame_invariants(const Watched& watched, std::vector<std::unique_ptr<In
     to.push_back(std::make_unique<Flags>());
     to.push_back(std::make_unique<Work>(watched.scene));
     to.push_back(std::make_unique<Follows>(watched));
+    to.push_back(std::make_unique<Workspaces>(watched));
 }
 
 } // namespace palpate::stability

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/geometry/patient_size.h>
+
 #include <tests/support/grid_cases.h>
 
 namespace palpate {
@@ -189,6 +191,14 @@ TEST(GridField, OutsideIsBackgroundWithoutData) {
     EXPECT_TRUE(sampler->sample(frame.point({-0.99, 2.0, 2.0})).valid);
     EXPECT_FALSE(sampler->sample(Vec3(std::nan(""))).valid);
     EXPECT_EQ(sampler->value(Vec3(std::nan(""))), kBackground);
+}
+
+TEST(GridField, VoxelsMayBeAsSmallAsTheyAreTaken) {
+    const AffineTransform frame{Mat3(PatientSize::kSmallestVoxel), Vec3(0.0)};
+    const VoxelVolume volume = noise({6, 6, 6}, frame, 9);
+    const GridField field(volume, kBackground);
+    EXPECT_NEAR(field.make_sampler()->value(frame.point({2.0, 3.0, 4.0})), volume.at(2, 3, 4),
+                kValueRounding);
 }
 
 TEST(GridField, BadVoxelsBecomeBackgroundAndAreCounted) {

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/expect_says.h"
 #include "tests/support/gzip.h"
 #include "tests/support/nifti_writer.h"
 #include "tests/support/test_volumes.h"
@@ -60,12 +61,6 @@ std::string message_of(const Read& read) {
     }
     return "was read";
 }
-
-#define EXPECT_SAYS(message, words)                                                                \
-    do {                                                                                           \
-        const std::string said_ = (message);                                                       \
-        EXPECT_NE(said_.find(words), std::string::npos) << said_;                                  \
-    } while (false)
 
 // --- NRRD ----------------------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 
 recorded:KNOWN  positions and times that were recorded on the known tracks, in the folder KNOWN
 no_time         the right positions, as if they had taken no time
-slow_kernel     as if the reference kernel took three times as long as it does
+slow_kernel     as if the reference kernel took ten times as long as it does
 unclocked       the right positions, computed before the clock is started
 remembered      the same, but for a row that it has seen before in no time
 backwards       the right positions, and forces that pull into the wall
@@ -47,7 +47,7 @@ def main():
     if kind == "no_time":
         ns = 0
     elif kind == "slow_kernel":
-        kernel_ns = 3 * KERNEL_NS
+        kernel_ns = 10 * KERNEL_NS
     elif kind in ("unclocked", "remembered"):
         worked = len(times) if kind == "unclocked" else len({tuple(p) for p in probes})
         end = time.process_time() + UNCLOCKED_S * worked
