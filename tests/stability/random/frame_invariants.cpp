@@ -266,11 +266,12 @@ private:
 };
 
 /// A frame that begins within all workspaces that never yield ends within them. Where it has to be
-/// taken back, surfaces may be in its way: of those that touch one, only what came to its end.
+/// taken back, surfaces may be in its way: where there are any, only what came to its end.
 class Workspaces final : public Invariant {
 public:
     explicit Workspaces(const Watched& watched)
-        : ends_(watched.scene.description().loop.method == SteppingMethod::adaptive) {
+        : ends_(watched.scene.description().loop.method == SteppingMethod::adaptive),
+          surfaces_(!watched.scene.surfaces().empty()) {
         const SceneDescription& scene = watched.scene.description();
         for (std::size_t i = 0; i < scene.effects.size(); ++i) {
             const auto* settings = std::get_if<effects::Workspace>(&scene.effects[i].settings);
@@ -284,8 +285,7 @@ public:
         if (hard_.empty() || seen.path.empty() || outside_m(seen.path.front()) > kOutside_m)
             return std::nullopt;
         constexpr std::uint32_t kCutShort = kEvaluationCap | kStalled | kSolverCap;
-        const bool touches = seen.report.surfaces_felt != 0 || seen.report.surfaces_guarded != 0;
-        if (touches && (!ends_ || (seen.report.flags & kCutShort) != 0)) return std::nullopt;
+        if (surfaces_ && (!ends_ || (seen.report.flags & kCutShort) != 0)) return std::nullopt;
         ++checks_;
         const double outside = outside_m(seen.path.back());
         if (outside <= kOutside_m) return std::nullopt;
@@ -310,6 +310,7 @@ private:
     static double largest(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
 
     bool ends_; // its frames come to an end, or say that they do not
+    bool surfaces_;
     std::vector<effects::Workspace> hard_;
 };
 
