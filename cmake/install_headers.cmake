@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Installs the headers that a program of somebody else needs: those named here, and what they include. What only the engine
-# needs inside, such as contacts, solver and stepping, is not among them. Run while installing, with PALPATE_SOURCE,
+# Installs the headers that a program of somebody else needs: those named here, and what they include. Contacts, solver and
+# stepping are not named, but for sub_step.h: of the others only what a named header includes is installed. Run while installing, with PALPATE_SOURCE,
 # PALPATE_INCLUDE (where version.h is) and PALPATE_DESTINATION set.
 cmake_policy(VERSION 3.25)
 set(wanted

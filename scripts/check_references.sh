@@ -4,7 +4,8 @@
 #   - a page that a source or a page cites ("docs/contact.md", "numerics.md") is there;
 #   - a citation with a number ("numerics 3.4", "contact.md 1.2, step 5", "numerics 5, case 9") has that section, which
 #     is a numbered heading ("### 3.4 Title") of the page, and in it that entry of its numbered list or table;
-#   - a relative link in Markdown leads to a file, and its #anchor to a heading of it.
+#   - a relative link in Markdown leads to a file, and its #anchor to a heading of it;
+#   - a line of Markdown has 100 characters at most, but for tables and blocks of code.
 # Equations are not checked: "(9)" is the paper's number.
 #   scripts/check_references.sh [ROOT]      ROOT: a checkout, by default this one
 # Prints FILE:LINE: what is wrong, for each; exit status 1 when there is one, 2 when ROOT is not a checkout.
@@ -150,7 +151,10 @@ FNR == 1 {
     text = fenced ? "" : bare($0)
     if (have_last) check_citations(last_line, last_text " " text, length(last_text))
     last_text = text; last_line = FNR; have_last = 1; last_file = FILENAME
-    if (FILENAME ~ /\.md$/ && !fenced) check_links(FNR, $0)
+    if (FILENAME ~ /\.md$/ && !fenced) {
+        check_links(FNR, $0)
+        if ($0 !~ /^ *\|/ && length($0) > 100) complain(FNR, length($0) " characters in a line; 100 are the most")
+    }
 }
 END { FILENAME = last_file; finish(); exit bad }
 ' "${pages[@]}" "${readers[@]}"

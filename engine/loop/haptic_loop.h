@@ -81,11 +81,11 @@ public:
     /// here on set_gain(), set_pose() and effect_count() are about the new scene; what describes
     /// the last frame is about the old one until the next frame, or save(), restore() or
     /// warnings(). Of two calls before a frame the second counts, and what was set for the first
-    /// one is gone. What another thread sets during the call may be the old scene's alone. The
-    /// scene that was left lives until the next adopt(), or as long as the loop. Throws, and
-    /// changes nothing, what the constructor does; and std::invalid_argument if coupling or limits
-    /// differ from the loop's. They belong to the hand and its device: make another loop. From any
-    /// thread but the one in frame().       [setup]
+    /// one is gone. What another thread sets during the call may be lost: it was set in the old
+    /// scene. The scene that was left lives until the next adopt(), or as long as the loop. Throws,
+    /// and changes nothing, what the constructor does; and std::invalid_argument if coupling or
+    /// limits differ from the loop's. They belong to the hand and its device: make another loop.
+    /// From any thread but the one in frame().       [setup]
     void adopt(std::shared_ptr<const Scene> scene);
 
     /// Its whole state between two frames: of contacts, effects and gains, of the hand's safety and

@@ -106,13 +106,14 @@ struct SurfaceDescription {
         as_given       ///< the level is iso_value; for labels 0.5
     };
 
-    std::string volume;         ///< key of SceneDescription::volumes; empty: the mesh file alone
-    std::string material;       ///< key of SceneDescription::materials; may be empty. A scene made
-                                ///< in code only shows it: there the surface and its effects say
-                                ///< themselves what a file's take from the material
-    std::filesystem::path mesh; ///< PLY, STL or OBJ; absolute, or relative to the working folder;
-                                ///< empty: extracted from the volume where a contact needs a mesh
-    MeshFileSettings mesh_file; ///< what `mesh` is to be read as
+    std::string volume;   ///< key of SceneDescription::volumes; empty: the mesh file alone
+    std::string material; ///< key of SceneDescription::materials; may be empty. A scene made
+                          ///< in code only shows it: there the surface and its effects say
+                          ///< themselves what a file's take from the material
+    std::filesystem::path
+        mesh; ///< PLY, STL, OBJ, .vtp or .vtk; absolute, or in the working folder;
+              ///< empty: extracted from the volume where a contact needs a mesh
+    MeshFileSettings mesh_file;                        ///< what `mesh` is to be read as
     std::shared_ptr<const TriangleMesh> triangle_mesh; ///< instead of `mesh`: one in memory, scene
                                                        ///< frame (LPS), m; promises as for volumes
     double iso_value = 0.0;          ///< in the volume's own unit; unused with labels

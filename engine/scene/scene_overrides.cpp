@@ -18,7 +18,7 @@
 #include <palpate/engine/scene/internal/scene_ranges.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/text/internal/json_text.h>
-#include <palpate/haptics/stepping/subdivision.h>
+#include <palpate/haptics/stepping/stepping.h>
 
 namespace palpate {
 namespace {
@@ -183,7 +183,7 @@ void apply(const SceneOverrides& overrides, SceneDescription& scene) {
             description.contact = contact;
         }
     }
-    set("--sub-steps", overrides.sub_steps, Range{1, Subdivision::kMostEvaluations},
+    set("--sub-steps", overrides.sub_steps, Range{1, Stepping::kMostEvaluations},
         scene.loop.sub_steps);
     set("--tolerance-um", overrides.tolerance_um, internal::kToleranceUm, scene.loop.tolerance_um);
     set("--budget-us", overrides.budget_us, internal::budget_range_us(scene.loop.rate_hz),

@@ -14,7 +14,7 @@ namespace palpate {
 /// step's parts in either; C is how the pull of a line or point turns that slips, at the way r =
 /// |r| t from it, Pi its directions. Without planes, the solver's step. For one
 /// plane that is contact.md's tangent Newton; its normal part then follows the exact slope, since
-/// the continuous normal may be 23 degrees off it. `contacts` are the first of `primitives`, plane
+/// the continuous normal may be 20 degrees off it. `contacts` are the first of `primitives`, plane
 /// by plane. `stiffness` is the coupling's with the springs, N/m. `damping` in (0,1] shortens the
 /// tangential part.
 Vec3 curvature_step(const PrimitiveSet& primitives, const ContactSet& contacts,

@@ -13,7 +13,8 @@ namespace palpate {
 /// Embree ray along the chord finds a facet; the plane there goes through the level one Newton step
 /// away, with the normal of the field's gradient. Once a facet has been met or passed, the plane at
 /// the proxy follows the level in the same way, whatever the length of a step, until the proxy is
-/// in front of both by more than a trusted step. Nothing else: between evaluations no test says
+/// more than a trusted step in front of the level, and a ray says that it is behind no facet.
+/// Nothing else: between evaluations no test says
 /// what the chord passes through. So it does get lost in thin and concave bone (contact.md 7.3).
 /// Nor does its level move: a weak one pushes back with its strength wherever it was pressed
 /// through, without play, and pushes out what is behind when it is strong again.

@@ -18,7 +18,7 @@ struct LevelSettings {
     Yielding yielding = Yielding::holds; ///< what it does above its strength
 };
 
-/// What of a level the contacts measure once: tolerances in the field's unit (contact.md, notes).
+/// What of a level the contacts measure once: tolerances in the field's unit (contact.md 1.6).
 struct LevelScale {
     double certificate = 0.0;       ///< tau, U: certificate_m times the typical slope
     double smallest_gradient = 0.0; ///< U/m, 5 % of the typical slope: below, the normal is noise

@@ -69,9 +69,9 @@ public:
         Vec3 anchor{0.0}; ///< m, scene frame
         Vec3 normal{0.0}; ///< unit, towards free space
     };
-    /// Where SurfaceContact::offer() at `proxy`, m, scene frame, would offer one hard and flat
-    /// plane and nothing else: does as that does, and as keep_active() does of a plane that does
-    /// not yield, and returns the plane. Else nothing: offer() is to be asked. [loop]
+    /// If SurfaceContact::offer() at `proxy`, m, scene frame, would give exactly one hard, flat
+    /// plane: does the work of offer() and keep_active(), and returns that plane. Otherwise returns
+    /// nothing; call offer() then.                                                       [loop]
     virtual std::optional<Face> offer_face(const Vec3& proxy) noexcept {
         static_cast<void>(proxy);
         return std::nullopt;

@@ -133,6 +133,12 @@ void CoulombFriction::gather(const Vec3& proxy, const ContactSet& contacts,
     }
 }
 
+std::optional<std::size_t> CoulombFriction::line_at(std::size_t plane) const noexcept {
+    for (std::size_t j = 0; j < contacts_.size(); ++j)
+        if (contacts_[j].plane == plane) return first_line_ + j;
+    return std::nullopt;
+}
+
 void CoulombFriction::solve(PrimitiveSet& primitives, const Vec3& probe, double stiffness,
                             int& work, ProxySolution& solution) noexcept {
     solve_round(primitives, probe, stiffness, work, solution);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <palpate/haptics/contact/surface_contact.h>
@@ -69,6 +71,9 @@ public:
     bool rubs(std::size_t surface) const noexcept { return !surfaces_[surface].of.none(); }
     /// Coefficient of a surface in this frame: static until it slides, then dynamic.     [loop]
     double coefficient(std::size_t surface) const noexcept { return surfaces_[surface].mu; }
+    /// Which line of the primitives rubs at a plane of theirs, after gather(). Nothing where none
+    /// does, or where there was no room for it.                                         [loop]
+    std::optional<std::size_t> line_at(std::size_t plane) const noexcept;
     /// Lines that gather() added last.                                                   [loop]
     std::size_t lines() const noexcept { return contacts_.size(); }
     /// Whether friction holds the proxy, in the last solution.                           [loop]

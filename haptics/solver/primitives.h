@@ -106,7 +106,7 @@ public:
         points_.push_back({point.anchor, scaled_n(point.strength_n)});
     }
 
-    /// Adds a constant force d in N; several merge exactly: a' = a + sum d / k.            [loop]
+    /// Adds a constant force F0 in N; several merge exactly: a' = a + sum F0 / k.          [loop]
     void add_force(const Vec3& force) noexcept {
         const Vec3 sum = force_ + gain_.value * force;
         if (!can_be_summed(sum, 0.0)) return;
@@ -171,12 +171,12 @@ public:
     std::span<const PlanePrimitive> planes() const noexcept { return planes_; }
     std::span<const LinePrimitive> lines() const noexcept { return lines_; }    ///< the same [loop]
     std::span<const PointPrimitive> points() const noexcept { return points_; } ///< the same [loop]
-    const Vec3& force() const noexcept { return force_; } ///< sum d, with gains, N         [loop]
+    const Vec3& force() const noexcept { return force_; } ///< sum F0, with gains, N        [loop]
 
     /// Stiffness of everything that draws without a bound, N/m: K = k + sum g.            [loop]
     double total_stiffness(double coupling) const noexcept { return coupling + spring_; }
     /// Where the coupling, the forces and the springs draw together, m:
-    ///   a' = (k a + sum g q + sum d) / K, here a + (sum g (q - a) + sum d) / K.          [loop]
+    ///   a' = (k a + sum g q + sum F0) / K, here a + (sum g (q - a) + sum F0) / K.        [loop]
     /// With it, and K for k, they need no further mention: an exact shift and scale.
     Vec3 pull(const Vec3& probe, double coupling) const noexcept {
         if (!draws_) return probe + 0.0; // as the sum of nothing would

@@ -78,7 +78,7 @@ inline constexpr int kLoopPasses = 64;
 
 /// F of eqs (2) and (5): the proxy position where the primitives' forces balance the coupling's.
 /// [loop]
-///   x' = argmin_x  k/2 |x - a|^2 - d.x + sum over springs g/2 |x - q|^2
+///   x' = argmin_x  k/2 |x - a|^2 - F0.x + sum over springs g/2 |x - q|^2
 ///                                      + sum over planes  s max(0, -n.(x - p))
 ///                                      + sum over lines   s |(1 - u u^T)(x - q)|
 ///                                      + sum over points  s |x - q|

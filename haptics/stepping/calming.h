@@ -13,9 +13,9 @@ namespace palpate {
 /// before, and so on for ever. A spring g/2 |x - x0|^2 towards the frame's start makes of the
 /// frames a proximal-point iteration: its steps shorten as k / (k + g), and once g exceeds what the
 /// effects bend by, each frame takes energy out. g grows with each turn back, and then with each
-/// frame that the probe stands still; it is forgotten as the probe goes on. 0: the frame is
-/// untouched. A frame that walks to and fro within itself has turned back, too: a method that does
-/// not seek the balance may end each of its frames a little farther on, wherever chance leads it.
+/// frame that the probe stands still; it is forgotten as the probe goes on. With g = 0 the frame is
+/// solved as it is. A frame whose sub-steps go to and fro without getting on counts as a turn back,
+/// too: a method that does not seek the balance may end each of its frames a little farther on.
 ///
 /// A proxy that has all but stopped under a held probe keeps its bits from then on, until what is
 /// asked of it there changes. It then goes on, and may come to rest elsewhere. Where it has come
@@ -29,9 +29,9 @@ public:
     void restart() noexcept { *this = Calming(tolerance_m_); }
     /// A frame begins: takes its measures for it.                                       [loop]
     void begin(const FrameContext& frame) noexcept;
-    /// Whether the probe stays where it was, for what is calmed under a held probe alone: then the
-    /// frame is to begin(). Else all but the probe is forgotten, at next to no cost.    [loop]
-    bool stays(const Vec3& probe) noexcept {
+    /// For what is calmed under a held probe alone. Returns whether the probe is where it was: then
+    /// the frame is to begin(). Else all but the probe is forgotten, at next to no cost. [loop]
+    bool follow_probe(const Vec3& probe) noexcept {
         if (probe == frame_.probe) return true;
         if (begun_) restart();
         frame_.probe = probe;

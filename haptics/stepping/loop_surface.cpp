@@ -19,7 +19,7 @@ constexpr double kNoLift_m = 1e-10;
 
 /// Throws where a map of stiffness is of a surface that it cannot be of: the energy that it makes
 /// is of a front that follows the probe, and of a place that stands still.
-void require_plain(const SurfaceFinish& finish, bool moves) {
+void require_can_have_map(const SurfaceFinish& finish, bool moves) {
     const auto refuse = [](const std::string& what) {
         throw std::invalid_argument("stiffness: a map of a surface that " + what +
                                     "; leave one of both out");
@@ -53,7 +53,7 @@ LoopSurface::LoopSurface(SurfaceContact& contact, const SurfaceFinish& finish)
       has_magnet_(!finish.magnet.none() || finish.magnet.over.field != nullptr) {
     require("strength_n", finish.strength_n, kPositiveOrInfinite);
     finish.softness.check("softness");
-    if (finish.stiffness) require_plain(finish, moving_ != nullptr);
+    if (finish.stiffness) require_can_have_map(finish, moving_ != nullptr);
     if (finish.softness.none()) return;
     soft_ = std::make_unique<Soft>();
     soft_->softness = finish.softness;
@@ -102,8 +102,8 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
                              double tissue_m) noexcept {
     if (before.moving_) before.moving_->begin_motion(); // what was set last is where it goes
     const bool inside = restart(proxy, before.moving_ ? &before.moving_->pose() : nullptr);
-    // What was off counts as inside, wherever the proxy was. In front of a level it begins anew, a
-    // body at its pose; a mesh alone remembers its side.
+    // A surface that was off counted as inside. If the proxy is in front of its level now, it
+    // begins anew, a body at its pose. Only a mesh remembers its side.
     const bool begins_anew = before.is_off() && !inside && contact_->of_field();
     if (begins_anew && !moving_) return inside;
     if (!contact_->go_on_from(*before.contact_)) return moving_ ? restart(proxy) : inside;

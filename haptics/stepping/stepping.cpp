@@ -134,13 +134,8 @@ void Stepping::begin_approach() noexcept {
 
 std::uint32_t Stepping::count_steps_left(const EvaluationOutcome& outcome,
                                          const FrameBudget& budget) noexcept {
-    int left = 0; // of a single step
-    if (adaptive())
-        left = adaptive()->steps_left(outcome, budget);
-    else if (FixedSteps* fixed = std::get_if<FixedSteps>(&method_))
-        left = fixed->steps_left(outcome, budget);
-    else if (PaperSteps* paper = std::get_if<PaperSteps>(&method_))
-        left = paper->steps_left(outcome, budget);
+    const int left =
+        std::visit([&](auto& method) { return method.steps_left(outcome, budget); }, method_);
     const int most = std::max(0, kMostEvaluations - static_cast<int>(budget.evaluations));
     steps_left_ = static_cast<std::uint32_t>(std::clamp(left, 0, most));
     return steps_left_;

@@ -32,6 +32,8 @@ struct EvaluationOutcome {
 class SingleStep {
 public:
     int most_evaluations() const noexcept { return 1; } ///< of a frame [any]
+    /// N_steps of eq. (8).                                                                [loop]
+    int steps_left(const EvaluationOutcome&, const FrameBudget&) const noexcept { return 0; }
 };
 
 /// Method `fixed`: a given number of evaluations.

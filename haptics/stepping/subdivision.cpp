@@ -15,7 +15,7 @@ namespace {
 
 // Room for the evaluations of one frame. Each membrane that opens, and each surface whose friction
 // begins to slip, starts one more approach.
-std::size_t most_evaluations(std::size_t surfaces) {
+std::size_t room_for_evaluations(std::size_t surfaces) {
     return Stepping::kMostEvaluations + Stepping::kMostBends + 2 * surfaces + 1;
 }
 
@@ -34,7 +34,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
                          std::vector<SurfaceFinish> finish)
     : stepping_(settings, clock), friction_(frictions(finish, surfaces.size())),
       calming_(settings.tolerance_m),
-      path_(2 * (most_evaluations(surfaces.size()) + kMostLegs)) { // there, and back
+      path_(2 * (room_for_evaluations(surfaces.size()) + kMostLegs)) { // there, and back
     work_of_a_frame_ = kWorkOfSolvers + 3 * kWorkOfEvaluation * stepping_.most_evaluations();
     finish.resize(std::max(finish.size(), surfaces.size()));
     make_layers(settings, surfaces, finish, clock, effects);
@@ -61,7 +61,7 @@ Subdivision::Subdivision(const SteppingSettings& settings, std::vector<SurfaceCo
     needs_.nothing = surfaces_.empty() && effects_.empty();
     needs_.only_slides = surfaces_.size() == 1 && effects_.empty() && friction_.none() &&
                          !needs_.magnets && !needs_.bodies && surfaces_.front().contact().sliding();
-    steps_left_.reserve(most_evaluations(surfaces.size()));
+    steps_left_.reserve(room_for_evaluations(surfaces.size()));
 }
 
 void Subdivision::compute_everything() noexcept {
@@ -69,10 +69,6 @@ void Subdivision::compute_everything() noexcept {
         layer.front->compute_everything();
     needs_.everything = needs_.magnets = needs_.calming = true;
     needs_.nothing = needs_.only_slides = false;
-}
-
-SubdivisionResult Subdivision::advance(const FrameContext& frame) noexcept {
-    return advance(frame, {});
 }
 
 SubdivisionResult Subdivision::advance(const FrameContext& frame,
@@ -142,7 +138,8 @@ void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     }
     path_.begin(frame_.start);
     follow_gains();
-    if (needs_.calming || (needs_.one_alone && calming_.stays(frame_.probe))) begin_calming();
+    if (needs_.calming || (needs_.one_alone && calming_.follow_probe(frame_.probe)))
+        begin_calming();
     for (LoopEffect& effect : effects_)
         effect.begin(frame_);
     friction_.begin();
@@ -165,7 +162,7 @@ void Subdivision::begin_calming() noexcept {
             calming_.begin(frame_);
         }
     } else if (needs_.one_alone) {
-        if (calming_.stays(frame_.probe)) calming_.begin(frame_);
+        if (calming_.follow_probe(frame_.probe)) calming_.begin(frame_);
     }
     frame_.held = calming_.held();
     frame_.looks = frame_.held && stepping_.seeks_balance() && !effects_.empty();
@@ -307,14 +304,10 @@ void Subdivision::tell(const Move& move, const Vec3& from, const Vec3& to) noexc
     for (std::size_t i = 0; i < surfaces_.size() && !leashes.full(); ++i)
         if (const std::optional<Leash> leash = surfaces_[i].contact().leash())
             leashes.push_back({i, leash->guard, leash->length_m, leash->offered});
-    // Friction's lines come last, one for each plane that rubs, as far as there was room.
     FixedVector<SubStep::Friction, PrimitiveSet::kCapacity> rubbing;
-    std::size_t line = primitives_.lines().size() - friction_.lines();
-    for (std::size_t c = 0; c < contacts_.size() && line < primitives_.lines().size(); ++c) {
-        const std::size_t surface = contacts_[c].surface;
-        if (surface != ContactSet::kNoSurface && friction_.rubs(surface))
-            rubbing.push_back({c, line++, friction_.coefficient(surface)});
-    }
+    for (std::size_t c = 0; c < contacts_.size(); ++c)
+        if (const std::optional<std::size_t> line = friction_.line_at(c))
+            rubbing.push_back({c, *line, friction_.coefficient(contacts_[c].surface)});
     observer_->sub_step(
         {move.kind, from, solution_.proxy, move.to, to, stop_, frame_.probe, frame_.stiffness,
          corners.subspan(begin), std::span(leashes.begin(), leashes.size()),

@@ -55,9 +55,6 @@ using TouchList = FixedVector<Touch, 3 * PrimitiveSet::kCapacity>;
 /// caller. What a loop remembers of them is here: gains, energy banks, magnets, friction, calming.
 class Subdivision {
 public:
-    /// The most evaluations that a method may ask for in a frame, even if its clock stands still.
-    /// Edges of meshes and new approaches may add a few.
-    static constexpr int kMostEvaluations = Stepping::kMostEvaluations;
     /// The work that a frame may do. One unit is what a solver does for one primitive in one pass.
     /// A frame may spend kWorkOfSolvers, and 3 kWorkOfEvaluation for each evaluation that its
     /// method may make. An evaluation costs kWorkOfEvaluation without its solver. Evaluations,
@@ -136,21 +133,18 @@ public:
         std::span<const std::size_t> surfaces; ///< for each surface of this one
         std::span<const std::size_t> effects;  ///< for each effect
     };
-    /// Takes the place of `before`, with the proxy where that left it: what goes on is as it was
-    /// there, all else as at a new trial. `proxy`: where the last frame ended. Of what was soft
-    /// beside others and is not so any more, the front is where the proxy belongs: `proxy` becomes
-    /// that, where every certificate lets it go there. Where what is soft and alone is so no more,
-    /// it stays, unless something hard is before it now. Returns FrameFlag bits.          [loop]
+    /// Continues `before`. Surfaces and effects that both have keep their state; the others begin
+    /// as at a new trial. `proxy`: where the last frame ended. Where a surface was soft beside
+    /// others, and is hard or alone now, `proxy` moves to its front if every certificate allows the
+    /// way. Where a surface was soft and alone, and is so no more, `proxy` stays, unless a surface
+    /// that is hard now is in front of it. Returns FrameFlag bits. [loop]
     std::uint32_t go_on_from(const Subdivision& before, const Heritage& heritage,
                              Vec3& proxy) noexcept;
 
-    /// One frame's movement of the proxy from frame.start.                              [loop]
-    SubdivisionResult advance(const FrameContext& frame) noexcept;
-
-    /// The same with steps_left() of an earlier run instead of the clock: gives the same bits as
-    /// that run. [loop]
+    /// One frame's movement of the proxy from frame.start. With steps_left() of an earlier run in
+    /// the place of the clock it gives the same bits as that run.                       [loop]
     SubdivisionResult advance(const FrameContext& frame,
-                              std::span<const std::uint32_t> steps_left) noexcept;
+                              std::span<const std::uint32_t> steps_left = {}) noexcept;
 
     /// Whether there is a surface that may be soft. Then the proxy of a frame is the tip, and each
     /// frame goes on from the front that this keeps, not from frame.start.             [any]
@@ -249,14 +243,14 @@ private:
     struct Needs {
         bool bodies = false;      // a surface may move
         bool softness = false;    // a surface may be soft
-        bool alone = false;       // and is all that is felt, but for what only pushes
-        bool layers = false;      // and is felt beside others
+        bool alone = false;       // it is the only surface, and every effect only pushes
+        bool layers = false;      // it is felt beside others
         bool starts = false;      // a frame may begin elsewhere: bodies, alone
         bool others = false;      // there are effects, or layers
         bool magnets = false;     // a surface may have one
         bool calming = false;     // frames may contradict each other
-        bool one_alone = false;   // one surface, of a volume, as noise may have no balance at all;
-                                  // or soft, as few evaluations may pass by it again and again
+        bool one_alone = false;   // one surface, which may not come to rest by itself: voxels may
+                                  // be noise; a soft one may overshoot with few evaluations
         bool nothing = false;     // there are neither surfaces nor effects
         bool only_slides = false; // one surface, which can lead the proxy, without friction,
                                   // magnet or body, and no effect
@@ -341,6 +335,7 @@ private:
     Vec3 final_proxy(Vec3 proxy) noexcept;
     Vec3 settled(const Vec3& proxy, const Vec3& to) noexcept;
     bool is_astray(const Vec3& proxy) const noexcept;
+    double most_lift_m() const noexcept;
     Vec3 taken_back(Vec3 proxy) noexcept;
     Vec3 within(Vec3 wanted) const noexcept;
     bool is_inside(const Vec3& proxy) const noexcept;
@@ -369,7 +364,7 @@ private:
     bool layers_press_ = false;                              // in this evaluation
     Mat3 tissue_{0.0};      // by how much their forces fall with the tip's step, N/m
     Vec3 aside_n_{0.0};     // of the last frame: towards where the surface is softer
-    double softened_ = 1.0; // forces of the last frame: so much of those of a hard surface
+    double softened_ = 1.0; // force of the last frame over that of a hard surface, (0, 1]
 
     Needs needs_;
     int work_of_a_frame_ = 0; // grows with the evaluations of the method

@@ -388,13 +388,36 @@ Vec3 Subdivision::settled(const Vec3& proxy, const Vec3& to) noexcept {
     return end;
 }
 
-/// Whether the proxy is farther from the pull than any balance can be. A balance is no farther away
-/// than the frame's start, plus the way over which the longest force stretches the coupling. Two
-/// modes of one vector field that never slip hold the proxy twice. Their lines and planes may meet
-/// far away.
+/// Whether the proxy is farther from the pull than any balance can be: than the frame's start, plus
+/// what may lift it from there.
 bool Subdivision::is_astray(const Vec3& proxy) const noexcept {
-    const double lift_m = frame_.force_limit_n / frame_.stiffness;
-    return glm::length(proxy - pull()) > glm::length(frame_.start - pull()) + lift_m;
+    return glm::length(proxy - pull()) > glm::length(frame_.start - pull()) + most_lift_m();
+}
+
+/// What may lift the proxy: the longest force and all that yields, over the coupling, and one that
+/// never yields, by what the start is from it. Two modes of one vector field that never slip hold
+/// the proxy twice. Their lines and planes may meet far away, so of two or more nothing is known.
+double Subdivision::most_lift_m() const noexcept {
+    double yields_n = 0.0, hard_m = 0.0;
+    int hard = 0;
+    const auto count = [&](double strength_n, double away_m) {
+        if (std::isfinite(strength_n)) {
+            yields_n += strength_n;
+        } else if (away_m > 0.0) {
+            hard_m = away_m;
+            ++hard;
+        }
+    };
+    for (const PlanePrimitive& plane : primitives_.planes())
+        count(plane.strength_n, glm::dot(plane.normal, plane.anchor - frame_.start));
+    for (const LinePrimitive& line : primitives_.lines()) {
+        const Vec3 away = frame_.start - line.anchor;
+        count(line.strength_n, glm::length(away - glm::dot(away, line.axis) * line.axis));
+    }
+    for (const PointPrimitive& point : primitives_.points())
+        count(point.strength_n, glm::length(frame_.start - point.anchor));
+    const double force_n = std::max(frame_.force_limit_n, yields_n);
+    return force_n / frame_.stiffness + (hard == 1 ? hard_m : 0.0);
 }
 
 /// Where a frame may end for what the effects never let the proxy leave.

@@ -35,8 +35,8 @@ constexpr double kNoEdge = 1e-6;
 
 /// Throws std::invalid_argument where the i-th surface, a soft one that is not alone, has what
 /// would have to act on its front.
-void require_plain(std::size_t i, SurfaceContact& contact, const SurfaceFinish& finish,
-                   SteppingMethod method) {
+void require_can_be_layer(std::size_t i, SurfaceContact& contact, const SurfaceFinish& finish,
+                          SteppingMethod method) {
     const auto refuse = [i](const char* what, const char* remedy) {
         throw std::invalid_argument("surface " + std::to_string(i) +
                                     " is soft, and not all that is felt: then " + what + "; " +
@@ -141,7 +141,7 @@ void Subdivision::make_layers(const SteppingSettings& settings,
     if (contacts.size() == 1 && only_pushed && !has_magnet) return;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         if (finish[i].softness.none()) continue;
-        require_plain(i, *contacts[i], finish[i], settings.method);
+        require_can_be_layer(i, *contacts[i], finish[i], settings.method);
         finish[i].softness.check("softness");
         SurfaceFinish hard = finish[i];
         hard.softness = {};

@@ -58,15 +58,10 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
     }
 }
 
-/// What friction puts on the proxy at a plane of a surface, N: its lines come last, one for each
-/// plane that rubs, as far as there was room.
+/// What friction puts on the proxy at a plane of a surface, N.
 Vec3 Subdivision::friction_at(std::size_t contact) const noexcept {
-    if (!friction_.rubs(contacts_[contact].surface)) return Vec3{0.0};
-    std::size_t line = 0; // of friction's
-    for (std::size_t c = 0; c < contact; ++c)
-        if (friction_.rubs(contacts_[c].surface)) ++line;
-    if (line >= friction_.lines()) return Vec3{0.0};
-    return solution_.lines[solution_.lines.size() - friction_.lines() + line].force_n;
+    const std::optional<std::size_t> line = friction_.line_at(contact);
+    return line ? solution_.lines[*line].force_n : Vec3{0.0};
 }
 
 } // namespace palpate

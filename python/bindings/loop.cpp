@@ -6,7 +6,7 @@
 #include <palpate/engine/devices/probe_path.h>
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/loop/haptic_loop.h>
-#include <palpate/haptics/stepping/subdivision.h>
+#include <palpate/haptics/stepping/stepping.h>
 
 namespace palpate::python {
 namespace {
@@ -309,7 +309,7 @@ void add_touch(py::module_& module) {
 void add_loop(py::module_& module) {
     add_report(module);
     add_touch(module);
-    module.attr("most_sub_steps") = Subdivision::kMostEvaluations;
+    module.attr("most_sub_steps") = Stepping::kMostEvaluations;
     py::class_<State>(module, "LoopState", "The whole state of a loop between two frames.");
     py::class_<Loop>(module, "Loop", "a loop over a scene, frame by frame")
         .def(py::init<const PyScene&, const std::optional<std::string>&, std::optional<int>,

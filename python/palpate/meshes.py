@@ -48,7 +48,7 @@ def _arrays(mesh: Mesh, place: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def read_mesh(file: str | os.PathLike[str]) -> Mesh:
-    """Reads a PLY, STL or OBJ; frame and unit are as the file says, else LPS and mm.
+    """Reads a PLY, STL, OBJ, .vtp or .vtk; frame and unit are as the file says, else LPS and mm.
 
     Raises FileError.
     """

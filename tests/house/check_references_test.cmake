@@ -78,6 +78,17 @@ foreach(link "[a](nowhere.txt)" "[a](numerics.md#13-primitives)" "[a](../nowhere
   expect_message(docs/links.md:3 "no")
 endforeach()
 
+# Long lines: neither in a table nor in a block of code are they one too many.
+string(REPEAT "long " 20 words)
+make_tree("//")
+file(WRITE ${WORK}/docs/long.md "${words}\n| ${words} |\n\n```\n${words}${words}\n```\n")
+check(status output)
+if(NOT status EQUAL 0 OR NOT output STREQUAL "")
+  message(SEND_ERROR "lines that may be long: status ${status}, got:\n${output}")
+endif()
+file(APPEND ${WORK}/docs/long.md "${words}.\n")
+expect_message(docs/long.md:7 "101 characters")
+
 # A folder that is no checkout is no success.
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})

@@ -97,10 +97,10 @@ class Page(unittest.TestCase):
     def test_the_first_program_has_fifteen_lines_at_most(self):
         self.assertLessEqual(len(blocks_of(PAGE)[0].splitlines()), 15)
 
-    def test_it_names_every_public_class_of_errors_and_function(self):
-        for name in palpate.__all__:
-            if name[0] == name[0].lower() and not name.startswith("_") or name.endswith("Error"):
-                self.assertIn(f"{name}", PAGE)
+    def test_it_names_everything_public(self):
+        public = [name for name in palpate.__all__ if not name.startswith("_")]
+        named = [name for name in public if re.search(rf"palpate\.{name}\b|`{name}[`(]", PAGE)]
+        self.assertEqual(named, public)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ export class Hand {
     this.place = undefined; // from the probe on, whoever moved it meanwhile
   }
 
-  /** Moves by mm along the view's axes: right, up, towards the viewer. */
+  /** Moves by metres along the view's axes: right, up, towards the viewer. */
   by(right_m, up_m, towards_m) {
     this.place ??= this.probe();
     if (!this.place) return;

@@ -326,9 +326,7 @@ void SceneLoop::move_proxy(const DeviceState& device, std::span<const std::uint3
                                coupling_.stiffness, period_s_,
                                safety_.force_n(),   std::exchange(silent_, false)};
     const Vec3 held = subdivision_->front(proxy_); // where it is, if this frame leads nowhere
-    const SubdivisionResult result = steps_left.empty()
-                                         ? subdivision_->advance(context)
-                                         : subdivision_->advance(context, steps_left);
+    const SubdivisionResult result = subdivision_->advance(context, steps_left);
     computed_ = true;
     moved_ = in_range(result.proxy);
     if (moved_) {

@@ -40,7 +40,7 @@ struct Multipliers {
     FixedVector<Vec3, PrimitiveSet::kCapacity> pull;     ///< of each tether, in its coordinates
 };
 
-/// The usable primitives of a set, seen from a' = a + d / k.
+/// The usable primitives of a set, seen from a' = a + F0 / k.
 struct MixedPrimitives {
     FixedVector<Hinge, PrimitiveSet::kCapacity> hinges;
     FixedVector<Tether, PrimitiveSet::kCapacity> tethers; ///< lines first

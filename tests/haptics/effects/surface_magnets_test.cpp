@@ -243,6 +243,25 @@ TEST(SurfaceMagnets, SnapsOnAtTheCaptureDistanceAndLetsGoBeyond) {
     }
 }
 
+// It draws the proxy farther than the force limit of 5 N stretches the coupling, 10 mm, to a rough
+// wall where frames are cut short by their cap.
+TEST(SurfaceMagnets, OneStrongerThanTheForceLimitIsReachedFromAfar) {
+    constexpr double kAmplitude = 1e-3, kWall = 30e-3, kAway = 16e-3;
+    std::mt19937 random(11);
+    int cut_short = 0;
+    for (int trial = 0; trial < 40; ++trial) {
+        ContactLoop loop = on(make_bumpy_cavity(kWall, kAmplitude, 6e-3), magnetic(50.0, 20e-3),
+                              SteppingSettings{});
+        const Vec3 probe = (kWall - kAway) * random_direction(random);
+        loop.start(probe);
+        for (int i = 0; i < 30; ++i)
+            cut_short += (loop.move(probe).flags & kEvaluationCap) != 0;
+        // 50 N over 500 N/m are 100 mm: it comes to the wall, which is 15 to 17 mm away.
+        EXPECT_GT(glm::length(loop.proxy() - probe), kAway - kAmplitude - kWithin) << trial;
+    }
+    EXPECT_GT(cut_short, 0);
+}
+
 TEST(SurfaceMagnets, SwitchedOffItLetsGo) {
     constexpr double kCapture = 1e-3, kStrength = 1.0;
     ContactLoop loop = on(make_slab(2 * kTop), magnetic(kStrength, kCapture));

@@ -192,7 +192,7 @@ public:
         const LoopDescription& loop = scene.description().loop;
         const int own = loop.method == SteppingMethod::single  ? 1
                         : loop.method == SteppingMethod::fixed ? loop.sub_steps
-                        : loop.method == SteppingMethod::paper ? Subdivision::kMostEvaluations
+                        : loop.method == SteppingMethod::paper ? Stepping::kMostEvaluations
                                                                : loop.evaluation_cap;
         most_ = own + 64 + 2 * static_cast<int>(scene.surfaces().size()) + 1;
         for (const auto& [name, surface] : scene.description().surfaces)
