@@ -243,10 +243,11 @@ TEST(SurfaceMagnets, SnapsOnAtTheCaptureDistanceAndLetsGoBeyond) {
     }
 }
 
-// It draws the proxy farther than the force limit of 5 N stretches the coupling, 10 mm, to a rough
+// It draws the proxy farther than the force limit of 5 N stretches the coupling, 2.5 mm, to a rough
 // wall where frames are cut short by their cap.
 TEST(SurfaceMagnets, OneStrongerThanTheForceLimitIsReachedFromAfar) {
-    constexpr double kAmplitude = 1e-3, kWall = 30e-3, kAway = 16e-3;
+    constexpr double kAmplitude = 1e-3, kWall = 30e-3, kAway = 7e-3, kStiff = 2000.0,
+                     kLimit_n = 5.0;
     std::mt19937 random(11);
     int cut_short = 0;
     for (int trial = 0; trial < 40; ++trial) {
@@ -254,10 +255,15 @@ TEST(SurfaceMagnets, OneStrongerThanTheForceLimitIsReachedFromAfar) {
                               SteppingSettings{});
         const Vec3 probe = (kWall - kAway) * random_direction(random);
         loop.start(probe);
-        for (int i = 0; i < 30; ++i)
-            cut_short += (loop.move(probe).flags & kEvaluationCap) != 0;
-        // 50 N over 500 N/m are 100 mm: it comes to the wall, which is 15 to 17 mm away.
-        EXPECT_GT(glm::length(loop.proxy() - probe), kAway - kAmplitude - kWithin) << trial;
+        Vec3 proxy = probe;
+        for (int i = 0; i < 30; ++i) {
+            const SubdivisionResult result =
+                loop.subdivision().advance({probe, proxy, kStiff, 1e-3, kLimit_n});
+            proxy = result.proxy;
+            cut_short += (result.flags & kEvaluationCap) != 0;
+        }
+        // 50 N over 2000 N/m are 25 mm: it comes to the wall, which is 6 to 8 mm away.
+        EXPECT_GT(glm::length(proxy - probe), kAway - kAmplitude - kWithin) << trial;
     }
     EXPECT_GT(cut_short, 0);
 }
