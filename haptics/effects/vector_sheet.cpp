@@ -45,18 +45,19 @@ void VectorSheet::begin(const FrameContext& frame) noexcept {
     if (!normal) return;
     start_ = PlanePrimitive{frame.start, *normal, strength_n};
     probe_ = frame.probe;
-    give_m_ = strength_n / frame.stiffness;
+    stiffness_ = frame.stiffness;
     guessed_ = false;
     looks_ = frame.looks;
 }
 
 /// The likely end before there is a solution: where this sheet alone lets the probe draw the proxy.
-void VectorSheet::guess_end() noexcept {
+/// Its strength alone stretches the coupling by `give_m`.
+void VectorSheet::guess_end(double give_m) noexcept {
     end_ = start_->anchor;
     for (int round = 0; round < kGuesses; ++round) {
         const Vec3 n = normal_halfway();
         const double off = glm::dot(n, probe_ - start_->anchor);
-        end_ = probe_ - std::clamp(off, -give_m_, give_m_) * n;
+        end_ = probe_ - std::clamp(off, -give_m, give_m) * n;
     }
 }
 
@@ -72,7 +73,8 @@ void VectorSheet::gather(const Vec3&, PrimitiveSet& primitives) noexcept {
     if (!start_) return;
     Vec3 n = start_->normal;
     if (!std::exchange(looks_, false)) { // else: does it rest where it is?
-        if (!guessed_) guess_end(); // not in begin(), whose one sample is for all effects to share
+        // Not in begin(), whose one sample is for all effects to share.
+        if (!guessed_) guess_end(primitives.scaled_n(start_->strength_n) / stiffness_);
         guessed_ = true;
         n = normal_halfway();
     }

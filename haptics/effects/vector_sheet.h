@@ -39,7 +39,7 @@ public:
 private:
     std::optional<Vec3> normal_of(const VectorSample& sample) const noexcept;
     Vec3 normal_halfway() noexcept;
-    void guess_end() noexcept;
+    void guess_end(double give_m) noexcept;
 
     std::shared_ptr<const VectorField> field_;
     TransferFunction strength_;
@@ -47,8 +47,8 @@ private:
     std::unique_ptr<VectorSampler> sampler_;
     std::optional<PlanePrimitive> start_; // through the frame's start; nothing where it is not felt
     Vec3 probe_{0.0};
-    double give_m_ = 0.0; // as far as the sheet's strength alone stretches the coupling
-    Vec3 end_{0.0};       // where the frame is likely to end
+    double stiffness_ = 0.0; // of the coupling, N/m
+    Vec3 end_{0.0};          // where the frame is likely to end
     bool guessed_ = false;
     bool looks_ = false;
 };

@@ -279,6 +279,7 @@ private:
         return layer ? layer->front->surfaces_.front() : surfaces_[i];
     }
     double resistance_n_per_m() const noexcept;
+    double unspent_m() const noexcept;
     void press_layers(const Vec3& tip) noexcept;
     void correct_for_layers(const Vec3& tip) noexcept;
     void press(Layer& layer, const Vec3& tip) noexcept;

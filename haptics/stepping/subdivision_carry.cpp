@@ -31,6 +31,9 @@ constexpr int tries_before_lift(bool seeks_balance) noexcept {
 // To where a piece of the way leads out of a workspace, to 1e-9 of its length.
 constexpr int kExitHalvings = 30;
 
+// What an adaptive frame may leave of its way without a flag, in tolerances.
+constexpr double kRestTolerances = 5.0;
+
 // From so many evaluations on the tip of soft layers is damped no more while its steps lead on.
 constexpr std::uint32_t kEvaluationsToLengthen = 8;
 // Cosine of the angle between two steps that lead the same way.
@@ -114,6 +117,8 @@ Subdivision::Move Subdivision::next_move(const Vec3& proxy) noexcept {
         return {Move::Kind::slide,
                 stepping_.seeks_balance() ? pull() : stepping_.share(proxy, pull())};
     if (keeps_its_place()) {
+        if (stepping_.seeks_balance() && unspent_m() > kRestTolerances * stepping_.tolerance_m())
+            result_.flags |= kStalled; // it rests, but not where forces balance
         stepping_.arrive();
         return {Move::Kind::none, proxy};
     }
@@ -140,10 +145,13 @@ bool Subdivision::keeps_its_place() noexcept {
     if (result_.residual_m < (friction_.holds() ? kStuck : Stepping::kNoMovement_m)) return true;
     if (first && calming_.rests(solution_.proxy)) return true;
     if (!first || (primitives_.is_free() && !layers_press_)) return false;
-    // Springs and dampers shorten every step: in the coupling's own, a viscous creep is not taken
-    // for rest.
-    const double unspent_m = resistance_n_per_m() / frame_.stiffness * result_.residual_m;
-    return unspent_m < stepping_.tolerance_m();
+    return unspent_m() < stepping_.tolerance_m();
+}
+
+/// What is left of the way, m. Springs and dampers shorten every step: in the coupling's own, a
+/// viscous creep is not taken for rest.
+double Subdivision::unspent_m() const noexcept {
+    return resistance_n_per_m() / frame_.stiffness * result_.residual_m;
 }
 
 /// What a step of the proxy meets: the coupling, springs, and the dampers of layers in this period.

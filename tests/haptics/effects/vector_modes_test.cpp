@@ -117,6 +117,32 @@ TEST(VectorSheet, YieldsToEitherSideAboveItsStrength) {
         }
 }
 
+// s(g) = g s for g >= 1: the same problem, and the same guesses of where it leads.
+TEST(VectorSheet, AGainIsAFactorOfItsStrengthForEachMethod) {
+    constexpr double kStrength = 0.5, kGain = 2.0;
+    for (const SteppingMethod method :
+         {SteppingMethod::single, SteppingMethod::fixed, SteppingMethod::adaptive}) {
+        const auto sheet = [&](double strength_n) {
+            return ContactLoop(
+                stepping(method), {},
+                effects(std::make_unique<VectorSheet>(
+                    radial(), TransferFunction::constant(strength_n), SheetKind::front)));
+        };
+        ContactLoop raised = sheet(kStrength), strong = sheet(kGain * kStrength);
+        raised.subdivision().gain(0).set(kGain);
+        raised.start({kRadius, 0, 0});
+        strong.start({kRadius, 0, 0});
+        for (int i = 1; i <= 200; ++i) { // up to 4 mm before it: it yields from 2 mm on
+            const double angle = 0.01 * i;
+            const Vec3 probe =
+                (kRadius + 4e-3 * std::sin(0.05 * i)) * Vec3{std::cos(angle), std::sin(angle), 0.0};
+            raised.move(probe);
+            strong.move(probe);
+            ASSERT_EQ(raised.proxy(), strong.proxy()) << i;
+        }
+    }
+}
+
 TEST(VectorForce, CarriesAlongTheVectorByItsStrength) {
     const TransferFunction strength{{{{0.0, 0.0}, {0.02, 1.0}}}, 2}; // N over m/s
     ContactLoop loop(stepping(SteppingMethod::adaptive), {},

@@ -309,6 +309,30 @@ TEST(BesideABall, TheProxyGetsToWhereTheForcesBalance) {
 
 // A magnet draws the proxy further than the coupling does: the box counts on no less. The plate's
 // face is 0.4 mm outside of it, and within the magnet's reach.
+// Workspaces within which a hard ball lets nobody come. Where the proxy rests farther from the
+// solver's balance than five tolerances, its frames say so.
+TEST(WorkspaceBox, WhatCannotBeReachedIsSaidAtRestToo) {
+    const Box box{Vec3(-15e-3), Vec3(16e-3)};
+    Anywhere anywhere;
+    int said_at_rest = 0;
+    for (int trial = 0; trial < 150; ++trial) {
+        ContactLoop loop(stepping(SteppingMethod::adaptive),
+                         test::one_surface(make_solid_sphere(20e-3)),
+                         effects(std::make_unique<WorkspaceBox>(box, kInfinite),
+                                 std::make_unique<WorkspaceBox>(box, kInfinite)));
+        const Vec3 probe = 23e-3 * glm::normalize(anywhere.vector());
+        loop.start(probe);
+        for (int i = 0; i < 200; ++i) {
+            const Vec3 before = loop.proxy();
+            const SubdivisionResult result = loop.move(probe);
+            if (loop.proxy() != before || !(result.residual_m > 5.0 * 1e-7)) continue;
+            ASSERT_NE(result.flags & (kStalled | kEvaluationCap), 0u) << trial << " " << i;
+            ++said_at_rest;
+        }
+    }
+    EXPECT_GT(said_at_rest, 0);
+}
+
 TEST(WorkspaceBox, HoldsAgainstAMagnet) {
     for (const SteppingSettings& settings : kMethods) {
         SurfaceFinish finish;
