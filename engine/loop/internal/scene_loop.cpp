@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include <palpate/engine/loop/device_safety.h>
 #include <palpate/engine/loop/internal/frame_arithmetic.h>
 #include <palpate/engine/loop/internal/surface_identity.h>
