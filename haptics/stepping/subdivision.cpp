@@ -13,6 +13,9 @@
 namespace palpate {
 namespace {
 
+// A surface that yields is drawn with its strength, but for rounding.
+constexpr double kRounding = 1e-9;
+
 // Room for the evaluations of one frame. Each membrane that opens, and each surface whose friction
 // begins to slip, starts one more approach.
 std::size_t room_for_evaluations(std::size_t surfaces) {
@@ -329,6 +332,8 @@ bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& prox
         }
         // Where another surface stopped it at once, that one has planes the next time.
         more = stepping_.steps_left() > 0 && (proxy != before || !stepping_.has_converged());
+        // What it came to with the last evaluation may give way: nobody has asked.
+        if (!more && proxy != before && may_give_way(proxy)) stepping_.cut_short();
     } else {
         if (primitives_.is_free() && proxy == solution_.proxy && !needs_.layers) return false;
         if (proxy != move.to) stepping_.cut_short(); // it was not the last
@@ -337,6 +342,13 @@ bool Subdivision::goes_on(const Move& move, const Vec3& before, const Vec3& prox
     const bool is_spent = budget_.work_left <= 0;
     if (more ? is_spent : stepping_.is_unfinished()) result_.flags |= kEvaluationCap;
     return more && !is_spent;
+}
+
+/// Whether the leading surface yields where the proxy is now, by what draws it there.
+bool Subdivision::may_give_way(const Vec3& proxy) const noexcept {
+    const double drawn_n =
+        primitives_.total_stiffness(frame_.stiffness) * glm::length(pull() - proxy);
+    return drawn_n > (1.0 + kRounding) * contacts_[0].plane.strength_n;
 }
 
 bool Subdivision::has_given_up() const noexcept {

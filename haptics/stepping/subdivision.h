@@ -316,6 +316,7 @@ private:
     void note_touch(LoopSurface& surface, const Vec3& proxy) const noexcept;
     Vec3 held_with(const Vec3& proxy) const noexcept;
     Vec3 friction_at(std::size_t contact) const noexcept;
+    bool may_give_way(const Vec3& proxy) const noexcept;
     bool has_given_up() const noexcept;
 
     bool keeps_its_place() noexcept;
