@@ -292,6 +292,7 @@ void LiveView::View::see(const RunFrame& run) {
             if (is_in_the_air(last_)) note_the_air(last_.probe);
         }
     }
+    if (is_computed(run.frame.flags)) device_.device.trial_has_begun(run.frame.trial);
     server_.add(run.frame);
     if (device_.device.has_ended() && !std::exchange(end_is_told_, true))
         tell("the device has ended: nothing moves any more", false);

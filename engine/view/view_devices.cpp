@@ -21,7 +21,7 @@ void PageDevice::begin_at(const Vec3& position) noexcept { begins_at_.set(positi
 void PageDevice::begin() noexcept {
     if (!begins_at_.take(position_)) return;
     velocity_ = Vec3{0.0};
-    rests_ = static_cast<int>(std::lround(kRest_s / period_s_));
+    rests_ = true;
 }
 
 DeviceProperties PageDevice::properties() const {
@@ -34,9 +34,7 @@ bool PageDevice::read(DeviceState& state) noexcept {
     aimed_.take(target_);
     if (std::exchange(stands_, false)) {
         velocity_ = Vec3{0.0};
-    } else if (rests_ > 0) {
-        --rests_;
-    } else if (reads_ > 0) {
+    } else if (reads_ > 0 && !rests_) {
         const Vec3 way = target_ - position_;
         const double distance = glm::length(way);
         // As fast as it can still stop in time: v^2 = 2 a d.
@@ -81,6 +79,7 @@ void SteeredDevice::start() {
         has_last_ = false;
         return;
     }
+    begun_.store(kNoTrial, std::memory_order_relaxed);
     device_->start();
     has_last_ = false; // where it was frozen before is of another run
     has_motors_ = device_->properties().force_n > 0.0;
@@ -105,7 +104,10 @@ bool SteeredDevice::read(DeviceState& state) noexcept {
         read_states(state, begins_again);
     } else {
         if (begins_again) ++trial_;
-        if (begins_again && mouse_ != nullptr) mouse_->begin();
+        if (mouse_ != nullptr) {
+            if (begins_again) mouse_->begin();
+            if (begun_.load(std::memory_order_relaxed) == trial_) mouse_->go_on();
+        }
         read_device(state, begins_again);
     }
     if (pressed_.load(std::memory_order_relaxed)) state.buttons |= 1u;

@@ -26,13 +26,13 @@ public:
     /// Where the hand is wanted, m, scene frame; what is not finite, or beyond 1e3 m, is left
     /// alone. From one thread at a time.                                                   [any]
     void aim_at(const Vec3& target) noexcept;
-    static constexpr double kRest_s = 0.1; ///< where a trial begins: so long the loop may be late
-
-    /// Rests there (m, scene frame) for kRest_s when the next run or trial begins, and goes on to
-    /// where it is wanted. From one thread at a time.                                      [any]
+    /// Rests there (m, scene frame) when the next run or trial begins, until go_on(): it comes to
+    /// no surface before the loop has begun in front. From one thread at a time.           [any]
     void begin_at(const Vec3& position) noexcept;
     /// A trial begins with the next read().                                               [loop]
     void begin() noexcept;
+    /// From the next read() on it goes to where it is wanted.                             [loop]
+    void go_on() noexcept { rests_ = false; }
     /// Stands still in the next read().                                                   [loop]
     void stand() noexcept { stands_ = true; }
 
@@ -53,7 +53,7 @@ private:
     Vec3 velocity_{0.0};
     double period_s_;
     std::uint64_t reads_ = 0;
-    int rests_ = 0; // so many reads
+    bool rests_ = false;
     bool stands_ = false;
 };
 
@@ -75,6 +75,12 @@ public:
     bool is_frozen() const noexcept { return frozen_.load(std::memory_order_relaxed); } ///< [any]
     /// A new trial with the next state.                                                    [any]
     void restart() noexcept { restarts_.fetch_add(1, std::memory_order_release); }
+    /// A frame of this trial (DeviceState::trial) was computed: a page's mouse rests no longer
+    /// where the trial begins. A loop may be late, and what it does not compute begins no trial.
+    ///                                                                                      [any]
+    void trial_has_begun(std::uint32_t trial) noexcept {
+        begun_.store(trial, std::memory_order_relaxed);
+    }
     /// Button 0 of the page, beside the device's own.                                      [any]
     void press(bool on) noexcept { pressed_.store(on, std::memory_order_relaxed); }
 
@@ -92,6 +98,8 @@ public:
     bool has_ended() const noexcept { return ended_.load(std::memory_order_relaxed); }
 
 private:
+    static constexpr std::uint32_t kNoTrial = 0xffff'ffff;
+
     void read_states(DeviceState& state, bool begins_again) noexcept;
     void read_device(DeviceState& state, bool begins_again) noexcept;
 
@@ -110,6 +118,7 @@ private:
     std::atomic<bool> pressed_{false};
     std::atomic<bool> ended_{false};
     std::atomic<std::uint32_t> restarts_{0};
+    std::atomic<std::uint32_t> begun_{kNoTrial};
 };
 
 } // namespace palpate

@@ -87,6 +87,30 @@ test('slow motion passes a hundredth of the time, and play ends at the last fram
   assert.equal(await page.textContent('#play'), 'Play');
 });
 
+test('at rest the page looks seldom whether anything changed, and a key or the pointer ends the rest', async () => {
+  const counted = await page.evaluate(async () => {
+    const {beat, view} = window.palpate, work = beat.work, times = [];
+    const isQuiet = () => performance.now() - view.touched > 2000 && view.isStill && beat.rest !== undefined;
+    while (!isQuiet()) await new Promise(done => setTimeout(done, 50));
+    beat.work = (...given) => times.push(performance.now()) && work(...given);
+    const began = performance.now();
+    await new Promise(done => setTimeout(done, 1500));
+    beat.work = work;
+    return {times, elapsed_ms: performance.now() - began};
+  });
+  // Between two looks a timer of 100 ms runs out, which is never early by more than a millisecond.
+  assert.ok(counted.times.length >= 2 && counted.times.length <= counted.elapsed_ms / 99 + 1, JSON.stringify(counted));
+  for (const event of ["new KeyboardEvent('keydown', {key: 'x'})", "new PointerEvent('pointermove')"]) {
+    const isAwake = await page.evaluate(async one => {
+      const {beat} = window.palpate;
+      while (beat.rest === undefined) await new Promise(done => setTimeout(done, 1));
+      document.body.dispatchEvent(eval(one));
+      return beat.rest === undefined;
+    }, event);
+    assert.ok(isAwake, event);
+  }
+});
+
 test('the table has time, mean and greatest force, and the share of the area', async () => {
   await areasFelt(page);
   const cells = await page.$$eval('#felt tbody tr:not([hidden]) td', all => all.map(one => Number(one.dataset.value)));

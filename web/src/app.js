@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** The page as a whole: what is shown of which frame, and what the controls do. */
+import {Beat} from './beat.js';
 import {Charts} from './charts.js';
 import {DeviceButton} from './device_button.js';
 import {Explore} from './explore.js';
@@ -66,8 +67,7 @@ export class App {
     this.takeIn();
     this.setMarks(this.marks);
     this.seekFirst();
-    this.before = performance.now();
-    if (!isPosed) requestAnimationFrame(now => this.tick(now));
+    if (!isPosed) this.beat = new Beat((now, elapsed_s) => this.tick(now, elapsed_s));
   }
 
   /** A playback begins with the first frame that felt something. */
@@ -104,6 +104,7 @@ export class App {
     const before = this.frames.count;
     this.frames.append(frames, blob);
     this.arrived = performance.now();
+    this.beat.wake();
     const gone = this.frames.runBegin(before) || (this.frames.isFull ? this.frames.count >> 1 : 0);
     if (gone === 0) return;
     this.takeIn(); // tables keep what is forgotten; a page in the background draws nothing for minutes
@@ -244,23 +245,22 @@ export class App {
     this.view.touch();
   }
 
-  // One picture.
-
-  tick(now) {
-    const elapsed_s = Math.max(0, now - this.before) / 1000;
-    this.before = now;
+  /** One picture; true where the next one may look different. */
+  tick(now, elapsed_s) {
     const before = this.player.index;
     this.player.advance(elapsed_s);
     if (this.player.index !== before) this.step = Infinity;
     if (this.isLive && this.frames.count !== this.takenCount && now - this.taken > kTables_ms) this.takeIn();
     if (this.hand) this.moveHand(now, elapsed_s);
     const shown = `${this.player.index} ${this.frames.generation} ${this.frames.count && 1} ${this.step}`;
-    if (shown !== this.shown) {
+    const isNew = shown !== this.shown;
+    if (isNew) {
       this.shown = shown;
       this.showFrame();
     }
     this.picking.update();
-    if (this.view.draw(now)) {
+    const isDrawn = this.view.draw(now);
+    if (isDrawn) {
       this.overlay.place();
     } else if (!this.isOpen) {
       this.isOpen = true;
@@ -270,7 +270,7 @@ export class App {
     this.panels.showPlayer();
     this.panels.showAge(this.isLive && this.isConnected && this.arrived && now - this.arrived > kQuiet_ms
       ? Math.round((now - this.arrived) / 1000) : 0);
-    requestAnimationFrame(next => this.tick(next));
+    return isNew || isDrawn || this.player.playing && !this.isLive || Boolean(this.panels.usesSpaceMouse);
   }
 
   /** A cap that is pushed moves the hand; what moved it is sent. */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/view/live_view.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
@@ -167,8 +168,9 @@ TEST_F(LiveViewTest, ARecordingIsWrittenWithItsMarksAndReplaysBitForBit) {
 
     const std::filesystem::path file = folder_ / "out/recording-001.h5";
     const Recording recording = read_recording(file);
-    ASSERT_FALSE(recording.frames.empty());
-    EXPECT_GT(recording.frames.back().force.x, 1.0);
+    // A frame that comes late on a busy machine may have no force: the last one may be such.
+    EXPECT_TRUE(std::ranges::any_of(recording.frames,
+                                    [](const FrameReport& frame) { return frame.force.x > 1.9; }));
     const Trace again = run_again(scene_, recording);
     if (recording.frames.back().frame + 1 == recording.frames.size()) { // none was dropped
         EXPECT_EQ(difference(recording, again).frames, 0u);
@@ -176,8 +178,11 @@ TEST_F(LiveViewTest, ARecordingIsWrittenWithItsMarksAndReplaysBitForBit) {
     const std::vector<ViewMark> marks = read_marks(marks_file(file));
     ASSERT_EQ(marks.size(), 1u);
     EXPECT_EQ(marks[0].name, "top");
-    EXPECT_EQ(marks[0].felt, "s");
-    EXPECT_NEAR(glm::length(marks[0].at), 0.03, 1e-4);
+    const auto marked = std::ranges::find(recording.frames, marks[0].time_s, &FrameReport::time_s);
+    if (marked != recording.frames.end()) {                          // it was not dropped
+        EXPECT_LT(glm::distance(marks[0].at, marked->proxy), 1e-12); // the file has mm
+        EXPECT_EQ(marks[0].felt, marked->surfaces_felt == 1 ? "s" : "");
+    }
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out/recording-001.h5.part"));
 }
 

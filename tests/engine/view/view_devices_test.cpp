@@ -57,9 +57,11 @@ TEST(PageDevice, ATrialBeginsWhereItIsSaid) {
     device.restart();
     device.read(state);
     EXPECT_EQ(state.trial, 1U);
-    for (int i = 1; i < 100; ++i) // kRest_s: a loop that is late still begins there
+    device.trial_has_begun(0);     // a frame of the trial before, seen late
+    for (int i = 1; i < 1000; ++i) // a loop that is late still begins there
         device.read(state);
     EXPECT_EQ(state.position, Vec3(0.02, 0.0, 0.0));
+    device.trial_has_begun(1);
     device.read(state);
     EXPECT_LT(state.position.x, 0.02) << "it goes on to where it is wanted";
 }
@@ -118,11 +120,23 @@ TEST(SteeredDevice, ARunThatBeginsFrozenBeginsWhereItIsTold) {
     page.read(state);
     const Vec3 front{0.0, 0.0, 0.0305};
     mouse.begin_at(front);
+    page.trial_has_begun(state.trial); // of the run before
     page.start();
     for (int i = 0; i < 5; ++i) {
         page.read(state);
         EXPECT_EQ(state.position, front) << i;
     }
+    // So is one that is not frozen, and it goes on with its own first frame.
+    page.freeze(false);
+    mouse.begin_at(front);
+    page.start();
+    for (int i = 0; i < 5; ++i) {
+        page.read(state);
+        EXPECT_EQ(state.position, front) << i;
+    }
+    page.trial_has_begun(state.trial);
+    page.read(state);
+    EXPECT_LT(state.position.z, front.z);
 }
 
 TEST(SteeredDevice, FrozenStaysWhereItIsWhileTimeGoesOn) {
