@@ -104,7 +104,7 @@ export class App {
     const before = this.frames.count;
     this.frames.append(frames, blob);
     this.arrived = performance.now();
-    this.beat.wake();
+    if (this.player.playing && this.frames.count > 0 && this.looksDifferent(this.player.last)) this.beat.wake();
     const gone = this.frames.runBegin(before) || (this.frames.isFull ? this.frames.count >> 1 : 0);
     if (gone === 0) return;
     this.takeIn(); // tables keep what is forgotten; a page in the background draws nothing for minutes
@@ -253,8 +253,7 @@ export class App {
     if (this.isLive && this.frames.count !== this.takenCount && now - this.taken > kTables_ms) this.takeIn();
     if (this.hand) this.moveHand(now, elapsed_s);
     const shown = `${this.player.index} ${this.frames.generation} ${this.frames.count && 1} ${this.step}`;
-    const isNew = shown !== this.shown;
-    if (isNew) {
+    if (shown !== this.shown) {
       this.shown = shown;
       this.showFrame();
     }
@@ -270,7 +269,7 @@ export class App {
     this.panels.showPlayer();
     this.panels.showAge(this.isLive && this.isConnected && this.arrived && now - this.arrived > kQuiet_ms
       ? Math.round((now - this.arrived) / 1000) : 0);
-    return isNew || isDrawn || this.player.playing && !this.isLive || Boolean(this.panels.usesSpaceMouse);
+    return isDrawn || !this.isLive && this.player.playing || Boolean(this.panels.usesSpaceMouse);
   }
 
   /** A cap that is pushed moves the hand; what moved it is sent. */
@@ -301,8 +300,11 @@ export class App {
     const isTrailNew = this.view.trail.update(frames, i, this.look, this.scale_n);
     this.showDetail();
     if (this.cut.follows) this.setCut();
-    // A live loop has a new frame for each picture; where nothing moves in it, the view is at rest, and drawn as fine as may be.
-    if (this.hasMoved(i) || isTrailNew || !this.isLive) this.view.touch();
+    // A live loop has a new frame for each picture; where nothing moves in it, the page is at rest, and drawn as fine as may be.
+    if (this.looksDifferent(i) || isTrailNew || !this.isLive) {
+      this.view.touch();
+      this.drawn = this.movingParts(i);
+    }
     this.overlay.setForce(frames.force(i));
     this.showSlices(proxy_m, probe_m);
     this.charts.show(i, (chart, value) => `${readable(value)} ${chart.unit}`);
@@ -310,16 +312,17 @@ export class App {
     this.announce(i);
   }
 
-  /** Whether a frame looks different from the last one that did. */
-  hasMoved(i) {
-    const {frames, view} = this, names = ['probe_m', 'proxy_m', 'force_n'];
-    const [probe, proxy, force] = names.map(name => frames.triple(name, i));
+  movingParts(i) {
+    return ['probe_m', 'proxy_m', 'force_n'].map(name => this.frames.triple(name, i));
+  }
+
+  /** Whether a frame looks different from the one that was drawn last. */
+  looksDifferent(i) {
+    const {view, drawn} = this;
+    if (!drawn) return true;
     const pixel_m = view.mmPerPixel(view.glyphs.proxy.position) / 1000;
     const most = [kSame_px * pixel_m, kSame_px * pixel_m, kSameForce * this.scale_n];
-    const isNew = !this.drawn || [probe, proxy, force].some((now, k) =>
-      !(Math.hypot(...now.map((v, axis) => v - this.drawn[k][axis])) <= most[k]));
-    if (isNew) this.drawn = [probe, proxy, force];
-    return isNew;
+    return this.movingParts(i).some((now, k) => !(Math.hypot(...now.map((v, axis) => v - drawn[k][axis])) <= most[k]));
   }
 
   showDetail() {
