@@ -86,5 +86,31 @@ TEST_F(CommandKilled, ARunInRealTimeLosesAtMostASecondAndTheRestIsReplayedBitFor
     EXPECT_EQ(test::content_of(*this / "t/recording.h5.part"), journal);
 }
 
+// The first one ends the run; those after it came while it was audited and written.
+TEST_F(CommandKilled, HoweverOftenItIsInterruptedWhatWasFeltIsWritten) {
+    std::string path = "t_s,x_m,y_m,z_m\n"; // a minute
+    for (int i = 0; i < 60000; ++i)
+        path += fmt::format("{:.17g},{:.17g},0,0\n", 1e-3 * i, 0.022 - 4e-6 * (i % 1000));
+    make("probe.csv", path);
+    make("ball.toml", test::ball_scene());
+    const pid_t child = start({"trace", "ball.toml", "--out", "t", "--pace", "realtime"});
+    ASSERT_TRUE(has_grown(*this / "t/recording.h5.part", 1000));
+    siginfo_t ended{};
+    while (::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           ended.si_pid == 0) {
+        ::kill(child, SIGINT);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    const test::CommandResult result = end(child);
+    EXPECT_EQ(result.signal, SIGINT) << result.err;
+    EXPECT_GE(result.times("palpate: stopping"), 2u) << "one was enough, and nothing was tried";
+    EXPECT_THAT(result.out, HasSubstr("written to t: frames.csv timing.csv summary.json"));
+    EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
+    const test::CommandResult checked = run({"replay", "t", "--check"});
+    EXPECT_EQ(checked.exit, 0) << checked.err;
+    EXPECT_EQ(checked.times("cut off"), 0u);
+    EXPECT_THAT(checked.out, HasSubstr("0 of "));
+}
+
 } // namespace
 } // namespace palpate

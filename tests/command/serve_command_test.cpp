@@ -7,6 +7,11 @@
 #include <string>
 #include <thread>
 
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -83,6 +88,29 @@ protected:
         return status == 0 ? "" : "wrong: " + content_of(said);
     }
 };
+
+// As `palpate serve ... | head -1` does it.
+TEST_F(ServeCommand, WhereNobodyReadsItsWordsAnyMoreWhatWasFeltIsWrittenAllTheSame) {
+    standard_out = "read_once";
+    ASSERT_EQ(::mkfifo((*this / standard_out).c_str(), 0600), 0);
+    const int reader = ::open((*this / standard_out).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    ASSERT_GE(reader, 0);
+    const pid_t child =
+        start({"serve", "scene.toml", "--igtl", "0", "--out", "run", "--seconds", "1"});
+    pollfd words{reader, POLLIN, 0};
+    char first = 0;
+    EXPECT_EQ(::poll(&words, 1, 60000), 1);
+    EXPECT_EQ(::read(reader, &first, 1), 1);
+    ::close(reader);
+    const CommandResult result = end(child);
+    EXPECT_EQ(result.exit, 3) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("stdout: what was found cannot be written there"));
+    EXPECT_TRUE(std::filesystem::exists(*this / "run/frames.csv"));
+    EXPECT_FALSE(std::filesystem::exists(*this / "run/recording.h5.part"));
+    standard_out = "out.txt";
+    const CommandResult replayed = run({"replay", "run/recording.h5", "--check"});
+    EXPECT_EQ(replayed.exit, 0) << replayed.err;
+}
 
 TEST_F(ServeCommand, TheClientOnThePageShowsProbeProxyAndForce) {
     const std::string page = content_of(PALPATE_SLICER_PAGE);
