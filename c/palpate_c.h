@@ -115,7 +115,7 @@ typedef struct palpate_label {
 typedef struct palpate_labels {
     size_t size;
     int32_t voxels[3];           /* as those of palpate_voxels */
-    int32_t layer_count;         /* labels that overlap lie in several layers; 0 is 1 */
+    int32_t layer_count;         /* of labels that overlap: [0, 1024]; 0 is 1 */
     size_t value_count;          /* of all layers */
     const int32_t* values;       /* layer after layer, each as palpate_voxels.values */
     double index_to_scene[3][4]; /* as that of palpate_voxels */
@@ -233,7 +233,7 @@ typedef struct palpate_scene_options {
     const palpate_extractor* extractor; /* NULL: no meshes of volumes; what would need one is felt
                                            through its volume alone */
     /* Called now and then with the share of a step that is done, in [0, 1], and with the step's
-       name. If it returns 0, loading ends. May be NULL. */
+       name. If it returns 0, loading ends: PALPATE_BAD_INPUT, "cancelled". May be NULL. */
     int32_t (*progress)(double fraction, const char* step, void* user);
     void* user;               /* for `progress` */
     const palpate_data* data; /* data in memory that the text refers to; NULL: none */
@@ -427,13 +427,13 @@ typedef struct palpate_touch {
     size_t size;
     uint32_t surface;  /* palpate_scene_surface(surface) */
     int32_t phase;     /* a palpate_phase */
-    double point_m[3]; /* m, on the contact's plane, nearest to the proxy */
-    double normal[3];  /* unit, out of the surface */
+    double point_m[3]; /* m, on the contact's plane, nearest to the proxy; ended: the last such */
+    double normal[3];  /* unit, out of the surface; ended: of the strongest contact then */
     double force_n[3]; /* N: what the surface puts on the proxy here, with its friction */
 } palpate_touch;
 
 /* No frame has more touches than this. */
-#define PALPATE_MOST_TOUCHES 64
+#define PALPATE_MOST_TOUCHES 96
 
 /* Writes the touches of the last frame to an array of `capacity` entries, in the order of the
    surfaces, and their number to *count. Where `capacity` is less, the last ones are not written,

@@ -34,8 +34,7 @@ constexpr std::size_t kFirstTouch = sizeof(palpate_touch);
 constexpr std::size_t kFirstSurfaceState = sizeof(palpate_surface_state);
 constexpr std::size_t kFirstNearest = sizeof(palpate_nearest);
 
-// As the header says: every contact of the solver, and as many ends.
-static_assert(PALPATE_MOST_TOUCHES == 2 * palpate::PrimitiveSet::kCapacity);
+static_assert(PALPATE_MOST_TOUCHES == 3 * palpate::PrimitiveSet::kCapacity); // as TouchList
 static_assert(PALPATE_BEGAN == static_cast<int>(Touch::Phase::began) &&
               PALPATE_GOES_ON == static_cast<int>(Touch::Phase::goes_on) &&
               PALPATE_ENDED == static_cast<int>(Touch::Phase::ended));

@@ -20,6 +20,7 @@ double steady_s() noexcept {
 struct Came {
     ToolPose pose;
     double at_s = 0.0;
+    std::uint32_t silences = 0; ///< before it: by when poses came, however late a loop looks
 };
 
 /// Between two poses: the first at 0, the second at 1.
@@ -39,7 +40,11 @@ public:
     void give(const IgtlTransform& transform) noexcept {
         const std::optional<ToolPose> pose = tool_pose(transform);
         (pose ? used_ : faulty_).fetch_add(1, std::memory_order_relaxed);
-        if (pose) given_.give({*pose, clock_()});
+        if (!pose) return;
+        const double now_s = clock_();
+        if (now_s - newest_s_ > kSilence_s) ++silences_;
+        newest_s_ = now_s;
+        given_.give({*pose, now_s, silences_});
     }
     TransformCounts counts() const noexcept { return {used_.load(), faulty_.load()}; }
     void read(DeviceState& state) noexcept;
@@ -56,6 +61,10 @@ private:
     std::atomic<std::uint64_t> used_{0}, faulty_{0};
     internal::NewestValue<Came> given_;
 
+    // Of who gives poses.
+    double newest_s_ = 0.0;
+    std::uint32_t silences_ = 0;
+
     // The loop's.
     ToolPose from_;
     Came to_;
@@ -66,7 +75,7 @@ private:
 
 /// Towards the next pose, from where the probe is.
 void TransformDevice::Tool::set_out(const Came& next, double now_s) noexcept {
-    const bool is_new = trial_ == 0 || next.at_s - to_.at_s > kSilence_s;
+    const bool is_new = trial_ == 0 || next.silences != to_.silences;
     from_ = is_new ? next.pose : between(from_, to_.pose, share(now_s));
     lasts_s_ = is_new ? 0.0 : std::max(next.at_s - to_.at_s, 0.0);
     left_s_ = now_s;

@@ -12,8 +12,8 @@
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/command/session.h>
 #include <palpate/engine/run/trace.h>
-#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/scene_file.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/study/paced_run.h>
 #include <palpate/engine/study/study.h>
 #include <palpate/engine/truth/no_contact.h>

@@ -10,9 +10,9 @@
 #include <utility>
 
 #include <palpate/engine/devices/internal/device_surfaces.h>
+#include <palpate/engine/devices/internal/surface_loops.h>
 #include <palpate/engine/devices/internal/surface_walk.h>
 #include <palpate/engine/loop/felt_surfaces.h>
-#include <palpate/engine/scene/internal/surface_loops.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/place_on.h>
 #include <palpate/volume/fields/grid_field.h>

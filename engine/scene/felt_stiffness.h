@@ -10,8 +10,4 @@ namespace palpate {
 /// of it, m, scene frame, N/m: with what lies beneath. Of a hard one the coupling's.      [any]
 double stiffness_at(const Scene& scene, const SceneSurface& surface, const Vec3& place);
 
-/// Whether a soft surface is felt that is not all that is felt: its tip is solved, and method
-/// adaptive alone is for that (docs/palpation.md).                                       [setup]
-bool has_soft_layers(const Scene& scene);
-
 } // namespace palpate

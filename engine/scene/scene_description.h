@@ -78,11 +78,11 @@ struct TextureWaves {
 /// empty, the effects on it have to say.
 struct MaterialDescription {
     TransferFunction strength =
-        TransferFunction::constant(std::numeric_limits<double>::infinity()); ///< N, >= 0
+        TransferFunction::constant(std::numeric_limits<double>::infinity()); ///< N, [0, 1e6], inf
     int strength_line = 0;                   ///< of the scene file, for messages
     Yielding yielding = Yielding::holds;     ///< above its strength
     Softness softness;                       ///< how it gives way below that
-    std::optional<double> static_mu;         ///< of effects `friction` and `stick_slip` on it
+    std::optional<double> static_mu;         ///< of `friction` and `stick_slip` on it, [0, 10]
     std::optional<double> dynamic_mu;        ///< the same; at most static_mu
     std::optional<double> damping_n_s_per_m; ///< of effects `viscosity` in it, N s/m, [0, 1e3]
     TextureWaves texture;                    ///< of effects `texture` on it
@@ -129,13 +129,13 @@ struct SurfaceDescription {
     bool moves = false; ///< it is of a rigid body that moves: HapticLoop::set_pose() says where
     Yielding yielding = Yielding::holds; ///< what it does above its strength
     double strength_n =
-        std::numeric_limits<double>::infinity(); ///< the surface yields above this, N, >= 0; with
+        std::numeric_limits<double>::infinity(); ///< it yields above this, N, [0, 1e6] or inf; with
                                                  ///< strength_volume not read, as it is
                                                  ///< the greatest of strength_over_value
     std::string
         strength_volume; ///< key of SceneDescription::volumes, of scalars: the strength is a
                          ///< function of its value at the proxy; empty: the same everywhere
-    TransferFunction strength_over_value; ///< with strength_volume: N, > 0, finite
+    TransferFunction strength_over_value; ///< with strength_volume: N, (0, 1e6]
     Softness softness; ///< how it gives way below its strength; hard where it is none
     std::map<std::string, double> beneath; ///< stiffer or softer labels of its volume beneath what
                                            ///< is soft, by name or number: ratio of the modulus to

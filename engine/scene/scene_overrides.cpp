@@ -23,6 +23,8 @@
 namespace palpate {
 namespace {
 
+static_assert(internal::kSubSteps.high == Stepping::kMostEvaluations);
+
 /// The value whose name is `text`; throws with the names there are.
 template <class Kind, std::size_t N>
 Kind named(const char* option, const std::string& text, const std::array<Kind, N>& kinds) {
@@ -183,8 +185,8 @@ void apply(const SceneOverrides& overrides, SceneDescription& scene) {
             description.contact = contact;
         }
     }
-    set("--sub-steps", overrides.sub_steps, Range{1, Stepping::kMostEvaluations},
-        scene.loop.sub_steps);
+    set("--sub-steps", overrides.sub_steps,
+        Range{internal::kSubSteps.low, internal::kSubSteps.high}, scene.loop.sub_steps);
     set("--tolerance-um", overrides.tolerance_um, internal::kToleranceUm, scene.loop.tolerance_um);
     set("--budget-us", overrides.budget_us, internal::budget_range_us(scene.loop.rate_hz),
         scene.loop.budget_us);

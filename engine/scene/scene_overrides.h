@@ -12,9 +12,9 @@ namespace palpate {
 /// Options that change a scene for one run; kept in the recording, so that a replay changes it
 /// alike.
 struct SceneOverrides {
-    std::optional<std::string> device; ///< "orbit", "tour", "path:FILE", "recording:FILE",
-                                       ///< "hand:FILE", "hid:ADDRESS",
-                                       ///< "plugin:FILE", "inverse3[:ID]" or
+    std::optional<std::string> device; ///< "orbit", "tour", "path:FILE", "hand", "hand:FILE",
+                                       ///< "recording:FILE[?hand=NAME]", "hid:ADDRESS",
+                                       ///< "plugin:FILE[?key=value]", "inverse3[:ID]" or
                                        ///< "igtl:TRANSFORM@HOST:PORT"
     std::map<std::string, std::string> hand_devices; ///< the same for hands of several, by name
     std::optional<std::string> hand;                 ///< of several: this one, alone
@@ -23,7 +23,7 @@ struct SceneOverrides {
     std::optional<int> sub_steps;                    ///< as [loop] sub_steps
     std::optional<double> tolerance_um;              ///< as [loop] tolerance_um, um
     std::optional<double> budget_us;                 ///< as [loop] budget_us, us
-    std::optional<int> every;                        ///< each K-th row of a path
+    std::optional<int> every;                        ///< each K-th row of a path, >= 1
     std::optional<bool> preview; ///< true: the scene's preview_of(), and no other one
 };
 

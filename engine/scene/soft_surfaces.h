@@ -31,6 +31,10 @@ bool is_soft_and_alone(const SceneDescription& scene);
 /// The same of what is on in a scene.                                                   [setup]
 bool is_soft_and_alone(const Scene& scene);
 
+/// Whether a soft surface is felt that is not all that is felt: its tip is solved, and method
+/// adaptive alone is for that (docs/palpation.md).                                       [setup]
+bool has_soft_layers(const Scene& scene);
+
 namespace internal {
 
 /// Refuses an effect, by its index, of a soft surface that is not alone, where that would have to

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/scene_place.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/study/converged_proxy.h>
 #include <palpate/engine/study/internal/baseline_contestant.h>
 #include <palpate/engine/truth/certified_proxy.h>

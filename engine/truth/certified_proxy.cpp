@@ -4,8 +4,8 @@
 #include <memory>
 #include <utility>
 
-#include <palpate/engine/scene/felt_stiffness.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 #include <palpate/engine/truth/felt_level.h>
 #include <palpate/geometry/surface_scene.h>
 #include <palpate/haptics/contact/volume_contact.h>

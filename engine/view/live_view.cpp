@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -101,6 +102,7 @@ private:
     bool begin(std::optional<RecordingJournal>& journal);
     Trace run_once(const RunWatch& watch, RecordingJournal* journal); // null: not recorded
     void leave_surface();
+    double left_s() const;
     bool keep_marks();
     void write(const Trace& trace);
     LiveReply answer(const ViewCommand& command);
@@ -134,6 +136,7 @@ private:
     const LiveViewSettings settings_;
     const std::vector<std::string> felt_names_;
 
+    std::chrono::steady_clock::time_point began_;
     std::atomic<bool> wants_recording_{false};
     bool ended_by_wish_ = false; ///< the run, so that another one begins
     std::filesystem::path file_; ///< of the recording that is under way
@@ -160,22 +163,31 @@ private:
 };
 
 void LiveView::View::run(const RunWatch& watch) {
+    began_ = std::chrono::steady_clock::now();
     for (;;) {
         std::optional<RecordingJournal> journal;
         const bool is_recording = wants_recording_ && begin(journal);
         ended_by_wish_ = false;
         const Trace trace = run_once(watch, is_recording ? &*journal : nullptr);
         if (is_recording) write(trace);
-        // The wish may have been taken back since; the view goes on all the same.
-        if (!ended_by_wish_ && wants_recording_ == is_recording) return;
+        if (!ended_by_wish_ || !(left_s() > 0.0)) return;
     }
+}
+
+/// Of the time that the view has, for all its runs.
+double LiveView::View::left_s() const {
+    const std::chrono::duration<double> gone = std::chrono::steady_clock::now() - began_;
+    return settings_.run.longest_s - gone.count();
 }
 
 /// What a trial begins inside is not felt: the mouse's hand comes in front of it; where it yields,
 /// back to where the hand was in the air. Under mutex_.
 void LiveView::View::leave_surface() {
     if (device_.mouse == nullptr || !computed_) return;
-    if (is_in_the_air(*computed_))
+    // A magnet or a guide may hold the proxy at a surface that the probe is in front of.
+    const bool is_behind = computed_->surfaces_felt != 0 || computed_->surfaces_open != 0 ||
+                           (computed_->flags & kInsideAtStart) != 0;
+    if (!is_behind)
         device_.mouse->begin_at(computed_->probe);
     else if (!may_yield(*scene_, *computed_))
         device_.mouse->begin_at(in_front_of(*computed_));
@@ -231,6 +243,7 @@ Trace LiveView::View::run_once(const RunWatch& watch, RecordingJournal* journal)
         };
     RealtimeSettings settings = settings_.run;
     settings.keep = is_recording ? RealtimeSettings::Keep::all : RealtimeSettings::Keep::none;
+    settings.longest_s = std::max(left_s(), 1e-3); // opening a journal may have taken what was left
     return run_realtime(scene_, {device_.device, device_.placement}, settings, both);
 }
 
@@ -304,11 +317,19 @@ void LiveView::View::see(const RunFrame& run) {
 }
 
 void LiveView::View::use(HapticLoop* loop) {
-    const std::lock_guard lock(mutex_);
-    loop_ = loop;
-    if (loop == nullptr) return;
-    for (const auto& [effect, gain] : gains_)
-        loop->set_gain(effect, gain);
+    std::size_t refused = 0; // that were asked for while there was no loop to ask
+    {
+        const std::lock_guard lock(mutex_);
+        loop_ = loop;
+        if (loop == nullptr) return;
+        refused = std::erase_if(
+            gains_, [loop](const auto& gain) { return !loop->set_gain(gain.first, gain.second); });
+    }
+    if (refused > 0)
+        tell(fmt::format("{} of the gains that were set before the loop ran cannot be so: they are "
+                         "1; `palpate explain` says why",
+                         refused),
+             true);
 }
 
 std::string LiveView::View::state() const {
@@ -367,10 +388,10 @@ LiveReply LiveView::View::obey(const Freeze& freeze) {
 
 LiveReply LiveView::View::obey(const Restart&) {
     {
-        const std::lock_guard lock(mutex_);
+        const std::lock_guard lock(mutex_); // no run begins, and no frame is seen, between the two
         leave_surface();
+        device_.device.restart();
     }
-    device_.device.restart();
     tell("a new trial", false);
     return {};
 }

@@ -110,8 +110,19 @@ bool SteeredDevice::read(DeviceState& state) noexcept {
         }
         read_device(state, begins_again);
     }
-    if (pressed_.load(std::memory_order_relaxed)) state.buttons |= 1u;
+    if (is_pressed()) state.buttons |= 1u;
     return true;
+}
+
+bool SteeredDevice::is_pressed() noexcept {
+    const std::uint32_t presses = presses_.load(std::memory_order_acquire);
+    if (is_down_) {
+        is_down_ = presses == seen_presses_ && pressed_.load(std::memory_order_relaxed);
+    } else if (presses != seen_presses_) {
+        ++seen_presses_;
+        is_down_ = true;
+    }
+    return is_down_;
 }
 
 void SteeredDevice::read_states(DeviceState& state, bool begins_again) noexcept {

@@ -81,8 +81,11 @@ public:
     void trial_has_begun(std::uint32_t trial) noexcept {
         begun_.store(trial, std::memory_order_relaxed);
     }
-    /// Button 0 of the page, beside the device's own.                                      [any]
-    void press(bool on) noexcept { pressed_.store(on, std::memory_order_relaxed); }
+    /// Button 0 of the page, beside the device's own. Each press is seen in a state, and its end in
+    /// another one, however short it was and however late the loop is.                     [any]
+    void press(bool on) noexcept {
+        if (!pressed_.exchange(on) && on) presses_.fetch_add(1, std::memory_order_release);
+    }
 
     DeviceProperties properties() const override;
     void open() override;
@@ -102,6 +105,7 @@ private:
 
     void read_states(DeviceState& state, bool begins_again) noexcept;
     void read_device(DeviceState& state, bool begins_again) noexcept;
+    bool is_pressed() noexcept;
 
     HapticDevice* device_ = nullptr; ///< null: of states
     PageDevice* mouse_ = nullptr;    ///< the same, where it is one
@@ -112,10 +116,13 @@ private:
     std::uint64_t reads_ = 0;
     std::uint32_t trial_ = 0; ///< of states: of those that are read; of a device: beside its own
     std::uint32_t seen_restarts_ = 0;
+    std::uint32_t seen_presses_ = 0;
+    bool is_down_ = false; ///< in the last state
     DeviceState last_;
     bool has_last_ = false;
     std::atomic<bool> frozen_{false};
     std::atomic<bool> pressed_{false};
+    std::atomic<std::uint32_t> presses_{0};
     std::atomic<bool> ended_{false};
     std::atomic<std::uint32_t> restarts_{0};
     std::atomic<std::uint32_t> begun_{kNoTrial};

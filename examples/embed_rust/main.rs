@@ -12,7 +12,7 @@ mod c {
     pub const OK: i32 = 0;
     pub const ABI: u32 = 0;
     pub const BEGAN: i32 = 0;
-    pub const MOST_TOUCHES: usize = 64;
+    pub const MOST_TOUCHES: usize = 96;
 
     #[repr(C)]
     pub struct Error {

@@ -20,9 +20,9 @@ namespace palpate {
 ///     inside      nothing                   free:       the proxy has left it by free_m, on
 ///                                           whichever side
 ///
-/// A surface in which a trial begins is `inside` from the start, and so is one that is switched
-/// off (gain 0) as long as it is. Nothing chatters: play has no
-/// threshold to cross, and what has opened closes only a distance away.
+/// A surface of a volume in which a trial begins is `inside` from the start. A mesh holds from
+/// within. One that is switched off (gain 0) is `inside` as long as it is. Nothing chatters: play
+/// has no threshold to cross, and what has opened closes only a distance away.
 enum class SurfaceState : std::uint8_t { free, in_contact, yielded, inside };
 
 /// What a frame came to, seen from one surface.

@@ -6,10 +6,10 @@
 #include <palpate/haptics/effects/effect.h>
 
 namespace palpate {
-
+/// How a struck surface rings.
 struct ContactVibrationSettings {
     double amplitude_n_s_per_m = 5.0; ///< A: N per m/s of approach, >= 0, finite
-    double frequency_hz = 150.0;      ///< f: Hz, > 0, below half the frame rate or it is aliased
+    double frequency_hz = 150.0;      ///< f: Hz, > 0; a loop refuses half its rate, and more
     double decay_s = 0.02;            ///< tau: s, > 0, finite
     double most_n = 2.0;              ///< the force is never above this, N, >= 0, finite
     std::uint64_t surfaces = ~std::uint64_t{0}; ///< bits of FrameOutcome::felt that it answers

@@ -37,7 +37,7 @@ struct FrameOutcome {
 /// Something to feel that is not a surface with a certificate. It adds primitives for the data at
 /// the proxy. To add an effect of your own, implement this class and give the effect to the loop
 /// (docs/architecture.md). The loop scales what it adds by its gain. At gain 0 the loop calls only
-/// restart() and queries(). When the gain rises again, restart() is called first.
+/// restart(), queries(), and what saves its state. As the gain rises again, restart() comes first.
 class Effect {
 public:
     virtual ~Effect() = default;

@@ -18,8 +18,8 @@ namespace palpate {
 /// what the frames find as FrameLag says, so that a held probe settles, however steep s is.
 class GradientForce final : public Effect {
 public:
-    /// Strength in N over the field's value, finite. Throws std::invalid_argument where it is
-    /// not, and where there is no field.                                               [setup]
+    /// Strength in N over the field's value, >= 0, finite. Throws std::invalid_argument where it
+    /// is not, and where there is no field.                                            [setup]
     GradientForce(std::shared_ptr<const ScalarField> field, const TransferFunction& strength)
         : field_(required("gradient_force: field", std::move(field))),
           strength_(strength.check("gradient_force: strength", kNotNegative)),

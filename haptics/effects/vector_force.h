@@ -18,8 +18,8 @@ namespace palpate {
 /// is not passive.
 class VectorForce final : public Effect {
 public:
-    /// Strength in N over the vector's length, finite. Throws std::invalid_argument where it
-    /// is not, and where there is no field.                                            [setup]
+    /// Strength in N over the vector's length, >= 0, finite. Throws std::invalid_argument where
+    /// it is not, and where there is no field.                                         [setup]
     VectorForce(std::shared_ptr<const VectorField> field, const TransferFunction& strength)
         : field_(required("vector_force: field", std::move(field))),
           strength_(strength.check("vector_force: strength", kNotNegative)),

@@ -20,9 +20,9 @@ public:
     /// [setup]
     explicit Viscosity(double damping) : damping_(checked(damping)) {}
 
-    /// b over the value of a field at the frame's start: the function's strengths are read as N
-    /// s/m, finite; nothing is felt where the field has no data. Throws std::invalid_argument where
-    /// they are not, and where there is no field.                                      [setup]
+    /// b over the value of a field at the frame's start: the function's strengths are N s/m, >= 0,
+    /// finite; nothing is felt where the field has no data. Throws std::invalid_argument where they
+    /// are not, and where there is no field.                                           [setup]
     Viscosity(std::shared_ptr<const ScalarField> field, const TransferFunction& damping)
         : damping_(0.0, {required("viscosity: field", std::move(field)), damping}) {}
 

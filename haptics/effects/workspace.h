@@ -14,8 +14,8 @@ namespace palpate {
 // all effects that draw by forces and springs: the pull that they see must be the frame's. A proxy
 // that starts outside is drawn in at once, by at most their strength.
 
-/// The proxy stays in a ball around `center`: s max(0, |x' - c| - R).               composition.md
-/// 1 One plane touches the ball where it is nearest to what pulls, which is exact whatever the
+/// The proxy stays in a ball around `center`: s max(0, |x' - c| - R). (composition.md 1)
+/// One plane touches the ball where it is nearest to what pulls, which is exact whatever the
 /// jump, in one evaluation, as long as nothing but forces and springs acts beside it. Where
 /// surfaces or guides push the proxy along that plane, further ones touch the ball where the
 /// solutions lead: with an infinite strength up to kCuts of them at once, each of which the ball

@@ -138,7 +138,7 @@ public:
     /// A frame begins: the gains take a step, and the surface is as strong as they and the place
     /// say. Whether any gain moved.                                                      [loop]
     bool follow_gains(const FrameContext& frame) noexcept;
-    /// Its own part and the magnet begin the frame, where everything else has.            [loop]
+    /// A frame begins, after the effects: notes whether it pushed; its magnet begins.     [loop]
     void begin(const FrameContext& frame) noexcept {
         pushed_before_ = pushes_back_;
         if (!has_magnet_) return;

@@ -42,7 +42,8 @@ const SteppingSettings& checked(const SteppingSettings& settings) {
         throw std::invalid_argument(
             "subdivision: sub_steps = " + std::to_string(settings.sub_steps) +
             " or evaluation_cap = " + std::to_string(settings.evaluation_cap) +
-            " is out of range; give integers in [1, 4096]");
+            " is out of range; give integers in [1, " + std::to_string(Stepping::kMostEvaluations) +
+            "]");
     require("subdivision: tolerance_m", settings.tolerance_m, kPositive);
     return settings;
 }

@@ -17,7 +17,7 @@ namespace palpate {
 /// What a frame has spent of what bounds it.
 struct FrameBudget {
     std::uint32_t evaluations = 0; ///< made so far
-    int work_left = 0; ///< primitives that solvers may still look at: Subdivision::kWorkOfSolvers
+    int work_left = 0; ///< in the unit of Subdivision::kWorkOfSolvers; <= 0: all is spent
     int legs_left = 0; ///< pieces of way: Subdivision::kMostLegs
     int bends = 0;     ///< evaluations spent at edges of meshes; the cap does not count them
 };

@@ -4,7 +4,7 @@
 #include <palpate/haptics/choices.h>
 
 namespace palpate {
-
+/// Which method cuts a frame into sub-steps, and its settings.
 struct SteppingSettings {
     SteppingMethod method = SteppingMethod::adaptive;
     int sub_steps = 8;         ///< fixed: evaluations per frame, [1, Stepping::kMostEvaluations]

@@ -56,9 +56,14 @@ struct ArgumentProblem : std::runtime_error {
 template <class Problem, class Work>
 auto about(Work&& work) {
     try {
-        auto result = work();
-        if (PyErr_Occurred()) throw py::error_already_set();
-        return result;
+        if constexpr (std::is_void_v<decltype(work())>) {
+            work();
+            if (PyErr_Occurred()) throw py::error_already_set();
+        } else {
+            auto result = work();
+            if (PyErr_Occurred()) throw py::error_already_set();
+            return result;
+        }
     } catch (const std::filesystem::filesystem_error& error) {
         throw FileProblem(error.path1().string() + ": " + error.code().message() +
                           "; name another file or folder");

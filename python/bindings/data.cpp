@@ -98,7 +98,6 @@ VolumeData labels_of(const std::vector<Grid<std::int32_t>>& layers, const Affine
     about_long<ArgumentProblem>([&] {
         for (std::size_t layer = 0; layer < volume.layers.size(); ++layer)
             add_labels(volume, layer, names.at(layer));
-        return true;
     });
     VolumeData data;
     data.description.label_volume = checked("Labels", std::move(volume));

@@ -140,13 +140,12 @@ std::string summary(const TracedFrames& frames) {
     return about_long<SceneProblem>([&] { return summarize(*frames.scene, *frames.trace); });
 }
 
-bool save(const TracedFrames& frames, const std::string& file, bool force) {
-    return about_long<FileProblem>([&] {
+void save(const TracedFrames& frames, const std::string& file, bool force) {
+    about_long<FileProblem>([&] {
         const std::vector<std::filesystem::path> outputs{file};
         check_outputs(outputs, input_files(frames.scene->description()),
                       force ? Replace::any : Replace::own);
         write_recording(file, recorded(*frames.scene, frames.overrides, *frames.trace));
-        return true;
     });
 }
 

@@ -103,10 +103,7 @@ public:
     }
     void restore(const State& state) {
         be_of_adopted();
-        about<ArgumentProblem>([&] {
-            loop_->restore(state.loop);
-            return true;
-        });
+        about<ArgumentProblem>([&] { loop_->restore(state.loop); });
         probe_ = state.probe;
     }
 
@@ -145,7 +142,7 @@ public:
     /// `effect` is below effect_count().
     void set_gain(std::size_t effect, double gain) {
         if (loop_->set_gain(effect, gain)) return;
-        if (!(gain >= 0.0 && gain <= 10.0))
+        if (!GainRamp::in_range(gain))
             throw ArgumentProblem("gain = " + std::to_string(gain) +
                                   " is out of range; give a number in [0, 10]");
         const PlannedEffect& planned = newest_scene().plan().effects[effect];
@@ -176,10 +173,7 @@ public:
     }
     /// The next frame is of that scene; what describes the last one stays until then.
     void adopt(const PyScene& scene) {
-        about<ArgumentProblem>([&] {
-            loop_->adopt(scene.scene);
-            return true;
-        });
+        about<ArgumentProblem>([&] { loop_->adopt(scene.scene); });
         adopted_ = scene;
     }
     /// Surfaces as set_pose() counts them: those of the scene that was adopted last.
@@ -233,7 +227,7 @@ void add_report(py::module_& module) {
     vector("proxy_m", &FrameReport::proxy, "(3,), m, scene frame: at the frame's end.");
     vector("force_n", &FrameReport::force, "(3,), N, scene frame: on the hand, after all limits.");
     number("indentation_m", &FrameReport::indentation_m,
-           "How far the proxy is behind the surface that it presses in, m; 0: none is soft.");
+           "How far the proxy is behind the surface that it presses in, m; 0: none is pressed.");
     number("stiffness_n_per_m", &FrameReport::stiffness_n_per_m,
            "What the hand feels of its stiffness there, N/m.");
     report.def_property_readonly(

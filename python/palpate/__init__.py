@@ -10,7 +10,8 @@
 Lengths are in metres, forces in newtons, times in seconds, unless a name ends in another unit
 (``_mm``, ``_um``, ``_us``). Positions are in the scene frame: the patient's axes, LPS,
 right-handed.
-Every error of the package is a `palpate.Error`, whose text is the line that the command prints.
+Errors are a `palpate.Error`, whose text is the line that the command prints. An argument of a wrong
+type is a `TypeError`, a column or a surface that is not there a `KeyError`.
 """
 
 from palpate._palpate import version as __version__

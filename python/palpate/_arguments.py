@@ -49,6 +49,16 @@ def float64(name: str, values: Any) -> np.ndarray:
     return np.empty(0)
 
 
+def point_rows(name: str, values: Any) -> np.ndarray:
+    """Places, (N, 3), m, finite or not."""
+    rows = float64(name, values)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ArgumentError(
+            f"{name} = {shown(values)}: are no rows of three numbers; give (N, 3) in m"
+        )
+    return rows
+
+
 def vector(name: str, values: Any, count: int, remedy: str) -> list[float]:
     """``count`` numbers, finite or not."""
     array = float64(name, values)

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _palpate
-from palpate._arguments import float64, shown, text
-from palpate.errors import ArgumentError
+from palpate._arguments import point_rows, text
 from palpate.scene import Scene, native
 
 
@@ -45,9 +44,4 @@ class SurfaceDistance:
         NaN where the point is not finite, or nothing is found within 1 m. Other threads of Python
         run meanwhile, and Ctrl-C ends it. Raises ArgumentError where ``points`` is no (N, 3).
         """
-        rows = float64("points", points)
-        if rows.ndim != 2 or rows.shape[1] != 3:
-            raise ArgumentError(
-                f"points = {shown(points)}: are no rows of three numbers; give (N, 3) in m"
-            )
-        return Nearest(*self._native.nearest(rows))
+        return Nearest(*self._native.nearest(point_rows("points", points)))

@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _palpate, _toml
-from palpate._arguments import choice, file_name, float64, integer, shown
+from palpate._arguments import choice, file_name, integer, point_rows, shown
 from palpate._arguments import text as _text
 from palpate.data import VolumeData
-from palpate.errors import ArgumentError, SceneError
+from palpate.errors import SceneError
 from palpate.meshes import Mesh, _arrays
 
 
@@ -264,12 +264,7 @@ class Scene:
         surface is felt, and ArgumentError where ``points`` is no (N, 3).
         """
         self._require_felt(surface)
-        rows = float64("points", points)
-        if rows.ndim != 2 or rows.shape[1] != 3:
-            raise ArgumentError(
-                f"points = {shown(points)}: are no rows of three numbers; give (N, 3) in m"
-            )
-        return self._native.stiffness(surface, rows)
+        return self._native.stiffness(surface, point_rows("points", points))
 
     def path(self, *, every: int = 1) -> np.ndarray:
         """The probe path of the scene's own device: (N, 4) of t_s, x_m, y_m, z_m, as in a file.

@@ -81,6 +81,19 @@ TEST(TransformDevice, ASilenceIsStaleAndEndsTheTrial) {
     EXPECT_EQ(again.trial, 2u);
 }
 
+// A trial that began there began inside of what the tool pressed.
+TEST(TransformDevice, ALoopThatLooksLateSeesNoSilence) {
+    Tool tool;
+    for (int i = 0; i <= 20; ++i) {
+        tool.give(100.0 + 0.02 * i, {{0.1 + 0.001 * i, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}});
+        if (i == 0) tool.at(100.0);
+    }
+    const DeviceState late = tool.at(100.401);
+    EXPECT_EQ(late.trial, 1u);
+    EXPECT_EQ(late.freshness, Freshness::fresh);
+    EXPECT_NEAR(late.position.x, 0.1, 1e-3) << "on its way from where it was";
+}
+
 TEST(TransformDevice, WhatIsNoPoseIsLeftOut) {
     Tool tool;
     EXPECT_THAT(tool.device.complaint(), testing::HasSubstr("Tool never came"));

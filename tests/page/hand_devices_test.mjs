@@ -161,7 +161,15 @@ test('without WebHID a cap that the browser has as a gamepad does; without eithe
   assert.ok(at_m[2] > frame(19).probe_m[2], String(at_m)); // pulled up
   await page.evaluate(() => (window.pads[2].buttons[0].pressed = true));
   assert.deepEqual(await server.next('button'), {do: 'button', on: true});
+  await page.evaluate(() => { // a hand that is frozen has its button
+    window.palpate.state.frozen = true;
+    window.pads[2].buttons[0].pressed = false;
+  });
+  assert.deepEqual(await server.next('button'), {do: 'button', on: false});
+  await page.evaluate(() => (window.pads[2].buttons[0].pressed = true));
+  assert.deepEqual(await server.next('button'), {do: 'button', on: true});
   await page.evaluate(() => {
+    window.palpate.state.frozen = false;
     window.pads.length = 0;
     dispatchEvent(new Event('gamepaddisconnected'));
   });
@@ -201,6 +209,16 @@ test("the device's button is down while the page's is, by pointer, by key and by
   await page.focus('#mark-name'); // it comes up wherever the focus is by then
   await page.keyboard.up('p');
   await next(false);
+  await page.evaluate(() => { // a page that stood still for a while gets all of them at once
+    for (const kind of ['keydown', 'keyup', 'keydown', 'keyup'])
+      document.body.dispatchEvent(new KeyboardEvent(kind, {key: 'p', bubbles: true}));
+  });
+  const sent = [];
+  for (let tries = 0; tries < 500 && sent.length < 4; ++tries) {
+    await page.waitForTimeout(20);
+    sent.push(...server.take('button'));
+  }
+  assert.deepEqual(sent.map(command => command.on), [true, false, true, false]);
   await page.focus('#mark-name'); // a name with p presses nothing
   await page.keyboard.type('pp');
   await page.waitForTimeout(50);

@@ -274,7 +274,8 @@ export class App {
 
   /** A cap that is pushed moves the hand; what moved it is sent. */
   moveHand(now, elapsed_s) {
-    if (this.panels.usesSpaceMouse && !this.state.frozen) this.hand.drive(this.spaceMouse.deflection(now), elapsed_s);
+    const push = this.panels.usesSpaceMouse && this.spaceMouse.deflection(now); // also for its button, which a frozen hand has
+    if (push && !this.state.frozen) this.hand.drive(push, elapsed_s);
     this.hand.flush();
   }
 
@@ -348,7 +349,7 @@ export class App {
     const {surfaces, pace} = this.view;
     const wanted = surfaces.wanted(Math.min(kMostFacets, pace.budget(true)));
     if (!wanted) return;
-    wanted.level.isAsked = true;
     this.isAsking = this.send({do: 'level', structure: wanted.surface.structure.id, facets: wanted.level.facets});
+    wanted.level.isAsked = this.isAsking;
   }
 }

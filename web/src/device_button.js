@@ -18,7 +18,7 @@ export class DeviceButton {
     control.addEventListener('keyup', event => [' ', 'Enter'].includes(event.key) && this.release());
     control.addEventListener('blur', () => this.release());
     control.addEventListener('click', event => { // of a screen reader: neither pointer nor key
-      if (event.detail !== 0 || this.isDown) return;
+      if (event.detail !== 0 || (this.isDown && this.timer === undefined)) return;
       this.press();
       this.release();
     });
@@ -27,7 +27,7 @@ export class DeviceButton {
   }
 
   press() {
-    clearTimeout(this.timer);
+    if (this.timer !== undefined) this.lift(); // the press before is over, and each counts
     if (this.isDown || !this.send({do: 'button', on: true})) return;
     this.isDown = true;
     this.pressed = performance.now();
@@ -35,13 +35,13 @@ export class DeviceButton {
   }
 
   release() {
-    if (!this.isDown) return;
-    clearTimeout(this.timer);
+    if (!this.isDown || this.timer !== undefined) return;
     this.timer = setTimeout(() => this.lift(), Math.max(0, kLeast_ms - (performance.now() - this.pressed)));
   }
 
   lift() {
     clearTimeout(this.timer);
+    this.timer = undefined;
     this.isDown = false;
     this.send({do: 'button', on: false});
     this.show(false);

@@ -99,7 +99,7 @@ SceneLoop::SceneLoop(std::shared_ptr<const Scene> scene, Clock& clock, const Loo
     subdivision_ = std::make_unique<Subdivision>(stepping(loop), pointers(felt_.contacts), effects_,
                                                  clock_, std::move(felt_.finish));
     has_softness_ = subdivision_->has_softness();
-    gains_ = gains_of_effects(custom_.size());
+    gains_ = gains_of_effects();
 }
 
 void SceneLoop::go_on_from(SceneLoop& before) noexcept {
@@ -144,7 +144,7 @@ void SceneLoop::take_gains_of_custom(const SceneLoop& of) noexcept {
         gains_[first + i]->set(of.gains_[theirs + i]->wanted());
 }
 
-std::vector<GainRamp*> SceneLoop::gains_of_effects(std::size_t custom_count) const {
+std::vector<GainRamp*> SceneLoop::gains_of_effects() const {
     const std::vector<EffectDescription>& effects = scene_->description().effects;
     std::vector<GainRamp*> gains(effects.size());
     for (const PlannedEffect& planned : scene_->plan().effects) {
@@ -157,8 +157,8 @@ std::vector<GainRamp*> SceneLoop::gains_of_effects(std::size_t custom_count) con
     }
     const std::size_t before = effects_before_limits();
     for (std::size_t i = 0; i < scene_->effect_order().size(); ++i)
-        gains[scene_->effect_order()[i]] = &subdivision_->gain(i < before ? i : i + custom_count);
-    for (std::size_t i = 0; i < custom_count; ++i)
+        gains[scene_->effect_order()[i]] = &subdivision_->gain(i < before ? i : i + custom_.size());
+    for (std::size_t i = 0; i < custom_.size(); ++i)
         gains.push_back(&subdivision_->gain(before + i));
     return gains;
 }
@@ -226,8 +226,7 @@ Wrench SceneLoop::wrench(std::size_t surface) const noexcept {
 std::vector<FeltEffect> SceneLoop::named_effects() const {
     std::vector<FeltEffect> effects;
     const std::vector<std::size_t>& order = scene_->effect_order();
-    const std::size_t scene_count = order.size(), before = effects_before_limits();
-    const std::size_t custom_count = effects_.size() - scene_count;
+    const std::size_t before = effects_before_limits(), custom_count = custom_.size();
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         const bool custom = i >= before && i < before + custom_count;
         const std::size_t number = custom ? i - before : order[i < before ? i : i - custom_count];

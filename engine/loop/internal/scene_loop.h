@@ -69,7 +69,7 @@ private:
     std::size_t effects_before_limits() const;
     std::vector<FeltEffect> named_effects() const;
     bool keeps_from_surfaces(std::size_t effect) const noexcept;
-    std::vector<GainRamp*> gains_of_effects(std::size_t custom_count) const;
+    std::vector<GainRamp*> gains_of_effects() const;
     void move_proxy(const DeviceState& device, std::span<const std::uint32_t> steps_left,
                     FrameReport& report) noexcept;
     void report_pressed(FrameReport& report) const noexcept;

@@ -47,12 +47,13 @@ void ServoLoop::run() noexcept {
             end(began_us);
         DeviceState state = newest;
         RunFrame run;
-        run.silence = silence_of(state, count == 0 ? 0.0 : began_us - last_us);
+        const double gap_us = count == 0 ? 0.0 : began_us - last_us;
+        run.silence = silence_of(state, gap_us);
         if (run.silence != Silence::none) state.freshness = Freshness::stale;
         last_us = began_us;
         run.input = placement_.to_scene(state);
         run.frame = loop_.frame(run.input);
-        force = run.frame.force;
+        force = to_be_sent(run.frame.force, gap_us, began_us);
         device_.write(placement_.to_device(force));
 
         run.frame.late_us = begun.late_us;
@@ -79,6 +80,15 @@ Silence ServoLoop::silence_of(const DeviceState& state, double gap_us) const noe
     double longest_us = std::max(kLongestGap_us, kLongestGapPeriods * settings_.period_us);
     if (settings_.takes_force) longest_us = std::min(longest_us, kHeld_us);
     return gap_us > longest_us ? Silence::loop : Silence::none;
+}
+
+/// Zero for a hand that the driver has let go of, as the loop stood still for longer than a driver
+/// holds a force: between two frames, or in this one. What still fades in the frames would be a
+/// kick there.
+Vec3 ServoLoop::to_be_sent(const Vec3& force, double gap_us, double began_us) noexcept {
+    if (!settings_.takes_force) return force;
+    was_let_go_ = (was_let_go_ || gap_us > kHeld_us) && force != Vec3{0.0};
+    return was_let_go_ || clock_.now_us() - began_us > kHeld_us ? Vec3{0.0} : force;
 }
 
 /// A frame with its decisions and touches, or none of them: a recording has no use for one without

@@ -54,6 +54,7 @@ public:
 private:
     bool read(std::uint64_t periods, DeviceState& state) noexcept;
     Silence silence_of(const DeviceState& state, double gap_us) const noexcept;
+    Vec3 to_be_sent(const Vec3& force, double gap_us, double began_us) noexcept;
     void hand_over(RunFrame& frame) noexcept;
 
     HapticLoop& loop_;
@@ -65,6 +66,7 @@ private:
     SpscRing<std::uint32_t>* decisions_;
     SpscRing<RecordedTouch>* touches_;
     bool ending_ = false;
+    bool was_let_go_ = false; ///< by the driver, of a force that still fades in the frames
     std::atomic<bool> asked_{false};
     std::atomic<std::uint64_t> dropped_{0};
 };

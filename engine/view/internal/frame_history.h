@@ -22,25 +22,30 @@ public:
     void add(const FrameReport& frame) {
         const std::lock_guard lock(mutex_);
         if (waiting_.size() >= most_) { // the server's thread has stood still
-            first_ += waiting_.size();
-            waiting_.clear();
+            ++first_;
+            waiting_.pop_front();
         }
         waiting_.push_back(frame);
     }
 
     /// What came since the last call, in `frames`; gives back the index of the first one.
     std::uint64_t take(std::vector<FrameReport>& frames) {
-        frames.clear();
-        const std::lock_guard lock(mutex_);
-        frames.swap(waiting_);
-        return std::exchange(first_, first_ + frames.size());
+        std::deque<FrameReport> taken;
+        std::uint64_t first = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            taken.swap(waiting_);
+            first = std::exchange(first_, first_ + taken.size());
+        }
+        frames.assign(taken.begin(), taken.end());
+        return first;
     }
 
 private:
     std::mutex mutex_;
     std::size_t most_;
     std::uint64_t first_ = 0; // index of the first one that waits
-    std::vector<FrameReport> waiting_;
+    std::deque<FrameReport> waiting_;
 };
 
 /// The last frames, by index.

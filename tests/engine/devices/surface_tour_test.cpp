@@ -13,9 +13,9 @@
 
 #include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/devices/internal/surface_loops.h>
 #include <palpate/engine/report/report_page.h>
 #include <palpate/engine/run/trace.h>
-#include <palpate/engine/scene/internal/surface_loops.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 

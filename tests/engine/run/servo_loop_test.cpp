@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/run/internal/servo_loop.h>
 
+#include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -184,6 +186,44 @@ TEST_F(Servo, AfterALongPauseTheInputIsStaleForOneFrame) {
     EXPECT_EQ(frames[21].input.freshness, Freshness::stale) << "a replay sees it, too";
     EXPECT_EQ(frames[22].silence, Silence::none);
     EXPECT_EQ(frames[22].input.freshness, Freshness::fresh);
+}
+
+/// A pause of half a second under a force, from the state `at` on, which `pause` makes.
+class ServoAfterAPause : public Servo {
+protected:
+    std::vector<RunFrame> run_with(std::size_t at, const std::function<void()>& pause) {
+        settings_.most_frames = 400;
+        press(0.005);
+        const auto press_it = device_.on_read;
+        device_.on_read = [=, is_over = false](std::size_t read, DeviceState& state) mutable {
+            press_it(read, state);
+            if (read == at && !std::exchange(is_over, true)) pause();
+        };
+        return run();
+    }
+};
+
+// The motors had nothing for 480 ms. The frame after it faded from the force before: a kick of
+// 3 N or more.
+TEST_F(ServoAfterAPause, AForceThatItsDriverHasLetGoOfIsNotBegunAgain) {
+    constexpr std::size_t kAt = 300;
+    const std::vector<RunFrame> frames = run_with(kAt, [&] { clock_.wake_late(500e3); });
+    ASSERT_GT(frames.size(), kAt + 10);
+    ASSERT_GT(glm::length(device_.forces[kAt]), 2.0) << "it was in contact";
+    EXPECT_EQ(frames[kAt + 1].silence, Silence::loop);
+    EXPECT_NE(frames[kAt + 1].frame.force, Vec3(0.0)) << "the chain fades it";
+    for (std::size_t i = kAt + 1; i < device_.forces.size(); ++i) // it waits for a small force
+        ASSERT_EQ(device_.forces[i], Vec3(0.0)) << i;
+}
+
+TEST_F(ServoAfterAPause, WithinAFrameItIsNotSentEither) {
+    constexpr std::size_t kAt = 300;
+    const std::vector<RunFrame> frames = run_with(kAt, [&] { clock_.pass(500e3); });
+    ASSERT_GT(frames.size(), kAt + 10);
+    EXPECT_GT(glm::length(device_.forces[kAt - 1]), 2.0);
+    EXPECT_GT(glm::length(frames[kAt].frame.force), 2.0) << "it was computed in time";
+    for (std::size_t i = kAt; i < device_.forces.size(); ++i)
+        ASSERT_EQ(device_.forces[i], Vec3(0.0)) << i;
 }
 
 TEST_F(Servo, AShortPauseLeavesTheInputFresh) {

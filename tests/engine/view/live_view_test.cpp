@@ -263,6 +263,30 @@ INSTANTIATE_TEST_SUITE_P(Surfaces, LiveViewOfWhatGivesWay,
                              return std::string(surface.index == 0 ? "Soft" : "Yields");
                          });
 
+/// A magnet holds the proxy at the surface while the hand is in front.
+class HeldInFront : public Ball {
+protected:
+    HeldInFront()
+        : Ball("[[effect]]\ntype = \"magnet\"\nsurface = \"s\"\nstrength_n = 5\n"
+               "capture_mm = 10\n") {}
+};
+using LiveViewOfAMagnet = HeldInFront;
+
+TEST_F(LiveViewOfAMagnet, ATrialBeginsAnewInFront) {
+    const auto is_held = [](const FrameReport& frame) {
+        return frame.force.x < -0.5 && frame.probe.x > 0.032;
+    };
+    ASSERT_TRUE(feels(is_held));
+    client_->send(R"({"do": "restart"})");
+    ASSERT_TRUE(is_told("a new trial"));
+    std::uint32_t flags = 0;
+    ASSERT_TRUE(feels([&](const FrameReport& frame) {
+        flags |= frame.flags;
+        return frame.trial > 0 && is_held(frame);
+    }));
+    EXPECT_EQ(flags & kInsideAtStart, 0u);
+}
+
 /// The shortest time that a simulated hand may have.
 class HandThatEnds : public Ball {
 protected:

@@ -158,6 +158,32 @@ TEST(SteeredDevice, FrozenStaysWhereItIsWhileTimeGoesOn) {
     EXPECT_EQ(state.buttons, 1u);
 }
 
+TEST(SteeredDevice, EachPressIsSeenHoweverShortItWas) {
+    SteeredDevice device(row(100), 1000.0);
+    DeviceState state;
+    const auto buttons = [&] {
+        device.read(state);
+        return state.buttons;
+    };
+    EXPECT_EQ(buttons(), 0u);
+    for (int press = 0; press < 2; ++press) { // both between two states
+        device.press(true);
+        device.press(false);
+    }
+    for (const std::uint32_t wanted : {1u, 0u, 1u, 0u, 0u})
+        EXPECT_EQ(buttons(), wanted);
+    device.press(true);
+    device.press(true); // it is down
+    for (int i = 0; i < 3; ++i)
+        EXPECT_EQ(buttons(), 1u);
+    device.press(false);
+    device.press(true); // a press of its own: it was up in between
+    for (const std::uint32_t wanted : {0u, 1u, 1u})
+        EXPECT_EQ(buttons(), wanted);
+    device.press(false);
+    EXPECT_EQ(buttons(), 0u);
+}
+
 TEST(SteeredDevice, FreezesAHandWithoutMotorsInPlaceAndOneWithMotorsWithoutForce) {
     for (const double force_n : {0.0, 4.0}) {
         test::ScriptedDevice hand;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/scene/internal/surface_loops.h>
+#include <palpate/engine/devices/internal/surface_loops.h>
 
 #include <algorithm>
 #include <array>

@@ -29,8 +29,8 @@ struct SurfaceLoop {
 std::vector<SurfaceLoop> surface_loops(const TriangleMesh& mesh, double spacing_m);
 
 /// Distance over a mesh from a vertex to each vertex, m; infinite where no way leads: fast marching
-/// over triangles (Kimmel and Sethian 1998), each with the source unfolded into its plane.  [setup]
-/// `triangles` name the vertices that exist.
+/// over triangles (Kimmel and Sethian 1998), each with the source unfolded into its plane. What
+/// surface_loops() goes by, for tests. `triangles` name the vertices that exist.        [setup]
 std::vector<double> surface_distances(const TriangleMesh& mesh, std::size_t from);
 
 } // namespace palpate::internal
