@@ -41,11 +41,16 @@ constexpr std::size_t kFirstFrame = offsetof(palpate_frame, root_queries) + 4;
 
 // ---- scenes ------------------------------------------------------------------------------------
 
-palpate::SceneResources resources_of(const palpate_scene_options& options) {
+/// `warnings` has what the cache says.
+palpate::SceneResources resources_of(const palpate_scene_options& options,
+                                     std::shared_ptr<std::vector<std::string>> warnings) {
     palpate::SceneResources resources;
-    resources.files = options.cache != nullptr
-                          ? palpate::scene_files(palpate::ResultCache(options.cache))
-                          : palpate::scene_files();
+    resources.files =
+        options.cache != nullptr
+            ? palpate::scene_files(palpate::ResultCache(
+                  options.cache, [warnings = std::move(warnings)](
+                                     const std::string& warning) { warnings->push_back(warning); }))
+            : palpate::scene_files();
     if (options.extractor != nullptr) resources.extract = options.extractor->extract;
     if (options.progress != nullptr)
         resources.progress = [progress = options.progress,
@@ -61,14 +66,17 @@ std::unique_ptr<palpate_scene> make_scene(const palpate_scene_options* given,
                                           const Describe& describe) {
     const auto options = known(given, kFirstSceneOptions, "palpate_scene_options");
     auto made = std::make_unique<palpate_scene>();
-    made->resources = resources_of(options);
+    const auto of_cache = std::make_shared<std::vector<std::string>>();
+    made->resources = resources_of(options, of_cache);
     palpate::SceneDescription description =
         describe(options.data != nullptr ? options.data->data : palpate::SceneData{});
     made->scene = std::make_shared<const palpate::Scene>(std::move(description), made->resources);
     made->resources.progress = nullptr; // its user need not be there any more
     for (const palpate::SceneSurface& surface : made->scene->surfaces())
         made->surfaces.push_back(surface.name);
-    made->warnings = palpate::source_warnings(*made->scene);
+    made->warnings = *of_cache;
+    for (std::string& warning : palpate::source_warnings(*made->scene))
+        made->warnings.push_back(std::move(warning));
     for (std::string& warning : palpate::scene_warnings(*made->scene))
         made->warnings.push_back(std::move(warning));
     return made;
@@ -134,19 +142,29 @@ palpate::SceneOverrides overrides_of(const palpate_loop_options& options,
     return overrides;
 }
 
+/// An option that the loop's method does not read says nothing.
+void require_read(const palpate_loop_options& options, palpate::SteppingMethod method) {
+    using palpate::SteppingMethod;
+    const auto of_method = [method](const char* option, bool is_given, SteppingMethod reads) {
+        if (!is_given || method == reads) return;
+        throw std::invalid_argument(
+            "palpate_loop_options: " + std::string(option) + " is of method " +
+            std::string(palpate::name(reads)) + " and changes nothing with " +
+            std::string(palpate::name(method)) + "; set method, or leave " + option + " 0");
+    };
+    of_method("sub_steps", options.sub_steps != 0, SteppingMethod::fixed);
+    of_method("tolerance_um", options.tolerance_um != 0.0, SteppingMethod::adaptive);
+    of_method("budget_us", options.budget_us != 0.0, SteppingMethod::paper);
+    of_method("evaluation_cap", options.evaluation_cap != 0, SteppingMethod::adaptive);
+}
+
 std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Scene>& scene,
                                         const palpate_loop_options* given) {
     constexpr std::uint64_t kMostFrames = 10'000'000; // of a record: some hours, 7 GB
     const auto options = known(given, kFirstLoopOptions, "palpate_loop_options");
     const palpate::LoopDescription loop = description_of(options, scene->description().loop);
     const palpate::SceneOverrides overrides = overrides_of(options, loop);
-    palpate::SceneDescription changed = scene->description();
-    changed.loop = loop;
-    palpate::check_used(overrides, changed);
-    if (options.evaluation_cap != 0 && loop.method != palpate::SteppingMethod::adaptive)
-        throw std::invalid_argument(
-            "evaluation_cap is of method adaptive and changes nothing with " +
-            std::string(palpate::name(loop.method)) + "; leave it 0");
+    require_read(options, loop.method);
     auto made = std::make_unique<palpate_loop>();
     palpate::DeviceProperties device;
     if (options.device == nullptr) {

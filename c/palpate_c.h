@@ -119,7 +119,8 @@ typedef struct palpate_labels {
     size_t value_count;          /* of all layers */
     const int32_t* values;       /* layer after layer, each as palpate_voxels.values */
     double index_to_scene[3][4]; /* as that of palpate_voxels */
-    const palpate_label* labels; /* values that occur and are not in it are named by their digits */
+    const palpate_label* labels; /* values that occur and are not in it are named by their digits,
+                                    and what no voxel has is passed over */
     size_t label_count;          /* of `labels`; 0: none */
 } palpate_labels;
 

@@ -133,7 +133,7 @@ std::shared_ptr<const palpate::LabelVolume> labels_of(const palpate_labels& give
     const auto of_layer = static_cast<std::ptrdiff_t>(all.size() / layers);
     for (auto begin = all.begin(); volume.layers.size() < layers; begin += of_layer)
         volume.layers.push_back(std::vector<std::int32_t>(begin, begin + of_layer));
-    palpate::add_missing_labels(volume);
+    palpate::match_labels_to_voxels(volume);
     palpate::require_volume(what, volume);
     return std::make_shared<const palpate::LabelVolume>(std::move(volume));
 }

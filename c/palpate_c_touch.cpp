@@ -86,7 +86,7 @@ palpate_code palpate_label_probe_make(const palpate_scene* scene, palpate_label_
     return guarded(error, [&] {
         require(scene != nullptr && probe != nullptr,
                 "palpate_label_probe_make: scene or probe is NULL");
-        *probe = new palpate_label_probe{palpate::LabelProbe(scene->scene->description())};
+        *probe = new palpate_label_probe{palpate::LabelProbe(*scene->scene)};
     });
 }
 
@@ -97,6 +97,7 @@ const char* palpate_touched_label(const palpate_label_probe* probe, const palpat
     Touch known_touch;
     known_touch.point = vec(touch->point_m);
     known_touch.normal = vec(touch->normal);
+    known_touch.surface = touch->surface;
     return text_of(palpate::touched_label(probe->probe, known_touch));
 }
 

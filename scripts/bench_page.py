@@ -223,7 +223,8 @@ def frames_part(results, floor):
              for name, _ in results.benchmarks(r"advance/\w+")]
     return ("<h2>Whole frames</h2><p>One frame of HapticLoop, by what is felt and by method. <b>off</b> is "
             "how far the proxy is from the surface (rms); <b>in 0.9 ms</b> is the median number of "
-            "sub-steps of method paper, which fills that time in every frame.</p>"
+            "sub-steps of method paper, which fills that time in every frame: its frames are the first 500 "
+            "of the hand's way, those of the others up to 5000.</p>"
             f'<div class="charts">{chart}{second}</div>'
             + table(["felt", "method", "p50", "p99", "p99.9", "max", "a sub-step", "evaluations",
                      "instructions", "in 0.9 ms", "off, um", "x floor"], rows)

@@ -81,17 +81,21 @@ void require_layers(const LabelVolume& volume, const char* who) {
 
 } // namespace
 
-void add_missing_labels(LabelVolume& volume) {
-    std::set<std::pair<std::size_t, std::int32_t>> known;
-    for (const Label& label : volume.labels)
-        known.insert({label.layer, label.value});
-    std::vector<Label> missing;
+void match_labels_to_voxels(LabelVolume& volume) {
+    std::set<std::pair<std::size_t, std::int32_t>> occur;
     for (std::size_t layer = 0; layer < volume.layers.size(); ++layer)
         for (const std::int32_t value :
              std::set<std::int32_t>(volume.layers[layer].begin(), volume.layers[layer].end()))
-            if (value != 0 && !known.contains({layer, value}))
-                missing.push_back({std::to_string(value), value, layer, {}});
-    volume.labels.insert(volume.labels.end(), missing.begin(), missing.end());
+            if (value != 0) occur.insert({layer, value});
+    const auto is_in_no_voxel = [&occur, layers = volume.layers.size()](const Label& label) {
+        return label.value != 0 && label.layer < layers && !label.name.empty() &&
+               !occur.contains({label.layer, label.value});
+    };
+    std::erase_if(volume.labels, is_in_no_voxel); // what is wrong stays for require_volume()
+    for (const Label& label : volume.labels)
+        occur.erase({label.layer, label.value});
+    for (const auto& [layer, value] : occur)
+        volume.labels.push_back({std::to_string(value), value, layer, {}});
 }
 
 std::vector<LabelExtent> label_extents(const LabelVolume& volume) {
@@ -173,7 +177,10 @@ VoxelVolume label_occupancy(const LabelVolume& volume, std::span<const std::size
     require_chosen(volume, chosen);
     IndexBox box;
     for_each_chosen_run(volume, chosen, [&](const VoxelRun& run) { box.add(run); });
-    if (box.empty) throw std::invalid_argument("label_occupancy: the chosen labels have no voxels");
+    if (box.empty)
+        throw std::invalid_argument(
+            "label_occupancy: no voxel has the label \"" + volume.labels[chosen.front()].name +
+            (chosen.size() > 1 ? "\" or the others" : "\"") + "; choose one that occurs");
 
     VoxelVolume occupancy;
     Vec3 corner(0.0); // voxel 0,0,0 of the occupancy in the label volume

@@ -36,8 +36,10 @@ struct LabelVolume {
     std::size_t voxels() const noexcept { return layers.empty() ? 0 : layers.front().size(); }
 };
 
-/// Gives each value but 0 that occurs and has no label one, named by its digits.        [setup]
-void add_missing_labels(LabelVolume& volume);
+/// Gives each value but 0 that occurs and has no label one, named by its digits, and leaves out the
+/// labels that no voxel has, as a file's reader does: one table of names is for many patients.
+/// [setup]
+void match_labels_to_voxels(LabelVolume& volume);
 
 /// True when a volume is most likely a label map and no measured image: whole numbers from 0 on, of
 /// which either just two occur (a mask), or most voxels equal their neighbours, those of 0 and of a

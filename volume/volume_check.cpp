@@ -90,7 +90,7 @@ void require_volume(std::string_view what, const LabelVolume& volume) {
                 fail(what, ".layers[" + std::to_string(layer) + "] has voxels of value " +
                                std::to_string(value) +
                                ", which no label has; name it in labels, or call "
-                               "add_missing_labels()");
+                               "match_labels_to_voxels()");
             last = value;
         }
     }

@@ -18,7 +18,7 @@ namespace palpate {
 /// infinite: these voxels are taken for background, as those of files are.
 void require_volume(std::string_view what, const VoxelVolume& volume);
 /// The same of each layer; a label without a name, of value 0 or of a layer that is not there, two
-/// labels of one value in one layer, a value that occurs and has no label: add_missing_labels()
+/// labels of one value in one layer, a value that occurs and has no label: match_labels_to_voxels()
 /// adds these.
 void require_volume(std::string_view what, const LabelVolume& volume);
 /// The same; fewer than two voxels along an axis, another number of components than the kind has.

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <palpate/engine/scene/scene_description.h>
+#include <palpate/engine/scene/scene.h>
 #include <palpate/volume/label_volume.h>
 
 namespace palpate {
@@ -17,7 +20,7 @@ public:
     /// Reads the label volumes that the scene's surfaces are made of, and takes those in memory as
     /// they are; none where it has none.
     /// [setup] Throws as read_label_volume().
-    explicit LabelProbe(const SceneDescription& scene);
+    explicit LabelProbe(const Scene& scene);
     /// Of volumes that are there already.                                               [setup]
     explicit LabelProbe(std::vector<LabelVolume> volumes);
 
@@ -26,6 +29,15 @@ public:
     /// Name of the label of the voxel around a point, scene frame, m: of the first volume and layer
     /// that has one there; empty where none has. Lives as long as this.                  [any]
     std::string_view name_at(const Vec3& point) const noexcept;
+    /// The same of the labels alone that a surface of the scene is made of, and of those that it is
+    /// closed against, `surface` as in Touch::surface: labels may overlap. name_at() where the
+    /// surface is made of none.                                                           [any]
+    std::string_view name_at(std::size_t surface, const Vec3& point) const noexcept;
+
+    /// Smallest spacing of voxels of the volumes, m; infinite without one.                [any]
+    double finest_m() const noexcept { return finest_m_; }
+    /// Largest spacing of voxels of the volumes, m; 0 without one.                        [any]
+    double coarsest_m() const noexcept { return coarsest_m_; }
 
 private:
     void place(std::shared_ptr<const LabelVolume> labels);
@@ -33,8 +45,18 @@ private:
     struct Placed {
         std::shared_ptr<const LabelVolume> labels;
         AffineTransform scene_to_index;
+
+        /// Of the voxel around a point; nothing outside.
+        std::optional<std::size_t> voxel_at(const Vec3& point) const noexcept;
+    };
+    struct OfSurface {
+        std::size_t volume = 0;
+        std::vector<std::size_t> labels = {}; ///< of the volume; none: it is not made of labels
     };
     std::vector<Placed> volumes_;
+    std::vector<OfSurface> of_surfaces_;
+    double finest_m_ = std::numeric_limits<double>::infinity();
+    double coarsest_m_ = 0.0;
 };
 
 /// The label around the probe, once it has been the same for kSteady_s: a hand that presses into a

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -52,6 +53,10 @@ void add_validate(CLI::App& app, Action& run);
 
 /// An option's number in [low, high]; unlike CLI::Range, nan is in no range.
 CLI::Validator between(double low, double high);
+
+/// An option's whole number in [low, high], in decimals: CLI::Range takes one with a zero in front
+/// for octal.
+CLI::Validator whole(std::int64_t low, std::int64_t high);
 
 /// --force: outputs may replace files that Palpate did not write.
 void add_force(CLI::App& command, Replace& replace);

@@ -53,7 +53,13 @@ int info(const InfoOptions& options) {
     const FileInfoSettings settings = settings_of(options);
     require_volume(options.volume, "--iso", options.iso.has_value());
     check_picture(options);
-    FileInfo info = file_info(file, settings);
+    FileInfo info = [&] {
+        try {
+            return file_info(file, settings);
+        } catch (const std::invalid_argument& error) {
+            throw UsageError(fmt::format("--{}", error.what()));
+        }
+    }();
     if (!options.picture.empty() && info.picture.empty())
         throw UsageError(fmt::format("--picture: there is no picture of {}; give a volume or a "
                                      "mesh, of several volumes one by --series or --grid",

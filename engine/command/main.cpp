@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -8,6 +9,7 @@
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
+#include <system_error>
 
 #include <unistd.h>
 
@@ -74,6 +76,22 @@ CLI::Validator between(double low, double high) {
                 return fmt::format("{} is not in [{}, {}]", text, low, high);
             },
             fmt::format("NUMBER in [{}, {}]", low, high)};
+}
+
+CLI::Validator whole(std::int64_t low, std::int64_t high) {
+    return {[=](std::string& text) {
+                std::int64_t value = 0;
+                const char* const end = text.data() + text.size();
+                const auto [at, error] = std::from_chars(text.data(), end, value);
+                const std::size_t first = text.starts_with('-') ? 1 : 0;
+                if (error == std::errc::invalid_argument || at != end)
+                    return text + " is no whole number";
+                if (text.size() > first + 1 && text[first] == '0')
+                    return text + " has a zero in front; write it without";
+                if (error == std::errc() && value >= low && value <= high) return std::string();
+                return fmt::format("{} is not in [{}, {}]", text, low, high);
+            },
+            fmt::format("WHOLE NUMBER in [{}, {}]", low, high)};
 }
 
 void add_force(CLI::App& command, Replace& replace) {

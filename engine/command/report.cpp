@@ -80,12 +80,18 @@ std::string method_of(const std::string& summary, const std::filesystem::path& f
     });
 }
 
-/// Whether a summary may be of this recording: it has as many frames of the same scene.
+/// Whether a summary is of this recording: as many frames of the same scene, which took the same
+/// time. No two runs do.
 bool is_of(const std::string& summary, const Recording& hand, const std::filesystem::path& folder) {
     return taken_from(summary, folder, [&hand](const nlohmann::json& json) {
+        using Pointer = nlohmann::json::json_pointer;
         const std::string scene = sha256_of_text(hand.scene_text);
+        double longest_us = 0.0;
+        for (const FrameReport& frame : hand.frames)
+            longest_us = std::max(longest_us, static_cast<double>(frame.spent_us));
         return json.value("frames", hand.frames.size()) == hand.frames.size() &&
-               json.value(nlohmann::json::json_pointer("/scene/sha256"), scene) == scene;
+               json.value(Pointer("/scene/sha256"), scene) == scene &&
+               json.value(Pointer("/spent_us/max"), longest_us) == longest_us;
     });
 }
 
@@ -180,8 +186,7 @@ std::vector<std::string> summaries_in(const std::filesystem::path& folder,
         if (!is_of(summaries[i], hands[i], folder))
             throw std::runtime_error(
                 (folder / "summary.json").string() +
-                ": is of another scene than recording.h5, or has another number of frames; trace "
-                "the scene again");
+                ": is of another run than recording.h5; trace the scene again");
     return summaries;
 }
 
@@ -227,8 +232,8 @@ int report(const ReportOptions& options) {
             subject.traces.push_back({title_of(hands[i], summaries[i], folder), summaries[i],
                                       hands[i].frames, playback(options, folder, hands[i])});
     }
+    write_report_page(options.out, subjects, options.notes); // also where nobody reads the table
     print(report_table(subjects));
-    write_report_page(options.out, subjects, options.notes);
     print("report: " + std::filesystem::absolute(options.out).string());
     return kDone;
 }

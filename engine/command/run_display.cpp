@@ -27,7 +27,7 @@ std::size_t columns() {
 bool shows_line(Shown shown) { return shown == Shown::line && isatty(STDERR_FILENO) != 0; }
 
 LabelProbe labels_of(const Scene& scene, Shown shown) {
-    return shown == Shown::events || shows_line(shown) ? LabelProbe(scene.description())
+    return shown == Shown::events || shows_line(shown) ? LabelProbe(scene)
                                                        : LabelProbe(std::vector<LabelVolume>{});
 }
 

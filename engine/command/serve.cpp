@@ -187,7 +187,7 @@ void add_serve(CLI::App& app, Action& run) {
     command
         ->add_option("--igtl", options->port,
                      "port of the OpenIGTLink server (default: 18944; 0: any that is free)")
-        ->check(CLI::Range(0, 65535));
+        ->check(whole(0, 65535));
     command->add_option("--device", options->overrides.device,
                         "as for trace, instead of the scene's; igtl:TRANSFORM: what a client of "
                         "this server sends by that name");
@@ -199,7 +199,7 @@ void add_serve(CLI::App& app, Action& run) {
     command->add_option("--seconds", options->seconds, "ends after S seconds")
         ->check(between(1e-3, 1e6));
     command->add_option("--cpu", options->cpu, "processor for the loop, from 0")
-        ->check(CLI::Range(0, 1023));
+        ->check(whole(0, 1023));
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return serve(*options); }; });
 }

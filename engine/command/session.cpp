@@ -126,13 +126,9 @@ void check_listen(const ListenOptions& options, const std::string& who) {
 }
 
 void check_every(const SceneDescription& scene, bool is_given) {
-    using Kind = DeviceDescription::Kind;
     if (!is_given) return;
     for (const SceneDescription& hand : each_hand(scene)) {
-        const Kind kind = hand.device.kind;
-        if (kind == Kind::path || kind == Kind::orbit ||
-            (kind == Kind::hand && !hand.device.file.empty()))
-            continue;
+        if (takes_every(hand.device)) continue;
         throw UsageError(
             fmt::format("--every: takes each K-th row of a path or an orbit, and the "
                         "device{} is neither; leave it out",

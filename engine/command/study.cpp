@@ -169,7 +169,10 @@ int study(StudyOptions options) {
             "{}: a soft surface is not all that is felt: method adaptive alone is for that, and {} "
             "compares methods; leave it out",
             options.scene, options.real_time ? "--real-time" : "--sweep"));
-    std::vector<DeviceState> inputs = device_states(*scene, options.every);
+    std::vector<std::string> notes;
+    std::vector<DeviceState> inputs = device_states(*scene, options.every, &notes);
+    for (const std::string& note : notes)
+        tell("palpate: warning: {}\n", note);
     if (options.frames > 0) inputs.resize(std::min(inputs.size(), options.frames));
 
     SteadyClock clock;
@@ -219,13 +222,13 @@ void add_study(CLI::App& app, Action& run) {
     command->add_option("--hand", options->overrides.hand,
                         "of several hands the one whose device is run, by its name");
     command->add_option("--frames", options->frames, "the first N frames only")
-        ->check(CLI::Range(1, 100000000));
+        ->check(whole(1, 100000000));
     command->add_option("--every", options->every, "each K-th row of a path, K times as fast")
-        ->check(CLI::Range(1, 1000000));
+        ->check(whole(1, 1000000));
     command
         ->add_option("--repeat", options->repetitions,
                      "times that the path is run with each setting (default: 5)")
-        ->check(CLI::Range(1, 1000));
+        ->check(whole(1, 1000));
     command
         ->add_option("--voxel-mm", options->voxel_mm,
                      "voxels that a formula is compared with in the error budget, mm "

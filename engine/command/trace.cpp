@@ -382,6 +382,7 @@ int trace(const TraceOptions& options) {
                 : run_each_asap(hands, options);
     const bool went_over = traces.front().trace.before != nullptr;
     if (options.preview) tell("palpate: {}\n", preview_in_words(traces.front().trace));
+    if (!one_is_enough) one_is_enough.emplace(); // the files of a folder are of one run
     const std::string summary = write_files(out, traces, went_over ? asked : overrides);
     if (journal) journal->remove();
     out.remove_earlier();
@@ -421,8 +422,10 @@ void add_trace(CLI::App& app, Action& run) {
     command->add_option("--method", options->overrides.method, "single, paper, fixed or adaptive");
     command->add_option("--contact", options->overrides.contact,
                         "mesh, volume, guarded or direct, for every surface");
-    command->add_option("--sub-steps", options->overrides.sub_steps,
-                        "evaluations per frame of method fixed");
+    command
+        ->add_option("--sub-steps", options->overrides.sub_steps,
+                     "evaluations per frame of method fixed")
+        ->check(whole(std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
     command->add_option("--tolerance-um", options->overrides.tolerance_um, "of method adaptive");
     command->add_option("--budget-us", options->overrides.budget_us,
                         "time for sub-steps of method paper");
@@ -432,7 +435,7 @@ void add_trace(CLI::App& app, Action& run) {
                      "scene's rate by the clock")
         ->check(CLI::IsMember({"asap", "realtime"}));
     command->add_option("--frames", options->frames, "the first N frames only")
-        ->check(CLI::Range(1, 100000000));
+        ->check(whole(1, 100000000));
     command->add_option("--seconds", options->seconds, "the first S seconds only")
         ->check(between(1e-3, 1e6));
     command
@@ -441,7 +444,7 @@ void add_trace(CLI::App& app, Action& run) {
                      "each, as 0,1")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::Range(0, 1023));
+        ->check(whole(0, 1023));
     command->add_flag("--preview", options->preview,
                       "with --pace realtime: what needs a mesh is felt with contact volume while "
                       "the mesh is extracted, and as the scene says from then on");
@@ -451,7 +454,7 @@ void add_trace(CLI::App& app, Action& run) {
     command
         ->add_option("--every", options->overrides.every,
                      "each K-th row of a path, K times as fast")
-        ->check(CLI::Range(1, 1000000));
+        ->check(whole(1, 1000000));
     add_force(*command, options->replace);
     command->callback([options, &run] { run = [options] { return trace(*options); }; });
 }

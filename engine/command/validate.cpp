@@ -115,7 +115,7 @@ void add_validate(CLI::App& app, Action& run) {
             "device gets them anyway")
         ->excludes(list);
     command->add_option("--frames", options->driver.frames, "driver: frames of the check endurance")
-        ->check(CLI::Range(1LL, 1'000'000'000LL))
+        ->check(whole(1, 1'000'000'000))
         ->excludes(list);
     command
         ->add_option("--scene", options->effect.scene,

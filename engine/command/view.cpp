@@ -111,12 +111,12 @@ void add_view(CLI::App& app, Action& run) {
                         "of a scene or a recording with several hands: the one that is shown, by "
                         "its name (default: the first)");
     command->add_option("--port", options->port, "of the page (default: any that is free)")
-        ->check(CLI::Range(0, 65535));
+        ->check(whole(0, 65535));
     command->add_flag("--open", options->open, "opens it in the desktop's browser");
     command->add_option("--seconds", options->seconds, "of a scene or data: ends after S seconds")
         ->check(between(1e-3, 1e6));
     command->add_option("--cpu", options->cpu, "processor for the loop, from 0")
-        ->check(CLI::Range(0, 1023));
+        ->check(whole(0, 1023));
     command->add_flag("--no-button-marks", options->no_button_marks,
                       "of a scene: the device's button 0 drops no mark");
     add_listen(*command, options->listen,

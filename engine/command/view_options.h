@@ -67,7 +67,7 @@ Recording read_shown(const std::filesystem::path& file, const std::optional<std:
 
 /// The scene that was felt in a recording that was read from `file`. A view needs its surfaces as
 /// they were; what else a replay needs does not matter.                                  [setup]
-/// Throws as recorded_scene(), and of a run in which bodies moved or another scene followed.
+/// Throws as recorded_scene(), and of a run in which bodies moved.
 std::shared_ptr<const Scene> felt_scene(const Recording& recording,
                                         const std::filesystem::path& file);
 

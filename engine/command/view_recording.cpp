@@ -78,12 +78,12 @@ std::shared_ptr<const Scene> replayed_scene(const Recording& recording,
 
 std::shared_ptr<const Scene> felt_scene(const Recording& recording,
                                         const std::filesystem::path& file) {
-    constexpr std::uint32_t kOther = kBodyMoved | kSceneAdopted;
+    // A preview has the surfaces of the scene that it is of, in the same places.
     for (const FrameReport& frame : recording.frames)
-        if ((frame.flags & kOther) != 0)
+        if ((frame.flags & kBodyMoved) != 0)
             throw std::runtime_error(fmt::format(
-                "{}: from frame {} on its surfaces were not where its scene has them, which a "
-                "recording does not keep; record a run for each scene, with its bodies in place",
+                "{}: from frame {} on a body was not where the scene has it, which a recording "
+                "does not keep; record a run with its bodies in place",
                 file.string(), frame.frame));
     Recording alone = recording;
     static_cast<Run&>(alone) = {};

@@ -106,12 +106,11 @@ std::vector<DeviceState> orbits(const Scene& scene, int every, std::vector<std::
 }
 
 /// A tour over each surface, as long as it takes.
-std::vector<DeviceState> tours(const Scene& scene, int every, std::vector<std::string>& notes) {
+std::vector<DeviceState> tours(const Scene& scene, std::vector<std::string>& notes) {
     constexpr std::size_t kMostFrames = 4000000; // over an hour at 1 kHz, a gigabyte of frames.csv
     const double rate_hz = scene.description().loop.rate_hz;
     const std::function<bool(const Vec3&)> is_free = free_of(scene);
-    DeviceDescription tour = scene.description().device;
-    tour.speed_m_per_s *= every;
+    const DeviceDescription& tour = scene.description().device;
     PathChain chain(rate_hz);
     for (const SceneSurface* surface : internal::surfaces_of_device(scene))
         chain.add(make_tour(mesh_of(*surface), orbit_target(scene, *surface), tour, rate_hz,
@@ -152,6 +151,14 @@ std::vector<DeviceState> recorded_states(const Scene& scene) {
                         "set rate_hz under [loop] to that of the recording",
                         file.string(), 1.0 / period_s, rate_hz));
     return states;
+}
+
+void check_every(const DeviceDescription& device, int every) {
+    if (every == 1 || (every > 1 && takes_every(device))) return;
+    throw std::invalid_argument(
+        every < 1 ? fmt::format("every = {}; give an integer >= 1", every)
+                  : std::string("every: takes each K-th row of a path or an orbit, and the device "
+                                "is neither; leave it out"));
 }
 
 SceneDevice make_sequence(const Scene& scene, int every) {
@@ -252,19 +259,25 @@ bool is_sequence(const DeviceDescription& device) noexcept {
            device.kind == Kind::recording;
 }
 
+bool takes_every(const DeviceDescription& device) noexcept {
+    return device.kind == Kind::path || device.kind == Kind::orbit ||
+           (device.kind == Kind::hand && !device.file.empty());
+}
+
 std::vector<DeviceState> device_states(const Scene& scene, int every,
                                        std::vector<std::string>* notes) {
     std::vector<std::string> unread;
     std::vector<std::string>& told = notes != nullptr ? *notes : unread;
     told.clear();
     const DeviceDescription& device = scene.description().device;
+    if (is_sequence(device)) check_every(device, every);
     switch (device.kind) {
     case Kind::path:
         return read_probe_path(device.file, scene.description().loop.rate_hz, every);
     case Kind::orbit:
         return orbits(scene, every, told);
     case Kind::tour:
-        return tours(scene, every, told);
+        return tours(scene, told);
     case Kind::recording:
         return recorded_states(scene);
     case Kind::none:
@@ -285,6 +298,7 @@ std::vector<DeviceState> device_states(const Scene& scene, int every,
 SceneDevice make_device(const Scene& scene, int every) {
     const DeviceDescription& description = scene.description().device;
     if (description.kind == Kind::none) refuse_no_device(scene);
+    check_every(description, every);
     if (is_sequence(description)) return make_sequence(scene, every);
     SceneDevice made =
         description.kind == Kind::hand ? make_hand(scene, every) : make_attached(scene);

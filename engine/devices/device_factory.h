@@ -23,9 +23,14 @@ struct DeviceError : std::runtime_error {
 /// recording. [any]
 bool is_sequence(const DeviceDescription& device) noexcept;
 
+/// True where a device can go along its path K times as fast: a path, an orbit, a hand that
+/// follows a path. [any]
+bool takes_every(const DeviceDescription& device) noexcept;
+
 /// The states of a scene's sequence, scene frame.                                       [setup]
-/// `every` = K takes each K-th row of a path, K times as fast. Throws std::runtime_error that says
-/// what the scene has instead, or what is wrong with the file.
+/// `every` = K takes each K-th row of a path, or goes around an orbit K times as fast. Throws
+/// std::runtime_error that says what the scene has instead, or what is wrong with the file;
+/// std::invalid_argument where every < 1, or every > 1 and not takes_every().
 /// `notes`: replaced by what a user should know of a path that was generated, a line each.
 std::vector<DeviceState> device_states(const Scene& scene, int every = 1,
                                        std::vector<std::string>* notes = nullptr);
@@ -48,7 +53,7 @@ struct SceneDevice {
 };
 
 /// The device of a scene; not open yet. `every` as for device_states().                 [setup]
-/// Throws std::runtime_error as device_states(), or where this version has no such device.
+/// Throws as device_states(), and std::runtime_error where this version has no such device.
 SceneDevice make_device(const Scene& scene, int every = 1);
 
 /// What a device did in its last run that was of no use, one line with the remedy; empty: nothing,

@@ -40,7 +40,7 @@ struct FileInfo {
 /// it is a .seg.nrrd, when a name table is given or lies beside it, or when it looks like them
 /// (looks_like_labels()). Labels have no units, other numbers are in mm, LPS, or in the volume's
 /// own unit. A large volume is held in memory once. Throws std::runtime_error "FILE[:LINE]: what is
-/// wrong; what to do".
+/// wrong; what to do", std::invalid_argument on an `iso` where nothing was measured.
 FileInfo file_info(const std::filesystem::path& file, const FileInfoSettings& settings = {});
 
 } // namespace palpate

@@ -134,10 +134,14 @@ std::filesystem::path without_end(const std::filesystem::path& file) {
     return whole.has_filename() ? whole : whole.parent_path();
 }
 
-/// How a scene names a file: from its own folder, as read_scene() puts them together.
+/// How a scene names a file: from its own folder, as read_scene() puts them together. Links among
+/// the folders are followed, so that it is the same file from wherever the scene is opened.
 std::string from_folder_of(const std::filesystem::path& scene, const std::filesystem::path& file) {
-    const std::filesystem::path folder = without_end(scene).parent_path();
-    std::string name = without_end(file).lexically_relative(folder).generic_string();
+    using std::filesystem::weakly_canonical;
+    const std::filesystem::path named = without_end(file);
+    const std::filesystem::path to = weakly_canonical(named.parent_path()) / named.filename();
+    const std::filesystem::path folder = weakly_canonical(without_end(scene).parent_path());
+    std::string name = to.lexically_relative(folder).generic_string();
     if (!internal::is_utf8(name))
         throw std::runtime_error(fmt::format(
             "{}: its name is not UTF-8, as a scene has it to be; give it another", name));
@@ -210,6 +214,15 @@ std::string volume_table(const StarterData& data, const std::filesystem::path& s
     return text + "\n";
 }
 
+double two_digits(double value) {
+    return std::strtod(fmt::format("{:.2g}", value).c_str(), nullptr);
+}
+
+double largest_mm(const Box& box) {
+    const Vec3 extent_m = box.extent();
+    return 1e3 * std::max({extent_m.x, extent_m.y, extent_m.z});
+}
+
 std::string level_table(const StarterData& data, const StarterChoice& choice,
                         const std::string& volume, const std::string& name) {
     const double iso = choice.iso.value_or(*data.iso);
@@ -230,6 +243,14 @@ std::string level_table(const StarterData& data, const StarterChoice& choice,
             : line("smooth_voxels = 0.7", "takes out the noise of single voxels; 0: as scanned");
     text += line("keep = \"largest\"", "without crumbs; or \"all\", a number of parts,\n"
                                        "or \">50\": the parts above 50 mm3");
+    // The usual facets, of 2 mm, are of the size of a mouse's skull.
+    constexpr double kSmall_mm = 20.0, kShare = 0.02, kDistance = 0.1;
+    if (const double size_mm = largest_mm(data.bounds); size_mm < kSmall_mm) {
+        const double facet_mm = std::max(two_digits(kShare * size_mm), 0.001);
+        text += line("facet_size_mm = " + number(facet_mm), "of the mesh; large things take 2 mm");
+        text += line("facet_distance_mm = " + number(two_digits(kDistance * facet_mm)),
+                     "from the level, at most");
+    }
     return text;
 }
 
@@ -320,20 +341,15 @@ std::string felt(const std::vector<Part>& parts) {
     return text + "# " + friction + "\n\n";
 }
 
-double two_digits(double value) {
-    return std::strtod(fmt::format("{:.2g}", value).c_str(), nullptr);
-}
-
 /// As deep as suits things of this size, mm.
-double depth_mm(const Vec3& extent_m) {
+double depth_mm(const Box& bounds) {
     constexpr double kShare = 0.02, kDeepest_mm = 5.0, kLeast_mm = 0.01;
-    const double size_mm = 1e3 * std::max({extent_m.x, extent_m.y, extent_m.z});
-    const double depth = std::clamp(kShare * size_mm, kLeast_mm, kDeepest_mm);
+    const double depth = std::clamp(kShare * largest_mm(bounds), kLeast_mm, kDeepest_mm);
     return two_digits(depth);
 }
 
 std::string hand_and_device(const StarterData& data) {
-    const double deepest_mm = depth_mm(data.bounds.extent());
+    const double deepest_mm = depth_mm(data.bounds);
     std::string text = "[coupling]\n";
     text += line("stiffness_n_per_m = 500.0", "spring between hand and surface: harder is stiffer");
     text += "\n[limits]\n";
@@ -348,8 +364,7 @@ std::string hand_and_device(const StarterData& data) {
     text += line("depth_max_mm = " + number(deepest_mm), "and at most so deep");
     // Around things below 20 mm the usual speed is too many turns a second to be felt.
     constexpr double kUsual = 0.2, kSizes_per_s = 10.0;
-    const Vec3 extent_m = data.bounds.extent();
-    const double speed = two_digits(kSizes_per_s * std::max({extent_m.x, extent_m.y, extent_m.z}));
+    const double speed = two_digits(1e-3 * kSizes_per_s * largest_mm(data.bounds));
     if (speed > 0.0 && speed < kUsual)
         text += line("speed_m_per_s = " + number(speed), "of the path; small things take less");
     text +=

@@ -9,11 +9,9 @@
 
 #include <palpate/engine/loop/frame_report.h>
 #include <palpate/engine/scene/scene.h>
+#include <palpate/haptics/effects/effect.h>
 
 namespace palpate {
-
-/// Bits of FrameReport::surfaces_felt: surfaces beyond them are felt, and not told apart.
-inline constexpr std::size_t kFeltBits = 64;
 
 /// The surfaces that the bits of FrameReport::surfaces_felt stand for: entry i is bit i. [setup]
 std::vector<std::string> felt_names(const Scene& scene);

@@ -164,8 +164,10 @@ json touches_markup(const Recording& recording) {
 json named_markup(std::span<const NamedPlace> named) {
     json points = json::array();
     for (const NamedPlace& place : named)
-        points.push_back(control_point(points.size() + 1, place.name,
-                                       {{"time_s", place.time_s}, {"felt", place.felt}}, place.at));
+        points.push_back(control_point(
+            points.size() + 1, place.name,
+            {{"time_s", place.time_s ? json(*place.time_s) : json(nullptr)}, {"felt", place.felt}},
+            place.at));
     return markup("Fiducial", "named places", std::move(points));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,10 +15,10 @@ namespace palpate {
 
 /// A place that somebody named during a run.
 struct NamedPlace {
-    std::string name;    ///< that it was given
-    Vec3 at{0.0};        ///< m, scene frame
-    double time_s = 0.0; ///< of the frame
-    std::string felt;    ///< names of the surfaces that pushed there, joined by +
+    std::string name;                  ///< that it was given
+    Vec3 at{0.0};                      ///< m, scene frame
+    std::optional<double> time_s = {}; ///< of the frame; none: not known
+    std::string felt;                  ///< names of the surfaces that pushed there, joined by +
 };
 
 /// From when to when a surface pushed without a break.

@@ -96,7 +96,7 @@ std::string main_table(const std::vector<Entry>& entries) {
                {"Frames",
                 "One for each position of the hand, usually 1000 per second. In contact: something "
                 "pushed back at the frame's end. Overruns: frames that took longer than their "
-                "period."},
+                "period; in real time, late or long frames by which a period was missed."},
                {"Sub-steps",
                 "Movements of the proxy within a frame. The proxy is the point that stays on the "
                 "surface while the hand presses through it."},

@@ -2,6 +2,7 @@
 #include <palpate/engine/report/run_events.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/text/plain_text.h>
+#include <palpate/haptics/effects/effect.h>
 
 #include <fmt/format.h>
 
@@ -44,9 +45,9 @@ std::vector<std::string> RunEvents::add(const RunFrame& run) {
 
     const std::string first = fmt::format("trial {} begins", 0);
     set("trial", fmt::format("trial {} begins", frame.trial), first);
-    for (std::size_t i = 0; i < scene_.surfaces().size() && i < 64; ++i) {
+    for (std::size_t i = 0; i < scene_.surfaces().size() && i < kFeltBits; ++i) {
         const std::string name = plain_text(scene_.surfaces()[i].name);
-        const bool is_felt = (frame.surfaces_felt >> i & 1) != 0;
+        const bool is_felt = (frame.surfaces_felt & felt_bit(i)) != 0;
         set("surface " + name, (is_felt ? "contact " : "left ") + name, "left " + name);
     }
     if (has_labels_) {

@@ -9,16 +9,18 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/scene_place.h>
+#include <palpate/engine/scene/soft_surfaces.h>
 
 namespace palpate {
 namespace {
 
 /// Whether a surface is one of labels that others may be joined to: whole, smoothed, hard, and
-/// always where its neighbours are.
-bool may_be_joined(const SurfaceDescription& surface) {
+/// always where its neighbours are. One that gives way shows where it ends.
+bool may_be_joined(const SceneDescription& scene, const SurfaceDescription& surface) {
     return !surface.labels.empty() && !surface.region_mm && !surface.moves &&
            surface.keep.kind == ComponentPolicy::Kind::all && smoothing_of(surface) > 0.0 &&
-           std::isinf(surface.strength_n) && surface.strength_volume.empty();
+           std::isinf(surface.strength_n) && surface.strength_volume.empty() &&
+           !is_soft(scene, surface);
 }
 
 /// Refuses a level beyond the value that the formula has at its deepest, or that a field of the
@@ -60,7 +62,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
     const SurfaceDescription& own = scene.surfaces.at(surface);
     std::vector<std::string> labels;
     // A mesh of its own is of the label alone: its field has to stay so, too.
-    if (!may_be_joined(own) || has_mesh(own)) return labels;
+    if (!may_be_joined(scene, own) || has_mesh(own)) return labels;
     std::set<std::string> felt;
     for (const EffectDescription& effect : scene.effects)
         if (makes_surface_felt(effect)) felt.insert(surface_of(effect));
@@ -69,7 +71,7 @@ std::vector<std::string> labels_felt_alike(const SceneDescription& scene,
         const auto found = scene.surfaces.find(name);
         if (name == surface || found == scene.surfaces.end()) continue;
         const SurfaceDescription& other = found->second;
-        if (may_be_joined(other) && other.volume == own.volume &&
+        if (may_be_joined(scene, other) && other.volume == own.volume &&
             smoothing_of(other) == smoothing_of(own) && iso_rule_of(other) == iso_rule_of(own))
             labels.insert(labels.end(), other.labels.begin(), other.labels.end());
     }

@@ -345,7 +345,7 @@ LoopParts Scene::make_parts() const {
             if (surfaces_[i].name != surface_of(effect)) continue;
             of.surface = &surfaces_[i];
             of.surface_field = shared(surfaces_[i].baked.field);
-            of.surface_bit = i < 64 ? std::uint64_t{1} << i : 0;
+            of.surface_bit = felt_bit(i);
         }
         std::unique_ptr<Effect> made = internal::make_effect(effect, of);
         if (const MovingSurface* body = body_among(parts.contacts, effect))

@@ -2,6 +2,7 @@
 #include <palpate/engine/study/frame_prices.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -168,13 +169,13 @@ std::string frame_price_table(std::span<const FramePrice> prices) {
 
 std::string frame_price_csv(std::span<const FramePrice> prices) {
     std::string text = "what,price_us,price_p10_us,price_p90_us,with_us,without_us,why_not\n";
-    for (const FramePrice& price : prices)
-        text += price.why_not.empty() ? fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},\n",
-                                                    internal::csv_cell(price.what), price.price_us,
-                                                    price.range_us.p10_us, price.range_us.p90_us,
-                                                    price.with_us, price.without_us)
-                                      : fmt::format("{},,,,,,{}\n", internal::csv_cell(price.what),
-                                                    internal::csv_cell(price.why_not));
+    for (const FramePrice& price : prices) {
+        text += internal::csv_cell(price.what);
+        for (const double us : {price.price_us, price.range_us.p10_us, price.range_us.p90_us,
+                                price.with_us, price.without_us})
+            text += price.why_not.empty() && std::isfinite(us) ? fmt::format(",{:.17g}", us) : ",";
+        text += "," + internal::csv_cell(price.why_not) + "\n";
+    }
     return text;
 }
 

@@ -90,6 +90,7 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
     }
     StudyRun result = std::move(tally).conclude(settings);
     result.is_the_scenes = false;
+    result.has_ticks = pace == Pace::locked && permitted;
     result.pace = name_of(pace, scheduler, settings.rate_hz, permitted);
     return result;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,7 +18,9 @@ namespace palpate {
 struct StudyRun {
     std::optional<BaselineKind> baseline; ///< instead of the loop's methods
     LoopDescription loop;                 ///< method and setting
-    std::string pace; ///< "1000 Hz SCHED_FIFO"; empty: back to back, with the path's own time
+    std::string pace;       ///< "1000 Hz SCHED_FIFO"; empty: back to back, with the path's own time
+    bool has_ticks = false; ///< frames began at the ticks of a clock
+    std::size_t frames = 0; ///< that were run; 0: the scheduler was not permitted
     bool is_the_scenes = true;         ///< the setting is the scene's own, not one of the range
     std::size_t frames_in_contact = 0; ///< what the means and shares below are of
     double evaluations_mean = 0.0;     ///< per frame
@@ -32,7 +35,7 @@ struct StudyRun {
     double field_samples_mean = 0.0;   ///< values or gradients read, per frame
     double root_queries_mean = 0.0;    ///< exact first roots, per frame
     double surface_queries_mean = 0.0; ///< rays and closest points of meshes, per frame
-    double late_p99_us = 0.0;          ///< start of a frame after its tick, of all; 0 back to back
+    double late_p99_us = 0.0;          ///< start of a frame after its tick, of all; 0 without ticks
     double late_max_us = 0.0;          ///< the same, largest
     std::size_t over_budget = 0;       ///< frames, of all, longer than the budget by more than 1 us
     std::size_t over_period = 0;       ///< frames, of all, longer than the frame's period
@@ -49,10 +52,11 @@ struct StudyRun {
     Error converged; ///< from the proxy of the converged reference, in frames in which either is
                      ///< in contact
 
-    /// The tenth and the ninetieth percentile of a number over the repetitions, us.
+    /// The tenth and the ninetieth percentile of a number over the repetitions, us; NaN of one
+    /// repetition, which says nothing of a spread.
     struct Range {
-        double p10_us = 0.0; ///< one repetition in ten is below
-        double p90_us = 0.0; ///< nine in ten are not above
+        double p10_us = std::numeric_limits<double>::quiet_NaN(); ///< one in ten is below
+        double p90_us = std::numeric_limits<double>::quiet_NaN(); ///< nine in ten are not above
     };
     std::size_t repetitions = 1; ///< how often the path was run. Errors and counts are of the first
                                  ///< one; spent_p50_us and spent_p99_us are medians

@@ -39,15 +39,15 @@ double distance_along_slope(FieldSampler& sampler, const Vec3& point, double lev
 } // namespace
 
 std::vector<FeltLevel> felt_levels(const Scene& scene) {
+    const bool alone = only_surfaces_act(scene);
     std::vector<FeltLevel> levels;
     std::size_t index = 0;
     for (const SceneSurface& surface : scene.surfaces()) {
-        const std::uint64_t bit = index < 64 ? std::uint64_t{1} << index : 0;
-        ++index;
+        const std::uint64_t bit = felt_bit(index++);
         if (!surface.baked.field) continue;
         FeltLevel level{surface.baked.field, surface.level, {}, &surface, bit};
         const std::string& volume = scene.description().surfaces.at(surface.name).volume;
-        if (std::isinf(surface.level.strength_n))
+        if (alone && std::isinf(surface.level.strength_n))
             level.sphere =
                 FeltSphere::of(scene.description().volumes.at(volume), surface.level.level);
         levels.push_back(std::move(level));
@@ -57,20 +57,34 @@ std::vector<FeltLevel> felt_levels(const Scene& scene) {
         if (!planned.on || !internal::traits_of(effect).stands_for_surface) continue;
         const VolumeDescription& volume = scene.description().volumes.at(volume_of(effect));
         if (volume.analytic.empty()) continue;
-        levels.push_back(
-            {scene.effect_field(volume_of(effect)), {}, FeltSphere::of(volume, 0.0), nullptr, 0});
+        levels.push_back({scene.effect_field(volume_of(effect)),
+                          {},
+                          alone ? FeltSphere::of(volume, 0.0) : std::nullopt,
+                          nullptr,
+                          0});
     }
     return levels;
 }
 
+bool only_surfaces_act(const Scene& scene) {
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const EffectDescription& effect = scene.description().effects[planned.effect];
+        if (planned.on && !makes_surface_felt(effect) &&
+            !internal::traits_of(effect).stands_for_surface)
+            return false;
+    }
+    return true;
+}
+
 bool levels_hold_alone(const Scene& scene) {
+    if (!only_surfaces_act(scene)) return false;
     for (const SceneSurface& surface : scene.surfaces())
         if (!surface.baked.field || std::isfinite(surface.level.strength_n)) return false;
     for (const PlannedEffect& planned : scene.plan().effects) {
         const EffectDescription& effect = scene.description().effects[planned.effect];
-        if (!planned.on || makes_surface_felt(effect)) continue;
-        if (!internal::traits_of(effect).stands_for_surface) return false;
-        if (scene.description().volumes.at(volume_of(effect)).analytic.empty()) return false;
+        if (planned.on && !makes_surface_felt(effect) &&
+            scene.description().volumes.at(volume_of(effect)).analytic.empty())
+            return false;
     }
     return true;
 }

@@ -23,6 +23,10 @@ struct FeltLevel {
 /// gradient_surface over a formula. The scene must outlive them.                         [setup]
 std::vector<FeltLevel> felt_levels(const Scene& scene);
 
+/// Whether nothing draws the proxy along what it touches: of the effects that are on each makes
+/// something felt. Then the right place on a sphere is its point nearest to the probe. [setup]
+bool only_surfaces_act(const Scene& scene);
+
 /// Whether levels are all that is felt, and none yields: then a proxy is where the levels alone
 /// hold it, and one that is elsewhere has lost them.                                     [setup]
 bool levels_hold_alone(const Scene& scene);

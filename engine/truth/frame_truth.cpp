@@ -32,6 +32,7 @@ FrameFinding FrameTruth::of(const FrameReport& frame) {
         take(of_mesh(mesh, frame));
     if (!is_computed(frame.flags)) return finding;
     for (Level& level : levels_) {
+        if (level.felt.surface && level.felt.bit == 0) continue; // no frame says whether it is open
         if (frame.surfaces_open & level.felt.bit) continue;
         take(of_level(level, frame));
         if (const std::optional<Vec3> place = level.place_of(frame))
@@ -47,10 +48,12 @@ std::optional<FeltSphere> FrameTruth::sphere() const noexcept {
 
 std::optional<FrameError> FrameTruth::of_mesh(SurfaceAudit& audit, const FrameReport& frame) {
     const std::size_t before = audit.mesh_distance_m().size();
+    const std::size_t positions = audit.position_error_m().size();
     audit.add(frame, {}); // its chords are not asked for
     if (audit.mesh_distance_m().size() == before) return {};
     FrameError error{audit.mesh_distance_m().back(), {}};
-    if (!audit.position_error_m().empty()) error.position_m = audit.position_error_m().back();
+    if (audit.position_error_m().size() > positions)
+        error.position_m = audit.position_error_m().back();
     return error;
 }
 
@@ -64,7 +67,7 @@ std::optional<FrameError> FrameTruth::of_level(Level& level, const FrameReport& 
     if (!place) return {};
     FrameError error{
         level_distance(*level.sampler, *place, level.felt.settings.level, level.scale.trust_m), {}};
-    if (level.felt.sphere)
+    if (level.felt.sphere && (frame.surfaces_felt & ~level.felt.bit) == 0)
         error.position_m = glm::length(*place - level.felt.sphere->nearest(frame.probe));
     return error;
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/surface_audit.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
+
+#include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/truth/felt_level.h>
 
 namespace palpate {
 namespace {
@@ -17,8 +19,7 @@ constexpr int kNewtonSteps = 30;
 constexpr std::size_t kMostTouched = 32; // facets about the two ends of a chord
 
 std::uint64_t bit_in_reports(const Scene& scene, const SceneSurface& surface) {
-    const auto index = &surface - scene.surfaces().data();
-    return index < 64 ? std::uint64_t{1} << index : 0;
+    return felt_bit(static_cast<std::size_t>(&surface - scene.surfaces().data()));
 }
 
 } // namespace
@@ -57,8 +58,9 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
     : surface_(surface), place_(scene, surface), bit_(bit_in_reports(scene, surface)) {
     const auto& volumes = scene.description().volumes;
     const auto volume = volumes.find(scene.description().surfaces.at(surface.name).volume);
-    // A surface that yields is not where the formula says.
-    if (volume != volumes.end() && std::isinf(surface.level.strength_n))
+    // A surface that yields is not where the formula says, and what draws the proxy along it leads
+    // it away from the nearest point.
+    if (volume != volumes.end() && std::isinf(surface.level.strength_n) && only_surfaces_act(scene))
         sphere_ = FeltSphere::of(volume->second, surface.level.level);
     if (surface.is_felt_by_mesh()) return;
     scale_ = LevelScale::of(*surface.baked.field, surface.level);
@@ -66,6 +68,7 @@ SurfaceAudit::SurfaceAudit(const Scene& scene, const SceneSurface& surface)
 }
 
 void SurfaceAudit::add(const FrameReport& frame, std::span<const Vec3> path) {
+    if (bit_ == 0) return; // whether such a surface is felt, or open, no frame says
     if (frame.surfaces_guarded & bit_) add_guarded(frame);
     if (!is_computed(frame.flags) || (frame.surfaces_open & bit_)) return;
     if (!place_.has_path()) path = {};
@@ -136,7 +139,7 @@ void SurfaceAudit::add_to_level(const FrameReport& frame, const Vec3& place,
 }
 
 void SurfaceAudit::add_position(const FrameReport& frame, const Vec3& place) {
-    if (sphere_ && place_.has_path())
+    if (sphere_ && place_.has_path() && frame.surfaces_felt == bit_) // no other one holds it, too
         position_error_m_.push_back(glm::length(place - sphere_->nearest(frame.probe)));
 }
 

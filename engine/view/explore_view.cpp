@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/view/explore_view.h>
 
+#include <algorithm>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -31,8 +32,14 @@ const char* name(Kind kind) {
     return kind == Kind::labels ? "labels" : "mesh";
 }
 
-std::string color_of(const StarterLabel& label, std::size_t place) {
-    if (!label.color) return structure_color(place);
+/// Those that are shown first have the colours that stay apart.
+std::string color_of(const StarterLabel& label, std::size_t place,
+                     const std::vector<std::size_t>& chosen) {
+    if (!label.color) {
+        const auto at = std::ranges::find(chosen, place);
+        return at == chosen.end() ? made_up_color(place)
+                                  : structure_color(static_cast<std::size_t>(at - chosen.begin()));
+    }
     const auto& [red, green, blue] = *label.color;
     return fmt::format("#{:02x}{:02x}{:02x}", red, green, blue);
 }
@@ -61,7 +68,8 @@ ViewDocument document_of(const DataFile& data, const StarterData& known,
     for (std::size_t i = 0; i < structures; ++i) {
         const bool is_label = known.kind == Kind::labels;
         document.structures[i].name = is_label ? known.labels[i].name : document.title;
-        document.structures[i].color = is_label ? color_of(known.labels[i], i) : structure_color(0);
+        document.structures[i].color =
+            is_label ? color_of(known.labels[i], i, choice.chosen) : structure_color(0);
     }
     if (const auto* labels = std::get_if<LabelVolume>(&data.content)) {
         LabelSlices slices = label_slices(document.title, *labels);

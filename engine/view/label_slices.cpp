@@ -55,8 +55,8 @@ std::uint16_t most_frequent(std::vector<std::uint16_t>& numbers) {
     return best;
 }
 
-/// Hues that stay apart: each a golden angle on from the one before, of a middle lightness (the
-/// HSL colour of saturation 0.45 and lightness 0.6).
+} // namespace
+
 std::string made_up_color(std::size_t place) {
     constexpr double kGoldenAngle = 137.50776; // degrees
     const double hue = std::fmod(kGoldenAngle * static_cast<double>(place), 360.0) / 30.0;
@@ -69,6 +69,8 @@ std::string made_up_color(std::size_t place) {
     };
     return fmt::format("#{:02x}{:02x}{:02x}", channel(0.0), channel(8.0), channel(4.0));
 }
+
+namespace {
 
 SliceLabel slice_label(const Label& label, std::size_t place) {
     SliceLabel made;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -26,6 +27,10 @@ struct LabelSlices {
     std::vector<std::uint16_t> values; ///< i fastest; 0: no label, n: labels[n - 1]
     std::vector<SliceLabel> labels;    ///< as LabelVolume::labels counts, at most 65,535
 };
+
+/// A colour for the n-th of many: hues that stay apart, each a golden angle on from the one before,
+/// of a middle lightness (the HSL colour of saturation 0.45 and lightness 0.6). "#rrggbb" [any]
+std::string made_up_color(std::size_t place);
 
 /// What covers most of each block of voxels, so that no edge has more than `most_edge` of them, 1
 /// or more; of two that cover as much, the one that comes later in the list. Where segments overlap

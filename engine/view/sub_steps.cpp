@@ -111,7 +111,8 @@ std::vector<ViewFrameSteps> sub_steps_of(std::shared_ptr<const Scene> scene, con
     watch.frame = [&](const RunFrame&) {
         std::vector<ViewSubStep> steps = keeper.take();
         const std::uint64_t frame = run.frames[at++].frame;
-        if (wanted.contains(frame)) found.push_back({frame, std::move(steps)});
+        // A frame that was not computed has none.
+        if (wanted.contains(frame) && !steps.empty()) found.push_back({frame, std::move(steps)});
     };
     run_again(std::move(scene), part, watch);
     return found;

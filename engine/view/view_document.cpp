@@ -19,7 +19,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostBits = 32; // of "felt" in a page's frames
+// Of "felt" in a page's frames; its last bit is of the surfaces behind them, together.
+constexpr std::size_t kMostBits = kBitOfOthers;
 
 /// Colours that stay apart for eyes that see few, on light and on dark (after Okabe and Ito 2008);
 /// bone first.
@@ -183,7 +184,9 @@ std::vector<ViewStructure> structures_of(const Scene& scene, VolumeReader& reade
 
 } // namespace
 
-std::string structure_color(std::size_t n) { return kColors[n % kColors.size()]; }
+std::string structure_color(std::size_t n) {
+    return n < kColors.size() ? kColors[n] : made_up_color(n);
+}
 
 std::vector<ViewStructure> view_structures(const Scene& scene) {
     VolumeReader reader(scene.description());

@@ -46,10 +46,10 @@ struct ViewEffect {
 
 /// A place with a name.
 struct ViewMark {
-    std::string name;    ///< given by a user
-    Vec3 at{0.0};        ///< m, scene frame
-    double time_s = 0.0; ///< the device's time when it was dropped
-    std::string felt;    ///< names of the surfaces that were felt then, "a+b"
+    std::string name;                  ///< given by a user
+    Vec3 at{0.0};                      ///< m, scene frame
+    std::optional<double> time_s = {}; ///< the device's time when it was dropped; none: not known
+    std::string felt;                  ///< names of the surfaces that were felt then, "a+b"
 };
 
 /// What there is to choose of data that are explored.
@@ -122,8 +122,12 @@ std::string mesh_message(const ViewDocument& document, std::size_t id, std::size
 std::string chosen_message(const std::map<std::size_t, ViewStructure>& structures,
                            const ViewDetail& detail, std::optional<view_commands::Iso> iso = {});
 
-/// The colour of the n-th structure of whose colour nothing is known: "#rrggbb". Colours stay apart
-/// for eyes that see few, on light and on dark (after Okabe and Ito 2008).                   [any]
+/// The colour of the n-th structure of whose colour nothing is known: "#rrggbb". The first eight
+/// stay apart for eyes that see few, on light and on dark (after Okabe and Ito 2008); the others
+/// are made_up_color(). [any]
 std::string structure_color(std::size_t n);
+
+/// The bit of "felt" that stands for all surfaces from this place on: a page has 32 bits.
+inline constexpr int kBitOfOthers = 31;
 
 } // namespace palpate

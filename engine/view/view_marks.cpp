@@ -22,12 +22,20 @@ std::filesystem::path marks_file(const std::filesystem::path& recording) {
     return file.replace_extension(".mrk.json");
 }
 
+namespace {
+
+nlohmann::json time_of(const ViewMark& mark) {
+    return mark.time_s ? nlohmann::json(*mark.time_s) : nlohmann::json(nullptr);
+}
+
+} // namespace
+
 std::string marks_as_json(const std::vector<ViewMark>& marks) {
     nlohmann::json points = nlohmann::json::array();
     for (const ViewMark& mark : marks) {
         const Vec3 at_mm = mark.at / kMm;
         // Slicer keeps a description; ours says when, and what was felt.
-        const nlohmann::json more = {{"time_s", mark.time_s}, {"felt", mark.felt}};
+        const nlohmann::json more = {{"time_s", time_of(mark)}, {"felt", mark.felt}};
         points.push_back(
             {{"id", std::to_string(points.size() + 1)},
              {"label", mark.name},
@@ -50,7 +58,7 @@ nlohmann::json internal::marks_for_page(const std::vector<ViewMark>& marks) {
     for (const ViewMark& mark : marks)
         list.push_back({{"name", mark.name},
                         {"at_m", {mark.at.x, mark.at.y, mark.at.z}},
-                        {"time_s", mark.time_s},
+                        {"time_s", time_of(mark)},
                         {"felt", mark.felt}});
     return list;
 }
@@ -70,7 +78,8 @@ std::vector<ViewMark> read_marks(const std::filesystem::path& file) {
                 const auto more =
                     nlohmann::json::parse(point.value("description", ""), nullptr, false);
                 if (more.is_object()) {
-                    mark.time_s = more.value("time_s", 0.0);
+                    if (const auto at = more.find("time_s"); at != more.end() && at->is_number())
+                        mark.time_s = at->get<double>();
                     mark.felt = more.value("felt", "");
                 }
                 marks.push_back(mark);

@@ -329,7 +329,12 @@ json add_frames(Container& container, const ViewFrames& frames) {
     columns["force_n"] = vector("force_n", &FrameReport::force);
     columns["trial"] = scalar("trial", &FrameReport::trial, std::uint32_t{});
     columns["flags"] = scalar("flags", &FrameReport::flags, std::uint32_t{});
-    columns["felt"] = scalar("felt", &FrameReport::surfaces_felt, std::uint32_t{});
+    columns["felt"] =
+        add_column<std::uint32_t, 1>(container, "felt", frames, [](const FrameReport& frame) {
+            constexpr std::uint32_t kOthers = 1U << kBitOfOthers;
+            const auto own = static_cast<std::uint32_t>(frame.surfaces_felt) & ~kOthers;
+            return std::array{own | (frame.surfaces_felt >> kBitOfOthers != 0 ? kOthers : 0U)};
+        });
     columns["sub_steps"] = scalar("sub_steps", &FrameReport::sub_steps, std::uint32_t{});
     columns["spent_us"] = scalar("spent_us", &FrameReport::spent_us, float{});
     columns["late_us"] = scalar("late_us", &FrameReport::late_us, float{});

@@ -36,6 +36,10 @@ constexpr int kMostLayerSteps = 64;
 constexpr double kRootShare = 1e-3;
 constexpr int kMostRefinements = 24;
 
+// Of a feature's size: voxels of 0.2 mm have 25 um, finer ones less.
+constexpr double kCertificateShare = 0.125;
+constexpr double kRoundedSize = 1e-6; // of a feature: the columns of a rotated frame are rounded
+
 Vec3 between(const Vec3& from, const Vec3& to, double t) noexcept { return from + t * (to - from); }
 
 } // namespace
@@ -49,7 +53,11 @@ LevelScale LevelScale::of(const ScalarField& field, const LevelSettings& setting
     if (!(slope > 0.0))
         throw std::invalid_argument(
             "surface: its field never has the level; choose one inside the range of its values");
-    return {settings.certificate_m * slope, 0.05 * slope, settings.free_m * slope,
+    // Between fine voxels no value is so far above the level: then a certificate would be none.
+    const double fine_m = kCertificateShare * field.feature_size_m();
+    const bool is_fine = fine_m < settings.certificate_m * (1.0 - kRoundedSize);
+    const double certificate_m = is_fine ? fine_m : settings.certificate_m;
+    return {certificate_m * slope, 0.05 * slope, settings.free_m * slope,
             0.5 * field.feature_size_m(), slope};
 }
 

@@ -28,10 +28,18 @@ struct FrameContext {
     bool rests = false; ///< held, and the proxy has nearly stopped: it keeps its bits
 };
 
+/// Surfaces that the bits of a frame tell apart, in canonical order; those behind them are felt,
+/// and not told apart.
+inline constexpr std::size_t kFeltBits = 64;
+/// The bit of a surface; 0 behind the last.                                              [any]
+constexpr std::uint64_t felt_bit(std::size_t surface) noexcept {
+    return surface < kFeltBits ? std::uint64_t{1} << surface : 0;
+}
+
 /// How a frame ended.
 struct FrameOutcome {
     Vec3 proxy{0.0};        ///< m
-    std::uint64_t felt = 0; ///< bit i: surface i (canonical order, up to 64) pushed back at the end
+    std::uint64_t felt = 0; ///< felt_bit(i): surface i pushed back at the end
 };
 
 /// Something to feel that is not a surface with a certificate. It adds primitives for the data at

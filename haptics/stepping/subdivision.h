@@ -33,7 +33,7 @@ struct SubdivisionResult {
     double residual_m = 0.0;    ///< length of the last movement that the solver asked for
     std::uint32_t flags = 0;    ///< FrameFlag bits
     std::uint32_t work = 0;     ///< spent of the budget, in the units of kWorkOfSolvers
-    // Bit i of the next three: the i-th surface given to Subdivision's constructor, i < 64.
+    // felt_bit(i) of the next three: the i-th surface given to Subdivision's constructor.
     std::uint64_t felt = 0;    ///< the surface pushed back at the frame's end
     std::uint64_t open = 0;    ///< in a part of the frame the surface did not hold at its own
                                ///< level: the proxy was inside, or the surface yielded
@@ -136,8 +136,8 @@ public:
     /// Continues `before`. Surfaces and effects that both have keep their state; the others begin
     /// as at a new trial. `proxy`: where the last frame ended. Where a surface was soft beside
     /// others, and is hard or alone now, `proxy` moves to its front if every certificate allows the
-    /// way. Where a surface was soft and alone, and is so no more, `proxy` stays, unless a surface
-    /// that is hard now is in front of it. Returns FrameFlag bits. [loop]
+    /// way. Where a surface was soft and alone, and is so no more, `proxy` stays, unless it goes on
+    /// and is hard now: then it is in front of it. Returns FrameFlag bits. [loop]
     std::uint32_t go_on_from(const Subdivision& before, const Heritage& heritage,
                              Vec3& proxy) noexcept;
 
@@ -199,10 +199,7 @@ private:
     /// After so many evaluations in a row that did not move the proxy, other ways are tried.
     static constexpr int kTriesOfOneWay = 2;
     static constexpr double kFarthest_m = 1e7; ///< ten times what HapticLoop accepts of a probe
-    /// Bit i where `set`; 0 past the 64th.
-    static std::uint64_t bit_of(std::size_t i, bool set) noexcept {
-        return set && i < 64 ? std::uint64_t{1} << i : 0;
-    }
+    static std::uint64_t bit_of(std::size_t i, bool set) noexcept { return set ? felt_bit(i) : 0; }
 
     /// How the proxy moves after an evaluation.
     struct Move {

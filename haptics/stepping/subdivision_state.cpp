@@ -128,24 +128,8 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
                                       Vec3& proxy) noexcept {
     std::uint32_t flags = 0;
     const Vec3 tip = proxy;
-    proxy = before.front(tip);
-    for (Layer& layer : layers_) {
-        const std::size_t from = heritage.surfaces[layer.surface];
-        const bool is_new = from == Heritage::kNew;
-        const Layer* was = is_new ? nullptr : before.layer_of(from);
-        const Subdivision& source = was ? *was->front : before;
-        const std::size_t its = was ? 0 : from;
-        layer.y = was ? was->y : proxy;
-        layer.tissue_m = was ? was->tissue_m : is_new ? 0.0 : before.surfaces_[from].tissue_m();
-        layer.pushes = was ? was->pushes : !is_new && before.surfaces_[from].pushes_back();
-        if (was || !is_new) {
-            layer.touched_at = was ? was->touched_at : before.surfaces_[from].touched_at();
-            layer.touched_normal =
-                was ? was->touched_normal : before.surfaces_[from].touched_normal();
-        }
-        layer.indentation_m = layer.force_n = 0.0;
-        flags |= layer.front->go_on_from(source, {std::span(&its, 1), {}}, layer.y);
-    }
+    const Vec3 front = before.front(tip);
+    proxy = front;
     // Of what was a layer, and is hard or alone now, the outermost front is where the proxy is now.
     const Layer* outermost = nullptr;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
@@ -163,6 +147,10 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
         proxy = outermost->y;
     else
         outermost = nullptr;
+    // What was soft and alone is not any more: its tip is where it was, unless something that goes
+    // on and is hard now is in front of it. What is new has nothing to say about the way.
+    const bool presses_on = needs_.alone && has_gone_on(0);
+    if (!presses_on && tip != front && !outermost && goes_to(proxy, tip, has_gone_on)) proxy = tip;
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         const Layer* was = was_layer(before, heritage, i);
         if (!was && heritage.surfaces[i] != Heritage::kNew) continue;
@@ -172,10 +160,23 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
                 : surfaces_[i].restart(proxy);
         if (inside) flags |= kInsideAtStart;
     }
-    // What was soft and alone is not any more: its tip is where it was, unless something that is
-    // hard now is in front of it.
-    const auto all = [](std::size_t) { return true; };
-    if (!needs_.alone && tip != proxy && !outermost && goes_to(proxy, tip, all)) proxy = tip;
+    for (Layer& layer : layers_) {
+        const std::size_t from = heritage.surfaces[layer.surface];
+        const bool is_new = from == Heritage::kNew;
+        const Layer* was = is_new ? nullptr : before.layer_of(from);
+        const Subdivision& source = was ? *was->front : before;
+        const std::size_t its = was ? 0 : from;
+        layer.y = was ? was->y : is_new ? proxy : front;
+        layer.tissue_m = was ? was->tissue_m : is_new ? 0.0 : before.surfaces_[from].tissue_m();
+        layer.pushes = was ? was->pushes : !is_new && before.surfaces_[from].pushes_back();
+        if (was || !is_new) {
+            layer.touched_at = was ? was->touched_at : before.surfaces_[from].touched_at();
+            layer.touched_normal =
+                was ? was->touched_normal : before.surfaces_[from].touched_normal();
+        }
+        layer.indentation_m = layer.force_n = 0.0;
+        flags |= layer.front->go_on_from(source, {std::span(&its, 1), {}}, layer.y);
+    }
     pressed_ = {0.0, 0.0, proxy};
     for (std::size_t i = 0; i < effects_.size(); ++i) {
         const std::size_t from = heritage.effects[i];

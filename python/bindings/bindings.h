@@ -17,6 +17,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <palpate/drivers/haptic_device.h>
 #include <palpate/engine/baking/label_probe.h>
 #include <palpate/engine/scene/scene.h>
 #include <palpate/engine/scene/scene_overrides.h>
@@ -83,6 +84,10 @@ auto about_long(Work&& work) {
         return work();
     });
 }
+
+/// What the device of a scene says from beginning to end; what a user should know of a path that
+/// was generated becomes a UserWarning of Python. Throws ArgumentProblem on `every`, SceneProblem.
+std::vector<DeviceState> own_states(const Scene& scene, int every);
 
 /// Lets Ctrl-C end a long piece of work that was begun without the interpreter's lock: asks Python
 /// twenty times a second, so that a busy interpreter hardly delays it.

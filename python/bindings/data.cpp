@@ -137,7 +137,7 @@ std::shared_ptr<const TriangleMesh> mesh_of_arrays(const MeshArrays& arrays) {
 }
 
 std::string TouchedLabels::of(const Touch& touch) {
-    std::call_once(read_, [this] { probe_ = std::make_unique<LabelProbe>(scene_->description()); });
+    std::call_once(read_, [this] { probe_ = std::make_unique<LabelProbe>(*scene_); });
     return std::string(touched_label(*probe_, touch));
 }
 

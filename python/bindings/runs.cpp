@@ -17,8 +17,7 @@ using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// What a probe says on a path: rows (N, 4), the file of such rows, or the scene's own device.
 std::vector<DeviceState> states_of(const Scene& scene, const py::object& path, int every) {
     const double rate_hz = scene.description().loop.rate_hz;
-    if (path.is_none())
-        return about_long<SceneProblem>([&] { return device_states(scene, every); });
+    if (path.is_none()) return own_states(scene, every);
     if (py::isinstance<py::bytes>(path)) {
         const auto file = path.cast<std::string>();
         return about_long<FileProblem>([&] { return read_probe_path(file, rate_hz, every); });

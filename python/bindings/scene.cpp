@@ -108,10 +108,32 @@ std::vector<py::bytes> files_of(const std::string& text, const std::string& file
     return names;
 }
 
+} // namespace
+
+std::vector<DeviceState> own_states(const Scene& scene, int every) {
+    std::vector<std::string> notes;
+    std::string refused;
+    std::vector<DeviceState> states = about_long<SceneProblem>([&] {
+        try {
+            return device_states(scene, every, &notes);
+        } catch (const std::invalid_argument& error) {
+            refused = error.what();
+            return std::vector<DeviceState>();
+        }
+    });
+    if (!refused.empty()) throw ArgumentProblem(refused);
+    constexpr py::ssize_t kCaller = 2; // of the package's function
+    for (const std::string& note : notes)
+        if (PyErr_WarnEx(PyExc_UserWarning, note.c_str(), kCaller) != 0)
+            throw py::error_already_set();
+    return states;
+}
+
+namespace {
+
 /// The rows of the scene's own path, orbit, tour or recording, as a probe path has them.
 py::array_t<double> path_of(const PyScene& scene, int every) {
-    const std::vector<DeviceState> states =
-        about_long<SceneProblem>([&] { return device_states(*scene.scene, every); });
+    const std::vector<DeviceState> states = own_states(*scene.scene, every);
     const double rate_hz = scene.scene->description().loop.rate_hz;
     py::array_t<double> rows({states.size(), std::size_t{4}});
     auto cell = rows.mutable_unchecked<2>();

@@ -246,7 +246,12 @@ def _source(scene: Scene, path: Any, rate_hz: float | None) -> Any:
         if rate_hz is not None:
             raise ArgumentError("rate_hz: goes with an array of positions; leave it out")
         return None if path is None else file_name("path", path)
-    return _rows(path, scene.rate_hz if rate_hz is None else rate_hz)
+    rows = _rows(path, scene.rate_hz if rate_hz is None else rate_hz)
+    if rate_hz is not None and np.shape(path)[1] != 3:
+        raise ArgumentError(
+            "rate_hz: goes with an array of positions; rows have their t_s; leave it out"
+        )
+    return rows
 
 
 def _options(method: Any, sub_steps: Any, tolerance_um: Any, budget_us: Any) -> tuple[Any, ...]:

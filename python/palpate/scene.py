@@ -269,8 +269,10 @@ class Scene:
     def path(self, *, every: int = 1) -> np.ndarray:
         """The probe path of the scene's own device: (N, 4) of t_s, x_m, y_m, z_m, as in a file.
 
-        Of a path, an orbit, a tour or a recording; ``every`` = K takes each K-th row. Raises
-        SceneError where the device is another one.
+        Of a path, an orbit, a tour or a recording; ``every`` = K takes each K-th row of a path, or
+        goes around an orbit K times as fast. Raises SceneError where the device is another one,
+        ArgumentError where ``every`` > 1 goes with no other. Warns where a generated path ends
+        before it was everywhere.
         """
         return self._native.path(integer("every", every, 1))
 

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/c/c_ball.h"
@@ -110,11 +111,14 @@ TEST(DataInC, LabelsAreFeltAsThoseOfCppAndTheUnnamedAreNamedByTheirDigits) {
 
     const std::vector<std::int32_t> values(mine.layers[0].begin(), mine.layers[0].end());
     palpate_labels given = in_c(mine, values);
-    auto left = sized<palpate_label>();
-    left.name = "left half";
-    left.value = 1;
-    given.labels = &left;
-    given.label_count = 1;
+    // One table of names is for many patients: nobody has a tumour here.
+    auto names = std::array{sized<palpate_label>(), sized<palpate_label>()};
+    names[0].name = "left half";
+    names[0].value = 1;
+    names[1].name = "tumour";
+    names[1].value = 7;
+    given.labels = names.data();
+    given.label_count = names.size();
     const test::DataPtr data = test::no_data();
     palpate_error error = no_error();
     ASSERT_EQ(palpate_data_add_labels(data.get(), "ct", &given, &error), PALPATE_OK)
@@ -124,6 +128,14 @@ TEST(DataInC, LabelsAreFeltAsThoseOfCppAndTheUnnamedAreNamedByTheirDigits) {
                      "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n",
                      data);
     EXPECT_GT(expect_same_frames(test::made(scene), expected), 200);
+    palpate_scene* none = nullptr;
+    auto options = sized<palpate_scene_options>();
+    options.data = data.get();
+    EXPECT_EQ(palpate_scene_parse("[volume.ct]\n[surface.s]\nvolume = \"ct\"\nlabel = \"tumour\"\n"
+                                  "[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n",
+                                  "two.toml", &options, &none, &error),
+              PALPATE_BAD_INPUT);
+    EXPECT_THAT(error.message, testing::HasSubstr("no label is called \"tumour\""));
 }
 
 TEST(DataInC, LayersLieOneBehindTheOther) {
@@ -195,7 +207,11 @@ TEST(DataInC, AFunctionIsFeltAsTheFormulaIs) {
     palpate_error error = no_error();
     ASSERT_EQ(palpate_data_add_scalar_field(data.get(), "own", &given, &error), PALPATE_OK)
         << error.message;
-    const test::LoopPtr own = test::made(test::parsed(kFieldBall, data));
+    // Without iso_value: as of a formula, it is 0.
+    const test::LoopPtr own = test::made(test::parsed(
+        "[volume.own]\n[surface.ball]\nvolume = \"own\"\n[[effect]]\ntype = \"surface\"\n"
+        "surface = \"ball\"\n",
+        data));
     const test::LoopPtr formula = test::made(test::parsed(
         "[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 10\n[surface.ball]\nvolume = \"v\"\n"
         "[[effect]]\ntype = \"surface\"\nsurface = \"ball\"\n"));

@@ -16,6 +16,7 @@
 #include "tests/c/c_data.h"
 #include "tests/c/c_handles.h"
 #include "tests/support/memory_scenes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace palpate {
 namespace {
@@ -54,6 +55,15 @@ TEST(ExtractionInC, AMeshOfVoxelsIsFeltAsThatOfCpp) {
         ++i;
     }
     EXPECT_GT(queries, 0U);
+    const test::TemporaryFolder folder;
+    test::make_file(folder / "cache", "no folder");
+    const std::string cache = (folder / "cache").string();
+    options.cache = cache.c_str();
+    const test::ScenePtr uncached = test::parsed(text, &options);
+    ASSERT_EQ(palpate_scene_warning_count(uncached.get()), 1u);
+    EXPECT_NE(std::string(palpate_scene_warning(uncached.get(), 0)).find("cannot be written"),
+              std::string::npos)
+        << palpate_scene_warning(uncached.get(), 0);
 }
 
 } // namespace

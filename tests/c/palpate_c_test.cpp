@@ -191,6 +191,21 @@ TEST(PalpateC, ScenesTellWhatIsNotFeltAsTheySay) {
     EXPECT_EQ(palpate_scene_warning(nullptr, 0), nullptr);
 }
 
+TEST(PalpateC, ALoopTellsWhatItsOwnMethodDoesNotCertify) {
+    const ScenePtr fixed =
+        parsed("[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n[[effect]]\n"
+               "type = \"gradient_surface\"\nvolume = \"v\"\n"
+               "strength_n = [[-1e-9, 0], [0, 1e3]]\n[loop]\nmethod = \"fixed\"\n");
+    EXPECT_EQ(palpate_scene_warning_count(fixed.get()), 0u);
+    EXPECT_EQ(palpate_loop_warning_count(made(fixed).get()), 0u);
+    palpate_loop_options options{};
+    options.size = sizeof options;
+    options.method = PALPATE_ADAPTIVE;
+    const LoopPtr loop = made(fixed, &options);
+    ASSERT_EQ(palpate_loop_warning_count(loop.get()), 1u);
+    EXPECT_THAT(palpate_loop_warning(loop.get(), 0), HasSubstr("drifts"));
+}
+
 TEST(PalpateC, ScenesTellHowTheirFilesWereRead) {
     const test::TemporaryFolder folder;
     test::make_file(folder / "m.obj", "v 0 0 0\nv 30 0 0\nv 0 30 0\nf 1 2 3\n");
@@ -212,7 +227,9 @@ TEST(PalpateC, OptionsOfAnotherMethodAreRefused) {
     palpate_loop* loop = nullptr;
     EXPECT_EQ(palpate_loop_make(scene.get(), &options, &loop, &error), PALPATE_BAD_INPUT);
     EXPECT_EQ(loop, nullptr);
-    EXPECT_THAT(error.message, HasSubstr("is of method fixed and changes nothing with adaptive"));
+    EXPECT_STREQ(error.message,
+                 "palpate_loop_options: sub_steps is of method fixed and changes nothing with "
+                 "adaptive; set method, or leave sub_steps 0");
     options = {};
     options.size = sizeof options;
     options.method = PALPATE_SINGLE;

@@ -218,6 +218,29 @@ TEST(TouchInC, LabelsOfContactsAreThoseOfTheCppInterface) {
     EXPECT_GT(seen[1], 20);
     EXPECT_GT(seen[2], 20);
 
+    // A touch is with a label of its own surface, of whichever it is.
+    const test::ScenePtr two = test::parsed(
+        "[volume.ct]\n[surface.a]\nvolume = \"ct\"\nlabel = 1\n[surface.b]\nvolume = \"ct\"\n"
+        "label = 2\n[[effect]]\ntype = \"surface\"\nsurface = \"a\"\n[[effect]]\ntype = "
+        "\"surface\"\nsurface = \"b\"\n",
+        data);
+    const test::LoopPtr of_two = test::made(two);
+    ASSERT_EQ(palpate_label_probe_make(two.get(), &made, &error), PALPATE_OK) << error.message;
+    const test::LabelProbePtr by_surface(made);
+    std::array<int, 2> named{};
+    for (const DeviceState& hand : test::around_ball()) {
+        test::frame_of(of_two.get(), test::probe_of(hand));
+        std::array<palpate_touch, PALPATE_MOST_TOUCHES> touches{};
+        touches[0].size = sizeof touches[0];
+        size_t count = 0;
+        palpate_loop_touches(of_two.get(), touches.data(), touches.size(), &count);
+        for (size_t t = 0; t < count; ++t)
+            if (palpate_touched_label(by_surface.get(), &touches[t]) != nullptr)
+                ++named.at(touches[t].surface);
+    }
+    EXPECT_GT(named[0], 20);
+    EXPECT_GT(named[1], 20);
+
     const double nowhere[3] = {1.0, std::nan(""), 0.0};
     EXPECT_EQ(palpate_label_at(probe.get(), nowhere), nullptr);
     EXPECT_EQ(palpate_label_at(nullptr, nowhere), nullptr);

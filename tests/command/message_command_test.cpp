@@ -44,6 +44,9 @@ TEST_F(CommandMessages, AMisspeltCommandOrOptionIsToldTheNearest) {
     expect_usage({"trace", "--otu", "x"}, "did you mean \"--out\"?");
     expect_usage({"trace", "ball.toml", "--seconds", "nan"}, "palpate: --seconds: nan is not in [");
     expect_usage({"trace", "ball.toml", "--frames", "0"}, "palpate: --frames: ");
+    expect_usage({"trace", "ball.toml", "--frames", "0100"}, "0100 has a zero in front");
+    expect_usage({"trace", "ball.toml", "--sub-steps", "0x10"}, "0x10 is no whole number");
+    expect_usage({"trace", "ball.toml", "--frames", "99999999999999999999"}, "is not in [1, ");
     expect_usage({"extract", "a.nrrd", "-o", "a.ply", "--iso", "1", "--facet-size", "60"},
                  "--facet-size: 60 is not in [0.01, 50]");
     expect_usage({"study", "ball.toml", "--sweep", "sped"}, "palpate: --sweep: sped not in {all,");

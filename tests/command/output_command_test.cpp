@@ -154,7 +154,12 @@ TEST_F(CommandOutputs, TheSummaryOfAnotherSceneIsRefused) {
     std::filesystem::copy_file(*this / "u/summary.json", *this / "t/summary.json",
                                std::filesystem::copy_options::overwrite_existing);
     expect_refused({"report", "t", "u", "-o", "both.html"}, "both.html",
-                   "t/summary.json: is of another scene than recording.h5");
+                   "t/summary.json: is of another run than recording.h5");
+    ASSERT_EQ(run({"trace", "ball.toml", "--method", "single", "--out", "v"}).exit, 0);
+    std::filesystem::copy_file(*this / "v/summary.json", *this / "t/summary.json",
+                               std::filesystem::copy_options::overwrite_existing);
+    expect_refused({"report", "t", "-o", "both.html"}, "both.html",
+                   "t/summary.json: is of another run than recording.h5");
     make("t/summary.json", "{");
     expect_refused({"report", "t", "u", "-o", "both.html"}, "both.html",
                    "t/summary.json: is damaged; trace the scene again");
@@ -201,6 +206,13 @@ TEST_F(CommandOutputs, ARunGoesOnWhereItsEventsCannotBeWritten) {
         for (const char* file : {"frames.csv", "timing.csv", "summary.json", "recording.h5"})
             EXPECT_TRUE(std::filesystem::exists(*this / pace / file)) << pace << "/" << file;
     }
+}
+
+TEST_F(CommandOutputs, AReportIsThereAlsoWhereItsTableCannotBeWritten) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    standard_out = "/dev/full";
+    EXPECT_EQ(run({"report", "t", "-o", "page.html"}).exit, 3);
+    EXPECT_TRUE(std::filesystem::exists(*this / "page.html"));
 }
 
 TEST_F(CommandOutputs, AReaderThatGoesAwayEndsNoRun) {

@@ -34,6 +34,10 @@ test('frames are shown as they come, bit for bit', async () => {
   assert.match((await output(page, 'device')).text, /^mouse, 3 frames lost/);
 });
 
+test('a page that has just come is connected', async () => { // else it never said that the loop is silent
+  assert.equal(await page.evaluate(() => window.palpate.isConnected), true);
+});
+
 test('the newest frame is followed, held and followed again', async () => {
   await page.click('#play');
   server.sendFrames(1036, 10, 0);
@@ -46,10 +50,16 @@ test('the newest frame is followed, held and followed again', async () => {
 
 test('a finer surface is asked for once and shown', async () => {
   assert.deepEqual(await server.next('level'), {do: 'level', structure: 0, facets: fine.facets});
+  server.send(JSON.stringify({say: 'no such gain', kind: 'error', state: {}})); // of another command
+  await page.waitForFunction(() => document.getElementById('link').textContent === 'no such gain');
+  assert.ok(await page.evaluate(() => window.palpate.isAsking));
   server.send(container({kind: 'mesh', structures: [{id: 0, levels: [{facets: fine.facets, positions: 'p', indices: 'i'}]}]},
                         {p: fine.positions, i: fine.indices}));
   await page.waitForFunction(facets => window.palpate.view.surfaces.facets === facets, fine.facets);
   assert.deepEqual(server.take('level'), []);
+  await page.evaluate(() => { window.palpate.isAsking = true; });
+  server.send(JSON.stringify({say: 'structure 0 has no mesh', kind: 'error', about: 'mesh', state: {}}));
+  await page.waitForFunction(() => !window.palpate.isAsking);
 });
 
 test('a view in which nothing moves is at rest though frames go on, and moves again with the probe', async () => {
@@ -210,7 +220,10 @@ test('the page connects again, begins anew, and sends nothing meanwhile', async 
   await page.evaluate(() => { // what is said for half a second is not missed on a slow machine
     const [link, freeze] = ['link', 'freeze'].map(id => document.getElementById(id));
     window.said = [];
-    new MutationObserver(() => window.said.push([link.textContent, freeze.disabled])).observe(link, {childList: true});
+    new MutationObserver(() => {
+      window.said.push([link.textContent, freeze.disabled]);
+      if (link.textContent.startsWith('no connection')) window.palpate.hand.by(0.05, 0, 0); // a drag that nobody hears
+    }).observe(link, {childList: true});
   });
   server.socket.terminate();
   await page.waitForFunction(() => window.said.some(([words]) => words === 'connected'));
@@ -220,6 +233,7 @@ test('the page connects again, begins anew, and sends nothing meanwhile', async 
   server.sendFrames(0, 5, 0);
   await shown(page, 4);
   assert.equal(await page.evaluate(() => window.palpate.frames.count), 5);
+  assert.ok(await page.evaluate(() => window.palpate.hand.place === undefined && !window.palpate.hand.isMoved));
 });
 
 test('a page that has shown a soft surface goes on after it connects again, and its zoom stays', async () => {
@@ -244,8 +258,13 @@ test('a page that has shown a soft surface goes on after it connects again, and 
   server.sendFrames(500, 20, 0);
   await page.waitForFunction(() => window.palpate.charts.cells[0].chart.data[0].length === 520);
   assert.deepEqual(await scale(), zoomed);
+  for (let i = 520; i < 12520; i += 500) server.sendFrames(i, 500, 0); // what is zoomed on is there still
+  await page.waitForFunction(() => window.palpate.frames.count === 12520);
+  await page.waitForFunction(() => window.palpate.takenCount === 12520);
+  assert.deepEqual(await scale(), zoomed);
+  assert.ok(await page.evaluate(from => window.palpate.charts.cells[0].chart.data[0][0] <= from, zoomed[0]));
   await page.mouse.dblclick(x + 0.5 * width, y + 0.5 * height);
-  await page.waitForFunction(() => window.palpate.charts.cells[0].chart.scales.x.max === 0.519);
+  await page.waitForFunction(() => window.palpate.charts.cells[0].chart.scales.x.max === 12.519);
 });
 
 test('a loop that is silent is said to be', async () => {

@@ -37,6 +37,59 @@ test('numbers are those of the data, bit for bit', async () => {
   }
 });
 
+test('a frame that was not computed has no sub-steps, and stops nothing', async () => {
+  await page.evaluate(() => { window.palpate.scene.details = {1500: []}; });
+  await seek(page, 1500);
+  await shown(page, 1500);
+  await seek(page, 1501);
+  await shown(page, 1501);
+  await page.evaluate(() => { delete window.palpate.scene.details; });
+});
+
+test('a surface without a bit of its own is said to be another one', async () => {
+  const said = await page.evaluate(() => {
+    const {frames} = window.palpate, felt = frames.columns.felt[5];
+    frames.columns.felt[5] = 0x80000001;
+    window.palpate.announced = undefined;
+    window.palpate.announce(5);
+    frames.columns.felt[5] = felt;
+    return window.palpate.announced;
+  });
+  assert.match(said, /^Touching bone and another surface\./);
+});
+
+test('the scale is that of the plane of the view, also at its edges', async () => {
+  const ratios = await page.evaluate(() => {
+    const {view} = window.palpate, middle = view.controls.target;
+    view.draw(performance.now() + 1e6);
+    const right = middle.clone().setFromMatrixColumn(view.camera.matrixWorld, 0);
+    return [-0.5, 0, 0.5].map(share => {
+      const a = middle.clone().addScaledVector(right, share * view.radius), b = a.clone().addScaledVector(right, 0.1);
+      return (view.toScreen(b).x - view.toScreen(a).x) * view.mmPerPixel(a) / 0.1;
+    });
+  });
+  for (const ratio of ratios) assert.ok(Math.abs(ratio - 1) < 1e-6, `${ratios}`);
+});
+
+test('the bar of the scale says its length, however small it is', async () => {
+  const words = await page.evaluate(() => {
+    const {overlay} = window.palpate, own = overlay.view.mmPerPixel, said = [];
+    for (const mm of [0.001, 1e-5, 3e-6]) {
+      overlay.view.mmPerPixel = () => mm;
+      overlay.placeScale();
+      said.push([overlay.barWords.textContent, parseFloat(overlay.bar.style.width) * mm]);
+    }
+    delete overlay.view.mmPerPixel;
+    if (overlay.view.mmPerPixel !== own) throw new Error('not put back');
+    overlay.placeScale();
+    return said;
+  });
+  for (const [text, mm] of words) {
+    const [, number, unit] = /^([\d.]+) (µm|mm) at/.exec(text);
+    assert.ok(Math.abs(Number(number) * (unit === 'mm' ? 1 : 1e-3) / mm - 1) < 1e-4, `${text}: ${mm} mm`);
+  }
+});
+
 test('the drawn probe, proxy and force are where the frame has them', async () => {
   await seek(page, 1300);
   const drawn = await page.evaluate(() => {

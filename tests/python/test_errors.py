@@ -207,6 +207,7 @@ class Errors(unittest.TestCase):
     def test_arguments_are_refused_with_what_to_give(self):
         scene = palpate.Scene(cavity())
         path = strokes(10)
+        rows = np.column_stack([np.arange(10) / 1000.0, path])
         for call, *parts in (
             (lambda: palpate.trace(scene, path[:, :2]), "shape (10, 2)", "(N, 3)"),
             (lambda: palpate.trace(scene, path[0]), "shape (3,)", "(N, 3)"),
@@ -218,6 +219,7 @@ class Errors(unittest.TestCase):
             (lambda: palpate.trace(scene, path, rate_hz=500), "path[1]", "resample"),
             (lambda: palpate.trace(scene, path, every=0), "every = 0", "[1, 2147483647]"),
             (lambda: palpate.trace(scene, "x.csv", rate_hz=1000), "rate_hz", "leave it out"),
+            (lambda: palpate.trace(scene, rows, rate_hz=1000), "rows have their t_s", "leave it out"),
             (lambda: palpate.trace(scene, path, method="best"), "method best", "adaptive"),
             (lambda: palpate.trace(scene, path, sub_steps=4), "sub_steps", "method fixed"),
             (lambda: palpate.Loop(scene, tolerance_um=-1), "tolerance_um -1", "(0, 1000]"),

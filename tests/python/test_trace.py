@@ -93,6 +93,23 @@ class Traces(unittest.TestCase):
             summary = own.summary()
             self.assertEqual(summary["frames"], len(own))
 
+    def test_what_is_said_of_a_generated_path_is_a_warning(self):
+        scene = palpate.Scene({**cavity(), "device": {"type": "orbit", "duration_s": 2, "turns": 90}})
+        with self.assertWarnsRegex(UserWarning, "the orbit around wall ends after"):
+            path = scene.path()
+        self.assertEqual(len(path), 2000)
+
+    def test_every_is_of_a_path_or_an_orbit(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "recording.h5"
+            palpate.trace(palpate.Scene(cavity()), strokes(100)).save(file)
+            recorded = {**cavity(), "device": {"type": "recording", "file": str(file)}}
+            scene = palpate.Scene(recorded)
+            self.assertEqual(len(scene.path()), 100)
+            for call in (scene.path, lambda every: palpate.trace(scene, every=every)):
+                with self.assertRaisesRegex(palpate.ArgumentError, "every: takes each K-th row"):
+                    call(every=2)
+
     def test_trials_begin_where_a_row_has_no_time(self):
         rows = np.column_stack([np.arange(50) / 1000.0, strokes(50)])
         trace = palpate.trace(palpate.Scene(cavity()), np.vstack([rows, rows, rows]))

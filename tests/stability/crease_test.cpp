@@ -116,9 +116,8 @@ TEST_F(TouchingLabels, AndWhereOneOfThemHasAMeshOfItsOwn) {
             std::make_shared<const Scene>(with_mesh, SceneResources{.files = scene_files()});
         for (const SteppingMethod method :
              {SteppingMethod::paper, SteppingMethod::fixed, SteppingMethod::adaptive})
-            EXPECT_LE(longest_stall(loaded, method), 5)
-                << "contact " << static_cast<int>(contact) << ", method "
-                << static_cast<int>(method);
+            EXPECT_LE(longest_stall(loaded, method), 5) << "contact " << static_cast<int>(contact)
+                                                        << ", method " << static_cast<int>(method);
     }
 }
 
@@ -133,6 +132,11 @@ TEST_F(TouchingLabels, OnlyLabelsThatAreFeltAlikeAreJoined) {
     SceneDescription one_is_soft = scene();
     one_is_soft.surfaces.at("s3").strength_n = 1.0;
     EXPECT_EQ(labels_felt_alike(one_is_soft, "s1"), (std::vector<std::string>{"2", "4"}));
+    // What gives way ends where it does, and what is hard behind it begins there.
+    SceneDescription one_is_pressed = scene();
+    one_is_pressed.surfaces.at("s3").softness = Softness::linear(150.0);
+    EXPECT_EQ(labels_felt_alike(one_is_pressed, "s1"), (std::vector<std::string>{"2", "4"}));
+    EXPECT_TRUE(labels_felt_alike(one_is_pressed, "s3").empty());
     // A mesh is of its label alone, and so is the field that is felt beside it; others close the
     // groove from their side.
     SceneDescription one_has_a_mesh = scene();

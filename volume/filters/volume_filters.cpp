@@ -128,12 +128,15 @@ std::string scene_box_text(const VoxelVolume& volume) {
 }
 
 float value_of_removed(double level, double margin) {
-    const float removed = static_cast<float>(level - margin);
-    if (!(std::isfinite(level) && margin > 0.0 && std::isfinite(removed)))
+    if (!(std::isfinite(level) && margin > 0.0))
         throw std::invalid_argument("remove_components: level must be finite and margin > 0");
-    if (!(removed < level))
-        throw std::invalid_argument("remove_components: margin " + std::to_string(margin) +
-                                    " vanishes in float beside level " + std::to_string(level));
+    // Of a level far above its margin the next float below it is the nearest that there is.
+    float removed = static_cast<float>(level - margin);
+    constexpr float kLeast = -std::numeric_limits<float>::infinity();
+    while (!(removed < level) && std::isfinite(removed))
+        removed = std::nextafter(removed, kLeast);
+    if (!std::isfinite(removed))
+        throw std::invalid_argument("remove_components: the level is out of a float's range");
     return removed;
 }
 

@@ -35,6 +35,7 @@ export class App {
     this.scene = scene;
     this.send = send;
     this.isLive = scene.mode === 'live';
+    this.isConnected = Boolean(send); // the scene has just come
     document.body.dataset.mode = scene.mode;
     this.frames = new FrameStore();
     if (scene.frames) this.frames.append(scene.frames, blob);
@@ -105,7 +106,9 @@ export class App {
     this.frames.append(frames, blob);
     this.arrived = performance.now();
     if (this.player.playing && this.frames.count > 0 && this.looksDifferent(this.player.last)) this.beat.wake();
-    const gone = this.frames.runBegin(before) || (this.frames.isFull ? this.frames.count >> 1 : 0);
+    const begun = this.frames.runBegin(before);
+    if (begun) this.charts.isZoomed = false; // its clock begins anew
+    const gone = begun || (this.frames.isFull ? this.frames.count >> 1 : 0);
     if (gone === 0) return;
     this.takeIn(); // tables keep what is forgotten; a page in the background draws nothing for minutes
     for (const surface of this.view.surfaces.all) surface.forgetFrames(this.look.paint !== 'none');
@@ -133,7 +136,7 @@ export class App {
       document.getElementById('link').textContent = message.say;
       this.announcer.say(message.say);
     }
-    if (message.kind === 'error') this.isAsking = false; // it may have been about a surface: the next one is asked for
+    if (message.kind === 'error' && message.about === 'mesh') this.isAsking = false; // the next one is asked for
     const before = JSON.stringify(this.state.marks);
     Object.assign(this.state, message.state ?? {});
     if (Array.isArray(this.state.marks) && JSON.stringify(this.state.marks) !== before) this.setMarks(this.state.marks);
@@ -144,6 +147,7 @@ export class App {
   setConnected(isConnected) {
     if (this.isConnected !== isConnected) this.announcer.say(isConnected ? 'Connected.' : 'Connection lost.');
     this.isConnected = isConnected;
+    this.hand?.forget(); // what moved while nobody heard would be a jump
     if (!isConnected) {
       this.isAsking = false; // whatever was under way
       this.view.surfaces.forgetAsked();
@@ -194,7 +198,8 @@ export class App {
   }
 
   detail() {
-    return this.scene.details?.[String(this.frames.columns.index[this.player.index])];
+    const steps = this.scene.details?.[String(this.frames.columns.index[this.player.index])];
+    return steps?.length ? steps : undefined; // a frame that was not computed has none
   }
 
   // What is computed from the frames.
@@ -259,9 +264,8 @@ export class App {
     }
     this.picking.update();
     const isDrawn = this.view.draw(now);
-    if (isDrawn) {
-      this.overlay.place();
-    } else if (!this.isOpen) {
+    if (isDrawn) this.overlay.place();
+    if (!this.isOpen && (!isDrawn || !this.view.pace.isLearning)) {
       this.isOpen = true;
       this.takeIn();
     }

@@ -94,7 +94,8 @@ export class Charts {
     const {frames} = this;
     if (!frames.count) this.isZoomed = false; // all begins anew
     const newest = frames.count ? frames.columns.time_s[frames.count - 1] : 0;
-    const begin = this.isLive ? frames.at(newest - kLiveWindow_s) : 0;
+    const shown = this.isZoomed && this.cells[0].chart.scales.x.min; // of a zoom that frames leave behind
+    const begin = this.isLive ? frames.at(Math.min(newest - kLiveWindow_s, Number.isFinite(shown) ? shown : newest)) : 0;
     const times = frames.columns.time_s.subarray(begin, frames.count);
     for (const cell of this.shown()) {
       const values = new Float64Array(times.length);

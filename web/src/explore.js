@@ -146,7 +146,7 @@ export class Explore {
     const surface = this.app.view.surfaces.all[0];
     const facets = surface.levels.at(-1)?.facets ?? 0;
     const otsu = iso.value === this.choice.iso ? ' (Otsu\'s threshold)' : '';
-    this.words = `Surface at ${readable(iso.value)}${otsu}: its largest part, ${Math.round(facets / 1000)}k facets, ` +
+    this.words = `Surface at ${readable(iso.value, Infinity)}${otsu}: its largest part, ${Math.round(facets / 1000)}k facets, ` +
                  `${iso.fine ? 'fine' : 'a first look'} after ${readable(this.took_ms / 1000)} s.`;
     this.say(this.words);
   }

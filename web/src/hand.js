@@ -30,7 +30,13 @@ export class Hand {
     this.isOn = isOn;
     this.view.controls.enabled = !isOn;
     this.view.canvas.classList.toggle('hand', isOn);
-    this.place = undefined; // from the probe on, whoever moved it meanwhile
+    this.forget();
+  }
+
+  /** The next move is from the probe on, whoever moved it meanwhile. */
+  forget() {
+    this.place = undefined;
+    this.isMoved = false;
   }
 
   /** Moves by metres along the view's axes: right, up, towards the viewer. */

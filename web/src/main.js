@@ -39,7 +39,11 @@ function startLive() {
       if (json.kind === 'scene') {
         if (app?.isSameScene(json)) return void app.beginAnew(json, blob);
         if (app) return void location.reload();
-        app = new App(json, blob, command => connection.send(command));
+        try {
+          app = new App(json, blob, command => connection.send(command));
+        } catch (error) {
+          return void complain(error); // without it nothing else is shown
+        }
         window.palpate = app;
       } else if (json.kind === 'frames') app?.addFrames(json.frames, blob);
       else if (json.kind === 'mesh' && json.chosen) app?.explore?.take(json, blob);

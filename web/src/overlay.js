@@ -6,6 +6,12 @@ import {axisNames, lettersOf, listed, readable, roundUp} from './words.js';
 const covers = (a, b) => a.x < b.right + 2 && b.x < a.right + 2 && a.y < b.bottom + 1 && b.y < a.bottom + 1;
 const kBar_px = 110; // the scale bar is at most as long
 
+/** A round length in mm as its bar says it, in um where mm would have many zeros. */
+function barLength(length_mm) {
+  const isSmall = length_mm < 0.1;
+  return `${Number((isSmall ? 1000 * length_mm : length_mm).toPrecision(6))} ${isSmall ? '\u00b5m' : 'mm'}`;
+}
+
 export class Overlay {
   constructor(view, scene) {
     this.view = view;
@@ -57,7 +63,7 @@ export class Overlay {
     let length = roundUp(kBar_px * perPixel);
     while (length > kBar_px * perPixel * 1.001) length = length > 1e-9 ? roundUp(length * 0.45) : 0;
     this.bar.style.width = `${length / perPixel}px`;
-    this.barWords.textContent = `${readable(length).replace(/\.0+$/, '')} mm at the ${this.barPlace}`;
+    this.barWords.textContent = `${barLength(length)} at the ${this.barPlace}`;
   }
 
   /** A tag beside a place, within the view, where it covers no other; hidden where there is no room.

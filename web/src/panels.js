@@ -178,8 +178,8 @@ export class Panels {
     const {slices} = this.app, [width, level] = [at('window').valueAsNumber, at('level').valueAsNumber];
     slices.setWindow(width, level);
     const unit = slices.volume.unit ?? '';
-    at('window-words').textContent = `${readable(width)} ${unit}`;
-    at('level-words').textContent = `${readable(level)} ${unit}`;
+    at('window-words').textContent = `${readable(width, Infinity)} ${unit}`;
+    at('level-words').textContent = `${readable(level, Infinity)} ${unit}`;
     this.app.redraw();
   }
 

@@ -223,7 +223,7 @@ export class Slices {
   wordsAt(place_m) {
     const at = this.volume ? this.volume.grid.voxelAt(place_m) : -1;
     const {low, high, unit} = this.volume ?? {};
-    const value = at < 0 ? undefined : `${readable(low + (high - low) * this.volume.voxels[at] / 255)} ${unit ?? ''}`.trim();
+    const value = at < 0 ? undefined : `${readable(low + (high - low) * this.volume.voxels[at] / 255, Infinity)} ${unit ?? ''}`.trim();
     const label = this.labels && (this.labels.nameAt(place_m) ?? 'no label');
     return [label, value].filter(Boolean).join(', ') || 'outside the volume';
   }

@@ -43,6 +43,7 @@ export class StructureList {
     cut.onchange = () => {
       surface.isCut = cut.checked;
       app.setCut();
+      app.view.touch();
     };
     line.addEventListener('focusin', () => this.select(surface));
     return {surface, line, shown, name: name.toLowerCase()};

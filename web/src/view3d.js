@@ -163,9 +163,11 @@ export class View3d {
     this.touch();
   }
 
-  /** mm of one pixel at a place of the page's frame. */
+  /** mm of one pixel at a place of the page's frame, in the plane of the view. */
   mmPerPixel(place) {
-    const away = this.camera.position.distanceTo(place);
+    const direction = this.camera.getWorldDirection(new THREE.Vector3());
+    const depth = direction.dot(place.clone().sub(this.camera.position));
+    const away = depth > 0 ? depth : this.camera.position.distanceTo(place);
     return 2 * away * Math.tan(THREE.MathUtils.degToRad(kFieldOfView / 2)) / Math.max(1, this.host.clientHeight);
   }
 
@@ -186,12 +188,13 @@ export class View3d {
 
   /** Cuts off what is on one side: the plane's normal (scene axes) and place (scene m); null: whole. */
   setCut(normal, place_m) {
+    const wasCut = this.isCut, before = this.cut.clone();
     this.isCut = normal !== null;
     if (this.isCut)
       this.cut.setFromNormalAndCoplanarPoint(new THREE.Vector3(...normal),
                                              new THREE.Vector3(...this.toView(place_m)));
     for (const surface of this.surfaces.all) surface.setPlanes(this.isCut ? [this.cut] : []);
-    this.touch();
+    if (this.isCut !== wasCut || !this.cut.equals(before)) this.touch(); // what looks the same may rest
   }
 
   /** Draws where something changed; true where it did. */
@@ -223,8 +226,9 @@ export class View3d {
   placeCamera() {
     const away = this.camera.position.length();
     const toTarget = this.camera.position.distanceTo(this.controls.target); // near it, what is nearer is looked at, too
-    this.camera.near = Math.max(Math.min(0.02 * this.radius, 0.1 * toTarget), away - 4 * this.radius);
-    this.camera.far = away + 4 * this.radius;
+    const nearest = Math.min(away, toTarget), farthest = Math.max(away, toTarget);
+    this.camera.near = Math.max(Math.min(0.02 * this.radius, 0.1 * toTarget), nearest - 4 * this.radius);
+    this.camera.far = farthest + 4 * this.radius;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
     const scale = this.mmPerPixel(this.glyphs.proxy.position);

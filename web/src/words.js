@@ -2,13 +2,15 @@
 /** Numbers and states in words. */
 
 const kDecimals = 3; // at most: a thousandth of a N, a mm, a s
+const kMostDecimals = 20; // that toFixed() is sure to have
 
-/** Three significant digits, all digits before the point; a dash where there is no number. */
-export function readable(value) {
+/** Three significant digits, all digits before the point; a dash where there is no number.
+ *  @param {number} decimals at most: what is finer says nothing of a force, a way, a time */
+export function readable(value, decimals = kDecimals) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   if (value === 0) return '0';
   const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.abs(value))));
-  return value.toFixed(Math.min(digits, kDecimals));
+  return value.toFixed(Math.min(digits, decimals, kMostDecimals));
 }
 
 /** The smallest of 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10 times a power of ten that is at least `value`. */
@@ -34,9 +36,12 @@ export function flagsOf(scene, flags) {
   return rest ? [...named, {name: `bits 0x${rest.toString(16)}`, remedy: ''}] : named;
 }
 
+const kOthers = {name: 'another surface', bit: 31}; // of all that have no bit of their own
+
 /** Structures that a frame felt. */
 export function feltOf(scene, felt) {
-  return (scene.structures ?? []).filter(s => s.bit >= 0 && (felt >>> s.bit) & 1);
+  const named = (scene.structures ?? []).filter(s => s.bit >= 0 && (felt >>> s.bit) & 1);
+  return (felt >>> kOthers.bit) & 1 ? [...named, kOthers] : named;
 }
 
 /** Letters and words of the axes: of the patient for "LPS" and "RAS", else of x, y and z. */

@@ -206,15 +206,16 @@ BakedSurface bake_labels(const VolumeDescription& source, const LabelVolume& vol
                          const SurfaceDescription& surface, std::span<const std::string> alike,
                          const std::string& place, const Progress& progress) {
     require_label_map(source, volume, place);
+    // The Gaussian's kernel ends at about four sigma.
+    const int margin = kPadding + static_cast<int>(std::ceil(4.0 * smoothing_of(surface)));
     std::vector<std::size_t> chosen;
+    VoxelVolume before;
     try {
         chosen = find_labels(volume, surface.labels);
+        before = label_occupancy(volume, chosen, margin);
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(fmt::format("{}: {}", place, error.what()));
     }
-    // The Gaussian's kernel ends at about four sigma.
-    const int margin = kPadding + static_cast<int>(std::ceil(4.0 * smoothing_of(surface)));
-    VoxelVolume before = label_occupancy(volume, chosen, margin);
     if (surface.region_mm) before = padded(region_of(before, surface, place), margin, 0.0F);
 
     BakedSurface baked;

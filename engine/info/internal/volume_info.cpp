@@ -98,8 +98,13 @@ std::string warning_words(const std::vector<std::string>& warnings) {
     return text;
 }
 
-constexpr const char* kIsoUnused =
-    "warning: --iso is for the picture of a measured volume; it is not used here\n";
+/// A level is of measured values.
+void refuse_iso(const FileInfoSettings& settings, std::string_view what) {
+    if (settings.iso)
+        throw std::invalid_argument(fmt::format(
+            "iso: is the level of a measured volume in its picture, and this is a {}; leave it out",
+            what));
+}
 
 // --- Scalar volumes
 
@@ -192,6 +197,7 @@ std::array<std::int32_t, 2> label_range(const LabelVolume& volume) {
 }
 
 FileInfo label_info(const LabelVolume& volume, const FileInfoSettings& settings) {
+    refuse_iso(settings, "label volume");
     const Image image{volume.size, volume.index_to_scene, volume.source_type,
                       volume.layers.size() * volume.voxels() * sizeof(std::int32_t),
                       volume.warnings};
@@ -210,7 +216,6 @@ FileInfo label_info(const LabelVolume& volume, const FileInfoSettings& settings)
     info.json = json_text(document);
     if (settings.picture == Picture::none) return info;
     info.picture = overview_png(volume);
-    if (settings.iso) info.words += kIsoUnused;
     return info;
 }
 
@@ -246,6 +251,7 @@ Magnitudes magnitudes_of(const VectorVolume& volume) {
 
 FileInfo vector_info(const VectorVolume& volume, const FileInfoSettings& settings) {
     const bool is_tensor = volume.kind == VectorVolume::Kind::symmetric_tensor;
+    refuse_iso(settings, "volume of vectors");
     const Image image{volume.size, volume.index_to_scene, volume.source_type,
                       volume.values.size() * sizeof(float), volume.warnings};
     const Magnitudes magnitudes = magnitudes_of(volume);
@@ -272,7 +278,6 @@ FileInfo vector_info(const VectorVolume& volume, const FileInfoSettings& setting
     info.json = json_text(document);
     if (settings.picture == Picture::none) return info;
     info.picture = overview_png(volume);
-    if (settings.iso) info.words += kIsoUnused;
     return info;
 }
 

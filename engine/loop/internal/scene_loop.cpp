@@ -238,7 +238,13 @@ std::vector<FeltEffect> SceneLoop::named_effects() const {
 }
 
 std::vector<std::string> SceneLoop::warnings() const {
-    return warnings_of(*scene_, named_effects(), safety_.force_n());
+    std::vector<std::string> lines = warnings_of(*scene_, named_effects(), safety_.force_n());
+    // Where the scene itself is of that method, scene_warnings() has said so.
+    const std::string& uncertified = scene_->plan().uncertified;
+    const bool is_ours = loop_.method == SteppingMethod::adaptive &&
+                         scene_->description().loop.method != SteppingMethod::adaptive;
+    if (is_ours && !uncertified.empty()) lines.push_back(uncertified);
+    return lines;
 }
 
 FrameReport SceneLoop::frame(const DeviceState& device, std::span<const std::uint32_t> steps_left,

@@ -80,7 +80,10 @@ std::string readable(std::optional<double> value) {
     const double size = std::abs(*value);
     if (size >= kLargestInteger) return fmt::format("{:.2e}", *value);
     if (size >= kAllDigits || std::round(size) == size) return fmt::format("{:.0f}", *value + 0.0);
-    return fmt::format("{:.3g}", *value);
+    std::string text = fmt::format("{:.3g}", *value);
+    if (text != "100" && text != "-100") return text;
+    // 99.96 is no 100: of shares and of bounds that would say too much.
+    return fmt::format("{:.2f}", std::copysign(std::floor(100.0 * size) / 100.0, *value));
 }
 
 std::string html_table(std::string_view caption, const std::vector<HtmlColumn>& columns,

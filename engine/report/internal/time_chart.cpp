@@ -30,6 +30,7 @@ struct Plot {
 struct ValueRange {
     double smallest = 1.0;
     double largest = 0.0;
+    double share = 0.0; ///< of the run's time until the middle of the column's frames
     bool empty() const noexcept { return smallest > largest; }
 };
 
@@ -37,13 +38,24 @@ std::vector<ValueRange> ranges_of(const FrameQuantity& quantity,
                                   std::span<const FrameReport> frames, const Plot& plot) {
     const std::size_t columns = std::min(plot.columns(), frames.size());
     std::vector<ValueRange> ranges(columns);
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-        const double value = quantity.of(frames[i]);
-        if (!std::isfinite(value)) continue;
-        ValueRange& range = ranges[i * columns / frames.size()];
-        range = range.empty()
-                    ? ValueRange{value, value}
-                    : ValueRange{std::min(range.smallest, value), std::max(range.largest, value)};
+    const double begin_s = frames.front().time_s;
+    const double duration_s = frames.back().time_s - begin_s;
+    for (std::size_t column = 0; column < columns; ++column) {
+        ValueRange& range = ranges[column];
+        // A column has its share of the frames, and stands where their time is: periods may lack.
+        const std::size_t from = (column * frames.size() + columns - 1) / columns;
+        const std::size_t to = ((column + 1) * frames.size() + columns - 1) / columns;
+        for (std::size_t i = from; i < to; ++i) {
+            const double value = quantity.of(frames[i]);
+            if (!std::isfinite(value)) continue;
+            const bool is_first = range.empty();
+            range.smallest = is_first ? value : std::min(range.smallest, value);
+            range.largest = is_first ? value : std::max(range.largest, value);
+        }
+        const double middle_s = 0.5 * (frames[from].time_s + frames[to - 1].time_s);
+        range.share = duration_s > 0.0
+                          ? std::clamp((middle_s - begin_s) / duration_s, 0.0, 1.0)
+                          : (static_cast<double>(column) + 0.5) / static_cast<double>(columns);
     }
     return ranges;
 }
@@ -52,8 +64,7 @@ std::vector<ValueRange> ranges_of(const FrameQuantity& quantity,
 /// without numbers.
 std::string band(const std::vector<ValueRange>& ranges, double top, const Plot& plot) {
     const auto point = [&](std::size_t column, double value) {
-        const double x = Plot::kLeft + plot.width * (static_cast<double>(column) + 0.5) /
-                                           static_cast<double>(ranges.size());
+        const double x = Plot::kLeft + plot.width * ranges[column].share;
         const double y = Plot::kTop + Plot::kHeight * (1.0 - std::clamp(value / top, 0.0, 1.0));
         return fmt::format("{:.1f} {:.1f} ", x, y);
     };

@@ -92,15 +92,17 @@ Vec3 ServoLoop::to_be_sent(const Vec3& force, double gap_us, double began_us) no
 }
 
 /// A frame with its decisions and touches, or none of them: a recording has no use for one without
-/// the others.
+/// the others. The periods that it missed are told with the next one.
 void ServoLoop::hand_over(RunFrame& frame) noexcept {
     const auto decisions = decisions_ ? loop_.steps_left() : std::span<const std::uint32_t>{};
     const auto touches = touches_ ? loop_.touches() : std::span<const Touch>{};
     if (frames_.room() == 0 || (decisions_ && decisions_->room() < decisions.size()) ||
         (touches_ && touches_->room() < touches.size())) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
+        missed_untold_ += frame.missed;
         return;
     }
+    frame.missed += std::exchange(missed_untold_, 0);
     if (decisions_) decisions_->push(decisions);
     for (const Touch& touch : touches)
         touches_->push(RecordedTouch{touch, frame.frame.frame});

@@ -69,6 +69,7 @@ private:
     bool was_let_go_ = false; ///< by the driver, of a force that still fades in the frames
     std::atomic<bool> asked_{false};
     std::atomic<std::uint64_t> dropped_{0};
+    std::uint64_t missed_untold_ = 0; // periods, of frames that were dropped
 };
 
 } // namespace palpate::internal

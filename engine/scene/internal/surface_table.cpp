@@ -207,7 +207,7 @@ void read_source(const TomlTable& table, const SceneDescription& scene, bool ana
                                    table.where(), surface.volume),
                        "name a label volume, or take iso_value");
         surface.labels = read_labels(table);
-    } else if (!analytic) {
+    } else if (!is_exact(scene.volumes.at(surface.volume))) {
         table.require("iso_value", "give the level of the surface in the volume's unit, or the "
                                    "name of a label with label = \"...\"");
         if (!scene.volumes.at(surface.volume).labels.empty())

@@ -52,8 +52,13 @@ void read_formula(const TomlTable& table, VolumeDescription& volume) {
 std::filesystem::path existing_file(const TomlTable& table, std::string_view key,
                                     const std::filesystem::path& scene_file) {
     const std::string text = table.text(key);
-    std::filesystem::path file = (scene_file.parent_path() / text).lexically_normal();
+    // Where ".." stands behind a link the system goes to another folder than the letters say.
+    std::filesystem::path file = scene_file.parent_path() / text;
+    const std::filesystem::path by_letters = file.lexically_normal();
     std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored) ||
+        std::filesystem::equivalent(file, by_letters, ignored))
+        file = by_letters;
     if (!std::filesystem::exists(file, ignored))
         table.fail(table.line_of(key),
                    fmt::format("{} = \"{}\" {} does not exist", key, text, table.where()),
@@ -68,10 +73,10 @@ VolumeDescription read_volume_table(const TomlTable& table, const std::filesyste
     if (data != nullptr) {
         for (const std::string_view key : {"file", "analytic"})
             if (table.has(key))
-                table.fail(table.line_of(key),
-                           fmt::format("{} {} and data in memory exclude each other", key,
-                                       table.where()),
-                           "keep one of them");
+                table.fail(
+                    table.line_of(key),
+                    fmt::format("{} {} and data in memory exclude each other", key, table.where()),
+                    "keep one of them");
         table.allow_only({}, "beside data in memory");
         volume = *data;
         volume.line = table.line();

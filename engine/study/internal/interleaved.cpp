@@ -122,7 +122,7 @@ private:
 } // namespace
 
 StudyRun::Range range_of(std::vector<double> values) {
-    if (values.empty()) return {};
+    if (values.size() < 2) return {};
     std::sort(values.begin(), values.end());
     const auto rank = [&](double share) {
         const double last = static_cast<double>(values.size() - 1);

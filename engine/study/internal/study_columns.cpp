@@ -12,9 +12,11 @@ Value in_contact(const StudyRun& run, double value) {
     return run.frames_in_contact > 0 ? Value(value) : Value();
 }
 
-Value of_ticks(const StudyRun& run, double value) {
-    return run.pace.empty() ? Value() : in_contact(run, value);
+Value of_all(const StudyRun& run, std::size_t frames) {
+    return run.frames > 0 ? Value(static_cast<double>(frames)) : Value();
 }
+
+Value of_ticks(const StudyRun& run, double value) { return run.has_ticks ? Value(value) : Value(); }
 
 template <class T>
 Value known(const std::optional<T>& value) {
@@ -69,9 +71,9 @@ constexpr std::array kColumns{
     StudyColumn{"late_max_us", "us after the tick", "max",
                 [](const StudyRun& r) { return of_ticks(r, r.late_max_us); }},
     StudyColumn{"over_budget", "frames longer than", "budget",
-                [](const StudyRun& r) { return Value(r.over_budget); }},
+                [](const StudyRun& r) { return of_all(r, r.over_budget); }},
     StudyColumn{"over_period", "frames longer than", "period",
-                [](const StudyRun& r) { return Value(r.over_period); }},
+                [](const StudyRun& r) { return of_all(r, r.over_period); }},
 };
 
 Value over_repetitions(const StudyRun& run, double value) {

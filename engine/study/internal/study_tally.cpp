@@ -98,6 +98,7 @@ StudyRun StudyTally::conclude(const LoopDescription& loop) && {
     run_.spent_mean_us = trimmed_mean(spent_us_);
     const Spread evaluations = spread_of(std::move(evaluations_));
     const Spread spent_us = spread_of(std::move(spent_us_));
+    run_.frames = late_us_.size();
     const Spread late_us = spread_of(std::move(late_us_));
     run_.evaluations_mean = evaluations.mean;
     run_.evaluations_max = evaluations.max;

@@ -76,10 +76,13 @@ bool CsvRows::next(std::span<double> numbers) {
 double CsvRows::number_from(std::string_view cell) const {
     const std::string_view text = without_blanks(cell);
     double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    // A sign in front of what is positive, as printf's "%+f" writes it, is unknown to from_chars().
+    const std::size_t sign = text.starts_with('+') && !text.starts_with("+-") ? 1 : 0;
+    const char* const last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data() + sign, last, value);
     if (error == std::errc::result_out_of_range)
         fail(fmt::format("{} does not fit a number", quoted(text)), "give a double");
-    if (error != std::errc() || end != text.data() + text.size())
+    if (error != std::errc() || end != last)
         fail(fmt::format("{} is not a number", quoted(text)),
              "write decimals with a point, columns with commas");
     return value;

@@ -25,9 +25,11 @@ constexpr std::size_t kPiece = 65'536;       // bytes of a message that are sent
 
 } // namespace
 
-std::string live_words(std::string_view said, bool is_error, const nlohmann::json& state) {
-    const nlohmann::json message = {
+std::string live_words(std::string_view said, bool is_error, const nlohmann::json& state,
+                       LiveTopic about) {
+    nlohmann::json message = {
         {"say", said}, {"kind", is_error ? "error" : "info"}, {"state", state}};
+    if (about == LiveTopic::mesh) message["about"] = "mesh";
     return message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -124,6 +126,7 @@ void LivePage::has_read(error_code error) {
 void LivePage::obey() {
     LiveReply reply;
     bool is_command = false;
+    LiveTopic about = LiveTopic::any;
     try {
         if (!socket_.got_text())
             throw std::invalid_argument("a binary message is no command; send JSON as text");
@@ -131,6 +134,7 @@ void LivePage::obey() {
         auto command = parse_view_command(
             std::string_view(static_cast<const char*>(bytes.data()), bytes.size()));
         is_command = true;
+        if (std::holds_alternative<view_commands::Level>(command)) about = LiveTopic::mesh;
         if (auto* button = std::get_if<view_commands::Button>(&command))
             button->on = hold_button(button->on);
         reply = host_.answer(command);
@@ -146,22 +150,23 @@ void LivePage::obey() {
         else
             work_->begin(std::move(reply.later));
     }
-    if (!reply.said.empty()) say(reply.said, reply.is_error);
+    if (!reply.said.empty()) say(reply.said, reply.is_error, about);
 }
 
 void LivePage::has_made(const LiveMessage& made, const std::string& why) {
     if (made)
         send(made, false);
     else
-        say(why, true);
+        say(why, true, LiveTopic::mesh);
 }
 
 void LivePage::end_work() {
     if (work_) work_->end();
 }
 
-void LivePage::say(const std::string& words, bool is_error) {
-    send(std::make_shared<const std::string>(live_words(words, is_error, host_.state())), true);
+void LivePage::say(const std::string& words, bool is_error, LiveTopic about) {
+    send(std::make_shared<const std::string>(live_words(words, is_error, host_.state(), about)),
+         true);
 }
 
 void LivePage::write(LiveMessage message, Kind kind) {

@@ -29,8 +29,15 @@ using LiveMessage = std::shared_ptr<const std::string>;
 
 constexpr std::chrono::seconds kLiveRequest{10}; ///< for a request to come, and its answer to go
 
+/// What words for a page are about.
+enum class LiveTopic : std::uint8_t {
+    any,
+    mesh ///< the mesh that the page asked for does not come: it may ask for the next one
+};
+
 /// Words and state for pages, as JSON.                                                    [setup]
-std::string live_words(std::string_view said, bool is_error, const nlohmann::json& state);
+std::string live_words(std::string_view said, bool is_error, const nlohmann::json& state,
+                       LiveTopic about = LiveTopic::any);
 
 class LivePage;
 
@@ -82,7 +89,7 @@ private:
     void has_read(Error error);
     void obey();
     void has_made(const LiveMessage& made, const std::string& why);
-    void say(const std::string& words, bool is_error);
+    void say(const std::string& words, bool is_error, LiveTopic about = LiveTopic::any);
     void write(LiveMessage message, Kind kind);
     void write_piece();
     void has_written(Error error, bool is_last);

@@ -143,7 +143,7 @@ TEST_F(MemoryVolume, LabelsThatAreJoinedAreFeltAsTheirFileIs) {
     give_data(scene);
     const Scene made(scene, test::ball_resources());
     EXPECT_TRUE(made.surfaces().at(0).baked.joined);
-    const LabelProbe probe(scene);
+    const LabelProbe probe(made);
     EXPECT_EQ(probe.name_at(Vec3(0.0, 5e-3, 0.0)), "Left");
     EXPECT_EQ(probe.name_at(Vec3(0.0, -5e-3, 0.0)), "Right");
     EXPECT_EQ(probe.name_at(Vec3(0.0, -13e-3, 0.0)), "");

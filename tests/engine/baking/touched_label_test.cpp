@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/baking/touched_label.h>
 
+#include <algorithm>
+#include <memory>
+
 #include <gtest/gtest.h>
+
+#include <palpate/engine/baking/scene_files.h>
+#include <palpate/engine/scene/scene.h>
 
 #include "tests/support/made_labels.h"
 
@@ -29,6 +35,53 @@ TEST(TouchedLabel, IsTheOneBehindTheContact) {
         EXPECT_EQ(touched_label(labels, above(2.0, height_mm)), "1") << height_mm;
         EXPECT_EQ(touched_label(labels, above(7.0, height_mm)), "2") << height_mm;
     }
+}
+
+// A body's outline lies in a layer of its own around each organ: it was named everywhere.
+TEST(TouchedLabel, OfLabelsThatOverlapIsOneOfTheSurface) {
+    AffineTransform millimetres;
+    millimetres.linear = Mat3(1e-3);
+    LabelVolume both =
+        test::made_labels({16, 16, 16}, millimetres, 1, [](const Vec3&) { return 1; });
+    both.layers.push_back(test::made_labels({16, 16, 16}, millimetres, 1, [](const Vec3& index) {
+                              const Vec3 away = glm::abs(index - Vec3(7.5));
+                              return std::max({away.x, away.y, away.z}) < 4.0 ? 2 : 0;
+                          }).layers.front());
+    both.labels = {{"body", 1, 0, {}}, {"prostate", 2, 1, {}}};
+    SceneDescription description;
+    description.volumes["v"].label_volume = std::make_shared<const LabelVolume>(both);
+    description.surfaces["organ"].volume = "v";
+    description.surfaces["organ"].labels = {"prostate"};
+    description.surfaces["organ"].contact = ContactKind::volume;
+    description.effects.push_back(effects::Surface{.surface = "organ"});
+    const Scene scene(description, {.files = scene_files()});
+    const LabelProbe labels(scene);
+    Touch touch;
+    touch.point = 1e-3 * Vec3(7.5, 7.5, 12.0);
+    touch.normal = {0, 0, 1};
+    EXPECT_EQ(touched_label(labels, touch), "prostate");
+    EXPECT_EQ(labels.name_at(touch.point), "body");
+    touch.point.z = 16e-3; // a voxel's half in front of nothing of it
+    EXPECT_EQ(touched_label(labels, touch), "");
+}
+
+TEST(TouchedLabel, IsTheNearestBehindTheContactHoweverFineTheVoxels) {
+    AffineTransform fine;
+    fine.linear = Mat3(25e-6);
+    const LabelProbe labels({test::made_labels({10, 10, 12}, fine, 2, [](const Vec3& index) {
+        return index.z < 6 ? 2 : index.z < 10 ? 1 : 0;
+    })});
+    Touch touch;
+    touch.point = 25e-6 * Vec3(5.0, 5.0, 9.7);
+    touch.normal = {0, 0, 1};
+    EXPECT_EQ(touched_label(labels, touch), "1");
+    AffineTransform thick;
+    thick.linear = Mat3(1e-3);
+    thick.linear[2] = {0, 0, 10e-3};
+    const LabelProbe slices({test::made_labels(
+        {10, 10, 4}, thick, 1, [](const Vec3& index) { return index.z < 2 ? 1 : 0; })});
+    touch.point = {5e-3, 5e-3, 24e-3}; // 9 mm in front of the voxel's face
+    EXPECT_EQ(touched_label(slices, touch), "1");
 }
 
 TEST(TouchedLabel, IsNoneWhereNoneIsNearBehind) {

@@ -114,6 +114,15 @@ TEST_F(ProbePath, WindowsLineEndsBlanksAndByteOrderMarkAreTolerated) {
     EXPECT_EQ(states[1].position, Vec3(4, 5, 6));
 }
 
+TEST_F(ProbePath, APlusInFrontOfANumberIsTolerated) {
+    EXPECT_EQ(read(kHeader + "+0,+0.001,-0.5,+1e-3\n+0.001,0,0,0\n")[0].position,
+              Vec3(0.001, -0.5, 1e-3));
+    for (const char* wrong : {"+", "++1", "+-1"})
+        EXPECT_NE(complaint(kHeader + "0,0,0," + wrong + "\n").find("is not a number"),
+                  std::string::npos)
+            << wrong;
+}
+
 TEST_F(ProbePath, LastRowNeedsNoLineEnd) {
     EXPECT_EQ(read(kHeader + "0,0,0,0\n0.001,0,0,7").back().position.z, 7.0);
 }

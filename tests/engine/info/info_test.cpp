@@ -160,6 +160,15 @@ TEST(FileInfo, ValuesThatAreNotFiniteAreCounted) {
 
 // --- Labels
 
+TEST(FileInfo, ALevelOfWhatIsNotMeasuredIsRefused) {
+    const TemporaryFolder folder;
+    write_blocks(folder / "atlas.nrrd", 6);
+    test::make_file(folder / "atlas.txt", "1 Femur\n2 Tibia\n");
+    FileInfoSettings settings = with_picture();
+    settings.iso = 3.0;
+    EXPECT_THROW(file_info(folder / "atlas.nrrd", settings), std::invalid_argument);
+}
+
 TEST(FileInfo, LabelsAreListedWithNameSizeAndPlace) {
     const TemporaryFolder folder;
     write_blocks(folder / "atlas.nrrd", 6);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/info/starter_scene.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <set>
@@ -101,13 +102,23 @@ TEST_F(StarterScene, OfAVolumeWithGapsSmoothesNothing) {
         0.0);
 }
 
-TEST_F(StarterScene, GoesSlowlyAroundSmallThings) {
+TEST_F(StarterScene, GoesSlowlyAroundSmallThingsWithSmallFacets) {
     StarterData data = starter_data(read_data_file(folder_ / "ball.nii.gz"));
     const std::filesystem::path file = folder_ / "scene.toml";
-    EXPECT_EQ(parse_scene(starter_scene(data, {}, file), file).device.speed_m_per_s, 0.2);
+    const SceneDescription usual = parse_scene(starter_scene(data, {}, file), file);
+    EXPECT_EQ(usual.device.speed_m_per_s, 0.2);
+    EXPECT_FALSE(only(usual.surfaces).facet_size_mm);
     data.bounds.lower = Vec3(0.0);
-    data.bounds.upper = Vec3(1e-3);
-    EXPECT_EQ(parse_scene(starter_scene(data, {}, file), file).device.speed_m_per_s, 0.01);
+    for (const double size_mm : {10.0, 1.0, 0.01}) {
+        data.bounds.upper = Vec3(1e-3 * size_mm);
+        const SceneDescription small = parse_scene(starter_scene(data, {}, file), file);
+        EXPECT_NEAR(*only(small.surfaces).facet_size_mm, std::max(0.02 * size_mm, 1e-3), 1e-9);
+        EXPECT_NEAR(*only(small.surfaces).facet_distance_mm,
+                    0.1 * *only(small.surfaces).facet_size_mm, 1e-9);
+        if (size_mm == 1.0) {
+            EXPECT_EQ(small.device.speed_m_per_s, 0.01);
+        }
+    }
 }
 
 TEST_F(StarterScene, NamesItsFileFromTheScenesFolderAlsoWhereThatIsALink) {
@@ -118,9 +129,12 @@ TEST_F(StarterScene, NamesItsFileFromTheScenesFolderAlsoWhereThatIsALink) {
         const std::filesystem::path file = folder_ / name;
         const std::string text = starter_scene(data, {}, file);
         EXPECT_THAT(text, Not(HasSubstr(folder_.path().string()))) << name;
-        const SceneDescription scene = parse_scene(text, file);
-        EXPECT_TRUE(std::filesystem::equivalent(only(scene.volumes).file, folder_ / "ball.nii.gz"))
-            << name;
+        for (const auto& opened : {file, std::filesystem::canonical(file.parent_path()) / "s"}) {
+            const SceneDescription scene = parse_scene(text, opened);
+            EXPECT_TRUE(
+                std::filesystem::equivalent(only(scene.volumes).file, folder_ / "ball.nii.gz"))
+                << opened;
+        }
     }
 }
 

@@ -168,6 +168,34 @@ TEST(SoftLoop, DampersGoOnInAnotherScene) {
             }
 }
 
+// It was judged from the front of what was soft: it was in front of the tip, and drew it out at the
+// force limit.
+TEST(SoftLoop, ANewSurfaceIsJudgedFromWhereTheTipIs) {
+    const std::string soft = "stiffness_n_per_mm = 0.05\n";
+    struct Case {
+        std::shared_ptr<const Scene> after;
+        double force_n;
+    };
+    for (const auto& [after, force_n] : {Case{layers(soft, true, true), 1.0},   // bone comes
+                                         Case{layers("", false, true), 0.0}}) { // and skin goes
+        test::ScriptedClock clock;
+        HapticLoop loop(layers(soft, true, false), clock);
+        DeviceState state;
+        FrameReport frame;
+        for (int i = 0; i <= 200; ++i) {
+            state.position = {0, 0, kRadius + 1e-3 - 21e-3 * i / 200.0};
+            frame = loop.frame(state);
+        }
+        ASSERT_NEAR(frame.force.z, 1.0, 1e-3);
+        loop.adopt(after);
+        frame = loop.frame(state);
+        EXPECT_NE(frame.flags & kInsideAtStart, 0u);
+        for (int i = 0; i < 5; ++i)
+            frame = loop.frame(state);
+        EXPECT_NEAR(frame.force.z, force_n, 1e-3);
+    }
+}
+
 // Effects that are new hold the tip where it is, not where the front is, also where the surface is
 // gone.
 TEST(SoftLoop, NewEffectsBeginAtTheTip) {

@@ -168,6 +168,8 @@ TEST_F(HandRecordings, AHandOfARecordingIsADevice) {
     const std::vector<DeviceState> states = device_states(*right);
     ASSERT_EQ(states.size(), hands_[1].inputs.size());
     EXPECT_EQ(states[100].position, hands_[1].inputs[100].position);
+    EXPECT_THROW(device_states(*right, 2), std::invalid_argument) << "a recording is as it was";
+    EXPECT_THROW(device_states(*right, 0), std::invalid_argument);
     EXPECT_THROW(device_states(*scene_of("[device]\n" + played)), std::runtime_error);
 }
 

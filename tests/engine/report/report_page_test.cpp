@@ -343,6 +343,11 @@ TEST(Html, NumbersAreReadable) {
     EXPECT_EQ(internal::readable(48197.0), "48197");
     EXPECT_EQ(internal::readable(1234.5678), "1235");
     EXPECT_EQ(internal::readable(0.0123456), "0.0123");
+    for (const double almost : {99.96, 99.996, 99.99999})
+        EXPECT_NE(internal::readable(almost), "100");
+    EXPECT_EQ(internal::readable(-99.996), "-99.99");
+    EXPECT_EQ(internal::readable(99.2), "99.2");
+    EXPECT_EQ(internal::readable(100.0), "100");
     EXPECT_EQ(internal::readable(-0.0), "0");
     EXPECT_EQ(internal::readable(1e300), "1.00e+300");
 }

@@ -310,6 +310,35 @@ TEST_F(Servo, ARecorderThatDoesNotKeepUpLosesFramesAndNotTheLoop) {
     EXPECT_EQ(device_.forces.size(), 101u) << "every frame was felt";
 }
 
+TEST_F(Servo, PeriodsThatADroppedFrameMissedAreToldWithTheNextOne) {
+    device_.force_n = 0.0;
+    device_.states = 100;
+    std::uint64_t all = 0;
+    for (const std::size_t capacity : {std::size_t{4096}, std::size_t{16}}) {
+        device_.reads = 0;
+        SpscRing<RunFrame> ring(capacity);
+        std::uint64_t missed = 0;
+        const auto take = [&] {
+            for (RunFrame frame; ring.pop(frame);)
+                missed += frame.missed;
+        };
+        device_.on_read = [&](std::size_t read, DeviceState&) {
+            if (read == 40) clock_.wake_late(5500.0); // while the small ring is full
+            if (read == 80) take();
+        };
+        const std::shared_ptr<const Scene> scene = ball(loop_text_);
+        HapticLoop loop(scene, clock_, scene->description().loop, device_.properties());
+        const DevicePlacement placement;
+        ServoLoop servo(loop, device_, placement, clock_, settings_, ring, nullptr);
+        servo.run();
+        take();
+        EXPECT_EQ(servo.dropped() > 0, capacity == 16);
+        EXPECT_GT(missed, 0u);
+        if (capacity == 4096) all = missed;
+        EXPECT_EQ(missed, all);
+    }
+}
+
 TEST_F(Servo, AFrameAndItsDecisionsAreKeptOrDroppedTogether) {
     device_.force_n = 0.0;
     device_.states = 40;

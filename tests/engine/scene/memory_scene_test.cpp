@@ -14,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include <palpate/engine/baking/scene_files.h>
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/volume/vector_field.h>
@@ -135,6 +136,26 @@ TEST(SceneOfMemory, SoundDataIsTaken) {
     EXPECT_EQ(complaint(scene), "");
 }
 
+TEST(SceneOfMemory, ALabelThatNoVoxelHasIsNamedWithItsSurface) {
+    LabelVolume labels = test::made_labels({4, 4, 4}, kFrame, 1, [](const Vec3&) { return 1; });
+    labels.labels.push_back({"tumour", 7, 0, {}});
+    SceneDescription scene;
+    scene.volumes["v"].label_volume = shared(labels);
+    scene.surfaces["lump"].volume = "v";
+    scene.surfaces["lump"].labels = {"tumour"};
+    scene.effects.push_back(effects::Surface{.surface = "lump"});
+    try {
+        Scene made(scene, {.files = scene_files()});
+        FAIL() << "nothing is felt of it";
+    } catch (const std::runtime_error& error) {
+        const std::string said = error.what();
+        EXPECT_NE(said.find("surfaces[\"lump\"]"), std::string::npos) << said;
+        EXPECT_NE(said.find("no voxel has the label \"tumour\""), std::string::npos) << said;
+    }
+    match_labels_to_voxels(labels);
+    EXPECT_EQ(labels.labels.size(), 1u);
+}
+
 TEST(SceneOfMemory, SizesThatDoNotMatchNameTheField) {
     expect_begins(of_voxels([](VoxelVolume& v) { v.values.pop_back(); }),
                   "volumes[\"v\"].voxels.values has 511 numbers, and size 8 x 8 x 8 takes 512");
@@ -198,7 +219,7 @@ TEST(SceneOfMemory, LabelsThatNameNothingOrTwiceAreRefused) {
                   field + ".layers[0] has voxels of value 2, which no label has");
     EXPECT_EQ(of_labels([](LabelVolume& v) {
                   v.labels.clear();
-                  add_missing_labels(v);
+                  match_labels_to_voxels(v);
               }),
               "");
 }

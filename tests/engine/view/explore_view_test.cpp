@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -138,6 +139,26 @@ TEST_F(ExploreViewTest, GarbageIsAnsweredAndThePageGoesOn) {
     }
     EXPECT_EQ(page.ask(R"({"do":"iso","value":8})").at("kind"), "mesh");
     EXPECT_EQ(test::files_in(folder_.path()), 1u); // no scene
+}
+
+// Those at places a multiple of eight apart had one colour, and are what is shown first.
+TEST_F(ExploreViewTest, LabelsThatAreShownFirstHaveColoursOfTheirOwn) {
+    const auto view = view_of(
+        data(test::made_labels({32, 32, 8}, {Mat3(kSpacing_m), Vec3(0.0)}, 64, [](const Vec3& at) {
+            const int place = static_cast<int>(at.x / 4) + 8 * static_cast<int>(at.y / 4);
+            const bool is_large = place % 8 == 0;
+            return is_large || std::fmod(at.z, 4.0) == 0.0 ? 1 + place : 0;
+        })));
+    const Page page(*view);
+    std::set<std::string> colors, all;
+    const json& chosen = page.scene.at("choice").at("chosen");
+    ASSERT_EQ(chosen.size(), 8u);
+    for (const json& structure : page.scene.at("structures"))
+        all.insert(structure.at("color").get<std::string>());
+    for (const json& id : chosen)
+        colors.insert(page.scene.at("structures").at(id.get<std::size_t>()).at("color"));
+    EXPECT_EQ(colors.size(), 8u);
+    EXPECT_EQ(all.size(), 64u);
 }
 
 TEST_F(ExploreViewTest, LabelsAreDrawnByNumberAndWhatIsNoneIsRefused) {

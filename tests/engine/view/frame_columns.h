@@ -58,7 +58,8 @@ inline bool is_as_sent(const FrameReport& frame, const FrameReport& sent) {
     return same(frame.time_s, sent.time_s) && same_place(frame.probe, sent.probe) &&
            same_place(frame.proxy, sent.proxy) && same_place(frame.force, sent.force) &&
            frame.trial == sent.trial && frame.flags == sent.flags &&
-           static_cast<std::uint32_t>(frame.surfaces_felt) == sent.surfaces_felt &&
+           (frame.surfaces_felt & 0x7fffffffU) == (sent.surfaces_felt & 0x7fffffffU) &&
+           (frame.surfaces_felt >> 31 != 0) == (sent.surfaces_felt >> 31 != 0) &&
            frame.sub_steps == sent.sub_steps && same(rounded(frame.spent_us), sent.spent_us) &&
            same(rounded(frame.late_us), sent.late_us);
 }

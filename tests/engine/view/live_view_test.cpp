@@ -324,8 +324,22 @@ TEST_F(LiveViewTest, AFinerMeshComesOnRequest) {
         EXPECT_EQ(structure.at("levels").at(0).at("facets"), structure.at("facets_most"));
     }
     EXPECT_TRUE(is_mesh);
-    client_->send(R"({"do": "level", "structure": 5, "facets": 1000})");
-    EXPECT_TRUE(is_told("structure 5 has no mesh"));
+}
+
+TEST_F(LiveViewTest, ARefusalSaysWhetherItIsAboutAMesh) {
+    const auto is_about_a_mesh = [&](const char* command) {
+        client_->send(command);
+        bool is_about = false;
+        EXPECT_TRUE(sees([&](const std::string& text, const FrameReport* frame) {
+            if (frame != nullptr || text.find("\"error\"") == std::string::npos) return false;
+            is_about = text.find(R"("about":"mesh")") != std::string::npos;
+            return true;
+        })) << command;
+        return is_about;
+    };
+    EXPECT_TRUE(is_about_a_mesh(R"({"do": "level", "structure": 5, "facets": 1000})"));
+    EXPECT_FALSE(
+        is_about_a_mesh(R"({"do": "gain", "effect": 900, "part": "strength", "value": 1})"));
 }
 
 } // namespace

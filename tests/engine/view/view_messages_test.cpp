@@ -232,6 +232,12 @@ TEST(ViewMarks, ComeBackFromTheirFile) {
     EXPECT_EQ(back[0].felt, "bone");
     test::make_file(folder / "b.mrk.json", "{\"markups\": 3}");
     EXPECT_THROW(read_marks(folder / "b.mrk.json"), std::runtime_error);
+    // One that somebody set in Slicer has no time.
+    test::make_file(folder / "c.mrk.json",
+                    R"({"markups": [{"controlPoints": [{"label": "F-1", "description": "",
+                    "position": [1, 2, 3]}]}]})");
+    ASSERT_EQ(read_marks(folder / "c.mrk.json").size(), 1u);
+    EXPECT_FALSE(read_marks(folder / "c.mrk.json")[0].time_s);
 }
 
 } // namespace

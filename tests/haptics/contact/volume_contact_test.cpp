@@ -11,8 +11,10 @@
 
 #include <palpate/haptics/stepping/frame_flags.h>
 #include <palpate/volume/fields/analytic_fields.h>
+#include <palpate/volume/fields/grid_field.h>
 
 #include "tests/support/contact_loop.h"
+#include "tests/support/test_volumes.h"
 
 namespace palpate {
 namespace {
@@ -103,6 +105,25 @@ public:
 private:
     VolumeContact contact_;
 };
+
+// 25 um are several voxels of a micro-CT: no value was so far above the level, and no chord ended.
+TEST(VolumeContact, TheCertificateIsReachedAlsoBetweenFineVoxels) {
+    for (const double voxel_m : {1e-3, 0.2e-3, 25e-6, 10e-6, 1e-6}) {
+        const AffineTransform frame{Mat3(voxel_m), Vec3(-9.5 * voxel_m)};
+        const GridField field(
+            test::sampled({20, 20, 20}, frame,
+                          [&](const Vec3& p) { // an edge that was smoothed over a voxel
+                              return std::erfc((glm::length(p) / voxel_m - 6.0) / 1.4) / 2.0;
+                          }),
+            0.0F);
+        LevelSettings settings;
+        settings.level = 0.5;
+        const LevelScale scale = LevelScale::of(field, settings);
+        EXPECT_LT(settings.level + scale.certificate, 0.9) << voxel_m;
+        const double certificate_m = std::min(kCertificate, voxel_m / 8.0);
+        EXPECT_DOUBLE_EQ(scale.certificate, certificate_m * scale.typical_slope) << voxel_m;
+    }
+}
 
 TEST(VolumeContact, WithoutTheCertificateThePlateIsPassed) {
     std::shared_ptr<const ScalarField> field = make_slab(1e-3);

@@ -51,7 +51,7 @@ LabelVolume ball_of_voxels(const Vec3& centre, double radius, const Vec3& spacin
             for (int i = 0; i < volume.size[0]; ++i)
                 volume.layers[0].push_back(
                     glm::length(volume.index_to_scene.point({i, j, k}) - centre) <= radius ? 1 : 0);
-    add_missing_labels(volume);
+    match_labels_to_voxels(volume);
     return volume;
 }
 
@@ -206,7 +206,7 @@ TEST(InclusionSum, SeveralLumpsAddUp) {
     for (std::size_t i = 0; i < volume.voxels(); i += 2)
         if (volume.layers[0][i] == 1) volume.layers[0][i] = 2;
     volume.labels.clear();
-    add_missing_labels(volume);
+    match_labels_to_voxels(volume);
     const std::vector<Inclusion> halves{{{0}, 10.0}, {{1}, 10.0}};
     // Other parts: within what these leave out.
     EXPECT_NEAR(InclusionSum(volume, halves, kContact).gain({1e-3, 0, 0}, kDown), whole,

@@ -138,6 +138,17 @@ TEST(NrrdImage, EncodingsAndWaysToStoreGiveTheSameVoxels) {
         make_file(folder / "text.nrrd", header("encoding: " + std::string(name) + "\n") + text);
         expect_same("text.nrrd");
     }
+    for (const char* word : {"nan", "-NaN", "NAN(0x7)"}) {
+        make_file(folder / "text.nrrd",
+                  header("encoding: text\n") + word + text.substr(text.find(' ')));
+        EXPECT_TRUE(std::isnan(internal::read_nrrd_image(folder / "text.nrrd").values[0])) << word;
+    }
+    for (const char* word : {"12n", "unknown", "1.5mean", "nand"}) {
+        make_file(folder / "text.nrrd",
+                  header("encoding: text\n") + word + text.substr(text.find(' ')));
+        EXPECT_SAYS(message_of([&] { internal::read_nrrd_image(folder / "text.nrrd"); }),
+                    "where a voxel's number should be");
+    }
     make_file(folder / "tail.raw", "anything\n" + data);
     make_file(folder / "tail.nhdr", header("encoding: raw\nbyte skip: -1\ndata file: tail.raw\n"));
     expect_same("tail.nhdr");

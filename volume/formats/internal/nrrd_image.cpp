@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/volume/formats/internal/component_image.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -233,6 +235,17 @@ void find_voxels(const Storage& storage, std::size_t share, std::vector<NrrdData
     }
 }
 
+/// What C and Teem write where a value is no number: nan, -NaN, nan(0x1).
+bool is_nan(std::string_view word) {
+    if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
+    const auto is_letter = [](char a, char b) { return (a | 0x20) == b; };
+    constexpr std::string_view kNan = "nan";
+    return word.size() >= kNan.size() &&
+           std::equal(kNan.begin(), kNan.end(), word.begin(),
+                      [&](char of, char in) { return is_letter(in, of); }) &&
+           (word.size() == kNan.size() || (word[kNan.size()] == '(' && word.ends_with(')')));
+}
+
 void read_text(const NrrdDataFile& data, const Storage& storage, std::size_t share,
                VoxelSink& sink) {
     std::ifstream input(data.path, std::ios::binary);
@@ -244,7 +257,7 @@ void read_text(const NrrdDataFile& data, const Storage& storage, std::size_t sha
                                               " numbers of the " + std::to_string(share) +
                                               " that its header states; get the file again");
         const auto number = static_cast<float>(nrrd_number(word));
-        if (std::isnan(number) && word.find_first_of("nN") == std::string::npos)
+        if (std::isnan(number) && !is_nan(word))
             throw import_error(data.path, "has \"" + short_text(word) +
                                               "\" where a voxel's number should be; correct it");
         sink.take({&number, 1});
