@@ -143,19 +143,18 @@ palpate::SceneOverrides overrides_of(const palpate_loop_options& options,
 }
 
 /// An option that the loop's method does not read says nothing.
-void require_read(const palpate_loop_options& options, palpate::SteppingMethod method) {
+void require_read(const palpate_loop_options& options, const palpate::SceneOverrides& overrides,
+                  palpate::SteppingMethod method) {
     using palpate::SteppingMethod;
-    const auto of_method = [method](const char* option, bool is_given, SteppingMethod reads) {
-        if (!is_given || method == reads) return;
-        throw std::invalid_argument(
-            "palpate_loop_options: " + std::string(option) + " is of method " +
-            std::string(palpate::name(reads)) + " and changes nothing with " +
-            std::string(palpate::name(method)) + "; set method, or leave " + option + " 0");
-    };
-    of_method("sub_steps", options.sub_steps != 0, SteppingMethod::fixed);
-    of_method("tolerance_um", options.tolerance_um != 0.0, SteppingMethod::adaptive);
-    of_method("budget_us", options.budget_us != 0.0, SteppingMethod::paper);
-    of_method("evaluation_cap", options.evaluation_cap != 0, SteppingMethod::adaptive);
+    auto unread = palpate::unread_option(overrides, method);
+    if (!unread && options.evaluation_cap != 0 && method != SteppingMethod::adaptive)
+        unread = {"evaluation_cap", SteppingMethod::adaptive}; // which recordings do not keep
+    if (!unread) return;
+    const std::string option(unread->key);
+    throw std::invalid_argument("palpate_loop_options: " + option + " is of method " +
+                                std::string(palpate::name(unread->reads)) +
+                                " and changes nothing with " + std::string(palpate::name(method)) +
+                                "; set method, or leave " + option + " 0");
 }
 
 std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Scene>& scene,
@@ -164,7 +163,7 @@ std::unique_ptr<palpate_loop> make_loop(const std::shared_ptr<const palpate::Sce
     const auto options = known(given, kFirstLoopOptions, "palpate_loop_options");
     const palpate::LoopDescription loop = description_of(options, scene->description().loop);
     const palpate::SceneOverrides overrides = overrides_of(options, loop);
-    require_read(options, loop.method);
+    require_read(options, overrides, loop.method);
     auto made = std::make_unique<palpate_loop>();
     palpate::DeviceProperties device;
     if (options.device == nullptr) {

@@ -193,17 +193,25 @@ void apply(const SceneOverrides& overrides, SceneDescription& scene) {
     if (overrides.preview.value_or(false)) scene = preview_of(std::move(scene));
 }
 
+std::optional<UnreadOption> unread_option(const SceneOverrides& overrides, SteppingMethod method) {
+    using Method = SteppingMethod;
+    if (overrides.sub_steps && method != Method::fixed)
+        return UnreadOption{"sub_steps", Method::fixed};
+    if (overrides.tolerance_um && method != Method::adaptive)
+        return UnreadOption{"tolerance_um", Method::adaptive};
+    if (overrides.budget_us && method != Method::paper)
+        return UnreadOption{"budget_us", Method::paper};
+    return {};
+}
+
 void check_used(const SceneOverrides& overrides, const SceneDescription& scene) {
-    const auto of_method = [&](const char* option, bool is_given, SteppingMethod method) {
-        if (!is_given || scene.loop.method == method) return;
+    if (const auto unread = unread_option(overrides, scene.loop.method)) {
+        std::string option(unread->key);
+        std::replace(option.begin(), option.end(), '_', '-');
         throw std::invalid_argument(fmt::format(
-            "{}: is of method {} and changes nothing with {}; add --method {}, or leave "
-            "it out",
-            option, name(method), name(scene.loop.method), name(method)));
-    };
-    of_method("--sub-steps", overrides.sub_steps.has_value(), SteppingMethod::fixed);
-    of_method("--tolerance-um", overrides.tolerance_um.has_value(), SteppingMethod::adaptive);
-    of_method("--budget-us", overrides.budget_us.has_value(), SteppingMethod::paper);
+            "--{}: is of method {} and changes nothing with {}; add --method {}, or leave it out",
+            option, name(unread->reads), name(scene.loop.method), name(unread->reads)));
+    }
     if (overrides.contact && scene.surfaces.empty())
         throw std::invalid_argument("--contact: the scene has no surface to touch; leave it out");
 }

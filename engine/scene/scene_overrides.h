@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <palpate/engine/scene/scene_description.h>
 
@@ -34,6 +35,14 @@ void add_device(SceneOverrides& overrides, const std::string& words);
 /// Changes a scene; values are checked as scene files are.                              [setup]
 /// Throws std::invalid_argument that names option, value and what is allowed.
 void apply(const SceneOverrides& overrides, SceneDescription& scene);
+
+/// An option that a method does not read: its key in [loop], and the method that reads it.
+struct UnreadOption {
+    std::string_view key; ///< "sub_steps", "tolerance_um" or "budget_us"
+    SteppingMethod reads; ///< the one that does
+};
+/// The first option that is given and that `method` does not read; none: it reads all.    [any]
+std::optional<UnreadOption> unread_option(const SceneOverrides& overrides, SteppingMethod method);
 
 /// Refuses options that change nothing in a scene which they were applied to: --sub-steps where the
 /// method is not fixed, and so on. Recordings may have such.                            [setup]

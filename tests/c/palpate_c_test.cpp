@@ -179,11 +179,13 @@ TEST(PalpateC, GainsScaleAndAreRefusedOutOfRange) {
         EXPECT_EQ(vec(frame_of(loop.get(), probe_at(i)).force_n), Vec3(0.0)) << "it is off";
 }
 
+/// Method adaptive has nothing to certify here.
+const std::string kDrifts = "[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n[[effect]]\n"
+                            "type = \"gradient_surface\"\nvolume = \"v\"\n"
+                            "strength_n = [[-1e-9, 0], [0, 1e3]]\n";
+
 TEST(PalpateC, ScenesTellWhatIsNotFeltAsTheySay) {
-    const ScenePtr drifts =
-        parsed("[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n[[effect]]\n"
-               "type = \"gradient_surface\"\nvolume = \"v\"\n"
-               "strength_n = [[-1e-9, 0], [0, 1e3]]\n");
+    const ScenePtr drifts = parsed(kDrifts);
     ASSERT_EQ(palpate_scene_warning_count(drifts.get()), 1u);
     EXPECT_THAT(palpate_scene_warning(drifts.get(), 0),
                 testing::AllOf(testing::StartsWith("ball.toml: "), HasSubstr("drifts")));
@@ -192,10 +194,7 @@ TEST(PalpateC, ScenesTellWhatIsNotFeltAsTheySay) {
 }
 
 TEST(PalpateC, ALoopTellsWhatItsOwnMethodDoesNotCertify) {
-    const ScenePtr fixed =
-        parsed("[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 50\n[[effect]]\n"
-               "type = \"gradient_surface\"\nvolume = \"v\"\n"
-               "strength_n = [[-1e-9, 0], [0, 1e3]]\n[loop]\nmethod = \"fixed\"\n");
+    const ScenePtr fixed = parsed(kDrifts + "[loop]\nmethod = \"fixed\"\n");
     EXPECT_EQ(palpate_scene_warning_count(fixed.get()), 0u);
     EXPECT_EQ(palpate_loop_warning_count(made(fixed).get()), 0u);
     palpate_loop_options options{};

@@ -67,6 +67,17 @@ struct Both {
     }
 };
 
+/// What a hand touches in one frame more.
+std::vector<palpate_touch> touches_of(const test::LoopPtr& loop, const DeviceState& hand) {
+    test::frame_of(loop.get(), test::probe_of(hand));
+    std::vector<palpate_touch> touches(PALPATE_MOST_TOUCHES);
+    touches[0].size = sizeof touches[0];
+    std::size_t count = 0;
+    EXPECT_EQ(palpate_loop_touches(loop.get(), touches.data(), touches.size(), &count), PALPATE_OK);
+    touches.resize(count);
+    return touches;
+}
+
 TEST(TouchInC, TouchesAndStatesAreThoseOfTheCppInterface) {
     Both both;
     std::array<int, 3> phases{};
@@ -200,17 +211,12 @@ TEST(TouchInC, LabelsOfContactsAreThoseOfTheCppInterface) {
     const LabelProbe expected({halves});
     std::array<int, 3> seen{}; // nothing, 1, 2
     for (const DeviceState& hand : test::around_ball()) {
-        test::frame_of(loop.get(), test::probe_of(hand));
-        std::array<palpate_touch, PALPATE_MOST_TOUCHES> touches{};
-        touches[0].size = sizeof touches[0];
-        size_t count = 0;
-        palpate_loop_touches(loop.get(), touches.data(), touches.size(), &count);
-        for (size_t t = 0; t < count; ++t) {
+        for (const palpate_touch& given : touches_of(loop, hand)) {
             Touch touch;
-            touch.point = test::vec(touches[t].point_m);
-            touch.normal = test::vec(touches[t].normal);
+            touch.point = test::vec(given.point_m);
+            touch.normal = test::vec(given.normal);
             const std::string_view name = touched_label(expected, touch);
-            const char* found = palpate_touched_label(probe.get(), &touches[t]);
+            const char* found = palpate_touched_label(probe.get(), &given);
             ASSERT_EQ(found == nullptr ? "" : std::string(found), name);
             ++seen.at(name.empty() ? 0 : static_cast<size_t>(name[0] - '0'));
         }
@@ -228,16 +234,10 @@ TEST(TouchInC, LabelsOfContactsAreThoseOfTheCppInterface) {
     ASSERT_EQ(palpate_label_probe_make(two.get(), &made, &error), PALPATE_OK) << error.message;
     const test::LabelProbePtr by_surface(made);
     std::array<int, 2> named{};
-    for (const DeviceState& hand : test::around_ball()) {
-        test::frame_of(of_two.get(), test::probe_of(hand));
-        std::array<palpate_touch, PALPATE_MOST_TOUCHES> touches{};
-        touches[0].size = sizeof touches[0];
-        size_t count = 0;
-        palpate_loop_touches(of_two.get(), touches.data(), touches.size(), &count);
-        for (size_t t = 0; t < count; ++t)
-            if (palpate_touched_label(by_surface.get(), &touches[t]) != nullptr)
-                ++named.at(touches[t].surface);
-    }
+    for (const DeviceState& hand : test::around_ball())
+        for (const palpate_touch& touch : touches_of(of_two, hand))
+            if (palpate_touched_label(by_surface.get(), &touch) != nullptr)
+                ++named.at(touch.surface);
     EXPECT_GT(named[0], 20);
     EXPECT_GT(named[1], 20);
 
