@@ -3,12 +3,16 @@
 # Where such a build says that a name is there twice, scripts/bundles.awk has missed that name, and
 # two sources have it in an unnamed namespace: give one of them another.
 
-# palpate_bundle(SOURCES target [MOST n]): replaces the sources in the list SOURCES by bundles of theirs, each of one top-level folder
-# and of at most n sources. What has definitions or dependencies of its own, or does without precompiled headers, stays alone.
+# palpate_bundle(SOURCES target [TESTS]): replaces the sources in the list SOURCES by bundles of theirs, each of one top-level folder.
+# What has definitions or dependencies of its own, or does without precompiled headers, stays alone. TESTS: each *_test.cpp gets a
+# namespace of its own (scripts/bundle_text.awk).
 function(palpate_bundle list target)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "MOST" "")
-  if(NOT arg_MOST)
-    set(arg_MOST 16)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "TESTS" "" "")
+  set(most 16)
+  set(apart 0)
+  if(arg_TESTS)
+    set(most 12)  # one of them is changed often
+    set(apart 1)
   endif()
   set(result "")
   set(sources "")
@@ -31,11 +35,11 @@ function(palpate_bundle list target)
   set(folder ${PROJECT_BINARY_DIR}/bundles/${target})
   file(CONFIGURE OUTPUT ${folder}/kinds CONTENT "${kinds}" @ONLY)
   set(headers "")
-  foreach(room IN LISTS palpate_folders ITEMS c tests)
+  foreach(room IN LISTS palpate_folders ITEMS c python tests)
     file(GLOB_RECURSE found RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
     list(APPEND headers ${found})
   endforeach()
-  execute_process(COMMAND awk -v most=${arg_MOST} -f scripts/bundles.awk ${folder}/kinds ${headers} ${sources}
+  execute_process(COMMAND awk -v most=${most} -v apart=${apart} -f scripts/bundles.awk ${folder}/kinds ${headers} ${sources}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE rows COMMAND_ERROR_IS_FATAL ANY)
   list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/ OUTPUT_VARIABLE watched)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/bundles.awk ${watched})
@@ -48,19 +52,23 @@ function(palpate_bundle list target)
     set(source ${CMAKE_MATCH_2})
     if(number GREATER count)
       set(count ${number})
-      set(text_${number} "")
+      set(sources_${number} "")
       string(REGEX REPLACE "/.*" "" top ${source})
       set(folder_${number} ${folder}/${top})
       get_source_file_property(options ${PROJECT_SOURCE_DIR}/${source} COMPILE_OPTIONS)
       set(options_${number} "${options}")
     endif()
-    # From the bundle's folder, so that ccache has it in any checkout.
-    file(RELATIVE_PATH file ${folder_${number}} ${PROJECT_SOURCE_DIR}/${source})
-    string(APPEND text_${number} "#include \"${file}\"\n")
+    list(APPEND sources_${number} ${source})
   endforeach()
   foreach(number RANGE 1 ${count})
     set(bundle ${folder_${number}}/${number}.cpp)
-    file(CONFIGURE OUTPUT ${bundle} CONTENT "${text_${number}}" @ONLY)
+    file(MAKE_DIRECTORY ${folder_${number}})
+    # From the bundle's folder, so that ccache has it in any checkout.
+    file(RELATIVE_PATH root ${folder_${number}} ${PROJECT_SOURCE_DIR})
+    execute_process(COMMAND awk -v root=${root} -v apart=${apart} -f scripts/bundle_text.awk ${sources_${number}}
+      WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_FILE ${bundle}.new COMMAND_ERROR_IS_FATAL ANY)
+    file(COPY_FILE ${bundle}.new ${bundle} ONLY_IF_DIFFERENT)
+    file(REMOVE ${bundle}.new)
     set(options -Wno-subobject-linkage)  # what a source has in its unnamed namespace is "of an included file" now
     if(folder_${number} MATCHES "/tests$")
       list(APPEND options -Wno-shadow)  # a constant within a test may be called as one of another source

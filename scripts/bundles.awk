@@ -1,28 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
 # Which sources may go to a compiler as one that includes them: nearly all of a source's time goes into headers of libraries.
-#   awk -v most=16 -f scripts/bundles.awk KINDS HEADER... SOURCE...
+#   awk -v most=16 [-v apart=1] -f scripts/bundles.awk KINDS HEADER... SOURCE...
 # KINDS: a file, SOURCE <tab> KIND; sources of different kinds stay apart. HEADER...: all of ours, which have names, too.
 # Prints BUNDLE <tab> SOURCE <tab> LIBRARIES, in the order of the sources: those of a bundle, a number from 1, share no name in an
-# unnamed namespace, and include the same large libraries.
+# unnamed namespace, and include the same large libraries. apart: each test has a namespace of its own (bundle_text.awk), so that
+# only its macros are seen by others.
 # Relies on the format of .clang-format: namespaces and what they hold begin their lines. Where it misses a name, that bundle does
 # not compile: give one of both another name.
 NR == FNR { split($0, part, "\t"); kinds[part[1]] = part[2]; next }
-FNR == 1 { depth = 0; is_header = FILENAME ~ /\.h$/; if (!is_header) order[++count] = FILENAME }
+function note_spaces(    i) { # within: the namespaces around this line, without unnamed ones
+    within = ""
+    for (i = 1; i <= depth; ++i) if (spaces[i] != "") within = within spaces[i] "::"
+    unnamed = depth > 0 && spaces[depth] == ""
+}
+# Whether one of a name's namespaces in headers, in[name], is around `space`, or is that.
+function is_seen_in(space, headers_spaces,    list, n, i) {
+    n = split(headers_spaces, list, " ")
+    for (i = 1; i <= n; ++i) if (list[i] == "-" || index(space, list[i]) == 1) return 1
+    return 0
+}
+FNR == 1 { depth = 0; note_spaces(); is_header = FILENAME ~ /\.h$/; if (!is_header) order[++count] = FILENAME }
 /^(inline )?namespace.*\{ *$/ {
     space = $0
     gsub(/^(inline )?namespace *| *\{ *$/, "", space)
     spaces[++depth] = space
-    unnamed = space == ""
-    within = ""
-    for (i = 1; i <= depth; ++i) if (spaces[i] != "") within = within spaces[i] "::"
+    note_spaces()
+    if (!is_header) opened[FILENAME] = opened[FILENAME] " " within
     next
 }
-/^} *\/\/ namespace/ { --depth; unnamed = 0; next }
+/^} *\/\/ namespace/ { --depth; note_spaces(); next }
 is_header {
     if (/^(struct|class|enum class|enum) [A-Za-z]/) {
         sub(/^(enum )?(struct|class|enum) /, "")
         match($0, /^[A-Za-z0-9_]+/)
-        in_headers[substr($0, 1, RLENGTH)] = 1
+        name = substr($0, 1, RLENGTH)
+        in_headers[name] = in_headers[name] " " (within == "" ? "-" : within)
     } else if (/^[A-Za-z].*[ *&][a-z_0-9]+\(/) {
         match($0, /[a-z_0-9]+\(/)
         functions[substr($0, RSTART, RLENGTH - 1)] = 1
@@ -45,8 +57,8 @@ is_header {
         if (name in functions) uses[FILENAME] = uses[FILENAME] " " name
     }
 }
-/^using namespace / { alone[FILENAME] = 1; next } # what is unnamed in another source would hide what comes from there
-/^#define [A-Za-z]/ { names[FILENAME] = names[FILENAME] " " $2 }
+/^using namespace / { directives[FILENAME] = directives[FILENAME] $3; next } # what is unnamed beside it would hide what comes from there
+/^#define [A-Za-z]/ { macros[FILENAME] = macros[FILENAME] " " $2; names[FILENAME] = names[FILENAME] " " $2 }
 /^using [A-Za-z]+ = / { names[FILENAME] = names[FILENAME] " " within $2 }
 /^using [A-Za-z_:]+;/ { # of another namespace: it may be there twice, but not beside one that is unnamed
     line = $2
@@ -75,20 +87,37 @@ is_header {
     sub(/.*[ *&]/, "", line)
     if (line != "") names[FILENAME] = names[FILENAME] " " within line
 }
+# The names that a source uses, as each namespace that it opens and each around that may have them; their count.
+function spread(source, into,    names_used, spaces_opened, n, s, i, k, u, rest, done) {
+    n = split(uses[source], names_used, " ")
+    s = split("- " opened[source], spaces_opened, " ")
+    for (k = 1; k <= s; ++k) {
+        rest = spaces_opened[k] == "-" ? "" : spaces_opened[k]
+        for (;;) {
+            for (i = 1; i <= n; ++i) if (!done[rest names_used[i]]++) into[++u] = rest names_used[i]
+            if (!match(rest, /[A-Za-z_0-9]+::$/)) break
+            rest = substr(rest, 1, RSTART - 1)
+        }
+    }
+    return u + 0
+}
 END {
     for (i = 1; i <= count; ++i) {
         source = order[i]
-        kind = source in alone ? source : kinds[source] libraries[source]
+        is_apart = apart && source ~ /_test\.cpp$/
+        kind = kinds[source] libraries[source] (is_apart ? "apart" : directives[source])
+        if (is_apart) { names[source] = macros[source]; open_names[source] = uses[source] = "" }
         n = split(names[source], list, " ")
         p = split(open_names[source], open_list, " ")
         h = 0
         for (k = 1; k <= n; ++k) {
             name = list[k]
             sub(/.*::/, "", name)
-            if (name in in_headers) kind = source     # another thing where that header is seen
-            if (name in functions) hides[++h] = name # for all that is unnamed beside it, too
+            space = substr(list[k], 1, length(list[k]) - length(name))
+            if (name in in_headers && is_seen_in(space, in_headers[name])) kind = source # another thing where that header is seen
+            if (name in functions) hides[++h] = list[k] # for all that is in that namespace, too
         }
-        u = split(uses[source], use_list, " ")
+        u = spread(source, use_list)
         for (b = 1; b <= bundles; ++b) {
             if (kind_of[b] != kind || size[b] >= most) continue
             for (k = 1; k <= n; ++k) if ((b, list[k]) in taken || (b, list[k]) in called) break

@@ -11,6 +11,8 @@
 # Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
 # sources named below. c/ and python/ include public headers alone, as a program does that embeds palpate.
 # haptics does its work in the loop: nothing there may wait, print or open files.
+# What a public header names of the standard library or GLM, it includes, itself or by a header of ours. The build compiles each of
+# them alone, but behind the standard library's and GLM's (headers_alone in tests/CMakeLists.txt): it could not tell.
 set -euo pipefail
 
 root=${1:-$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/..}
@@ -196,8 +198,100 @@ check_licences() {
     }' "${files[@]}"
 }
 
+check_names() {
+    local headers
+    mapfile -t headers < <(library_sources | grep '\.h$' | grep -Ev '^(c|python)/')
+    [ ${#headers[@]} -gt 0 ] || return 0
+    awk '
+    function declare(header, names,    list, n, i) {
+        n = split(names, list, " ")
+        for (i = 1; i <= n; ++i) header_of["std::" list[i]] = header
+    }
+    BEGIN {
+        declare("algorithm", "any_of clamp equal max min sort")
+        declare("any", "any any_cast")
+        declare("array", "array")
+        declare("atomic", "atomic memory_order_acq_rel memory_order_acquire memory_order_relaxed memory_order_release")
+        declare("chrono", "chrono")
+        declare("cmath", "abs atan2 ceil copysign floor isfinite isinf isnan sqrt")
+        declare("cstdint", "int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t")
+        declare("filesystem", "filesystem")
+        declare("functional", "function")
+        declare("future", "future shared_future")
+        declare("initializer_list", "initializer_list")
+        declare("limits", "numeric_limits")
+        declare("map", "map")
+        declare("memory", "construct_at make_shared make_unique shared_ptr unique_ptr weak_ptr")
+        declare("mutex", "lock_guard mutex")
+        declare("numbers", "numbers")
+        declare("optional", "nullopt optional")
+        declare("ratio", "micro")
+        declare("set", "set")
+        declare("span", "span")
+        declare("stdexcept", "invalid_argument runtime_error")
+        declare("string", "string to_string")
+        declare("string_view", "string_view")
+        declare("thread", "thread")
+        declare("type_traits", "is_nothrow_copy_constructible_v is_same_v is_trivially_copyable_v is_trivially_destructible_v")
+        declare("typeinfo", "type_info")
+        declare("unordered_map", "unordered_map")
+        declare("utility", "exchange forward move pair swap")
+        declare("variant", "get_if variant visit")
+        declare("vector", "vector")
+        header_of["std::size_t"] = header_of["std::ptrdiff_t"] = ""  # of nearly every header
+    }
+    /^[ \t]*#[ \t]*include[ \t]*</ {
+        header = $0
+        sub(/^[^<]*</, "", header)
+        sub(/>.*/, "", header)
+        sub(/^palpate\//, "", header)
+        if (header ~ /^glm\//) header = "glm"
+        includes[FILENAME] = includes[FILENAME] " " header
+        next
+    }
+    FILENAME !~ /\/(internal|command)\// {
+        line = $0
+        sub(/\/\/.*/, "", line)
+        gsub(/"[^"]*"/, "", line)
+        while (match(line, /(std::[a-z_0-9]+|glm::)/)) {
+            name = substr(line, RSTART, RLENGTH)
+            line = substr(line, RSTART + RLENGTH)
+            if (seen[FILENAME, name]++) continue
+            ++count
+            file[count] = FILENAME
+            place[count] = FNR
+            used[count] = name
+        }
+    }
+    # Whether `wanted` is among what `from` includes, or what that includes of ours.
+    function reaches(from, wanted,    list, n, i) {
+        if (from in visited) return 0
+        visited[from] = 1
+        n = split(includes[from], list, " ")
+        for (i = 1; i <= n; ++i) if (list[i] == wanted || reaches(list[i], wanted)) return 1
+        return 0
+    }
+    END {
+        for (k = 1; k <= count; ++k) {
+            name = used[k]
+            if (name != "glm::" && !(name in header_of)) {
+                printf "%s:%d: %s: of which header? add it to check_names() in check_includes.sh\n", file[k], place[k], name
+                bad = 1
+                continue
+            }
+            wanted = name == "glm::" ? "glm" : header_of[name]
+            split("", visited)
+            if (wanted == "" || reaches(file[k], wanted)) continue
+            printf "%s:%d: %s, and nothing includes <%s>\n", file[k], place[k], name, wanted == "glm" ? "glm/...hpp" : wanted
+            bad = 1
+        }
+        exit bad
+    }' "${headers[@]}"
+}
+
 status=0
 check_includes || status=1
+check_names || status=1
 check_guards || status=1
 check_licences || status=1
 exit $status

@@ -41,7 +41,7 @@ def sources_of(file):
     folder = os.path.dirname(file)
     if "/bundles/" not in file:
         return [file]
-    return [os.path.join(folder, line.split('"')[1]) for line in open(file) if line.startswith("#include")]
+    return [os.path.join(folder, line.split('"')[1]) for line in open(file) if line.startswith('#include "')]
 
 flags, libraries = {}, {}
 entries = [(os.path.relpath(source, root), entry) for entry in json.load(open(database)) for source in sources_of(entry["file"])]

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/effects/guide_capture.h>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 
 #include <palpate/haptics/effects/effect.h>
 #include <palpate/haptics/effects/local_strength.h>

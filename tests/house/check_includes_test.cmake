@@ -100,6 +100,19 @@ expect_violation(haptics/a.cpp "#include <thread>" "haptics must not include <th
 expect_violation(haptics/a.h "#include <mutex>" "haptics must not include <mutex>")
 expect_violation(volume/a.cpp "#include <iostream>" "prints nothing")
 
+# What a public header names of the standard library and of GLM, it includes, itself or by a header of ours.
+expect_violation(engine/a.h "std::optional<int> a()" "std::optional, and nothing includes <optional>")
+expect_violation(engine/a.h "glm::dvec3 a()" "nothing includes <glm/...hpp>")
+expect_violation(engine/a.h "std::nonsense a()" "std::nonsense: of which header?")
+make_clean_tree()
+file(WRITE ${WORK}/drivers/device.h
+  "${licence}#pragma once\n#include <palpate/geometry/vec.h>\nglm::dvec3 at() // and no std::optional\ninline double a() { return std::sqrt(2.0)\; }\n")
+file(WRITE ${WORK}/engine/internal/a.h "${licence}#pragma once\nstd::optional<int> a()\n")
+check(status output)
+if(NOT status EQUAL 0)
+  message(SEND_ERROR "what comes by a header of ours, or is in none that is public, is refused (${status}):\n${output}")
+endif()
+
 # Guards.
 make_clean_tree()
 file(WRITE ${WORK}/geometry/vec.h "${licence}#include <cmath>\n")

@@ -30,14 +30,14 @@
 #include "tests/support/one_of_each.h"
 #include "tests/support/phantom.h"
 
-namespace {
+namespace heap { // what C asks it for is counted outside of every namespace
 std::atomic<bool> counting{false};
 std::atomic<long> allocations{0};
 void count() noexcept {
     if (counting.load(std::memory_order_relaxed))
         allocations.fetch_add(1, std::memory_order_relaxed);
 }
-} // namespace
+} // namespace heap
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
@@ -49,32 +49,32 @@ void* __libc_memalign(std::size_t, std::size_t);
 void __libc_free(void*);
 
 void* malloc(std::size_t size) {
-    count();
+    heap::count();
     return __libc_malloc(size);
 }
 void* calloc(std::size_t n, std::size_t size) {
-    count();
+    heap::count();
     return __libc_calloc(n, size);
 }
 void* realloc(void* p, std::size_t size) {
-    count();
+    heap::count();
     return __libc_realloc(p, size);
 }
 void* memalign(std::size_t alignment, std::size_t size) {
-    count();
+    heap::count();
     return __libc_memalign(alignment, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) {
-    count();
+    heap::count();
     return __libc_memalign(alignment, size);
 }
 int posix_memalign(void** p, std::size_t alignment, std::size_t size) {
-    count();
+    heap::count();
     *p = __libc_memalign(alignment, size);
     return *p ? 0 : 12; // ENOMEM
 }
 void free(void* p) {
-    count();
+    heap::count();
     __libc_free(p);
 }
 }
@@ -101,24 +101,24 @@ long allocations_of(const std::shared_ptr<const Scene>& scene) {
     };
     for (int i = 0; i < 100; ++i)
         step(i);
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (int i = 100; i < 10100; ++i)
         step(i);
-    counting = false;
+    heap::counting = false;
     if (!scene->surfaces().empty()) {
         EXPECT_GT(touched, 100u);
         EXPECT_GT(known, 100u);
     }
-    return allocations;
+    return heap::allocations;
 }
 
 TEST(Allocation, TheCounterCounts) {
-    counting = true;
-    allocations = 0;
+    heap::counting = true;
+    heap::allocations = 0;
     std::unique_ptr<int> one(new int(1));
-    counting = false;
-    EXPECT_GE(allocations, 1);
+    heap::counting = false;
+    EXPECT_GE(heap::allocations, 1);
 }
 
 TEST(Allocation, FramesOfContactVolumeMakeNone) {
@@ -144,13 +144,13 @@ TEST(Allocation, FramesOnADeviceWithMotorsMakeNone) {
     };
     for (int i = 1; i < 100; ++i)
         step(i);
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (int i = 100; i < 10100; ++i)
         step(i);
     loop.release();
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
     EXPECT_GT(pressed, 1000);
 }
 
@@ -178,12 +178,12 @@ TEST(Allocation, FramesOfContactMeshMakeNone) {
             };
             for (int i = 0; i < 100; ++i)
                 step(i);
-            allocations = 0;
-            counting = true;
+            heap::allocations = 0;
+            heap::counting = true;
             for (int i = 100; i < 10100; ++i)
                 step(i);
-            counting = false;
-            EXPECT_EQ(allocations, 0);
+            heap::counting = false;
+            EXPECT_EQ(heap::allocations, 0);
         }
 }
 
@@ -214,12 +214,12 @@ TEST(Allocation, FramesOfVectorEffectsMakeNone) {
     };
     for (int i = 0; i < 100; ++i)
         step(i);
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (int i = 100; i < 2100; ++i)
         step(i);
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
 }
 
 /// Guides that snap on and let go beside a hard ball, within limits, with what rings and weighs.
@@ -246,12 +246,12 @@ TEST(Allocation, FramesOfGuidesAndLimitsMakeNone) {
     };
     for (int i = 0; i < 100; ++i)
         step(i);
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (int i = 100; i < 2100; ++i)
         step(i);
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
 }
 
 TEST(Allocation, SwitchingEffectsMakesNone) {
@@ -266,12 +266,12 @@ TEST(Allocation, SwitchingEffectsMakesNone) {
     };
     for (int i = 0; i < 100; ++i)
         step(i);
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (int i = 100; i < 10100; ++i)
         step(i);
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
 }
 
 TEST(Allocation, RestoringALoopsStateMakesNone) {
@@ -289,14 +289,14 @@ TEST(Allocation, RestoringALoopsStateMakesNone) {
         if (i % 97 == 0) states.push_back(loop.save());
         step(i);
     }
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (const LoopState& state : states) {
         loop.restore(state);
         step(1);
     }
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
 }
 
 /// Waiting for the clock, reading and writing the device and handing over to the recorder included;
@@ -307,11 +307,11 @@ TEST(Allocation, AServoLoopMakesNone) {
         DeviceProperties properties() const override { return {}; }
         bool read(DeviceState& state) noexcept override {
             if (reads_ == 100) {
-                allocations = 0;
-                counting = true;
+                heap::allocations = 0;
+                heap::counting = true;
             }
             if (reads_ == 4100) {
-                counting = false;
+                heap::counting = false;
                 return false;
             }
             const double angle = 0.004 * reads_++;
@@ -334,8 +334,8 @@ TEST(Allocation, AServoLoopMakesNone) {
     const DevicePlacement placement(DevicePlacementSettings{});
     internal::ServoLoop servo(loop, device, placement, clock, settings, frames, &decisions);
     servo.run();
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
     EXPECT_GT(servo.dropped(), 0u);
 }
 

@@ -6,7 +6,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/constant_force.h>
 
-namespace palpate::internal {
+namespace palpate::internal::constant_force_effect {
 namespace {
 
 using Settings = effects::ConstantForce;
@@ -34,16 +34,19 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts&) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::constant_force_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<ConstantForce> ConstantForce::room{
-    .traits = {.name = "constant_force", .keys = internal::kKeys, .beside_soft = true},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .own = {.order = internal::order, .make = internal::make},
+    .traits = {.name = "constant_force",
+               .keys = internal::constant_force_effect::kKeys,
+               .beside_soft = true},
+    .read = internal::constant_force_effect::read,
+    .check = internal::constant_force_effect::check,
+    .plan = internal::constant_force_effect::plan,
+    .own = {.order = internal::constant_force_effect::order,
+            .make = internal::constant_force_effect::make},
 };
 
 } // namespace palpate::effects

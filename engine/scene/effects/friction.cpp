@@ -14,7 +14,7 @@
 #include <palpate/haptics/solver/proxy_solver.h>
 #include <palpate/haptics/stepping/subdivision.h>
 
-namespace palpate::internal {
+namespace palpate::internal::friction_effect {
 namespace {
 
 constexpr std::array kKeys{
@@ -110,30 +110,30 @@ constexpr OnSurface<Settings> kOnSurface{.finish = finish<Settings>,
                                          .price_us = price_us<Settings>};
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::friction_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Friction> Friction::room{
     .traits = {.name = "friction",
-               .keys = internal::kKeys,
+               .keys = internal::friction_effect::kKeys,
                .part = SurfacePart::friction,
                .beside_soft = true},
-    .read = internal::read<Friction>,
-    .check = internal::check<Friction>,
-    .plan = internal::plan_friction,
-    .on_surface = internal::kOnSurface<Friction>,
+    .read = internal::friction_effect::read<Friction>,
+    .check = internal::friction_effect::check<Friction>,
+    .plan = internal::friction_effect::plan_friction,
+    .on_surface = internal::friction_effect::kOnSurface<Friction>,
 };
 
 constinit const internal::EffectRoom<StickSlip> StickSlip::room{
     .traits = {.name = "stick_slip",
-               .keys = internal::kKeys,
+               .keys = internal::friction_effect::kKeys,
                .part = SurfacePart::friction,
                .beside_soft = true},
-    .read = internal::read<StickSlip>,
-    .check = internal::check<StickSlip>,
-    .plan = internal::plan_stick_slip,
-    .on_surface = internal::kOnSurface<StickSlip>,
+    .read = internal::friction_effect::read<StickSlip>,
+    .check = internal::friction_effect::check<StickSlip>,
+    .plan = internal::friction_effect::plan_stick_slip,
+    .on_surface = internal::friction_effect::kOnSurface<StickSlip>,
 };
 
 } // namespace palpate::effects

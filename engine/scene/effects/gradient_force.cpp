@@ -7,7 +7,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/gradient_force.h>
 
-namespace palpate::internal {
+namespace palpate::internal::gradient_force_effect {
 namespace {
 
 using Settings = effects::GradientForce;
@@ -28,18 +28,19 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts& parts) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::gradient_force_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<GradientForce> GradientForce::room{
     .traits = {.name = "gradient_force",
-               .keys = internal::kKeys,
+               .keys = internal::gradient_force_effect::kKeys,
                .need = internal::FieldNeed::scalar},
     .read = internal::read_over_volume<GradientForce, internal::kStrengthN>,
     .check = internal::check_over_volume<GradientForce, internal::kStrengthN>,
-    .plan = internal::plan,
-    .own = {.order = internal::order_over_volume<GradientForce>, .make = internal::make},
+    .plan = internal::gradient_force_effect::plan,
+    .own = {.order = internal::order_over_volume<GradientForce>,
+            .make = internal::gradient_force_effect::make},
 };
 
 } // namespace palpate::effects

@@ -7,7 +7,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/gradient_surface.h>
 
-namespace palpate::internal {
+namespace palpate::internal::gradient_surface_effect {
 namespace {
 
 using Settings = effects::GradientSurface;
@@ -29,20 +29,21 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts& parts) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::gradient_surface_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<GradientSurface> GradientSurface::room{
     .traits = {.name = "gradient_surface",
-               .keys = internal::kKeys,
+               .keys = internal::gradient_surface_effect::kKeys,
                .need = internal::FieldNeed::scalar,
                .turn = internal::EffectTurn::guides,
                .stands_for_surface = true},
     .read = internal::read_over_volume<GradientSurface, internal::kHoldingN>,
     .check = internal::check_over_volume<GradientSurface, internal::kHoldingN>,
-    .plan = internal::plan,
-    .own = {.order = internal::order_over_volume<GradientSurface>, .make = internal::make},
+    .plan = internal::gradient_surface_effect::plan,
+    .own = {.order = internal::order_over_volume<GradientSurface>,
+            .make = internal::gradient_surface_effect::make},
 };
 
 } // namespace palpate::effects

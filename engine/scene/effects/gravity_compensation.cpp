@@ -8,7 +8,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/gravity_compensation.h>
 
-namespace palpate::internal {
+namespace palpate::internal::gravity_compensation_effect {
 namespace {
 
 using Settings = effects::GravityCompensation;
@@ -47,16 +47,19 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts&) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::gravity_compensation_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<GravityCompensation> GravityCompensation::room{
-    .traits = {.name = "gravity_compensation", .keys = internal::kKeys, .beside_soft = true},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .own = {.order = internal::order, .make = internal::make},
+    .traits = {.name = "gravity_compensation",
+               .keys = internal::gravity_compensation_effect::kKeys,
+               .beside_soft = true},
+    .read = internal::gravity_compensation_effect::read,
+    .check = internal::gravity_compensation_effect::check,
+    .plan = internal::gravity_compensation_effect::plan,
+    .own = {.order = internal::gravity_compensation_effect::order,
+            .make = internal::gravity_compensation_effect::make},
 };
 
 } // namespace palpate::effects

@@ -13,7 +13,7 @@
 #include <palpate/haptics/effects/point_guide.h>
 #include <palpate/haptics/effects/polyline.h>
 
-namespace palpate::internal {
+namespace palpate::internal::guide_effect {
 namespace {
 
 using effects::Guide;
@@ -155,19 +155,21 @@ std::vector<Vec3> places(const Guide& effect) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::guide_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Guide> Guide::room{
     .traits = {.name = "guide",
-               .keys = internal::kKeys,
+               .keys = internal::guide_effect::kKeys,
                .need = internal::FieldNeed::scalar,
                .turn = internal::EffectTurn::guides},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .own = {.order = internal::order, .make = internal::make, .places = internal::places},
+    .read = internal::guide_effect::read,
+    .check = internal::guide_effect::check,
+    .plan = internal::guide_effect::plan,
+    .own = {.order = internal::guide_effect::order,
+            .make = internal::guide_effect::make,
+            .places = internal::guide_effect::places},
 };
 
 } // namespace palpate::effects

@@ -10,7 +10,7 @@
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/effects/surface_magnets.h>
 
-namespace palpate::internal {
+namespace palpate::internal::magnet_effect {
 namespace {
 
 using effects::Magnet;
@@ -63,22 +63,22 @@ double price_us(const Magnet&, const PricedSurface& priced) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::magnet_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Magnet> Magnet::room{
     .traits = {.name = "magnet",
-               .keys = internal::kKeys,
+               .keys = internal::magnet_effect::kKeys,
                .need = internal::FieldNeed::scalar,
                .part = SurfacePart::magnet},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .on_surface = {.finish = internal::finish,
-                   .in_front_m = internal::in_front_m,
-                   .most_primitives = internal::most_primitives,
-                   .price_us = internal::price_us},
+    .read = internal::magnet_effect::read,
+    .check = internal::magnet_effect::check,
+    .plan = internal::magnet_effect::plan,
+    .on_surface = {.finish = internal::magnet_effect::finish,
+                   .in_front_m = internal::magnet_effect::in_front_m,
+                   .most_primitives = internal::magnet_effect::most_primitives,
+                   .price_us = internal::magnet_effect::price_us},
 };
 
 } // namespace palpate::effects

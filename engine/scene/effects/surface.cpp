@@ -11,7 +11,7 @@
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/soft_surfaces.h>
 
-namespace palpate::internal {
+namespace palpate::internal::surface_effect {
 namespace {
 
 using effects::Surface;
@@ -70,19 +70,20 @@ std::size_t most_primitives(const Surface&, const SceneSurface& surface) {
 double price_us(const Surface&, const PricedSurface& priced) { return bare_price(priced); }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::surface_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Surface> Surface::room{
     .traits = {.name = "surface",
-               .keys = internal::kKeys,
+               .keys = internal::surface_effect::kKeys,
                .part = SurfacePart::strength,
                .beside_soft = true},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .on_surface = {.most_primitives = internal::most_primitives, .price_us = internal::price_us},
+    .read = internal::surface_effect::read,
+    .check = internal::surface_effect::check,
+    .plan = internal::surface_effect::plan,
+    .on_surface = {.most_primitives = internal::surface_effect::most_primitives,
+                   .price_us = internal::surface_effect::price_us},
 };
 
 } // namespace palpate::effects

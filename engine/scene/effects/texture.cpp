@@ -14,7 +14,7 @@
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/contact/surface_texture.h>
 
-namespace palpate::internal {
+namespace palpate::internal::texture_effect {
 namespace {
 
 using effects::Texture;
@@ -156,22 +156,22 @@ double price_us(const Texture&, const PricedSurface& priced) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::texture_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Texture> Texture::room{
     .traits = {.name = "texture",
-               .keys = internal::kKeys,
+               .keys = internal::texture_effect::kKeys,
                .need = internal::FieldNeed::scalar,
                .part = SurfacePart::texture,
                .beside_soft = true},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .on_surface = {.shape = internal::shape,
-                   .in_front_m = internal::in_front_m,
-                   .price_us = internal::price_us},
+    .read = internal::texture_effect::read,
+    .check = internal::texture_effect::check,
+    .plan = internal::texture_effect::plan,
+    .on_surface = {.shape = internal::texture_effect::shape,
+                   .in_front_m = internal::texture_effect::in_front_m,
+                   .price_us = internal::texture_effect::price_us},
 };
 
 } // namespace palpate::effects

@@ -7,7 +7,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/vector_follow.h>
 
-namespace palpate::internal {
+namespace palpate::internal::vector_follow_effect {
 namespace {
 
 constexpr SceneKey kStrengthKey{"strength_n", "N", kHoldingN, "required",
@@ -75,30 +75,32 @@ std::unique_ptr<Effect> make_fibres(const effects::FibreFollow& effect, const Ef
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::vector_follow_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<VectorFollow> VectorFollow::room{
     .traits = {.name = "vector_follow",
-               .keys = internal::kVectorKeys,
+               .keys = internal::vector_follow_effect::kVectorKeys,
                .need = internal::FieldNeed::vector,
                .turn = internal::EffectTurn::guides},
-    .read = internal::read<VectorFollow>,
-    .check = internal::check<VectorFollow>,
-    .plan = internal::plan_vectors,
-    .own = {.order = internal::order<VectorFollow>, .make = internal::make_vectors},
+    .read = internal::vector_follow_effect::read<VectorFollow>,
+    .check = internal::vector_follow_effect::check<VectorFollow>,
+    .plan = internal::vector_follow_effect::plan_vectors,
+    .own = {.order = internal::vector_follow_effect::order<VectorFollow>,
+            .make = internal::vector_follow_effect::make_vectors},
 };
 
 constinit const internal::EffectRoom<FibreFollow> FibreFollow::room{
     .traits = {.name = "fibre_follow",
-               .keys = internal::kFibreKeys,
+               .keys = internal::vector_follow_effect::kFibreKeys,
                .need = internal::FieldNeed::axial,
                .turn = internal::EffectTurn::guides},
-    .read = internal::read<FibreFollow>,
-    .check = internal::check<FibreFollow>,
-    .plan = internal::plan_fibres,
-    .own = {.order = internal::order<FibreFollow>, .make = internal::make_fibres},
+    .read = internal::vector_follow_effect::read<FibreFollow>,
+    .check = internal::vector_follow_effect::check<FibreFollow>,
+    .plan = internal::vector_follow_effect::plan_fibres,
+    .own = {.order = internal::vector_follow_effect::order<FibreFollow>,
+            .make = internal::vector_follow_effect::make_fibres},
 };
 
 } // namespace palpate::effects

@@ -7,7 +7,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/vector_force.h>
 
-namespace palpate::internal {
+namespace palpate::internal::vector_force_effect {
 namespace {
 
 using Settings = effects::VectorForce;
@@ -27,18 +27,19 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts& parts) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::vector_force_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<VectorForce> VectorForce::room{
     .traits = {.name = "vector_force",
-               .keys = internal::kKeys,
+               .keys = internal::vector_force_effect::kKeys,
                .need = internal::FieldNeed::vector},
     .read = internal::read_over_volume<VectorForce, internal::kStrengthN>,
     .check = internal::check_over_volume<VectorForce, internal::kStrengthN>,
-    .plan = internal::plan,
-    .own = {.order = internal::order_over_volume<VectorForce>, .make = internal::make},
+    .plan = internal::vector_force_effect::plan,
+    .own = {.order = internal::order_over_volume<VectorForce>,
+            .make = internal::vector_force_effect::make},
 };
 
 } // namespace palpate::effects

@@ -7,7 +7,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/vector_sheet.h>
 
-namespace palpate::internal {
+namespace palpate::internal::vector_sheet_effect {
 namespace {
 
 constexpr std::array kKeys{
@@ -46,32 +46,32 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts& parts) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::vector_sheet_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<FrontShape> FrontShape::room{
     .traits = {.name = "front_shape",
-               .keys = internal::kKeys,
+               .keys = internal::vector_sheet_effect::kKeys,
                .need = internal::FieldNeed::vector,
                .turn = internal::EffectTurn::guides},
     .read = internal::read_over_volume<FrontShape, internal::kHoldingN>,
     .check = internal::check_over_volume<FrontShape, internal::kHoldingN>,
-    .plan = internal::plan_front,
+    .plan = internal::vector_sheet_effect::plan_front,
     .own = {.order = internal::order_over_volume<FrontShape>,
-            .make = internal::make<FrontShape, SheetKind::front>},
+            .make = internal::vector_sheet_effect::make<FrontShape, SheetKind::front>},
 };
 
 constinit const internal::EffectRoom<Vortex> Vortex::room{
     .traits = {.name = "vortex",
-               .keys = internal::kKeys,
+               .keys = internal::vector_sheet_effect::kKeys,
                .need = internal::FieldNeed::vector,
                .turn = internal::EffectTurn::guides},
     .read = internal::read_over_volume<Vortex, internal::kHoldingN>,
     .check = internal::check_over_volume<Vortex, internal::kHoldingN>,
-    .plan = internal::plan_vortex,
+    .plan = internal::vector_sheet_effect::plan_vortex,
     .own = {.order = internal::order_over_volume<Vortex>,
-            .make = internal::make<Vortex, SheetKind::vortex>},
+            .make = internal::vector_sheet_effect::make<Vortex, SheetKind::vortex>},
 };
 
 } // namespace palpate::effects

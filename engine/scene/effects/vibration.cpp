@@ -9,7 +9,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/contact_vibration.h>
 
-namespace palpate::internal {
+namespace palpate::internal::vibration_effect {
 namespace {
 
 using effects::Vibration;
@@ -77,16 +77,16 @@ std::unique_ptr<Effect> make(const Vibration& effect, const EffectParts& parts) 
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::vibration_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Vibration> Vibration::room{
-    .traits = {.name = "vibration", .keys = internal::kKeys, .beside_soft = true},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .own = {.order = internal::order, .make = internal::make},
+    .traits = {.name = "vibration", .keys = internal::vibration_effect::kKeys, .beside_soft = true},
+    .read = internal::vibration_effect::read,
+    .check = internal::vibration_effect::check,
+    .plan = internal::vibration_effect::plan,
+    .own = {.order = internal::vibration_effect::order, .make = internal::vibration_effect::make},
 };
 
 } // namespace palpate::effects

@@ -11,7 +11,7 @@
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/haptics/effects/viscosity.h>
 
-namespace palpate::internal {
+namespace palpate::internal::viscosity_effect {
 namespace {
 
 using Settings = effects::Viscosity;
@@ -113,16 +113,18 @@ std::unique_ptr<Effect> make(const Settings& effect, const EffectParts& parts) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::viscosity_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Viscosity> Viscosity::room{
-    .traits = {.name = "viscosity", .keys = internal::kKeys, .need = internal::FieldNeed::scalar},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .own = {.order = internal::order, .make = internal::make},
+    .traits = {.name = "viscosity",
+               .keys = internal::viscosity_effect::kKeys,
+               .need = internal::FieldNeed::scalar},
+    .read = internal::viscosity_effect::read,
+    .check = internal::viscosity_effect::check,
+    .plan = internal::viscosity_effect::plan,
+    .own = {.order = internal::viscosity_effect::order, .make = internal::viscosity_effect::make},
 };
 
 } // namespace palpate::effects

@@ -11,7 +11,7 @@
 #include <palpate/engine/scene/internal/effect_keys.h>
 #include <palpate/haptics/effects/workspace.h>
 
-namespace palpate::internal {
+namespace palpate::internal::workspace_effect {
 namespace {
 
 using effects::Workspace;
@@ -161,22 +161,22 @@ std::optional<Box> confines(const Workspace& effect) {
 }
 
 } // namespace
-} // namespace palpate::internal
+} // namespace palpate::internal::workspace_effect
 
 namespace palpate::effects {
 
 constinit const internal::EffectRoom<Workspace> Workspace::room{
     .traits = {.name = "workspace",
-               .keys = internal::kKeys,
+               .keys = internal::workspace_effect::kKeys,
                .need = internal::FieldNeed::scalar,
                .turn = internal::EffectTurn::limits},
-    .read = internal::read,
-    .check = internal::check,
-    .plan = internal::plan,
-    .own = {.order = internal::order,
-            .make = internal::make,
-            .places = internal::places,
-            .confines = internal::confines},
+    .read = internal::workspace_effect::read,
+    .check = internal::workspace_effect::check,
+    .plan = internal::workspace_effect::plan,
+    .own = {.order = internal::workspace_effect::order,
+            .make = internal::workspace_effect::make,
+            .places = internal::workspace_effect::places,
+            .confines = internal::workspace_effect::confines},
 };
 
 } // namespace palpate::effects
