@@ -42,7 +42,8 @@ function(palpate_bundle list target)
   execute_process(COMMAND awk -v most=${most} -v apart=${apart} -f scripts/bundles.awk ${folder}/kinds ${headers} ${sources}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE rows COMMAND_ERROR_IS_FATAL ANY)
   list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/ OUTPUT_VARIABLE watched)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/bundles.awk ${watched})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/bundles.awk
+    ${PROJECT_SOURCE_DIR}/scripts/bundle_text.awk ${watched})
 
   string(REGEX MATCHALL "[^\n]+" rows "${rows}")
   set(count 0)
@@ -64,7 +65,8 @@ function(palpate_bundle list target)
     set(bundle ${folder_${number}}/${number}.cpp)
     file(MAKE_DIRECTORY ${folder_${number}})
     # From the bundle's folder, so that ccache has it in any checkout.
-    file(RELATIVE_PATH root ${folder_${number}} ${PROJECT_SOURCE_DIR})
+    file(RELATIVE_PATH root ${folder_${number}} ${PROJECT_SOURCE_DIR}/CMakeLists.txt)
+    cmake_path(GET root PARENT_PATH root)
     execute_process(COMMAND awk -v root=${root} -v apart=${apart} -f scripts/bundle_text.awk ${sources_${number}}
       WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_FILE ${bundle}.new COMMAND_ERROR_IS_FATAL ANY)
     file(COPY_FILE ${bundle}.new ${bundle} ONLY_IF_DIFFERENT)
