@@ -281,9 +281,10 @@ void Inverse3Device::Link::exchange() {
                       : Vec3{0.0});
     }
     const double until_s = is_answered() ? due_s_ : sent_s_ + settings_.stale_after_s;
-    const Event event = socket_.wait(internal::in_seconds(until_s - steady_s()));
+    const double began_s = steady_s();
+    const Event event = socket_.wait(internal::in_seconds(until_s - began_s));
     // The time in which this thread did not run is no silence of the service.
-    lost_s_ += std::max(0.0, steady_s() - until_s);
+    lost_s_ += std::max(0.0, steady_s() - std::max(until_s, began_s));
     switch (event) {
     case Event::message:
         return take_message();

@@ -4,9 +4,9 @@
 # KINDS: a file, SOURCE <tab> KIND; sources of different kinds stay apart. HEADER...: all of ours, which have names, too.
 # Prints BUNDLE <tab> SOURCE <tab> LIBRARIES, in the order of the sources: those of a bundle, a number from 1, share no name in an
 # unnamed namespace, and include the same large libraries. apart: each test has a namespace of its own (bundle_text.awk), so that
-# only its macros are seen by others.
+# what others see of it are its macros, and what is outside of its unnamed namespace.
 # Relies on the format of .clang-format: namespaces and what they hold begin their lines. Where it misses a name, that bundle does
-# not compile: give one of both another name.
+# not compile, but for two functions with other arguments: give one of both another name.
 NR == FNR { split($0, part, "\t"); kinds[part[1]] = part[2]; next }
 function note_spaces(    i) { # within: the namespaces around this line, without unnamed ones
     within = ""
@@ -20,15 +20,18 @@ function is_seen_in(space, headers_spaces,    list, n, i) {
     return 0
 }
 FNR == 1 { depth = 0; note_spaces(); is_header = FILENAME ~ /\.h$/; if (!is_header) order[++count] = FILENAME }
-/^(inline )?namespace.*\{ *$/ {
+{ sub(/^(\[\[[a-z_:]*\]\] *)+/, "") } # attributes
+/^(inline )?namespace.*\{ *(\/\/.*)?$/ {
     space = $0
-    gsub(/^(inline )?namespace *| *\{ *$/, "", space)
+    gsub(/^(inline )?namespace *| *\{ *(\/\/.*)?$/, "", space)
+    opened_at = FNR
     spaces[++depth] = space
     note_spaces()
     if (!is_header) opened[FILENAME] = opened[FILENAME] " " within
     next
 }
-/^} *\/\/ namespace/ { --depth; note_spaces(); next }
+# Around a single line its end has no comment.
+/^} *\/\/ namespace/ || ($0 == "}" && depth > 0 && FNR == opened_at + 2) { --depth; note_spaces(); next }
 is_header {
     if (/^(struct|class|enum class|enum) [A-Za-z]/) {
         sub(/^(enum )?(struct|class|enum) /, "")
@@ -114,7 +117,8 @@ END {
             name = list[k]
             sub(/.*::/, "", name)
             space = substr(list[k], 1, length(list[k]) - length(name))
-            if (name in in_headers && is_seen_in(space, in_headers[name])) kind = source # another thing where that header is seen
+            # Another thing where that header is seen; a directive brings names of other namespaces.
+            if (name in in_headers && (directives[source] != "" || is_seen_in(space, in_headers[name]))) kind = source
             if (name in functions) hides[++h] = list[k] # for all that is in that namespace, too
         }
         u = spread(source, use_list)

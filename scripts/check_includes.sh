@@ -11,7 +11,7 @@
 # Public headers, FOLDER/*.h, show only the standard library, GLM and <palpate/...>; every other library stays in the
 # sources named below. c/ and python/ include public headers alone, as a program does that embeds palpate.
 # haptics does its work in the loop: nothing there may wait, print or open files.
-# What a public header names of the standard library or GLM, it includes, itself or by a header of ours. The build compiles each of
+# What a public header names of the standard library, it includes, itself or by a header of ours; so something of GLM. The build compiles each of
 # them alone, but behind the standard library's and GLM's (headers_alone in tests/CMakeLists.txt): it could not tell.
 set -euo pipefail
 
@@ -239,6 +239,9 @@ check_names() {
         declare("variant", "get_if variant visit")
         declare("vector", "vector")
         header_of["std::size_t"] = header_of["std::ptrdiff_t"] = ""  # of nearly every header
+        header_of["assert("] = "cassert"
+        header_of["offsetof("] = "cstddef"
+        header_of["typeid("] = "typeinfo"
     }
     /^[ \t]*#[ \t]*include[ \t]*</ {
         header = $0
@@ -251,11 +254,13 @@ check_names() {
     }
     FILENAME !~ /\/(internal|command)\// {
         line = $0
-        sub(/\/\/.*/, "", line)
         gsub(/"[^"]*"/, "", line)
-        while (match(line, /(std::[a-z_0-9]+|glm::)/)) {
+        sub(/\/\/.*/, "", line)
+        line = " " line
+        while (match(line, /std::[a-z_0-9]+|glm::|[^a-z_](assert|offsetof|typeid)\(/)) {
             name = substr(line, RSTART, RLENGTH)
             line = substr(line, RSTART + RLENGTH)
+            sub(/^[^a-z]/, "", name)
             if (seen[FILENAME, name]++) continue
             ++count
             file[count] = FILENAME

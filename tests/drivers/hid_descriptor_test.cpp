@@ -8,10 +8,10 @@
 
 #include <tests/support/hid_descriptors.h>
 
+namespace {
+
 using namespace palpate::internal;
 using palpate::test::DescriptorWriter;
-
-namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 

@@ -10,11 +10,11 @@
 
 #include <tests/support/hid_descriptors.h>
 
+namespace {
+
 using namespace palpate::internal;
 using palpate::test::kAdapterLayout;
 using palpate::test::kBoardLayout;
-
-namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 

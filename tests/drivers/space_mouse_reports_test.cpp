@@ -10,10 +10,10 @@
 
 #include <gtest/gtest.h>
 
+namespace {
+
 using namespace palpate;
 using namespace palpate::internal;
-
-namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 

@@ -102,6 +102,7 @@ expect_violation(volume/a.cpp "#include <iostream>" "prints nothing")
 
 # What a public header names of the standard library and of GLM, it includes, itself or by a header of ours.
 expect_violation(engine/a.h "std::optional<int> a()" "std::optional, and nothing includes <optional>")
+expect_violation(engine/a.h "inline void a(int b) { assert(b) }" "assert(, and nothing includes <cassert>")
 expect_violation(engine/a.h "glm::dvec3 a()" "nothing includes <glm/...hpp>")
 expect_violation(engine/a.h "std::nonsense a()" "std::nonsense: of which header?")
 make_clean_tree()

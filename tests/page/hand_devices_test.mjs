@@ -101,8 +101,12 @@ test('a cap that falls silent stands still, and so does one while the probe is f
   const page = await openLive(fakeHid);
   await page.click('#space-mouse');
   await page.waitForSelector('#space-mouse[aria-pressed=true]');
-  await page.evaluate(() => window.report(1, [350, 0, 0, 0, 0, 0])); // and no more
-  await page.waitForFunction(() => window.palpate.hand.isDriven);
+  await page.evaluate(async () => { // until it is seen, and no more
+    while (!window.palpate.hand.isDriven) {
+      window.report(1, [350, 0, 0, 0, 0, 0]);
+      await new Promise((resolve) => setTimeout(resolve, 8));
+    }
+  });
   await page.waitForFunction(() => window.palpate.hand.isDriven === false);
   server.send(JSON.stringify({state: {frozen: true}}));
   await page.waitForFunction(() => window.palpate.state.frozen);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A run at the clock's pace that a signal ends, in a child process: its device is left without
 // force and stopped, and what it recorded is there.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -33,7 +34,8 @@ struct Shared {
     std::atomic<bool> is_stuck{false}; // the recorder has stopped to look
 };
 
-/// A handle that is held 5 mm deep in the ball after a while outside of it.
+/// A handle that is held 5 mm deep in the ball after a while outside of it, and comes out again
+/// every second: after a gap in the frames no force is sent before little is wanted.
 class WatchedDevice final : public HapticDevice {
 public:
     explicit WatchedDevice(Shared& shared) : shared_(shared) {}
@@ -45,7 +47,8 @@ public:
     }
     bool read(DeviceState& state) noexcept override {
         state = DeviceState{};
-        const double share = std::min(1.0, 0.005 * static_cast<double>(reads_));
+        const auto turn = static_cast<double>(reads_ % 1000);
+        const double share = std::clamp(0.005 * std::min(turn, 800.0 - turn), 0.0, 1.0);
         state.time_s = 1e-3 * static_cast<double>(reads_++);
         state.position = {0.0, 0.0, 0.055 - 0.01 * share};
         return true;

@@ -339,7 +339,7 @@ static int plugin_read(void* opened, palpate_plugin_state* state) {
     if (!(HAS(STUCK_AFTER_STOP) && device->stops > 0) && !(HAS(DIES_FROZEN) && is_dead))
         move(device, time_s);
     memcpy(state->held_force_n, device->held, sizeof device->held);
-    if (HAS(SLOW_STATES) && time_s - device->told_s < 15e-3) return PALPATE_PLUGIN_NOTHING_NEW;
+    if (HAS(SLOW_STATES) && time_s - device->told_s < 50e-3) return PALPATE_PLUGIN_NOTHING_NEW;
     device->told_s = time_s;
     time_s = device->stepped_s;
     if (HAS(TIME_BACK) && device->reads % 40 == 0) time_s -= 0.02;

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-using namespace palpate;
-
 namespace {
+
+using namespace palpate;
 
 AttachedDevice mouse(const std::string& path) {
     return {path, 0x256F, 0xC635, "3Dconnexion SpaceMouse Compact", AttachedKind::space_mouse, {}};

@@ -9,9 +9,9 @@
 #include <palpate/drivers/space_mouse.h>
 #include <palpate/drivers/wooden_device.h>
 
-using namespace palpate;
-
 namespace {
+
+using namespace palpate;
 
 const std::vector<AttachedDevice> kAttached = {
     {"/dev/hidraw1", 0x256F, 0xC635, "SpaceMouse Compact", AttachedKind::space_mouse, {}},
