@@ -10,7 +10,8 @@ usage: ./palpate.sh demo|test|build|bench|help
   demo   build, get the demo data, trace it, and say where the report is
   test   build and run every test, the fast ones once more under AddressSanitizer,
          and what threads share under ThreadSanitizer
-  build  leave the command at build/release/palpate, the Python package in build/release/python
+  build  leave the command at build/release/palpate, the Python package in build/release/python,
+         and all that `cmake --install build/release` takes
   bench  build and run the benchmarks: build/release/bench-results/index.html, results.csv and *.json
   help   this text
 Missing Debian packages (scripts/packages.txt) are installed with apt-get, as root or through sudo.
@@ -136,7 +137,7 @@ case $1 in
 help | --help | -h) usage ;;
 build)
     install_packages
-    build_targets release palpate_command palpate_python
+    build_targets release palpate_command palpate_python palpate_c palpate_c_extraction
     say "the command is build/release/palpate, the Python package is in build/release/python"
     ;;
 test)
