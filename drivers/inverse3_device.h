@@ -28,7 +28,7 @@ public:
         double rate_hz = 1000.0;     ///< exchanges with the service, [50, 4000]
         double stale_after_s = 0.01; ///< > 0, from asking for a state until it is stale
         double force_hold_s = 0.02;  ///< > 0, how long the last force is held; then it is zero
-        double lost_after_s = 0.5;   ///< > stale_after_s, silence after which a service is left
+        double lost_after_s = 0.5;   ///< > stale_after_s, silence while we run; then it is left
         double reconnect_s = 1.0;    ///< > 0, between two looks for it
         double patience_s = 1.0;     ///< > 0, for a connection, and again for its first message
     };
