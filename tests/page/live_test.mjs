@@ -268,5 +268,15 @@ test('a page that has shown a soft surface goes on after it connects again, and 
 });
 
 test('a loop that is silent is said to be', async () => {
-  await page.waitForFunction(() => /^no frame for \d+ s$/.test(document.getElementById('link').textContent));
+  const silence = page.locator('#silence');
+  await page.waitForFunction(() => /^no frame for \d+ s$/.test(document.getElementById('silence').textContent));
+  assert.ok(await silence.isVisible());
+  server.send(JSON.stringify({say: 'no such gain', kind: 'error'})); // what is said stays while seconds are counted
+  await page.waitForFunction(() => document.getElementById('link').textContent === 'no such gain');
+  const before = await silence.textContent();
+  await page.waitForFunction(words => document.getElementById('silence').textContent !== words, before);
+  assert.equal(await page.textContent('#link'), 'no such gain');
+  server.sendFrames(12520, 20, 0);
+  await silence.waitFor({state: 'hidden'});
+  assert.equal(await page.textContent('#link'), 'no such gain');
 });

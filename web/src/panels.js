@@ -326,11 +326,12 @@ export class Panels {
     }
   }
 
-  /** Says when no frame came for so many seconds; 0: all is well. */
+  /** Says when no frame came for so many seconds, beside what was said last; 0: all is well. */
   showAge(seconds) {
     if (seconds === this.age) return;
     this.age = seconds;
-    at('link').textContent = seconds ? `no frame for ${seconds} s` : this.app.isConnected ? 'connected' : at('link').textContent;
+    at('silence').hidden = !seconds;
+    at('silence').textContent = seconds ? `no frame for ${seconds} s` : '';
   }
 
   showPlayer() {
