@@ -13,7 +13,7 @@ program=$(readlink -f "$1")
 mkdir -p "$2"
 work=$(readlink -f "$2")
 log=$(readlink -f "${3:-$work/hidraw_qemu.log}")
-longest=400 # seconds; 20 on a quiet machine
+longest=850 # seconds; 20 on a quiet machine
 
 say() { printf 'test_hidraw_qemu.sh: %s\n' "$*"; }
 skip() { say "SKIPPED: $*"; exit 77; }

@@ -267,7 +267,9 @@ Verdict stop_twice(DriverTrial& trial) {
 /// Whether a state comes within two seconds that is later than that, and a force is taken.
 bool goes_on(DriverTrial& trial, double after_s) {
     constexpr double kLongest_s = 2.0;
-    for (const double began_s = monotonic_s(); monotonic_s() - began_s < kLongest_s;) {
+    constexpr int kLateLooks = 50; // after a stall of this process
+    const double began_s = monotonic_s();
+    for (int late = 0; monotonic_s() - began_s < kLongest_s || ++late <= kLateLooks;) {
         const Exchange one = trial.exchange({0.0, 0.0, 0.0});
         if (one.read == PALPATE_PLUGIN_OK && one.write == PALPATE_PLUGIN_OK &&
             one.state.time_s > after_s)

@@ -185,10 +185,12 @@ void DriverTrial::wait_for_next() {
 
 Exchange DriverTrial::first_state() {
     constexpr double kLongest_s = 2.0;
+    constexpr int kLateLooks = 50;
     started();
     const double began_s = monotonic_s();
     std::optional<Exchange> stale; // until it has said anything, a device is wherever it likes
-    while (monotonic_s() - began_s < kLongest_s) {
+    // After a stall of this process the device has its turn all the same.
+    for (int late = 0; monotonic_s() - began_s < kLongest_s || ++late <= kLateLooks;) {
         const Exchange one = exchange({0.0, 0.0, 0.0});
         if (one.read == PALPATE_PLUGIN_OK && one.state.is_stale == 0) return one;
         if (one.read == PALPATE_PLUGIN_OK) stale = one;

@@ -51,7 +51,7 @@ constexpr const char* kUse =
 } // namespace
 
 ListedInverseService listed_inverse_service(const std::string& where) {
-    constexpr double kPatience_s = 0.5;
+    constexpr double kPatience_s = 2.0;
     ListedInverseService listed;
     listed.is_named = !where.empty();
     // One colon is that of a port; more are those of an IPv6 address.

@@ -163,7 +163,9 @@ TEST_F(CommandMessages, AnInterruptedTraceSaysWhatWasThrownAway) {
                       "volume = \"v\"\n[[effect]]\ntype = \"surface\"\nsurface = \"s\"\n"
                       "[device]\ntype = \"orbit\"\nduration_s = 600\n[loop]\nmethod = \"paper\"\n");
     const pid_t child = start({"trace", "long.toml", "--out", "t"});
-    std::this_thread::sleep_for(std::chrono::milliseconds(1500)); // of 540 s
+    for (int i = 0; i < 6000 && !std::filesystem::exists(*this / "t"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10)); // until it has begun
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));    // of 540 s
     ::kill(child, SIGINT);
     const test::CommandResult result = end(child);
     EXPECT_EQ(result.signal, SIGINT) << result.err;

@@ -47,8 +47,7 @@ bool same(const palpate::Vec3& a, const palpate::Vec3& b) {
 } // namespace
 
 int main() {
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / "palpate-consumer-files";
+    const std::filesystem::path folder = std::filesystem::absolute("palpate-consumer-files");
     std::filesystem::create_directories(folder);
     palpate::write_volume(ball(), folder / "ball.nrrd");
     palpate::SceneResources resources{.files = palpate::scene_files(folder / "cache")};

@@ -31,8 +31,7 @@ int main() {
 
     palpate::ReportSubject subject{"ball", nullptr, {}};
     subject.traces.push_back({"ball", palpate::summarize(*scene, trace), trace.frames});
-    const std::filesystem::path page =
-        std::filesystem::temp_directory_path() / "palpate-consumer-report.html";
+    const std::filesystem::path page = std::filesystem::absolute("palpate-consumer-report.html");
     palpate::write_report_page(page, {subject}, {"A ball."});
     const auto size = std::filesystem::file_size(page);
     std::filesystem::remove(page);

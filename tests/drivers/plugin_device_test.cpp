@@ -171,7 +171,7 @@ TEST(PluginDevice, AStopThatFailsIsTold) {
     PluginDevice device(with("STOP_FAILS"));
     device.open();
     device.start();
-    EXPECT_EQ(device.complaint(), "");
+    EXPECT_EQ(device.complaint().find("stop failed"), std::string::npos);
     device.stop();
     EXPECT_PART(device.complaint(), "stop failed, so that nobody knows whether a force is held: "
                                     "switch the device off");
@@ -186,7 +186,7 @@ TEST(PluginDevice, AStopThatSucceedsLaterIsTheLastWord) {
     device.stop();
     EXPECT_PART(device.complaint(), "stop failed");
     device.close(); // which stops it once more
-    EXPECT_EQ(device.complaint(), "");
+    EXPECT_EQ(device.complaint().find("stop failed"), std::string::npos);
 }
 
 // What takes as long as <palpate/device_plugin.h> allows, each function by itself, is waited for: a

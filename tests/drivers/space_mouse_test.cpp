@@ -93,7 +93,7 @@ TEST_P(SpaceMouseKinds, Case14SilentAtRestIsFresh) {
     EXPECT_TRUE(rig.reads([&] { return rig.state.velocity == Vec3(0.0) && rig.fresh(); }));
     // Three times told and then silent: two silences longer than a deflected cap may keep.
     const auto told = [&] { return rig.node.at_rest([&] { return rig.mouse.reports_sent; }); };
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    ASSERT_TRUE(rig.node.wait_until([&] { return rig.mouse.has_said_rest(); }));
     const int before = told();
     const Vec3 place = rig.state.position;
     for (int i = 0; i < 40; ++i) {

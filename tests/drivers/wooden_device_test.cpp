@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole driver over the real libhidapi-hidraw, against the boards' firmware
 // (wooden_firmware.h).
+#include <chrono>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -63,6 +64,7 @@ TEST(WoodenDevice, Case2BoardThatSaysNothingIsNoDevice) {
 
 TEST(WoodenDevice, Case3EachReportIsAnsweredOnce) {
     Rig rig(14);
+    const auto began = std::chrono::steady_clock::now();
     rig.device.open();
     rig.device.start();
     ASSERT_TRUE(rig.node.wait_until([&] { return rig.board.reports_sent > 200; }));
@@ -70,7 +72,8 @@ TEST(WoodenDevice, Case3EachReportIsAnsweredOnce) {
         [&] { return std::pair(rig.board.reports_sent, rig.board.reports_received); });
     // One may be on its way. A thread that waits for its turn for 10 ms makes an answer too many.
     EXPECT_GE(received, sent - 1);
-    EXPECT_LE(received, sent + sent / 4);
+    const auto took = std::chrono::steady_clock::now() - began;
+    EXPECT_LE(received, sent + 1 + took / std::chrono::milliseconds(10));
 }
 
 TEST(WoodenDevice, Case3BoardAnswersOnceHoweverOftenItIsWrittenTo) {
@@ -227,7 +230,7 @@ TEST(WoodenDevice, Case12NoForceWhileCountersAreSet) {
         rig.board.calibration_button = true;
         rig.board.milliamps = {1, 1, 1};
     });
-    ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.counters_set == 1; }));
+    ASSERT_TRUE(rig.push_until({0.0, 0.0, 1.0}, [&] { return rig.board.counters_set >= 1; }));
     EXPECT_TRUE(test::comes_true([&] { return rig.device.counts().zeroings == 1; }));
     EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
     EXPECT_LT(glm::length(state_of(rig.device).position - kHome), 1e-15);

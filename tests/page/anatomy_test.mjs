@@ -82,12 +82,15 @@ test('skull, live: the probe is dragged, the proxy slides on the bone, and the r
     await page.screenshot({path: join(work, 'live-skull.png')});
     const shown = {}; // before the next run, of which the page begins anew
     for (const name of ['time_s', 'probe_m', 'proxy_m', 'force_n', 'felt']) shown[name] = await column(page, name);
+    const run = await page.evaluate(() => window.palpate.frames.generation);
     await page.click('#record');
     await page.waitForFunction(() => /^written: /.test(document.getElementById('link').textContent));
 
     // The slider changes the force of the next run, which begins in front of the bone and presses again.
-    await isFelt(page);
-    await page.waitForFunction(() => window.palpate.frames.force(window.palpate.frames.count - 1) > 0.1);
+    await page.waitForFunction(before => {
+      const {frames} = window.palpate, i = frames.count - 1;
+      return frames.generation > before && i >= 0 && frames.columns.felt[i] && frames.force(i) > 0.1;
+    }, run);
     const held = await at(page);
     await page.locator('input[aria-label^="gain of"]').fill('0');
     await page.waitForFunction(() => window.palpate.frames.force(window.palpate.frames.count - 1) < 0.01);
@@ -133,8 +136,10 @@ test('brain, live: twelve labels are listed, toggled, cut in slices, felt by nam
 
     // The finest level of each comes, and what is drawn at rest is all of it.
     await page.waitForFunction(() => {
-      const {surfaces} = window.palpate.view;
-      return surfaces.all.every(s => s.levels.at(-1).isHere) && surfaces.facets === surfaces.mostFacets;
+      const {view, isAsking} = window.palpate, {surfaces} = view;
+      const isAll = surfaces.all.every(s => s.levels.at(-1).isHere) && surfaces.facets === surfaces.mostFacets;
+      if (!isAll && view.isStill && !isAsking) view.touch(); // a picture that took long is forgotten after 20 s, where others follow
+      return isAll;
     }, undefined, {timeout: 300000});
 
     await page.fill('#filter', 'thal');

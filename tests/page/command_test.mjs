@@ -55,7 +55,7 @@ test('the page of a recording has the numbers of the trace, bit for bit', async 
 
 /** Starts the loop; its link and what ends it. */
 async function startLoop() {
-  const child = spawn(process.env.PALPATE, ['view', scene, '--device', 'page', '--seconds', '120', '--out', 'live'], {cwd: folder,
+  const child = spawn(process.env.PALPATE, ['view', scene, '--device', 'page', '--seconds', '600', '--out', 'live'], {cwd: folder,
     env: {...process.env, PALPATE_CACHE: join(folder, 'cache')}});
   let said = '';
   const link = await new Promise((done, fail) => {

@@ -45,14 +45,11 @@ export class FakeServer {
     return found;
   }
 
-  /** Waits for a command of a kind. */
+  /** Waits for a command of a kind, and forgets it and those before it. */
   async next(kind) {
     for (let tries = 0; tries < 6000; ++tries) {
-      const found = this.commands.find(command => command.do === kind);
-      if (found) {
-        this.commands = [];
-        return found;
-      }
+      const at = this.commands.findIndex(command => command.do === kind);
+      if (at >= 0) return this.commands.splice(0, at + 1).at(-1);
       await new Promise(done => setTimeout(done, 20));
     }
     throw new Error(`no command "${kind}" within 120 s, only ${JSON.stringify(this.commands)}`);

@@ -23,6 +23,7 @@ for (const [width, height] of [[1200, 800], [390, 844], [1920, 1080]])
           await page.locator('#view canvas').focus();
           await page.keyboard.press(key);
           await page.waitForTimeout(250);
+          await page.waitForFunction(() => !window.palpate.view.isDirty);
           assert.deepEqual(await page.evaluate(measure), []);
         }
       }

@@ -35,6 +35,7 @@ for (const [width, height] of [[1400, 900], [390, 844]])
       await page.evaluate(() => document.querySelectorAll('details').forEach(one => (one.open = true)));
       await page.evaluate(() => window.scrollTo(0, 0)); // the transport stays at the top of a phone's screen, over what is scrolled
       await page.waitForTimeout(300);
+      await page.waitForFunction(() => !window.palpate.view.isDirty);
       assert.deepEqual(await page.evaluate(measure), []);
       assert.equal(await page.evaluate(() => document.getAnimations().length), 0);
       const moving = await page.evaluate(() => [...document.querySelectorAll('*')].map(one => getComputedStyle(one))

@@ -74,13 +74,16 @@ test('a view in which nothing moves is at rest though frames go on, and moves ag
   };
   const sent = [];
   const timer = setInterval(() => send(sent.push(0), 1, frame(1045)), 50);
-  await page.waitForFunction(() => window.palpate.view.isStill && window.palpate.player.playing);
+  await page.waitForFunction(() => { // the path that a test before left has gone
+    const {view, player} = window.palpate;
+    return view.trail.segments === 0 && view.isStill && player.playing;
+  });
   const before = await page.evaluate(() => [window.palpate.frames.count, window.palpate.view.renderer.info.render.frame]);
   await page.waitForFunction(count => window.palpate.frames.count > count + 30, before[0]); // tables were looked at meanwhile
   assert.equal(await page.evaluate(() => window.palpate.view.renderer.info.render.frame), before[1], 'pictures of nothing new');
   clearInterval(timer);
   send(sent.push(0), 1, frame(1300));
-  await page.waitForFunction(() => !window.palpate.view.isStill);
+  await page.waitForFunction(count => window.palpate.view.renderer.info.render.frame > count, before[1]);
   send(sent.push(0), 1, frame(1045));
   server.sendFrames(1000, 46, 0); // a run from 1 s on, as it was
   await shown(page, 1045);
@@ -183,6 +186,7 @@ test('a damaged message is said and the page goes on', async () => {
   await page.waitForFunction(() => document.getElementById('link').textContent === 'no JSON');
   server.sendFrames(1046, 5, 0);
   await page.waitForFunction(() => window.palpate.frames.count === 51);
+  await page.locator('#problem').waitFor({state: 'hidden'}); // it moved all that is below it
 });
 
 test('a new run, whose clock begins anew, has its own charts; the table goes on', async () => {
@@ -276,7 +280,8 @@ test('a loop that is silent is said to be', async () => {
   const before = await silence.textContent();
   await page.waitForFunction(words => document.getElementById('silence').textContent !== words, before);
   assert.equal(await page.textContent('#link'), 'no such gain');
-  server.sendFrames(12520, 20, 0);
-  await silence.waitFor({state: 'hidden'});
+  let next = 12520;
+  const timer = setInterval(() => server.sendFrames((next += 20) - 20, 20, 0), 200); // else it is hidden for a second only
+  await silence.waitFor({state: 'hidden'}).finally(() => clearInterval(timer));
   assert.equal(await page.textContent('#link'), 'no such gain');
 });

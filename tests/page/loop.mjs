@@ -22,7 +22,7 @@ export class Loop {
 
   /** Starts it; gives back its link. */
   async start(...options) {
-    this.child = spawn(process.env.PALPATE, ['view', 'scene.toml', '--seconds', '300', '--out', 'live', ...options],
+    this.child = spawn(process.env.PALPATE, ['view', 'scene.toml', '--seconds', '800', '--out', 'live', ...options],
                        {cwd: this.folder, env: this.environment});
     let said = '';
     return new Promise((done, fail) => {

@@ -28,6 +28,8 @@ public:
     // What a test looks at.
     bool lamp = false;
     int reports_sent = 0;
+    /// Whether it has told of its rest as often as it does, and is silent.
+    bool has_said_rest() const { return rests_ == kRests; }
 
     Bytes descriptor() const override { return space_mouse_descriptor(wireless_); }
     bool numbered() const override { return true; }

@@ -18,6 +18,7 @@ function complain(error) {
 }
 
 const kShown_ms = 8000; // of what one damaged message brought
+let shownUntil; // a timer
 
 /** Takes a message of the loop; a damaged one is said, and left out. */
 function guarded(work) {
@@ -26,7 +27,8 @@ function guarded(work) {
   } catch (error) {
     element('problem').textContent = `A message of the loop was left out. ${error.message}`;
     element('problem').hidden = false;
-    setTimeout(() => (element('problem').hidden = true), kShown_ms);
+    clearTimeout(shownUntil); // the last one is shown as long as the first
+    shownUntil = setTimeout(() => (element('problem').hidden = true), kShown_ms);
     if (!(error instanceof DamagedData)) console.warn(error);
   }
 }

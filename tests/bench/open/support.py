@@ -30,7 +30,7 @@ def run(*words, cwd=None):
     words = [str(w) for w in words]
     if words[0].endswith(".py"):
         words.insert(0, sys.executable)
-    return subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False, timeout=200)
+    return subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False, timeout=800)
 
 
 def write_answer(file, times, proxies, forces, ns=2000.0, reference_ns=1000.0):

@@ -246,7 +246,7 @@ static void move(device_type* device, double until_s) {
 
 static void misbehave(device_type* device) {
     const long reads = device->reads;
-    if (HAS(HANG_IN_READ) && reads == 200) go_on(NULL);
+    if (HAS(HANG_IN_READ) && reads == 20) go_on(NULL);
     if (HAS(SLOW_READ)) sleep_s(5e-3);
     if (HAS(BLOCKS) && reads % 60 == 30) sleep_s(0.25);
     if (HAS(CHAOS) && throw_dice(device) == 0 && throw_dice(device) < 500)

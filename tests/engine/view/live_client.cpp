@@ -118,7 +118,7 @@ void LiveClient::shut_down() {
 }
 
 bool becomes(const std::function<bool()>& is_so) {
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < 6000; ++i) {
         if (is_so()) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }

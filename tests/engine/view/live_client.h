@@ -48,7 +48,7 @@ private:
     std::unique_ptr<Connection> connection_;
 };
 
-/// Waits until something is so; false where it is not within ten seconds.
+/// Waits until something is so; false where it is not within a minute.
 bool becomes(const std::function<bool()>& is_so);
 
 } // namespace palpate::test

@@ -141,7 +141,7 @@ TEST_F(LiveServerTest, AThousandReconnectsLeaveNothing) {
 /// The scene is larger than what the kernel keeps of what nobody reads.
 class ServesALargeScene : public Serves {
 protected:
-    ServesALargeScene() : Serves(32u << 20) {}
+    ServesALargeScene() : Serves(32u << 20, 8.0) {}
 };
 using LargeSceneTest = ServesALargeScene;
 
