@@ -6,6 +6,16 @@ file(MAKE_DIRECTORY ${WORK})
 unset(ENV{DESTDIR})  # a packager's setting: it would move the prefix
 unset(ENV{LD_LIBRARY_PATH})
 unset(ENV{PKG_CONFIG_PATH})
+# What was compiled before, in this checkout or in another one, comes from ccache, as in our own build.
+find_program(CCACHE ccache)
+if(CCACHE)
+  get_filename_component(checkout ${CMAKE_CURRENT_LIST_DIR}/../.. ABSOLUTE)
+  set(ENV{CCACHE_BASEDIR} ${checkout})
+  set(ENV{CCACHE_NOHASHDIR} 1)
+  set(ENV{CCACHE_SLOPPINESS} include_file_mtime,include_file_ctime,time_macros)
+  set(ENV{CMAKE_C_COMPILER_LAUNCHER} ${CCACHE})
+  set(ENV{CMAKE_CXX_COMPILER_LAUNCHER} ${CCACHE})
+endif()
 
 # Runs a command in WORK, stops with its output when it fails, else leaves its output in `output`.
 macro(run what)
