@@ -24,6 +24,13 @@ extern "C" void remember(int signal) {
     [[maybe_unused]] const auto written = write(STDERR_FILENO, words.data(), words.size());
 }
 
+/// Whether who started the command wants it to outlive its terminal, as nohup does.
+bool is_ignored(int signal) {
+    struct sigaction now {};
+    sigaction(signal, nullptr, &now);
+    return now.sa_handler == SIG_IGN;
+}
+
 /// Lets each of them come to remember(): once, and then do what it always does, or every time.
 void listen(int flags) {
     struct sigaction action {};
@@ -31,7 +38,7 @@ void listen(int flags) {
     action.sa_flags = flags | SA_RESTART;
     sigemptyset(&action.sa_mask);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-        sigaction(signal, &action, nullptr);
+        if (signal != SIGHUP || !is_ignored(signal)) sigaction(signal, &action, nullptr);
 }
 
 } // namespace
@@ -50,7 +57,7 @@ SignalsOnlyAsk::~SignalsOnlyAsk() {
         return;
     }
     for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-        std::signal(signal, SIG_DFL);
+        if (signal != SIGHUP || !is_ignored(signal)) std::signal(signal, SIG_DFL);
 }
 
 bool stop_wanted() noexcept { return asked_signal != 0; }

@@ -5,7 +5,7 @@ namespace palpate::command {
 
 /// From now on Ctrl-C (SIGINT), SIGTERM and the end of the terminal (SIGHUP) ask the command to
 /// stop at the next step of its progress, so that nothing half-written stays behind; a second one
-/// ends it at once.
+/// ends it at once. A SIGHUP that is ignored when the command begins stays ignored (nohup).
 void stop_on_signals();
 
 /// True once a signal has asked to stop.

@@ -76,6 +76,7 @@ protected:
     /// The child: runs until a signal ends it, as the command does.
     [[noreturn]] void run_child(bool recorder_is_stuck) {
         if (freopen("/dev/null", "w", stderr) == nullptr) _exit(1);
+        std::signal(SIGHUP, outlives_its_terminal_ ? SIG_IGN : SIG_DFL);
         command::stop_on_signals();
         const auto scene = std::make_shared<const Scene>(
             parse_scene("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 50\n"
@@ -116,6 +117,11 @@ protected:
         const bool has_pushed = comes_true(
             [&] { return recorder_is_stuck ? shared_.is_stuck.load() : shared_.forces > 50; });
         EXPECT_TRUE(has_pushed) << "the child's device never pushed";
+        if (outlives_its_terminal_) {
+            kill(child, SIGHUP);
+            const std::uint64_t before = shared_.forces;
+            EXPECT_TRUE(comes_true([&] { return shared_.forces > before + 1000; })) << "it ended";
+        }
         for (int i = 0; i < times; ++i) {
             kill(child, signal);
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -143,6 +149,7 @@ protected:
 
     test::TemporaryFolder folder_;
     Shared& shared_;
+    bool outlives_its_terminal_ = false; ///< started by nohup
 };
 
 TEST_P(Signals, EndARunWithoutForceAndWithItsRecording) {
@@ -155,11 +162,20 @@ TEST_P(Signals, AgainAndAgainEndItNoOtherWay) {
     expect_left_without_force(ended_by(GetParam(), 5, /*recorder_is_stuck=*/true));
 }
 
+// It ended with the terminal that it was to outlive, and a study of hours with it.
+class SignalsUnderNohup : public Signals {};
+
+TEST_P(SignalsUnderNohup, ARunOutlivesItsTerminalAndEndsAsEver) {
+    outlives_its_terminal_ = true;
+    expect_left_without_force(ended_by(GetParam(), 1));
+}
+
 std::string name_of(const testing::TestParamInfo<int>& of) {
     return of.param == SIGINT ? "Interrupt" : of.param == SIGTERM ? "Terminate" : "HangUp";
 }
 
 INSTANTIATE_TEST_SUITE_P(Run, Signals, testing::Values(SIGINT, SIGTERM, SIGHUP), name_of);
+INSTANTIATE_TEST_SUITE_P(Run, SignalsUnderNohup, testing::Values(SIGINT, SIGTERM), name_of);
 
 } // namespace
 } // namespace palpate
