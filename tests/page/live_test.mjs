@@ -269,6 +269,7 @@ test('a page that has shown a soft surface goes on after it connects again, and 
   assert.ok(await page.evaluate(from => window.palpate.charts.cells[0].chart.data[0][0] <= from, zoomed[0]));
   await page.mouse.dblclick(x + 0.5 * width, y + 0.5 * height);
   await page.waitForFunction(() => window.palpate.charts.cells[0].chart.scales.x.max === 12.519);
+  assert.equal(await page.evaluate(() => window.palpate.player.playing), true, 'a double click goes nowhere');
 });
 
 test('a loop that is silent is said to be', async () => {

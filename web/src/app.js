@@ -50,7 +50,7 @@ export class App {
     this.view = new View3d(document.getElementById('view'), scene, blob, isPosed);
     this.overlay = new Overlay(this.view, scene);
     this.slices = new Slices(scene, blob, document.getElementById('slices'));
-    this.charts = new Charts(document.getElementById('charts'), this.frames, i => this.seek(i), this.isLive);
+    this.charts = new Charts(document.getElementById('charts'), this);
     this.announcer = new Announcer(document.getElementById('said'));
     this.hand = send && !scene.choice ? new Hand(this.view, send, () => this.probe()) : undefined;
     this.button = this.hand && new DeviceButton(document.getElementById('button'), send);
@@ -161,6 +161,17 @@ export class App {
   seek(index) {
     this.player.seek(index);
     this.step = Infinity; // the frame's end; showDetail() makes a sub-step of it
+  }
+
+  /** What is shown, and whether it goes on: what goBack() takes. */
+  get place() {
+    return {index: this.player.index, step: this.step, playing: this.player.playing};
+  }
+
+  goBack({index, step, playing}) {
+    this.player.seek(index);
+    this.player.playing = playing;
+    this.step = step;
   }
 
   seekBy(frames) {

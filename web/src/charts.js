@@ -21,11 +21,11 @@ const kCharts = [
 const shortly = value => (Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value));
 
 export class Charts {
-  /** @param {HTMLElement} host @param {(index: number) => void} onSeek */
-  constructor(host, frames, onSeek, isLive) {
-    this.frames = frames;
-    this.onSeek = onSeek;
-    this.isLive = isLive;
+  /** @param {HTMLElement} host @param {import('./app.js').App} app whose frames are shown, and whom a click takes to one */
+  constructor(host, app) {
+    this.app = app;
+    this.frames = app.frames;
+    this.isLive = app.isLive;
     this.host = host;
     this.cells = kCharts.map(chart => {
       const cell = document.createElement('div');
@@ -67,12 +67,19 @@ export class Charts {
       cell.chart.over.append(cell.marker);
       let down;
       cell.chart.over.addEventListener('pointerdown', event => (down = event.clientX));
-      cell.chart.over.addEventListener('pointerup', event => {
-        if (Math.abs(event.clientX - down) > 3) return void (this.isZoomed = true); // until a double click
+      const isDrag = event => Math.abs(event.clientX - down) > 3;
+      cell.chart.over.addEventListener('pointerup', event => isDrag(event) && (this.isZoomed = true)); // until a double click
+      let before; // where the first of two clicks has gone from
+      cell.chart.over.addEventListener('click', event => {
+        if (isDrag(event) || event.detail > 1) return;
+        before = this.app.place;
         const left = event.clientX - cell.chart.over.getBoundingClientRect().left;
-        return void this.onSeek(this.frames.at(cell.chart.posToVal(left, 'x')));
+        this.app.seek(this.frames.at(cell.chart.posToVal(left, 'x')));
       });
-      cell.chart.over.addEventListener('dblclick', () => (this.isZoomed = false));
+      cell.chart.over.addEventListener('dblclick', () => {
+        this.isZoomed = false;
+        if (before) this.app.goBack(before);
+      });
     }
     this.update();
   }
