@@ -83,6 +83,17 @@ StarterData seen_data(const NewOptions& options) {
     return data;
 }
 
+/// A name as a shell takes it for one argument.
+std::string as_argument(const std::string& name) {
+    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                        "0123456789_-./+,:=@%";
+    if (!name.empty() && name.find_first_not_of(kPlain) == std::string::npos) return name;
+    std::string quoted = "'";
+    for (const char c : name)
+        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
 int make_new(const NewOptions& options) {
     const std::string& file = options.volume.file;
     std::error_code ignored;
@@ -98,7 +109,8 @@ int make_new(const NewOptions& options) {
     }
     write_whole_file(options.scene, text);
     print(in_words(parse_scene(text, options.scene)));
-    print(fmt::format("written: {0}; next: palpate trace {0}, or palpate view {0}", options.scene));
+    print(fmt::format("written: {0}; next: palpate trace {1}, or palpate view {1}", options.scene,
+                      as_argument(options.scene)));
     return kDone;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,6 +40,12 @@ public:
                 files.push_back(std::move(one));
         }
         check_outputs(files, input_files(hands.front(), file), replace);
+        // Its tables say more than a replay knows: how late frames were, and what they took.
+        if (std::filesystem::exists(all_ / "recording.h5"))
+            throw std::runtime_error(
+                fmt::format("{}: has the recording of a run, and a replay's "
+                            "tables would replace its own; name another folder",
+                            folder));
     }
 
     void write(const std::vector<HandTrace>& traces) const {
@@ -112,8 +119,10 @@ void add_replay(CLI::App& app, Action& run) {
         ->add_option("RECORDING|FOLDER", options->recording,
                      "recording.h5, or the folder of a trace that it is in")
         ->required();
-    command->add_option("--out", options->out,
-                        "folder for frames.csv, timing.csv and summary.json, as a trace's");
+    command->add_option(
+        "--out", options->out,
+        "folder for frames.csv, timing.csv and summary.json, as a trace's; not that "
+        "of a run");
     command->add_flag("--check", options->check, "compare bit for bit; exit 1 where frames differ");
     add_force(*command, options->replace);
     command->callback([options, &run] {

@@ -158,6 +158,7 @@ int serve(const ServeOptions& options) {
                       });
     print(fmt::format("serve: OpenIGTLink at {} port {}", options.listen.address, server.port()));
     std::optional<RecordingJournal> journal;
+    if (out) out->keep_cut_off();
     if (out) journal.emplace(out->all() / "recording.h5", recorded(*scene, options.overrides, {}));
     const PlacedDevice placed = device.placed();
     LostDevice lost(description);

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/command/session.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <stdexcept>
 #include <system_error>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -147,6 +152,12 @@ ResultFolder::ResultFolder(std::filesystem::path folder) : folder_(std::move(fol
     if (!std::filesystem::is_directory(folder_))
         throw std::runtime_error(
             fmt::format("{}: cannot be made a folder; name another one", folder_.string()));
+    lock_ = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+    ::close(lock_);
+    throw std::runtime_error(fmt::format(
+        "{}: another command is writing into it; wait for that one, or name another folder",
+        folder_.string()));
 }
 
 std::vector<std::filesystem::path> ResultFolder::files(std::span<const char* const> names) const {
@@ -157,6 +168,7 @@ std::vector<std::filesystem::path> ResultFolder::files(std::span<const char* con
 }
 
 ResultFolder::~ResultFolder() {
+    if (lock_ >= 0) ::close(lock_);
     std::error_code ignored;
     if (made_) std::filesystem::remove(folder_, ignored); // fails, as it should, where it has files
 }

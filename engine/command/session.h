@@ -67,10 +67,11 @@ void check_listen(const ListenOptions& options, const std::string& who);
 void check_every(const SceneDescription& scene, bool is_given);
 
 /// A folder for results, made before the work; if nothing comes of it, a folder that was made goes
-/// again.
+/// again. While it lives no other command writes results into it: each would replace the other's.
 class ResultFolder {
 public:
-    /// Makes it, and those above it; throws std::runtime_error naming it.
+    /// Makes it, and those above it; throws std::runtime_error naming it, also where another
+    /// command has it.
     explicit ResultFolder(std::filesystem::path folder);
     ~ResultFolder();
     ResultFolder(const ResultFolder&) = delete;
@@ -84,6 +85,7 @@ public:
 private:
     std::filesystem::path folder_;
     bool made_ = false;
+    int lock_ = -1; ///< the open folder; -1 where its file system knows no locks
 };
 
 } // namespace palpate::command

@@ -296,17 +296,18 @@ RecordingJournal begin_journal(const std::filesystem::path& recording,
 /// All that a trace leaves; the text of its summary.json.
 std::string write_files(const TraceFolder& out, const std::vector<HandTrace>& traces,
                         const SceneOverrides& overrides) {
-    for (std::size_t i = 0; i < traces.size(); ++i) {
-        const std::vector<FrameReport>& frames = traces[i].trace.frames;
-        write_frames_csv(out.of_hand(i) / "frames.csv", frames, felt_names(*traces[i].scene));
-        write_timing_csv(out.of_hand(i) / "timing.csv", frames);
-    }
+    // First what the others can be made of again: where the disk is full, that is there at least.
     const std::vector<Recording> recordings = recorded_hands(traces, overrides);
     const bool is_one = recordings.front().hand.empty();
     if (is_one)
         write_recording(out.all() / "recording.h5", recordings.front());
     else
         write_recordings(out.all() / "recording.h5", recordings);
+    for (std::size_t i = 0; i < traces.size(); ++i) {
+        const std::vector<FrameReport>& frames = traces[i].trace.frames;
+        write_frames_csv(out.of_hand(i) / "frames.csv", frames, felt_names(*traces[i].scene));
+        write_timing_csv(out.of_hand(i) / "timing.csv", frames);
+    }
     std::string summary =
         is_one ? summarize(*traces.front().scene, traces.front().trace) : summarize(traces);
     write_whole_file(out.all() / "summary.json", summary);
@@ -371,8 +372,10 @@ int trace(const TraceOptions& options) {
     std::optional<SignalsOnlyAsk> one_is_enough; // until what was felt is written
     if (options.is_realtime()) one_is_enough.emplace();
     std::optional<RecordingJournal> journal;
-    if (options.is_realtime())
+    if (options.is_realtime()) {
+        out.keep_cut_off();
         journal = begin_journal(out.all() / "recording.h5", hands, overrides);
+    }
     std::optional<SceneBuilder> builder;
     if (options.preview) builder.emplace(std::move(whole));
     const SceneToFollow next = builder ? builder->scene() : SceneToFollow{};
@@ -383,6 +386,7 @@ int trace(const TraceOptions& options) {
     const bool went_over = traces.front().trace.before != nullptr;
     if (options.preview) tell("palpate: {}\n", preview_in_words(traces.front().trace));
     if (!one_is_enough) one_is_enough.emplace(); // the files of a folder are of one run
+    if (!journal) out.keep_cut_off();
     const std::string summary = write_files(out, traces, went_over ? asked : overrides);
     if (journal) journal->remove();
     out.remove_earlier();

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/command/command.h>
@@ -78,7 +80,7 @@ TraceFolder::TraceFolder(const std::string& folder, const SceneDescription& scen
 }
 
 /// Of the hands that the summary there names, and of a run of one, whose files are not in a folder
-/// of their own; and of one that was cut off.
+/// of their own.
 void TraceFolder::find_earlier(const std::vector<std::string>& hands, Tables tables) {
     std::vector<std::filesystem::path> folders;
     for (const std::string& hand : hands_of_summary(all_ / "summary.json"))
@@ -89,10 +91,27 @@ void TraceFolder::find_earlier(const std::vector<std::string>& hands, Tables tab
     for (const std::filesystem::path& folder : folders)
         for (const char* name : kHandFiles)
             if (is_own_file(folder / name)) earlier_.push_back(folder / name);
-    if (is_own_file(all_ / kJournal)) earlier_.push_back(all_ / kJournal);
     if (tables == Tables::all) return;
     for (const char* name : kTables)
         if (is_own_file(all_ / name)) earlier_.push_back(all_ / name);
+}
+
+void TraceFolder::keep_cut_off() const {
+    const std::filesystem::path journal = all_ / kJournal;
+    if (!is_own_file(journal)) return;
+    std::error_code error;
+    std::filesystem::path kept;
+    for (int i = 1; kept.empty() || std::filesystem::exists(kept, error); ++i)
+        kept = all_ / fmt::format("cut-off-{}.h5.part", i).c_str();
+    std::filesystem::rename(journal, kept, error);
+    if (error)
+        throw std::runtime_error(
+            fmt::format("{}: is all that there is of a run that was cut off, and cannot be renamed "
+                        "({}); move it, or name another folder",
+                        journal.string(), error.message()));
+    tell("palpate: note: of an earlier run that was cut off, {} is now {}; palpate replay and "
+         "palpate view take it\n",
+         plain_text(journal.string()), kept.filename().string());
 }
 
 void TraceFolder::remove_earlier() const {

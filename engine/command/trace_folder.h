@@ -29,9 +29,13 @@ public:
     const ResultFolder& all() const { return all_; }
     const ResultFolder& of_hand(std::size_t i) const { return hands_.empty() ? all_ : *hands_[i]; }
 
+    /// Before a new journal begins, or the new files are there: gives the journal of an earlier run
+    /// that was cut off a name of its own, and says so. It is all that there is of that run. Throws
+    /// std::runtime_error where it cannot be renamed.
+    void keep_cut_off() const;
+
     /// After the new files are there: removes what Palpate wrote of an earlier run with other
-    /// hands, or of one that was cut off, and says so. Nothing of it belongs to the new
-    /// summary.json.
+    /// hands, and says so. Nothing of it belongs to the new summary.json.
     void remove_earlier() const;
 
 private:

@@ -316,8 +316,9 @@ std::string device_complaint(const HapticDevice& device) {
 }
 
 bool has_failed(const HapticDevice& device) {
-    const auto* tool = dynamic_cast<const IgtlDevice*>(&device);
-    return tool != nullptr && tool->has_failed();
+    if (const auto* tool = dynamic_cast<const IgtlDevice*>(&device)) return tool->has_failed();
+    const auto* served = dynamic_cast<const TransformDevice*>(&device);
+    return served != nullptr && served->counts().used == 0;
 }
 
 RunningDevice::RunningDevice(HapticDevice& device) : device_(device) {

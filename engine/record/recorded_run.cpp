@@ -107,10 +107,9 @@ void require_same_sources(const Recording& recording, const std::filesystem::pat
     }
     if (now.size() != recording.sources.size())
         throw std::runtime_error(fmt::format(
-            "{}: was recorded with {} sources, and the scene has {} now, as it names no contact "
-            "and "
-            "builds with and without CGAL choose different ones; replay it with the build that it "
-            "was recorded with",
+            "{}: was recorded with {} sources, and this scene has {}: it is another scene, or one "
+            "that names no contact, for which builds with and without CGAL choose different ones; "
+            "give the scene and the build that it was recorded with",
             file.string(), recording.sources.size(), now.size()));
 }
 

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include <palpate/engine/files/result_cache.h>
+#include <palpate/engine/text/plain_text.h>
 #include <palpate/geometry/formats/mesh_file.h>
 #include <palpate/haptics/stepping/frame_flags.h>
 #include <palpate/version.h>
@@ -23,7 +24,7 @@ void translate(std::exception_ptr thrown) {
     } catch (const SceneProblem& problem) {
         raise("SceneError", problem.what());
     } catch (const FileProblem& problem) {
-        raise("FileError", problem.what());
+        raise("FileError", plain_text(problem.what()).c_str()); // one line, whatever its name is
     } catch (const ArgumentProblem& problem) {
         raise("ArgumentError", problem.what());
     }

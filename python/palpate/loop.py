@@ -30,7 +30,7 @@ def _surface(surface: str | int, names: list[str]) -> int:
     if not names:
         raise ArgumentError(
             f"surface = {shown(surface)}: the scene lets none be felt; add an effect with type = "
-            '"surface"'
+            '"surface", or see Scene.explain(), which says why one was left out'
         )
     remedy = f"one of {', '.join(names)}"
     if isinstance(surface, (int, np.integer)):

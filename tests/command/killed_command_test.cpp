@@ -58,6 +58,10 @@ TEST_F(CommandKilled, ARunInRealTimeLosesAtMostASecondAndTheRestIsReplayedBitFor
     EXPECT_EQ(whole.exit, 0) << whole.err;
     EXPECT_TRUE(std::filesystem::exists(*this / "t/recording.h5"));
     EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
+    // What there was of the run that was killed is kept: nobody can feel it again.
+    EXPECT_THAT(whole.err, HasSubstr("of an earlier run that was cut off, t/recording.h5.part is "
+                                     "now cut-off-1.h5.part"));
+    EXPECT_EQ(run({"replay", "t/cut-off-1.h5.part", "--check"}).exit, 0);
     EXPECT_EQ(run({"replay", "t/recording.h5", "--check"}).times("cut off"), 0u);
 
     // Killed in a folder that has a recording already, which is what is there to be read.
@@ -68,8 +72,9 @@ TEST_F(CommandKilled, ARunInRealTimeLosesAtMostASecondAndTheRestIsReplayedBitFor
     EXPECT_EQ(older.exit, 0) << older.err;
     EXPECT_THAT(older.err, HasSubstr("beside it is recording.h5.part, of a later run"));
     const test::CommandResult asap = run({"trace", "ball.toml", "--out", "t"});
-    EXPECT_THAT(asap.err, HasSubstr("removed what an earlier run had left: recording.h5.part"));
+    EXPECT_THAT(asap.err, HasSubstr("t/recording.h5.part is now cut-off-2.h5.part"));
     EXPECT_FALSE(std::filesystem::exists(*this / "t/recording.h5.part"));
+    EXPECT_EQ(test::content_of(*this / "t/cut-off-2.h5.part"), journal);
     make("t/recording.h5.part", journal); // of an earlier run
     std::filesystem::last_write_time(*this / "t/recording.h5.part",
                                      std::filesystem::last_write_time(*this / "t/recording.h5") -

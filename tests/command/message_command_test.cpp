@@ -34,6 +34,23 @@ protected:
     }
 };
 
+// They were sent to a line of a file that no editor shows.
+TEST_F(CommandMessages, ARecordingOrAVolumeInPlaceOfASceneIsSaidToBeOne) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    const test::CommandResult recording = run({"trace", "t/recording.h5"});
+    EXPECT_EQ(recording.exit, 3);
+    EXPECT_THAT(recording.err,
+                HasSubstr("t/recording.h5: is a recording, and no scene; give it to"));
+    make("head.nrrd", "NRRD0004\ntype: short\n\n");
+    make("head.nii", std::string("\x5c\x01\0\0\0\0", 6));
+    for (const char* name : {"head.nrrd", "head.nii"}) {
+        const test::CommandResult volume = run({"explain", name});
+        EXPECT_EQ(volume.exit, 3);
+        EXPECT_THAT(volume.err,
+                    HasSubstr("is data, and no scene; make a scene of it: palpate new"));
+    }
+}
+
 TEST_F(CommandMessages, AMisspeltCommandOrOptionIsToldTheNearest) {
     expect_usage({"tarce", "ball.toml"}, "unknown command \"tarce\"; did you mean \"trace\"?");
     expect_usage({"veiw", "ball.toml"}, "did you mean \"view\"?");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the command writes is never what it reads, nor somebody else's.
+#include <csignal>
 #include <cstdlib>
 #include <string>
 
@@ -74,6 +75,31 @@ TEST_F(CommandOutputs, ARecordingIsNotReplacedByTheOneOfItsPlaying) {
                    "is what is read as");
 }
 
+// How late the frames of a run in real time were is in its tables alone: a replay wrote its own in
+// their place, and a report then refused the folder.
+TEST_F(CommandOutputs, AReplayLeavesTheTablesOfARunAlone) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    for (const char* folder : {"t", "./t/"})
+        expect_refused({"replay", "t", "--out", folder, "--force"}, "t/summary.json",
+                       "has the recording of a run");
+    EXPECT_EQ(run({"report", "t", "-o", "page.html"}).exit, 0);
+}
+
+// Both said that all was written, and one of them was gone.
+TEST_F(CommandOutputs, AFolderIsWrittenByOneCommandAtATime) {
+    const pid_t first = start({"trace", "ball.toml", "--device", "hand", "--pace", "realtime",
+                               "--seconds", "60", "--out", "t"});
+    ASSERT_TRUE(has_grown(*this / "t/recording.h5.part", 1000));
+    standard_out = "second.txt";
+    const test::CommandResult second = run({"trace", "ball.toml", "--out", "t", "--force"});
+    EXPECT_EQ(second.exit, 3);
+    EXPECT_THAT(second.err, HasSubstr("t: another command is writing into it"));
+    ::kill(first, SIGINT);
+    EXPECT_EQ(end(first).signal, SIGINT);
+    EXPECT_EQ(run({"replay", "t", "--check"}).exit, 0);
+    EXPECT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0) << "it is free again";
+}
+
 TEST_F(CommandOutputs, AFileOfSomebodyElseIsReplacedOnlyByForceAndOwnOnesAlways) {
     std::filesystem::create_directory(*this / "t");
     make("t/summary.json", "{\"mine\": 1}\n");
@@ -82,7 +108,8 @@ TEST_F(CommandOutputs, AFileOfSomebodyElseIsReplacedOnlyByForceAndOwnOnesAlways)
     EXPECT_FALSE(std::filesystem::exists(*this / "t/frames.csv")) << "before anything is computed";
     EXPECT_EQ(run({"trace", "ball.toml", "--out", "t", "--force"}).exit, 0);
     EXPECT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0) << "all four are ours now";
-    EXPECT_EQ(run({"replay", "t/recording.h5", "--out", "t"}).exit, 0);
+    EXPECT_EQ(run({"replay", "t/recording.h5", "--out", "again"}).exit, 0);
+    EXPECT_EQ(run({"replay", "t/recording.h5", "--out", "again"}).exit, 0);
 
     make("note.html", "<!DOCTYPE html><title>Palpate, my notes</title>");
     make("shape.ply", "ply\nformat ascii 1.0\nend_header\n");

@@ -165,6 +165,15 @@ TEST_F(ServeCommand, ClientsOfBothVersionsGetSurfacesAndFramesOfTheRecording) {
     EXPECT_EQ(run({"replay", "run/recording.h5", "--check", "--out", "again"}).exit, 0);
 }
 
+// It ended as if it had been felt.
+TEST_F(ServeCommand, AToolThatNeverCameIsAFailedRun) {
+    const CommandResult served = run({"serve", "scene.toml", "--igtl", "0", "--device", "igtl:Tool",
+                                      "--seconds", "2", "--out", "run"});
+    EXPECT_EQ(served.exit, 4) << served.err;
+    EXPECT_THAT(served.err, HasSubstr("Tool never came"));
+    EXPECT_TRUE(std::filesystem::exists(folder() / "run/recording.h5"));
+}
+
 TEST_F(ServeCommand, AToolOfAClientMovesTheProbe) {
     const pid_t child = start({"serve", "scene.toml", "--igtl", "0", "--device", "igtl:Tool"});
     const int at = port();

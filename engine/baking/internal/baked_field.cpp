@@ -27,6 +27,11 @@ constexpr double kMm3PerM3 = 1e9;
 void require_level_in_range(const VoxelVolume& volume, double level, const std::string& place) {
     const auto [low, high] = value_range(volume);
     if (level > low && level <= high) return;
+    if (!(low < high))
+        throw std::runtime_error(fmt::format(
+            "{}: iso_value {} is reached by no voxel, as {}; give another volume", place, level,
+            low == high ? fmt::format("all of them have the value {}", low)
+                        : std::string("none of them has a value that is a finite number")));
     throw std::runtime_error(
         fmt::format("{}: iso_value {} is reached by no voxel; choose one above {} and up to {}",
                     place, level, low, high));

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene/effects/guide.h>
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -77,8 +79,13 @@ void check_polyline(const TomlTable& table, const Guide& effect) {
         const Polyline curve(effect.points_m, effect.ends);
     } catch (const std::invalid_argument& error) {
         const std::string_view key = effect.file.empty() ? "points_mm" : "file";
-        table.fail(table.line_of(key), fmt::format("{} {}: {}", key, table.where(), error.what()),
-                   "give different points");
+        constexpr std::string_view kWhose = "polyline: "; // in words of its own
+        std::string_view said = error.what();
+        if (said.starts_with(kWhose)) said.remove_prefix(kWhose.size());
+        const std::size_t end = std::min(said.find("; "), said.size());
+        table.fail(table.line_of(key),
+                   fmt::format("{} {}: {}", key, table.where(), said.substr(0, end)),
+                   end < said.size() ? said.substr(end + 2) : "give different points");
     }
 }
 

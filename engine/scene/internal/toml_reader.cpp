@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <palpate/engine/text/plain_text.h>
+
 namespace palpate::internal {
 namespace {
 
@@ -139,6 +141,12 @@ private:
 int line_of(const toml::node& node) noexcept { return static_cast<int>(node.source().begin.line); }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
+    if (text.starts_with("\x89HDF") || text.starts_with("palpate journal "))
+        throw_message(file, 0, "is a recording, and no scene",
+                      "give it to replay, view, report or export, or give a scene (TOML)");
+    if (text.substr(0, 4096).find('\0') != std::string_view::npos || text.starts_with("NRRD"))
+        throw_message(file, 0, "is data, and no scene",
+                      "make a scene of it: palpate new FILE -o scene.toml");
     ShallowScan(text, file).run();
     try {
         return toml::parse(text, std::string_view(file));
@@ -265,7 +273,7 @@ std::vector<std::pair<std::string, TomlTable>> TomlTable::named_tables(std::stri
         if (name.empty())
             fail(internal::line_of(value), fmt::format("a {} has no name", key),
                  "give " + expected);
-        if (on_one_line(name.str()) != name.str())
+        if (plain_text(name.str()) != name.str())
             fail(internal::line_of(value),
                  fmt::format("the name of {}.\"{}\" has a line break or another control character",
                              key, name.str()),
