@@ -13,6 +13,7 @@
 
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/command/session.h>
 #include <palpate/engine/command/view_options.h>
 #include <palpate/engine/files/sha256.h>
 #include <palpate/engine/record/recorded_run.h>
@@ -21,6 +22,7 @@
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_overrides.h>
 #include <palpate/engine/scene/scene_surface.h>
+#include <palpate/engine/text/plain_text.h>
 #include <palpate/engine/text/text_file.h>
 
 namespace palpate::command {
@@ -152,6 +154,13 @@ void check_output(const ReportOptions& options) {
                 inputs.push_back(folder / hand.hand / of_hand);
     }
     check_outputs(outputs_of(options), inputs, options.replace);
+    check_page_name(options.out);
+    std::error_code ignored;
+    for (const std::string& note : options.notes)
+        if (std::filesystem::exists(std::filesystem::path(note) / "recording.h5", ignored))
+            throw UsageError(fmt::format("--note {}: is the folder of a run, and no text; name "
+                                         "the FOLDERs before --note",
+                                         note));
 }
 
 /// Writes the page that plays a trace where that is asked for: its name in the report's folder.
@@ -174,6 +183,11 @@ std::string playback(const ReportOptions& options, const std::filesystem::path& 
 /// The summary of each hand that was recorded, alone.
 std::vector<std::string> summaries_in(const std::filesystem::path& folder,
                                       const std::vector<Recording>& hands) {
+    if (!std::filesystem::exists(folder / "summary.json"))
+        throw std::runtime_error(fmt::format(
+            "{}: has no summary.json, which trace writes, and serve and view do not; palpate view "
+            "{} shows its recording",
+            folder.string(), (folder / "recording.h5").string()));
     std::vector<std::string> summaries =
         summaries_of_hands(read_text_file(folder / "summary.json", "a summary of palpate trace"));
     bool is_of_these = summaries.size() == hands.size();
@@ -198,6 +212,29 @@ std::string title_of(const Recording& recording, const std::string& summary,
                        hand, hand.empty() ? "" : ", ", method_of(summary, folder));
 }
 
+/// Tells rows apart that have the same title, as of runs of one scene: each gets its folder's name.
+/// `folders`: of all traces, in their order.
+void tell_apart(std::vector<ReportSubject>& subjects,
+                const std::vector<std::vector<std::string>>& folders) {
+    std::map<std::string, int> times;
+    for (const ReportSubject& subject : subjects)
+        for (const auto& trace : subject.traces)
+            ++times[trace.title];
+    for (std::size_t i = 0; i < subjects.size(); ++i)
+        for (std::size_t k = 0; k < subjects[i].traces.size(); ++k)
+            if (std::string& title = subjects[i].traces[k].title; times[title] > 1)
+                title += ", " + folders[i][k];
+}
+
+/// The folder of a run by that of its recording.
+std::string folder_of(const std::string& given) {
+    const std::filesystem::path file = given;
+    std::error_code ignored;
+    if (file.filename() != "recording.h5" || !std::filesystem::is_regular_file(file, ignored))
+        return given;
+    return file.has_parent_path() ? file.parent_path().string() : ".";
+}
+
 /// Of what was overridden, that which decides what is drawn.
 std::string drawn_overrides(const Recording& recording) {
     const SceneOverrides all = overrides_from_json(recording.overrides);
@@ -212,6 +249,7 @@ std::string drawn_overrides(const Recording& recording) {
 int report(const ReportOptions& options) {
     check_output(options);
     std::vector<ReportSubject> subjects;
+    std::vector<std::vector<std::string>> folders; // of each trace of a subject
     std::map<std::string, std::size_t> subject_of;
     for (const std::filesystem::path folder : options.folders) {
         const std::vector<Recording> hands = read_recordings(folder / "recording.h5");
@@ -225,13 +263,17 @@ int report(const ReportOptions& options) {
                                          ": the scene has no surface that could be drawn");
             subject_of[felt] = subjects.size();
             subjects.push_back({title_of(*scene), drawn_meshes(*scene), {}});
+            folders.emplace_back();
         }
         const std::vector<std::string> summaries = summaries_in(folder, hands);
         ReportSubject& subject = subjects[subject_of[felt]];
+        folders[subject_of[felt]].insert(folders[subject_of[felt]].end(), hands.size(),
+                                         plain_text(folder.string()));
         for (std::size_t i = 0; i < hands.size(); ++i)
             subject.traces.push_back({title_of(hands[i], summaries[i], folder), summaries[i],
                                       hands[i].frames, playback(options, folder, hands[i])});
     }
+    tell_apart(subjects, folders);
     write_report_page(options.out, subjects, options.notes); // also where nobody reads the table
     print(report_table(subjects));
     print("report: " + std::filesystem::absolute(options.out).string());
@@ -275,6 +317,8 @@ void add_report(CLI::App& app, Action& run) {
         run = [options] {
             if (options->interactive) return play(*options);
             if (options->out.empty()) options->out = "report.html";
+            for (std::string& folder : options->folders)
+                folder = folder_of(folder);
             return report(*options);
         };
     });

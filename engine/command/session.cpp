@@ -130,6 +130,11 @@ void check_listen(const ListenOptions& options, const std::string& who) {
                                  options.address, who));
 }
 
+void check_page_name(const std::filesystem::path& page) {
+    if (page.extension() == ".html" || page.extension() == ".htm") return;
+    throw UsageError(fmt::format("-o {}: is written as a page; name it .html", page.string()));
+}
+
 void check_every(const SceneDescription& scene, bool is_given) {
     if (!is_given) return;
     for (const SceneDescription& hand : each_hand(scene)) {

@@ -63,6 +63,9 @@ void add_listen(CLI::App& command, ListenOptions& options, const std::string& wh
 /// do what, as "whoever reaches this address sees the scene".                             [setup]
 void check_listen(const ListenOptions& options, const std::string& who);
 
+/// Refuses a name for a page that says it is something else: UsageError.
+void check_page_name(const std::filesystem::path& page);
+
 /// Refuses --every where nothing is taken row by row.
 void check_every(const SceneDescription& scene, bool is_given);
 

@@ -146,6 +146,7 @@ int view_recording(const ViewOptions& options) {
     inputs.push_back(marks_file(file));
     if (!options.page.empty()) inputs.emplace_back(options.page);
     check_outputs(outputs, inputs, options.replace);
+    check_page_name(out);
     write_playback(recording, file, out, options.sub_steps, options.page);
     print(fmt::format("view: {}", std::filesystem::absolute(out).string()));
     if (options.open) open_browser(std::filesystem::absolute(out).string());

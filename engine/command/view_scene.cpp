@@ -150,6 +150,10 @@ int view_scene(const ViewOptions& options) {
     } catch (const std::invalid_argument& error) {
         throw UsageError(fmt::format("view: {}", error.what()));
     }
+    if (std::filesystem::path(options.out).extension() == ".html")
+        throw UsageError(fmt::format("-o {}: of a scene it is the folder for what is recorded; a "
+                                     "page is made of a recording: palpate view RECORDING -o {}",
+                                     options.out, options.out));
     const std::string folder =
         options.out.empty() ? description.file.stem().string() + "-view" : options.out;
     check_folder(folder);

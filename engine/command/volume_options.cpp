@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/command/volume_options.h>
 
+#include <stdexcept>
+
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
@@ -44,10 +46,12 @@ VolumeDescription described(const VolumeOptions& options) {
     volume.labels = options.labels;
     std::error_code ignored;
     if (!options.labels.empty() && !std::filesystem::exists(volume.labels, ignored))
-        throw UsageError(fmt::format("--labels {}: does not exist", options.labels));
+        throw std::runtime_error(
+            fmt::format("--labels {}: does not exist; check its name", options.labels));
     volume.selection.reference = options.reference;
     if (!options.reference.empty() && !std::filesystem::exists(options.reference, ignored))
-        throw UsageError(fmt::format("--reference {}: does not exist", options.reference));
+        throw std::runtime_error(
+            fmt::format("--reference {}: does not exist; check its name", options.reference));
     volume.selection.series = options.series;
     volume.selection.grid = options.grid;
     if (options.slices == "repair") volume.selection.slices = VolumeSelection::Slices::repair;

@@ -16,7 +16,10 @@ FileInfo file_info(const std::filesystem::path& file, const FileInfoSettings& se
     const std::string ending = internal::lower_case_ending(file);
     if (is_mesh_name(file)) return internal::mesh_info(file, settings);
     if (ending == ".toml") return internal::scene_info(file);
-    if (ending == ".h5" || is_journal(file)) return internal::recording_info(file);
+    const bool is_folder = std::filesystem::is_directory(file, ignored);
+    if (is_folder && std::filesystem::exists(found_recording(file / "recording.h5"), ignored))
+        return internal::recording_info(file / "recording.h5"); // a run's
+    if (ending == ".h5" || (!is_folder && is_journal(file))) return internal::recording_info(file);
     return internal::volume_info(file, settings);
 }
 

@@ -13,6 +13,7 @@
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/truth/surface_audit.h>
 #include <palpate/geometry/surface_scene.h>
+#include <palpate/haptics/stepping/frame_flags.h>
 
 namespace palpate {
 namespace {
@@ -131,8 +132,9 @@ std::string no_contact_warning(const Scene& scene, std::span<const FrameReport> 
     std::vector<Vec3> probes;
     for (const FrameReport& frame : frames) {
         if (frame.contacts > 0) return {};
-        probes.push_back(frame.probe);
+        if ((frame.flags & kDeviceStale) == 0) probes.push_back(frame.probe); // else it was nowhere
     }
+    if (probes.empty()) return {};
     return no_contact_in_words(scene, probes);
 }
 

@@ -137,7 +137,7 @@ TEST_F(NewScene, OfADicomFolderWithASegmentationOrAStructureSetIsFelt) {
     EXPECT_THAT(content_of(*this / "scene.toml"), HasSubstr("reference = \"rt\""));
     expect_felt({"rt/set.dcm", "--reference", "rt"});
     expect_refused("rt/set.dcm", 3, "name that with reference = ");
-    expect_refused("rt/set.dcm", 2, "--reference nowhere", {"--reference", "nowhere"});
+    expect_refused("rt/set.dcm", 3, "--reference nowhere", {"--reference", "nowhere"});
 }
 
 TEST_F(NewScene, OfWhatHasNoSurfaceIsRefusedInOneLine) {

@@ -85,6 +85,35 @@ TEST_F(CommandOutputs, AReplayLeavesTheTablesOfARunAlone) {
     EXPECT_EQ(run({"report", "t", "-o", "page.html"}).exit, 0);
 }
 
+// Pages called .png were written, and a folder of a run became a paragraph of text.
+TEST_F(CommandOutputs, APageIsCalledOneAndARunIsNoNote) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    const std::vector<std::vector<std::string>> wrong{{"report", "t", "-o", "page.png"},
+                                                      {"view", "t", "-o", "page.png"},
+                                                      {"view", "ball.toml", "-o", "page.html"},
+                                                      {"report", "t", "--note", "a", "t"}};
+    for (const std::vector<std::string>& arguments : wrong) {
+        const test::CommandResult result = run(arguments);
+        EXPECT_EQ(result.exit, 2) << result.err;
+        EXPECT_EQ(result.times("\n"), 1u) << result.err;
+    }
+    for (const char* name : {"page.png", "page.html", "report.html"})
+        EXPECT_FALSE(std::filesystem::exists(*this / name)) << name;
+}
+
+// All rows had the same name.
+TEST_F(CommandOutputs, RunsOfOneSceneAreToldApartInAReport) {
+    for (const char* folder : {"first", "second"})
+        ASSERT_EQ(run({"trace", "ball.toml", "--out", folder}).exit, 0);
+    const test::CommandResult both =
+        run({"report", "first", "second/recording.h5", "-o", "page.html"});
+    EXPECT_EQ(both.exit, 0) << both.err;
+    for (const char* folder : {", first ", ", second "})
+        EXPECT_THAT(both.out, HasSubstr(folder));
+    std::filesystem::remove(*this / "second/summary.json"); // as serve leaves none
+    expect_refused({"report", "second", "-o", "page.html"}, "page.html", "has no summary.json");
+}
+
 // Both said that all was written, and one of them was gone.
 TEST_F(CommandOutputs, AFolderIsWrittenByOneCommandAtATime) {
     const pid_t first = start({"trace", "ball.toml", "--device", "hand", "--pace", "realtime",

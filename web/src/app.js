@@ -164,7 +164,7 @@ export class App {
   }
 
   /** What is shown, and whether it goes on: what goBack() takes. */
-  get place() {
+  get moment() {
     return {index: this.player.index, step: this.step, playing: this.player.playing};
   }
 

@@ -72,7 +72,7 @@ export class Charts {
       let before; // where the first of two clicks has gone from
       cell.chart.over.addEventListener('click', event => {
         if (isDrag(event) || event.detail > 1) return;
-        before = this.app.place;
+        before = this.app.moment;
         const left = event.clientX - cell.chart.over.getBoundingClientRect().left;
         this.app.seek(this.frames.at(cell.chart.posToVal(left, 'x')));
       });

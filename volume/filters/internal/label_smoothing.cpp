@@ -123,9 +123,11 @@ public:
     template <class Visit>
     void for_each_value(double sigma, const Visit& visit) const {
         for (const auto& [rival, box] : boxes_) {
-            const VoxelVolume smoothed = smoothed_rival(rival, box, sigma);
-            const IndexBox domain = box.grown(kernel_);
-            for_each_voxel(domain.within(grid_), [&](const std::array<int, 3>& voxel) {
+            // What it may reach, and what these values are made of: as much as is looked at.
+            const IndexBox reached = box.grown(kernel_);
+            const IndexBox domain = reached.within(grid_).grown(kernel_).within(reached);
+            const VoxelVolume smoothed = smoothed_rival(rival, box, domain, sigma);
+            for_each_voxel(reached.within(grid_), [&](const std::array<int, 3>& voxel) {
                 const float value =
                     smoothed.at(voxel[0] - domain.lower[0], voxel[1] - domain.lower[1],
                                 voxel[2] - domain.lower[2]);
@@ -171,13 +173,13 @@ private:
             });
     }
 
-    VoxelVolume smoothed_rival(const Rival& rival, const IndexBox& box, double sigma) const {
-        const IndexBox domain = box.grown(kernel_);
+    VoxelVolume smoothed_rival(const Rival& rival, const IndexBox& box, const IndexBox& domain,
+                               double sigma) const {
         VoxelVolume one;
         for (std::size_t axis = 0; axis < 3; ++axis)
             one.size[axis] = domain.upper[axis] - domain.lower[axis];
         one.values.assign(one.voxels(), 0.0F);
-        for_each_voxel(box, [&](const std::array<int, 3>& voxel) {
+        for_each_voxel(box.within(domain), [&](const std::array<int, 3>& voxel) {
             if (value_at(rival.first, voxel) == rival.second && !is_chosen(voxel))
                 one.values[one.index(voxel[0] - domain.lower[0], voxel[1] - domain.lower[1],
                                      voxel[2] - domain.lower[2])] = 1.0F;
